@@ -1,0 +1,1 @@
+"""The `omnimate` command: thin; every verb calls one function of a room."""

@@ -1,0 +1,1 @@
+"""The bus, as samples: CANopen encoders configured, synchronised, supervised and recorded."""

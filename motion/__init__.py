@@ -1,0 +1,1 @@
+"""Where to go, as wheel speeds: squares, straights and rounded paths, driven from odometry alone."""

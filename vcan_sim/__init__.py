@@ -1,0 +1,1 @@
+"""A simulated vehicle: its plant, floor and sonar, and the CANopen nodes that answer for it on a bus."""

@@ -1,0 +1,181 @@
+"""Raw counters to counts that never wrap: one law, live and over a whole recording.
+
+A counter of range N is known only modulo N, so the shortest way from one reading to the next is taken,
+in either direction. A step that no robot can make is rejected: the channel is not present in that
+sample and keeps its last count. When the next reading goes on from the rejected one, the counter has
+really moved (a restart that nobody announced): a wheel is re-baselined there, so that it does not
+jump; an absolute encoder (joint, link) is believed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from vehicle.parameters import Encoder, VehicleParameters
+
+MAX_SPEED = 10.0  # [m/s] of a wheel or of the slider; no floor robot is faster
+MAX_TURN_RATE = 20.0  # [rad/s] of a joint; likewise
+
+
+@dataclass(frozen=True, slots=True)
+class CounterLaw:
+    """How one encoder's raw readings follow each other.
+
+    Attributes:
+        periods: ranges [counts] modulo which a step is taken, in this order.
+        max_step: largest step per sample that is believed [counts], below half of every range.
+        absolute: True where a reading means a place (joint, link), False where it means travel (wheel).
+    """
+
+    periods: tuple[int, ...]
+    max_step: int
+    absolute: bool
+
+    def step(self, before: int, after: int) -> int:
+        """Return the shortest way from one raw reading to the next [counts]."""
+        delta = after - before
+        for period in self.periods:
+            delta = (delta + period // 2) % period - period // 2
+        return delta
+
+    def believes(self, step: int, samples: int = 1) -> bool:
+        """Say whether a step is possible within a number of samples."""
+        return abs(step) <= min(self.max_step * samples, self._below_half)
+
+    @property
+    def _below_half(self) -> int:
+        return (min(self.periods) + 1) // 2 - 1
+
+
+def counter_law(encoder: Encoder, vehicle: VehicleParameters) -> CounterLaw:
+    """Return the law of one encoder of a vehicle.
+
+    A joint that counts whole turns wraps at its turn (single-turn encoders) or at its width; taking the
+    step modulo the width and then modulo the turn is right for both.
+    """
+    periods: tuple[int, ...] = (encoder.wrap_range,)
+    period = vehicle.bus.sync_period
+    if encoder.channel == "link":
+        return CounterLaw(periods, _counts(MAX_SPEED * period / abs(encoder.scale)), absolute=True)
+    if encoder.channel in {"joint_a", "joint_b"}:
+        turn = encoder.counts_per_turn
+        if turn is not None and float(turn).is_integer():
+            periods = (encoder.wrap_range, int(turn))
+        return CounterLaw(periods, _counts(MAX_TURN_RATE * period / abs(encoder.scale)), absolute=True)
+    metres = abs(vehicle.metres_per_count(encoder.channel))
+    return CounterLaw(periods, _counts(MAX_SPEED * period / metres), absolute=False)
+
+
+def _counts(step: float) -> int:
+    return max(1, int(step))
+
+
+class Counter:
+    """One encoder's counter, followed reading by reading.
+
+    Attributes:
+        count: unwrapped count of the last reading that was believed; None before the first.
+    """
+
+    def __init__(self, law: CounterLaw) -> None:
+        self.law = law
+        self.count: int | None = None
+        self._raw = 0
+        self._suspect: int | None = None
+        self._samples = 0
+        self._rebase = False
+
+    def step(self, raw: int | None) -> bool:
+        """Take the reading of one sample, None where it is missing; say whether it was believed."""
+        self._samples += 1
+        if raw is None:
+            return False
+        if self.count is None:
+            self.count = raw
+        elif self._rebase and not self.law.absolute:
+            pass  # the counter started anew: this reading is where the old count goes on
+        else:
+            step = self.law.step(self._raw, raw)
+            if not self.law.believes(step, self._samples):
+                restarted = self._suspect is not None and self.law.believes(self.law.step(self._suspect, raw))
+                if not restarted:
+                    self._suspect = raw
+                    return False
+                assert self._suspect is not None
+                step = step if self.law.absolute else self.law.step(self._suspect, raw)
+            self.count += step
+        self._raw, self._suspect, self._samples, self._rebase = raw, None, 0, False
+        return True
+
+    def rebase(self) -> None:
+        """Let the next reading stand where the last one stood: the device has been restarted."""
+        self._rebase = True
+
+
+@dataclass(frozen=True, slots=True)
+class Unwrapped:
+    """One channel over a recording.
+
+    Attributes:
+        counts: (N,) unwrapped; a sample that is not present repeats the one before it, and the samples
+            before the first present one show that one.
+        present: (N,) readings that were there and were believed.
+    """
+
+    counts: NDArray[np.int64]
+    present: NDArray[np.bool_]
+
+
+def unwrap(
+    raw: ArrayLike, law: CounterLaw, present: ArrayLike | None = None, restarts: ArrayLike | None = None
+) -> Unwrapped:
+    """Unwrap a whole channel: what `Counter` gives reading by reading.
+
+    Args:
+        raw: (N,) raw readings; the values where `present` is False do not matter.
+        law: of the encoder.
+        present: (N,) where a reading was received; all by default.
+        restarts: (N,) True where the device restarted since the sample before.
+    """
+    raw = np.asarray(raw, np.int64)
+    present = np.ones(len(raw), bool) if present is None else np.array(present, bool)
+    restarts = np.zeros(len(raw), bool) if restarts is None else np.asarray(restarts, bool)
+    where = np.flatnonzero(present)
+    if len(where) == 0:
+        return Unwrapped(np.zeros(len(raw), np.int64), present)
+    steps = np.diff(raw[where])
+    for period in law.periods:
+        steps = (steps + period // 2) % period - period // 2
+    if not law.absolute:
+        steps[np.diff(np.cumsum(restarts)[where]) > 0] = 0
+    limit = np.minimum(law.max_step * np.diff(where), (min(law.periods) + 1) // 2 - 1)
+    if np.any(np.abs(steps) > limit):
+        return _reading_by_reading(raw, law, present, restarts)
+    counts = raw[where[0]] + np.concatenate(([0], np.cumsum(steps)))
+    return Unwrapped(counts[np.maximum(np.cumsum(present) - 1, 0)], present)
+
+
+def _reading_by_reading(
+    raw: NDArray[np.int64],
+    law: CounterLaw,
+    present: NDArray[np.bool_],
+    restarts: NDArray[np.bool_],
+) -> Unwrapped:
+    """Unwrap a channel with rejected readings, which is rare, by the stepwise law itself."""
+    counter = Counter(law)
+    believed = np.zeros(len(raw), bool)
+    counts = np.empty(len(raw), np.int64)
+    for index, value in enumerate(raw.tolist()):
+        if restarts[index]:
+            counter.rebase()
+        believed[index] = counter.step(value if present[index] else None)
+        counts[index] = counter.count if counter.count is not None else 0
+    first = int(np.argmax(believed))
+    counts[:first] = counts[first]
+    return Unwrapped(counts, believed)

@@ -1,0 +1,53 @@
+"""The root of every error that this project raises on purpose, and the errors of this room."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class OmnimateError(Exception):
+    """Something that a user can put right; its text says what was expected, where, and what to do."""
+
+
+class VehicleFileError(OmnimateError):
+    """A `vehicle.toml` that does not describe a possible robot.
+
+    Attributes:
+        source: the file's name.
+        key: the dotted key, such as `truck.a.wheelbase`.
+    """
+
+    def __init__(self, source: str | Path, key: str, problem: str) -> None:
+        super().__init__(f"{source}: {key}: {problem}")
+        self.source = str(source)
+        self.key = key
+
+
+class LogError(OmnimateError):
+    """A bus log that cannot be read, or not to its end.
+
+    Attributes:
+        source: the file's name.
+        line: its first bad line, counted from 1; None where the format has no lines.
+    """
+
+    def __init__(self, source: str | Path, line: int | None, problem: str) -> None:
+        where = f"{source}:{line}" if line is not None else f"{source}"
+        super().__init__(f"{where}: {problem}")
+        self.source = str(source)
+        self.line = line
+
+
+class RecordingError(OmnimateError):
+    """A recording folder that is incomplete or contradicts itself.
+
+    Attributes:
+        source: the folder or the file in it.
+    """
+
+    def __init__(self, source: str | Path, problem: str) -> None:
+        super().__init__(f"{source}: {problem}")
+        self.source = str(source)

@@ -1,0 +1,329 @@
+"""What the owner believes the robot to be: the content of `vehicle.toml`, checked.
+
+`wheelbase` is the distance between the contact points of the two drive wheels of one truck, as in the
+papers; car people say track. Lengths in metres, angles in radians, times in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+from vehicle.errors import OmnimateError
+
+TruckName = Literal["a", "b"]
+Channel = Literal["a.left", "a.right", "b.left", "b.right", "joint_a", "joint_b", "link"]
+Profile = Literal["cia406", "cia402"]
+
+TRUCKS: tuple[TruckName, ...] = get_args(TruckName)
+CHANNELS: tuple[Channel, ...] = get_args(Channel)
+WHEELS: tuple[Channel, ...] = CHANNELS[:4]
+JOINTS: tuple[Channel, ...] = ("joint_a", "joint_b")
+
+
+class ParameterError(OmnimateError):
+    """A value that no robot can have.
+
+    Attributes:
+        key: the parameter's name inside its table.
+    """
+
+    def __init__(self, key: str, problem: str) -> None:
+        super().__init__(f"{key}: {problem}")
+        self.key = key
+        self.problem = problem
+
+
+def _number(key: str, value: float, low: float, high: float, unit: str) -> None:
+    """Refuse what is not finite or outside what any robot could have."""
+    if not math.isfinite(value):
+        raise ParameterError(key, f"{value} is not a finite number; expected {low} to {high} {unit}")
+    if not low <= value <= high:
+        hint = ""
+        if unit == "m" and low <= value / 1000.0 <= high:
+            hint = f"; this looks like millimetres: write {value / 1000.0:g}"
+        raise ParameterError(key, f"{value:g} is impossible; expected {low:g} to {high:g} {unit}{hint}")
+
+
+@dataclass(frozen=True, slots=True)
+class Truck:
+    """One differential-drive truck.
+
+    Attributes:
+        wheelbase: distance between the contact points of the two drive wheels [m].
+        wheel_diameter_left: [m].
+        wheel_diameter_right: [m].
+    """
+
+    wheelbase: float
+    wheel_diameter_left: float
+    wheel_diameter_right: float
+
+    def __post_init__(self) -> None:
+        _number("wheelbase", self.wheelbase, 0.01, 10.0, "m")
+        _number("wheel_diameter_left", self.wheel_diameter_left, 0.005, 3.0, "m")
+        _number("wheel_diameter_right", self.wheel_diameter_right, 0.005, 3.0, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class Linkage:
+    """The compliant linkage between the trucks' centres.
+
+    Attributes:
+        length: distance of the centres where the linear encoder reads its `zero` [m].
+    """
+
+    length: float
+
+    def __post_init__(self) -> None:
+        _number("length", self.length, 0.05, 20.0, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class Bus:
+    """The CAN bus.
+
+    Attributes:
+        bitrate: [bit/s].
+        sync_period: time between two SYNC frames [s]; every SYNC opens one sample.
+    """
+
+    bitrate: int
+    sync_period: float
+
+    def __post_init__(self) -> None:
+        _number("bitrate", self.bitrate, 10_000, 1_000_000, "bit/s")
+        _number("sync_period", self.sync_period, 0.0005, 10.0, "s")
+
+
+@dataclass(frozen=True, slots=True)
+class Encoder:
+    """One encoder and where its counts stand on the bus.
+
+    Attributes:
+        channel: what it measures.
+        node: CANopen node id, 1 to 127.
+        cob_id: COB-ID of the TPDO that carries it.
+        start_bit: first bit in the PDO, little-endian as CiA 301 packs.
+        bits: width in the PDO.
+        signed: whether the field is two's complement.
+        sign: +1 or -1, so that a wheel that rolls forward counts up.
+        counts_per_turn: counts of one turn of the wheel or joint; None for the link.
+        counts_per_metre: counts per metre of the link; None elsewhere.
+        zero: raw counts at angle 0, or at `linkage.length`; not used for wheels.
+        range: counts after which the counter wraps (6002h), where that is not 2**bits.
+        profile: the device profile: a CiA 406 encoder or the encoder of a CiA 402 drive.
+        vendor: 1018h:1 that the device must show; None accepts any.
+        product: 1018h:2 likewise.
+        serial: 1018h:4 likewise.
+    """
+
+    channel: Channel
+    node: int
+    cob_id: int
+    start_bit: int
+    bits: int
+    signed: bool
+    sign: int
+    counts_per_turn: float | None = None
+    counts_per_metre: float | None = None
+    zero: int = 0
+    range: int | None = None
+    profile: Profile = "cia406"
+    vendor: int | None = None
+    product: int | None = None
+    serial: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.channel not in CHANNELS:
+            raise ParameterError(
+                "channel", f"{self.channel!r} is unknown; expected one of {', '.join(CHANNELS)}"
+            )
+        _number("node", self.node, 1, 127, "(node id)")
+        _number("cob_id", self.cob_id, 0x001, 0x7FF, "(11-bit COB-ID)")
+        _number("start_bit", self.start_bit, 0, 63, "(bit)")
+        _number("bits", self.bits, 1, 64, "(bits)")
+        if self.start_bit + self.bits > 64:
+            raise ParameterError("bits", f"the field ends at bit {self.start_bit + self.bits}; a PDO has 64")
+        if self.sign not in {1, -1}:
+            raise ParameterError("sign", f"{self.sign} is neither 1 nor -1")
+        if self.range is not None and not 1 < self.range <= 2**self.bits:
+            raise ParameterError(
+                "range", f"{self.range} does not fit {self.bits} bits; expected 2 to {2**self.bits}"
+            )
+        self._check_scale()
+
+    def _check_scale(self) -> None:
+        wanted = "counts_per_metre" if self.channel == "link" else "counts_per_turn"
+        other = "counts_per_turn" if self.channel == "link" else "counts_per_metre"
+        if getattr(self, other) is not None:
+            raise ParameterError(other, f"wrong unit for {self.channel}; it is measured in {wanted}")
+        value = getattr(self, wanted)
+        if value is None:
+            raise ParameterError(wanted, f"missing; {self.channel} needs its unit as {wanted}")
+        _number(wanted, value, 1.0, 1e12, "counts")
+
+    @property
+    def wrap_range(self) -> int:
+        """Counts after which the raw counter starts again."""
+        return self.range if self.range is not None else int(2**self.bits)
+
+    @property
+    def scale(self) -> float:
+        """Signed radians (wheel, joint) or metres (link) per count."""
+        if self.counts_per_metre is not None:
+            return self.sign / self.counts_per_metre
+        assert self.counts_per_turn is not None  # __post_init__ saw to it
+        return self.sign * 2.0 * math.pi / self.counts_per_turn
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One CiA 402 drive that turns a wheel by target velocity (60FFh).
+
+    Attributes:
+        wheel: the wheel that it turns.
+        node: CANopen node id.
+        cob_id: COB-ID of the RPDO that carries 60FFh (32 bits, signed) [counts/s].
+        sign: +1 or -1, so that a positive wheel speed rolls forward.
+        counts_per_turn: counts of the drive's velocity unit per turn of the wheel.
+    """
+
+    wheel: Channel
+    node: int
+    cob_id: int
+    sign: int
+    counts_per_turn: float
+
+    def __post_init__(self) -> None:
+        if self.wheel not in WHEELS:
+            raise ParameterError("wheel", f"{self.wheel!r} is no wheel; expected one of {', '.join(WHEELS)}")
+        _number("node", self.node, 1, 127, "(node id)")
+        _number("cob_id", self.cob_id, 0x001, 0x7FF, "(11-bit COB-ID)")
+        if self.sign not in {1, -1}:
+            raise ParameterError("sign", f"{self.sign} is neither 1 nor -1")
+        _number("counts_per_turn", self.counts_per_turn, 1.0, 1e12, "counts")
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the robot may do at most.
+
+    Attributes:
+        speed: of any wheel over the floor [m/s].
+        acceleration: of any wheel over the floor [m/s^2].
+    """
+
+    speed: float = 0.5
+    acceleration: float = 0.5
+
+    def __post_init__(self) -> None:
+        _number("speed", self.speed, 0.001, 20.0, "m/s")
+        _number("acceleration", self.acceleration, 0.001, 50.0, "m/s^2")
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleParameters:
+    """A whole robot: one truck, or two on a linkage, and what hangs on its bus.
+
+    Attributes:
+        name: what its owner calls it.
+        trucks: `a` leads; `b` follows, on a two-truck robot.
+        linkage: None on a single differential drive.
+        bus: bit rate and SYNC period.
+        encoders: in the order of the file; each channel at most once.
+        drives: empty where the robot is only read.
+        limits: of speed and acceleration.
+    """
+
+    name: str
+    trucks: dict[TruckName, Truck]
+    linkage: Linkage | None
+    bus: Bus
+    encoders: tuple[Encoder, ...]
+    drives: tuple[Drive, ...] = ()
+    limits: Limits = Limits()
+
+    def __post_init__(self) -> None:
+        if "a" not in self.trucks:
+            raise ParameterError("truck.a", "missing; the leading or only truck is called a")
+        if ("b" in self.trucks) != (self.linkage is not None):
+            raise ParameterError(
+                "linkage", "a second truck and [linkage] belong together; one of them is missing"
+            )
+        self._check_encoders()
+        self._check_drives()
+
+    def _check_encoders(self) -> None:
+        channels = [encoder.channel for encoder in self.encoders]
+        for channel in channels:
+            if channels.count(channel) > 1:
+                raise ParameterError("encoder", f"channel {channel} stands twice")
+        for channel in self.expected_channels:
+            if channel not in channels:
+                raise ParameterError("encoder", f"channel {channel} is missing")
+        for channel in channels:
+            if channel not in self.expected_channels:
+                raise ParameterError("encoder", f"channel {channel} needs truck b and [linkage]")
+        for one in self.encoders:
+            for other in self.encoders:
+                same_bits = (
+                    one is not other
+                    and one.cob_id == other.cob_id
+                    and one.start_bit <= other.start_bit < one.start_bit + one.bits
+                )
+                if same_bits:
+                    raise ParameterError(
+                        "encoder", f"{one.channel} and {other.channel} share bits of PDO {one.cob_id:03X}h"
+                    )
+
+    def _check_drives(self) -> None:
+        wheels = [drive.wheel for drive in self.drives]
+        for wheel in wheels:
+            if wheels.count(wheel) > 1:
+                raise ParameterError("drive", f"wheel {wheel} stands twice")
+            if wheel not in self.wheels:
+                raise ParameterError("drive", f"wheel {wheel} needs truck b")
+
+    @property
+    def expected_channels(self) -> tuple[Channel, ...]:
+        """The channels that such a robot has: two, or seven."""
+        return CHANNELS if self.linkage is not None else CHANNELS[:2]
+
+    @property
+    def wheels(self) -> tuple[Channel, ...]:
+        """The wheels in the order of `CHANNELS`: two, or four."""
+        return WHEELS if self.linkage is not None else WHEELS[:2]
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The encoders' channels in the order of the file."""
+        return tuple(encoder.channel for encoder in self.encoders)
+
+    def encoder(self, channel: Channel) -> Encoder:
+        """Return the encoder of a channel; KeyError where the robot has none."""
+        for encoder in self.encoders:
+            if encoder.channel == channel:
+                return encoder
+        raise KeyError(channel)
+
+    def drive(self, wheel: Channel) -> Drive:
+        """Return the drive of a wheel; KeyError where the robot has none."""
+        for drive in self.drives:
+            if drive.wheel == wheel:
+                return drive
+        raise KeyError(wheel)
+
+    def wheel_diameter(self, wheel: Channel) -> float:
+        """Return a wheel's diameter [m]."""
+        truck = self.trucks["a" if wheel.startswith("a") else "b"]
+        return truck.wheel_diameter_left if wheel.endswith("left") else truck.wheel_diameter_right
+
+    def metres_per_count(self, wheel: Channel) -> float:
+        """Return the signed travel per count of a wheel [m], U (2.1) with c_m = pi D / counts_per_turn."""
+        return self.encoder(wheel).scale * self.wheel_diameter(wheel) / 2.0
+
+    def with_truck(self, name: TruckName, truck: Truck) -> VehicleParameters:
+        """Return the same robot with another truck `name`."""
+        return replace(self, trucks={**self.trucks, name: truck})

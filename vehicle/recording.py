@@ -1,0 +1,183 @@
+"""One drive of one robot, measured or simulated: frozen named arrays on one clock.
+
+A measured and a simulated drive are the same type, so that their difference is a subtraction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+
+from vehicle.errors import RecordingError
+from vehicle.se2 import Array, wrap
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from vehicle.parameters import Channel, TruckName, VehicleParameters
+
+Direction = Literal["cw", "ccw", "none"]
+GapReason = Literal["missing", "reboot", "jump"]
+
+DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
+
+
+@dataclass(frozen=True, slots=True)
+class Poses:
+    """Absolute poses, measured from outside, in order of time.
+
+    Attributes:
+        time: (M,) [s].
+        body: (M,) which truck, "a" or "b".
+        pose: (M, 3) x [m], y [m], theta [rad]; nan where unknown.
+        sigma: (M, 3) standard deviations likewise.
+    """
+
+    time: Array
+    body: NDArray[np.str_]
+    pose: Array
+    sigma: Array
+
+    def __post_init__(self) -> None:
+        count = len(self.time)
+        shapes = (self.body.shape, self.pose.shape, self.sigma.shape)
+        if shapes != ((count,), (count, 3), (count, 3)):
+            raise ValueError(f"poses of shapes {shapes} do not belong to {count} times")
+        _freeze(self.time, self.body, self.pose, self.sigma)
+
+    def of(self, truck: TruckName) -> Poses:
+        """Return the poses of one truck."""
+        mine = self.body == truck
+        return Poses(self.time[mine], self.body[mine], self.pose[mine], self.sigma[mine])
+
+
+@dataclass(frozen=True, slots=True)
+class Lap:
+    """A stretch of a drive that belongs together and may be held out.
+
+    Attributes:
+        direction: of a closed path; "none" for any other.
+        start: [s] on the recording's clock.
+        end: [s] likewise.
+    """
+
+    direction: Direction
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What was driven.
+
+    Attributes:
+        protocol: umbmark, extended-umbmark, straight, free, or another word.
+        side: of the square [m], where there is one.
+        laps: in order of time.
+    """
+
+    protocol: str
+    side: float | None
+    laps: tuple[Lap, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A stretch in which a channel was not read, or a moment at which its counter was re-baselined.
+
+    Attributes:
+        channel: of the encoder.
+        start: time of the last good sample before it [s].
+        end: time of the first good sample after it [s].
+        reason: frames missing, a device that restarted, or a reading that jumped.
+    """
+
+    channel: Channel
+    start: float
+    end: float
+    reason: GapReason
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A drive, one row per SYNC; columns in the order of `vehicle.channels`.
+
+    Attributes:
+        vehicle: the robot as its owner believes it to be.
+        time: (N,) of each SYNC [s].
+        counts: (N, C) unwrapped raw counts; a sample that is not present repeats the one before.
+        present: (N, C) whether the channel was read in this sample.
+        poses: absolute poses, or None.
+        run: what was driven, or None.
+        gaps: of all channels, in order of time.
+        commands: (N, W) commanded wheel speeds [rad/s] in the order of `vehicle.wheels`, or None.
+        source: where it came from, for messages.
+    """
+
+    vehicle: VehicleParameters
+    time: Array
+    counts: NDArray[np.int64]
+    present: NDArray[np.bool_]
+    poses: Poses | None = None
+    run: Run | None = None
+    gaps: tuple[Gap, ...] = ()
+    commands: Array | None = None
+    source: str = "recording"
+
+    def __post_init__(self) -> None:
+        shape = (len(self.time), len(self.vehicle.channels))
+        if self.counts.shape != shape or self.present.shape != shape:
+            raise ValueError(f"counts {self.counts.shape} and present {self.present.shape}; expected {shape}")
+        wheels = (len(self.time), len(self.vehicle.wheels))
+        if self.commands is not None and self.commands.shape != wheels:
+            raise ValueError(f"commands {self.commands.shape}; expected {wheels}")
+        if len(self.time) == 0:
+            raise RecordingError(self.source, "no sample in it; expected SYNC frames (COB-ID 080h) and PDOs")
+        _freeze(self.time, self.counts, self.present)
+        if self.commands is not None:
+            _freeze(self.commands)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def is_present(self, channel: Channel) -> NDArray[np.bool_]:
+        """Return where a channel was read, `(N,)`."""
+        return self.present[:, self.vehicle.channels.index(channel)]
+
+    def channel_counts(self, channel: Channel) -> NDArray[np.int64]:
+        """Return the unwrapped counts of a channel, `(N,)`."""
+        return self.counts[:, self.vehicle.channels.index(channel)]
+
+    def wheel_angle(self, wheel: Channel) -> Array:
+        """Return how far a wheel has turned [rad], `(N,)`; forward is positive, the zero is the counter's."""
+        return np.asarray(self.channel_counts(wheel) * self.vehicle.encoder(wheel).scale, np.float64)
+
+    def joint_angle(self, joint: Channel) -> Array:
+        """Return a joint's angle [rad], `(N,)`: continuous, beginning in (-pi, pi]."""
+        encoder = self.vehicle.encoder(joint)
+        angle = (self.channel_counts(joint) - encoder.zero) * encoder.scale
+        return np.asarray(angle - (angle[0] - wrap(angle[0])), np.float64)
+
+    def link_length(self) -> Array:
+        """Return the distance of the trucks' centres [m], `(N,)`.
+
+        Raises:
+            RecordingError: the robot has one truck only.
+        """
+        if self.vehicle.linkage is None:
+            raise RecordingError(self.source, "a robot with a single truck has no linkage")
+        encoder = self.vehicle.encoder("link")
+        length = self.vehicle.linkage.length + (self.channel_counts("link") - encoder.zero) * encoder.scale
+        return np.asarray(length, np.float64)
+
+    def between(self, start: float, end: float) -> slice:
+        """Return the slice of the samples with start <= time <= end [s]."""
+        first = int(np.searchsorted(self.time, start, side="left"))
+        return slice(first, int(np.searchsorted(self.time, end, side="right")))
+
+
+def _freeze(*arrays: NDArray[np.generic]) -> None:
+    for array in arrays:
+        array.flags.writeable = False

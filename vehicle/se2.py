@@ -1,0 +1,49 @@
+"""Poses in the plane: the group SE(2) on arrays whose last axis is x [m], y [m], theta [rad].
+
+Every function takes one pose `(3,)` or many `(..., 3)`, broadcasts, and returns the same shape.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def wrap(angle: ArrayLike) -> Array:
+    """Return the same angle [rad] in (-pi, pi]."""
+    angle = np.asarray(angle, dtype=np.float64)
+    return np.pi - np.mod(np.pi - angle, 2.0 * np.pi)
+
+
+def compose(first: ArrayLike, second: ArrayLike) -> Array:
+    """Return the pose reached by going `second`, seen from `first`: first (+) second."""
+    first, second = np.asarray(first, np.float64), np.asarray(second, np.float64)
+    cos, sin = np.cos(first[..., 2]), np.sin(first[..., 2])
+    x = first[..., 0] + cos * second[..., 0] - sin * second[..., 1]
+    y = first[..., 1] + sin * second[..., 0] + cos * second[..., 1]
+    return np.stack([x, y, first[..., 2] + second[..., 2]], axis=-1)
+
+
+def inverse(pose: ArrayLike) -> Array:
+    """Return the pose that undoes `pose`, so that composing the two gives zero."""
+    pose = np.asarray(pose, np.float64)
+    cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    x = -cos * pose[..., 0] - sin * pose[..., 1]
+    y = sin * pose[..., 0] - cos * pose[..., 1]
+    return np.stack([x, y, -pose[..., 2]], axis=-1)
+
+
+def between(first: ArrayLike, second: ArrayLike) -> Array:
+    """Return `second` as seen from `first`: inverse(first) (+) second."""
+    return compose(inverse(first), second)
+
+
+def transform(pose: ArrayLike, point: ArrayLike) -> Array:
+    """Return points `(..., 2)` [m], given in the frame of `pose`, in the frame that holds `pose`."""
+    pose, point = np.asarray(pose, np.float64), np.asarray(point, np.float64)
+    cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    x = pose[..., 0] + cos * point[..., 0] - sin * point[..., 1]
+    y = pose[..., 1] + sin * point[..., 0] + cos * point[..., 1]
+    return np.stack([x, y], axis=-1)
