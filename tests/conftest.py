@@ -14,3 +14,32 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip("the real recordings (../shared/data) are not here")
     return folder
+
+
+@pytest.fixture
+def robot_toml() -> str:
+    """The text of a whole two-truck robot's `vehicle.toml`."""
+    head = """
+name = "omnimate-7"
+[truck.a]
+wheelbase = 0.340
+wheel_diameter_left = 0.150
+wheel_diameter_right = 0.151
+[truck.b]
+wheelbase = 0.341
+wheel_diameter_left = 0.150
+wheel_diameter_right = 0.150
+[linkage]
+length = 1.000
+[bus]
+bitrate = 500000
+sync_period = 0.015
+"""
+    units = ["counts_per_turn = 40000"] * 4 + ["counts_per_turn = 16384"] * 2 + ["counts_per_metre = 10000"]
+    channels = ["a.left", "a.right", "b.left", "b.right", "joint_a", "joint_b", "link"]
+    encoders = [
+        f'[[encoder]]\nchannel = "{channel}"\nnode = {node}\ncob_id = {0x180 + node}\n'
+        f"start_bit = 0\nbits = 32\nsigned = true\nsign = 1\n{unit}\n"
+        for node, (channel, unit) in enumerate(zip(channels, units, strict=True), start=1)
+    ]
+    return head + "\n".join(encoders)

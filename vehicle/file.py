@@ -121,9 +121,9 @@ class _Reader:
                 trucks={
                     key: self.table(Truck, trucks[key], f"truck.{key}") for key in TRUCKS if key in trucks
                 },
-                linkage=self.table(Linkage, document["linkage"], "linkage")
-                if "linkage" in document
-                else None,
+                linkage=(
+                    self.table(Linkage, document["linkage"], "linkage") if "linkage" in document else None
+                ),
                 bus=self.table(Bus, self._mapping(document, "bus"), "bus"),
                 encoders=self._list(Encoder, document, "encoder"),
                 drives=self._list(Drive, document, "drive"),

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 def wrap(angle: ArrayLike) -> Array:
     """Return the same angle [rad] in (-pi, pi]."""
     angle = np.asarray(angle, dtype=np.float64)
-    return np.pi - np.mod(np.pi - angle, 2.0 * np.pi)
+    return angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))
 
 
 def compose(first: ArrayLike, second: ArrayLike) -> Array:

@@ -1,0 +1,113 @@
+"""vehicle.toml: what is written comes back, and every impossible robot is refused by name."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vehicle.errors import VehicleFileError
+from vehicle.file import format_vehicle, load_vehicle, parse_vehicle, save_vehicle
+from vehicle.parameters import Bus, Drive, Encoder, Limits, Linkage, Truck, VehicleParameters
+
+trucks = st.builds(
+    Truck,
+    wheelbase=st.floats(0.01, 10),
+    wheel_diameter_left=st.floats(0.005, 3),
+    wheel_diameter_right=st.floats(0.005, 3),
+)
+
+
+@st.composite
+def wheels(draw, channel, node):
+    bits = draw(st.sampled_from([16, 24, 32, 64]))
+    return Encoder(
+        channel=channel,
+        node=node,
+        cob_id=0x180 + node,
+        start_bit=draw(st.integers(0, 64 - bits)),
+        bits=bits,
+        signed=draw(st.booleans()),
+        sign=draw(st.sampled_from([1, -1])),
+        counts_per_turn=draw(st.one_of(st.integers(1, 10**9), st.floats(1, 1e9))),
+        range=draw(st.one_of(st.none(), st.integers(2, 2**bits))),
+        profile=draw(st.sampled_from(["cia406", "cia402"])),
+        serial=draw(st.one_of(st.none(), st.integers(0, 2**32 - 1))),
+    )
+
+
+singles = st.builds(
+    lambda name, truck, bus, left, right, limits, drives: VehicleParameters(
+        name, {"a": truck}, None, bus, (left, right), drives, limits
+    ),
+    st.text(max_size=20),
+    trucks,
+    st.builds(Bus, st.sampled_from([125_000, 500_000]), st.floats(0.001, 1)),
+    wheels("a.left", 1),
+    wheels("a.right", 2),
+    st.builds(Limits, st.floats(0.001, 20), st.floats(0.001, 50)),
+    st.sampled_from([(), (Drive("a.left", 11, 0x20B, -1, 4096.0),)]),
+)
+
+
+@given(singles)
+def test_what_is_written_comes_back(vehicle):
+    assert parse_vehicle(format_vehicle(vehicle)) == vehicle
+
+
+def test_a_two_truck_robot_is_read_and_survives_a_round_trip_on_disk(robot_toml, tmp_path):
+    vehicle = parse_vehicle(robot_toml)
+    save_vehicle(vehicle, tmp_path / "vehicle.toml")
+    assert load_vehicle(tmp_path / "vehicle.toml") == vehicle
+    assert [path.name for path in tmp_path.iterdir()] == ["vehicle.toml"]
+    assert vehicle.linkage == Linkage(1.0)
+    assert vehicle.channels[6] == "link"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ("wheelbase = 0.341", "wheelbase = 341", "truck.b.wheelbase", "looks like millimetres: write 0.341"),
+        ("wheelbase = 0.341", "wheelbase = nan", "truck.b.wheelbase", "not a finite number"),
+        ("wheelbase = 0.341", "wheelbase = -0.3", "truck.b.wheelbase", "impossible; expected 0.01 to 10 m"),
+        ("wheelbase = 0.341", 'wheelbase = "0.341"', "truck.b.wheelbase", "expected a number"),
+        ("wheelbase = 0.341", "track = 0.341", "truck.b.track", "unknown key; expected one of wheelbase"),
+        ("wheelbase = 0.341", "", "truck.b.wheelbase", "missing"),
+        ("[truck.b]", "[truck.c]", "truck.c", "expected a or b"),
+        ("length = 1.000", "length = true", "linkage.length", "expected a number"),
+        ("counts_per_metre = 10000", "counts_per_turn = 10000", "encoder[6].counts_per_turn", "wrong unit"),
+        ("counts_per_metre = 10000", "", "encoder[6].counts_per_metre", "needs its unit"),
+        ("node = 3", "node = 300", "encoder[2].node", "expected 1 to 127"),
+        ("node = 3", "node = 3.5", "encoder[2].node", "expected a whole number"),
+        ('"joint_a"', '"joint_c"', "encoder[4].channel", "expected one of a.left"),
+        ('"joint_a"', '"joint_b"', "encoder", "joint_b stands twice"),
+        ("cob_id = 386", "cob_id = 385", "encoder", "share bits of PDO 181h"),
+        ("[linkage]\nlength = 1.000", "", "linkage", "belong together"),
+        ("[bus]", "[can]", "can", "unknown key; expected one of name"),
+        ("signed = true", "signed = 1", "encoder[0].signed", "expected true or false"),
+        ("sign = 1", "sign = 0", "encoder[0].sign", "neither 1 nor -1"),
+        ("bits = 32", "bits = 65", "encoder[0].bits", "expected 1 to 64"),
+    ],
+)
+def test_an_impossible_robot_is_refused_by_file_key_and_expectation(robot_toml, old, new, key, words):
+    assert old in robot_toml
+    with pytest.raises(VehicleFileError) as caught:
+        parse_vehicle(robot_toml.replace(old, new, 1), "shop/vehicle.toml")
+    assert caught.value.key == key
+    assert str(caught.value).startswith("shop/vehicle.toml: ")
+    assert words in str(caught.value)
+
+
+def test_no_toml_and_no_file_are_said(tmp_path):
+    with pytest.raises(VehicleFileError, match="not TOML"):
+        parse_vehicle("= 3")
+    with pytest.raises(VehicleFileError, match="cannot be read"):
+        load_vehicle(tmp_path / "absent.toml")
+
+
+@given(st.dictionaries(st.text(max_size=8), st.integers() | st.booleans() | st.text(max_size=5), max_size=4))
+def test_any_other_table_is_refused_and_never_crashes(table):
+    text = "\n".join(
+        f"{key!r} = {str(value).lower() if isinstance(value, bool) else value!r}"
+        for key, value in table.items()
+    )
+    with pytest.raises(VehicleFileError):
+        parse_vehicle(text)

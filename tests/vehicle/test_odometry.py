@@ -1,0 +1,103 @@
+"""Dead reckoning: whole recordings and single samples agree, and lost samples never look like a turn."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vehicle.errors import RecordingError
+from vehicle.file import parse_vehicle
+from vehicle.odometry import Odometer, arc, dead_reckon, integrate
+from vehicle.recording import Recording
+from vehicle.sample import Sample
+
+
+def recording_of(vehicle, left, right, present=None):
+    counts = np.zeros((len(left), len(vehicle.channels)), np.int64)
+    counts[:, 0], counts[:, 1] = left, right
+    if present is None:
+        present = np.ones(counts.shape, bool)
+    time = vehicle.bus.sync_period * np.arange(len(left), dtype=np.float64)
+    return Recording(vehicle, time, counts, present)
+
+
+def samples_of(recording):
+    nothing = (math.nan,) * len(recording.vehicle.channels)
+    for index, time in enumerate(recording.time):
+        yield Sample(
+            index,
+            float(time),
+            tuple(recording.counts[index].tolist()),
+            tuple(recording.present[index].tolist()),
+            nothing,
+            nothing,
+        )
+
+
+@pytest.fixture(scope="module")
+def vehicle():
+    same = "start_bit = 0, bits = 32, signed = true"
+    text = f"""
+    truck.a = {{wheelbase = 0.34, wheel_diameter_left = 0.15, wheel_diameter_right = 0.1502}}
+    bus = {{bitrate = 500000, sync_period = 0.015}}
+    encoder = [
+      {{channel = "a.left", node = 1, cob_id = 0x181, {same}, sign = 1, counts_per_turn = 40000}},
+      {{channel = "a.right", node = 2, cob_id = 0x182, {same}, sign = -1, counts_per_turn = 4096.5}},
+    ]
+    """
+    return parse_vehicle(text)
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1))
+def test_whole_recording_and_sample_by_sample_agree_to_1e_12(vehicle, seed):
+    random = np.random.default_rng(seed)
+    wheels = np.cumsum(random.integers(-300, 400, (2, 3000)), axis=1)
+    present = np.ones((3000, 2), bool)
+    present[random.integers(0, 3000, 200), random.integers(0, 2, 200)] = False
+    recording = recording_of(vehicle, *wheels, present)
+    whole = dead_reckon(recording, "a", (0.3, -0.2, 0.1))
+    odometer = Odometer(vehicle, "a", (0.3, -0.2, 0.1))
+    stepwise = np.array([odometer.step(sample) for sample in samples_of(recording)])
+    assert np.abs(whole - stepwise).max() < 1e-12
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.1, 2), st.integers(1, 40))
+def test_an_arc_in_one_step_or_in_many_ends_at_the_same_place(left, right, wheelbase, parts):
+    whole = integrate(arc(np.array([left]), np.array([right]), wheelbase))[-1]
+    cut = np.full(parts, 1.0 / parts)
+    assert np.allclose(integrate(arc(left * cut, right * cut, wheelbase))[-1], whole, atol=1e-9)
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3))
+def test_driving_back_undoes_an_arc(left, right):
+    there_and_back = integrate(arc(np.array([left, -left]), np.array([right, -right]), 0.34))
+    assert np.allclose(there_and_back[-1], 0.0, atol=1e-9)
+
+
+def test_a_quarter_circle_by_hand():
+    radius, wheelbase = 2.0, 0.5
+    pose = arc((radius - 0.25) * math.pi / 2, (radius + 0.25) * math.pi / 2, wheelbase)
+    assert np.allclose(pose, [radius, radius, math.pi / 2])
+
+
+def test_a_tiny_turn_loses_no_precision():
+    assert np.allclose(arc(1.0 - 1e-7, 1.0 + 1e-7, 1.0), [1.0, 1e-7, 2e-7], rtol=0, atol=1e-13)
+
+
+def test_lost_samples_of_one_wheel_leave_the_path_where_it_was(vehicle):
+    left, right = 100 * np.arange(200), -10 * np.arange(200)
+    present = np.ones((200, 2), bool)
+    present[50:120, 0] = False
+    complete = dead_reckon(recording_of(vehicle, left, right), "a")
+    pierced = dead_reckon(recording_of(vehicle, left, right, present), "a")
+    assert np.allclose(pierced[120:], complete[120:], atol=1e-9)
+    assert np.allclose(pierced[50:120], pierced[49])
+
+
+def test_wheels_never_seen_together_are_an_error_that_says_where_to_look(vehicle):
+    present = np.array([[True, False], [False, True]])
+    with pytest.raises(RecordingError, match=r"a\.left and a\.right are never there in the same sample"):
+        dead_reckon(recording_of(vehicle, [0, 1], [0, 1], present), "a")
