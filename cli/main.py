@@ -1,0 +1,47 @@
+"""The `omnimate` command: its verbs, and what its exit codes mean.
+
+Exit codes: 0 all is well; 1 an error that the message explains; 2 the call itself is wrong.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from cli.console import complain
+from cli.dbc import dbc
+from cli.demo import demo
+from cli.dump import dump
+from cli.record import record
+from cli.replay import replay
+from cli.sim import sim
+from cli.simulate import simulate
+from cli.umbmark import umbmark
+from vehicle.errors import OmnimateError
+
+app = typer.Typer(
+    name="omnimate",
+    help="Odometry that a robot fleet trusts: read, calibrate, simulate.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for verb in (demo, sim, simulate, record, replay, dump, dbc, umbmark):
+    app.command()(verb)
+
+
+def main() -> None:
+    """Run one verb; a problem that the user can solve is one sentence on stderr and exit code 1."""
+    try:
+        app()
+    except OmnimateError as error:
+        complain(str(error))
+        sys.exit(1)
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output went away, as `head` does
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""Recordings: frozen, consistent, and in the units that they state."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vehicle.errors import RecordingError
+from vehicle.file import parse_vehicle
+from vehicle.recording import Poses, Recording
+
+
+@pytest.fixture
+def recording(robot_toml):
+    vehicle = parse_vehicle(robot_toml)
+    counts = np.zeros((4, 7), np.int64)
+    counts[:, 0] = [0, 10_000, 20_000, 40_000]
+    counts[:, 4] = [12_288, 16_384, 16_384 + 4096, 16_384 + 8192]
+    counts[:, 6] = [0, 10, -10, 0]
+    return Recording(vehicle, np.arange(4) * 0.015, counts, np.ones((4, 7), bool))
+
+
+def test_channels_come_in_radians_and_metres(recording):
+    assert np.allclose(recording.wheel_angle("a.left"), [0, math.pi / 2, math.pi, 2 * math.pi])
+    assert np.allclose(recording.link_length(), [1.0, 1.001, 0.999, 1.0])
+
+
+def test_a_joint_begins_within_half_a_turn_and_goes_on_without_a_jump(recording):
+    quarter = math.pi / 2
+    assert np.allclose(recording.joint_angle("joint_a"), [-quarter, 0, quarter, 2 * quarter])
+
+
+def test_nothing_in_it_can_be_overwritten(recording):
+    with pytest.raises(ValueError, match="read-only"):
+        recording.counts[0, 0] = 1
+    with pytest.raises(AttributeError):
+        recording.source = "elsewhere"
+
+
+def test_shapes_must_belong_together(recording):
+    with pytest.raises(ValueError, match="expected"):
+        Recording(recording.vehicle, recording.time, np.zeros((4, 6), np.int64), np.ones((4, 7), bool))
+    with pytest.raises(ValueError, match="do not belong"):
+        Poses(np.zeros(2), np.array(["a"]), np.zeros((1, 3)), np.zeros((1, 3)))
+
+
+def test_an_empty_recording_says_what_it_expected(robot_toml):
+    with pytest.raises(RecordingError, match="SYNC"):
+        Recording(parse_vehicle(robot_toml), np.zeros(0), np.zeros((0, 7), np.int64), np.zeros((0, 7), bool))
+
+
+def test_between_takes_both_ends_in(recording):
+    assert recording.between(0.015, 0.030) == slice(1, 3)
