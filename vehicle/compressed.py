@@ -1,0 +1,63 @@
+"""Files that may be gzipped, read in blocks, as far as they are whole."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+_GZIP = b"\x1f\x8b"
+_AUTO_HEADER = 32 + zlib.MAX_WBITS  # zlib's wbits: expect a gzip header
+
+
+@dataclass(slots=True)
+class BlockReader:
+    """The content of a file, unpacked; what a damaged or unfinished gzip file still yields is kept.
+
+    Attributes:
+        path: of the file.
+        size: bytes read from it at a time.
+        damaged: set once a gzip file turned out to end early or to be corrupt.
+    """
+
+    path: Path
+    size: int = 1 << 21
+    damaged: bool = False
+
+    def __iter__(self) -> Iterator[bytes]:
+        with self.path.open("rb") as file:
+            packed = file.read(2) == _GZIP
+            file.seek(0)
+            size = self.size // 8 if packed else self.size
+            blocks = iter(lambda: file.read(size), b"")
+            yield from self._unpack(blocks) if packed else blocks
+
+    def lines(self) -> Iterator[bytes]:
+        """Yield blocks of whole lines; the last one may lack its newline, and may be empty."""
+        rest = b""
+        for block in self:
+            end = block.rfind(b"\n") + 1
+            if end:
+                yield rest + block[:end]
+                rest = block[end:]
+            else:  # no log has lines of this length: what is cut off is garbage as well
+                rest = (rest + block)[: self.size]
+        yield rest
+
+    def _unpack(self, blocks: Iterator[bytes]) -> Iterator[bytes]:
+        unpacker = zlib.decompressobj(_AUTO_HEADER)
+        try:
+            for block in blocks:
+                packed = block
+                while packed:
+                    if unpacker.eof:  # several gzip files in one, as `cat` makes them
+                        unpacker = zlib.decompressobj(_AUTO_HEADER)
+                    yield unpacker.decompress(packed, self.size)
+                    packed = unpacker.unused_data if unpacker.eof else unpacker.unconsumed_tail
+        except zlib.error:
+            self.damaged = True
+        self.damaged = self.damaged or not unpacker.eof

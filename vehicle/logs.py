@@ -1,0 +1,148 @@
+"""Bus logs of every format that people have, recognised by their content.
+
+candump (`-L` and `-ta`, gzipped or not), Vector `.asc` and `.blf`, PEAK `.trc`, IXXAT MiniMon. What cannot
+be read is left out and reported line by line; a log that was cut off is read up to there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vehicle import foreign_logs, minimon
+from vehicle.candump import parse_line
+from vehicle.candump_blocks import BlockParser, SkippedLine
+from vehicle.compressed import BlockReader
+from vehicle.errors import LogError
+from vehicle.frames import Frame, Frames, concatenate, frames_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_HEAD = 4096  # bytes in which a format shows itself
+
+
+@dataclass(frozen=True, slots=True)
+class LogReadResult:
+    """A log, as far as it can be read.
+
+    Attributes:
+        source: the file.
+        frames: in the order of the file.
+        skipped: lines that were left out, and why.
+        truncated: the file ends in the middle of a line or of its compressed data.
+    """
+
+    source: Path
+    frames: Frames
+    skipped: tuple[SkippedLine, ...] = ()
+    truncated: bool = False
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every line was read to the end of the file."""
+        return not self.skipped and not self.truncated
+
+    def problems(self) -> Iterator[str]:
+        """Yield in words what was left out, and where the clock runs backwards."""
+        for line in self.skipped:
+            yield f"{self.source}:{line.line}: skipped: {line.reason}: {line.text!r}"
+        if self.truncated:
+            yield f"{self.source}: the log ends early; it was read up to there"
+        for index in self.frames.backwards().tolist():
+            before, after = self.frames.time[index - 1 : index + 1].tolist()
+            yield f"{self.source}: the clock goes back at frame {index + 1}, from {before:.6f} to {after:.6f} s"
+
+
+def read_log(path: Path | str, *, strict: bool = False) -> LogReadResult:
+    """Return the frames of a log file of any known format.
+
+    Args:
+        path: of the file; its content decides on the format, not its suffix.
+        strict: refuse a log that cannot be read completely.
+
+    Raises:
+        LogError: there is no such file, nothing in it is a frame, or `strict` and something was left out.
+    """
+    path = Path(path)
+    try:
+        result = _read(path)
+    except OSError as error:
+        raise LogError(path, None, f"cannot be read: {error.strerror or error}") from error
+    if len(result.frames) == 0:
+        first = result.skipped[0] if result.skipped else SkippedLine(1, "", "the file is empty")
+        raise LogError(path, first.line, f"no CAN frame in the whole file; {first.reason}: {first.text!r}")
+    if strict and not result.is_whole:
+        line = result.skipped[0].line if result.skipped else None
+        raise LogError(path, line, next(result.problems()).removeprefix(f"{path}:"))
+    return result
+
+
+def _read(path: Path) -> LogReadResult:
+    head = b"".join(itertools.islice(BlockReader(path, _HEAD), 1))
+    form = foreign_logs.format_of(head)
+    if form is None and not head.startswith(minimon.SIGNATURE):
+        return _read_candump(path)
+    reader = BlockReader(path)
+    content = b"".join(reader)
+    if form == "blf":
+        frames, skipped, truncated = foreign_logs.read_blf(content)
+        return LogReadResult(path, frames_of(frames), tuple(skipped), truncated or reader.damaged)
+    text = content.decode("utf-8-sig", errors="replace")
+    truncated = reader.damaged or _is_cut_off(text)
+    frames, skipped = foreign_logs.read_lines(text, form) if form else _read_minimon(text)
+    return LogReadResult(path, frames_of(frames), tuple(skipped), truncated)
+
+
+def _read_candump(path: Path) -> LogReadResult:
+    parser, reader = BlockParser(), BlockReader(path)
+    parts: list[Frames] = []
+    last = b""
+    for block in reader.lines():
+        if block.endswith(b"\n"):
+            parts.append(parser.parse(block))
+        else:
+            last = block
+    frames = concatenate(parts)
+    if not last.strip():
+        return LogReadResult(path, frames, tuple(parser.skipped), reader.damaged)
+    frame = parse_line(last)
+    if isinstance(frame, str) or not _looks_complete(frame, frames):
+        reason = frame if isinstance(frame, str) else "its data end early"
+        parser.skip(parser.lines + 1, last, f"the last line was cut off; {reason}")
+        return LogReadResult(path, frames, tuple(parser.skipped), truncated=True)
+    return LogReadResult(
+        path, concatenate([*parts, frames_of([frame])]), tuple(parser.skipped), reader.damaged
+    )
+
+
+def _looks_complete(last: Frame, frames: Frames) -> bool:
+    """Say whether the last frame, whose line has no newline, is as long as one of its kind before it."""
+    lengths = frames.length[frames.can_id == last.can_id]
+    return len(lengths) == 0 or bool(np.any(lengths == last.length))
+
+
+def _is_cut_off(text: str) -> bool:
+    """Say whether the last line is shorter than its kind: python-can and MiniMon end each with a newline."""
+    return bool(text) and not text.endswith(("\n", "\r"))
+
+
+def _read_minimon(text: str) -> tuple[list[Frame], list[SkippedLine]]:
+    lines = text.splitlines()
+    first = (
+        next((number for number, line in enumerate(lines) if line.startswith('"Time"')), len(lines) - 1) + 1
+    )
+    start = minimon.start_time(lines[:first])
+    frames: list[Frame] = []
+    skipped: list[SkippedLine] = []
+    for number, line in enumerate(lines[first:], start=first + 1):
+        row = minimon.parse_row(line, start) if line.strip() else None
+        if isinstance(row, str):
+            skipped.append(SkippedLine(number, line[:80], row))
+        elif row is not None:
+            frames.append(row)
+    return frames, skipped
