@@ -1,1 +1,1 @@
-"""Where to go, as wheel speeds: squares, straights and rounded paths, driven from odometry alone."""
+"""Where to go, as wheel speeds: programs of legs, turns and via-points, driven from odometry alone."""

@@ -1,0 +1,204 @@
+"""The drives of the three papers, and free ones, as programs.
+
+Every lap begins and ends at rest; before and after it stands a rest of about 2 s with an absolute fix,
+from which the operator initialises the odometry anew, U III-C 1) and O 3.2.
+"""
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from motion.program import ARC, GOTO, HERE, LINE, PASS, TURN, WORLD, Follower, Program, Row, in_lap, rest
+from vehicle.recording import Direction
+
+Turning = Literal["cw", "ccw"]
+Point = tuple[float, float]
+
+PAUSE = 0.3  # [s] stop at a corner
+STOP = 2.0  # [s] rest between laps, for a fix
+
+
+def _sign(direction: Direction) -> int:
+    return -1 if direction == "cw" else 1
+
+
+def _home(follower: Follower, link_length: float | None, speed: float) -> list[Row]:
+    """Drive back to the origin from where a lap has really ended, truck b after truck a."""
+    rows = [Row(GOTO, speed=speed, frame=WORLD)]
+    if link_length is not None and follower == "parallel":
+        rows.append(Row(GOTO, x=-link_length, speed=speed, truck=1, frame=WORLD))
+    return rows
+
+
+def _square(side: float, direction: Direction, speed: float) -> list[Row]:
+    """One UMBmark lap, U III-C: four legs with stops, four turns on the spot including the last."""
+    rows: list[Row] = []
+    x, y, heading = 0.0, 0.0, 0.0
+    for _ in range(4):
+        x, y = x + side * math.cos(heading), y + side * math.sin(heading)
+        rows += [Row(LINE, x=x, y=y, heading=heading, speed=speed), rest(PAUSE)]
+        heading += _sign(direction) * math.pi / 2.0
+        rows += [Row(TURN, heading=heading, speed=speed), rest(PAUSE)]
+    return rows
+
+
+def umbmark(
+    side: float = 4.0,
+    runs: int = 5,
+    *,
+    order: Literal["alternating", "grouped"] = "alternating",
+    speed: float = 0.2,
+    link_length: float | None = None,
+) -> Program:
+    """Return the UMBmark: `runs` squares in each direction, each begun within centimetres of home, U III-C.
+
+    Args:
+        side: of the square [m].
+        runs: in each direction; cw comes first.
+        order: cw and ccw in turn, or all cw before all ccw.
+        speed: of the wheels [m/s]; U uses 0.2.
+        link_length: of a robot with two trucks [m]: truck b keeps the heading and the formation of a, so
+            that the square calibrates both; None for a single truck.
+    """
+    pairs: list[Direction] = ["cw", "ccw"]
+    directions = pairs * runs if order == "alternating" else [pairs[0]] * runs + [pairs[1]] * runs
+    return squares(directions, side, speed=speed, link_length=link_length)
+
+
+def squares(
+    directions: list[Direction], side: float = 4.0, *, speed: float = 0.2, link_length: float | None = None
+) -> Program:
+    """Return UMBmark squares in the directions given; the arguments are those of `umbmark`."""
+    rows: list[Row] = []
+    for lap, direction in enumerate(directions):
+        if lap:
+            rows += [rest(STOP, fix=True), *_home("parallel", link_length, speed)]
+        rows += [rest(STOP, fix=True), *in_lap(lap, _square(side, direction, speed), HERE)]
+    rows.append(rest(STOP, fix=True))
+    return Program("umbmark", tuple(rows), tuple(directions), side, "parallel")
+
+
+def out_and_back(
+    length: float = 18.0, runs: int = 3, *, speed: float = 0.5, link_length: float | None = None
+) -> Program:
+    """Return straight drives out, and back in reverse, C 6.1; one lap of direction none for each.
+
+    Args:
+        length: [m].
+        runs: number of drives.
+        speed: [m/s].
+        link_length: of a robot with two trucks [m]; None for a single truck.
+    """
+    there = Row(LINE, x=length, speed=speed)
+    back = Row(LINE, heading=math.pi, reverse=1, speed=speed)
+    rows: list[Row] = []
+    for lap in range(runs):
+        if lap:
+            rows += [rest(STOP, fix=True), *_home("parallel", link_length, speed)]
+        drive = [there, rest(PAUSE), back, rest(PAUSE)]
+        rows += [rest(STOP, fix=True), *in_lap(lap, drive, HERE)]
+    rows.append(rest(STOP, fix=True))
+    return Program("straight", tuple(rows), ("none",) * runs, None, "parallel")
+
+
+def via_points(
+    points: list[Point], tolerance: float, speed: float, corner_speed: float | None = None
+) -> list[Row]:
+    """Return rows that pass by points within a tolerance without stopping, O 3.2 (`pass_by`).
+
+    Args:
+        points: [m] in the order in which they are passed.
+        tolerance: distance at which the truck turns to the next point [m].
+        speed: [m/s].
+        corner_speed: near a point [m/s]; None halves the speed.
+    """
+    slow = 0.5 * speed if corner_speed is None else corner_speed
+    sharpest = 1.0 / max(tolerance, 0.05)
+    return [
+        Row(PASS, x=x, y=y, tolerance=tolerance, speed=speed, corner_speed=slow, curvature=sharpest)
+        for x, y in points
+    ]
+
+
+def _loop(points: list[Point], tolerance: float, speed: float) -> list[Row]:
+    """Pass by all points, then come home along the x-axis and stop."""
+    home = Row(LINE, speed=speed, curvature=1.0 / max(tolerance, 0.05))
+    return [*via_points(points, tolerance, speed), home, rest(PAUSE)]
+
+
+def _loops(loops: list[list[Row]], directions: list[Direction], protocol: str) -> Program:
+    rows: list[Row] = []
+    for lap, loop in enumerate(loops):
+        rows += [rest(STOP, fix=True), *in_lap(lap, loop, WORLD)]
+    rows.append(rest(STOP, fix=True))
+    return Program(protocol, tuple(rows), tuple(directions), None, "car")
+
+
+def rounded_rectangle(
+    length: float,
+    width: float,
+    directions: list[Direction],
+    *,
+    tolerance: float = 0.5,
+    speed: float = 0.3,
+) -> Program:
+    """Return laps of a rectangle whose corners are passed by, begun and ended in the middle of a side.
+
+    Args:
+        length: of the side that the robot starts along [m]; 7 x 4 m with 0.2 m of tolerance is C 6.2,
+            6 x 3.25 m with 0.5 m is the 18.5 m of O 3.
+        width: of the other side [m].
+        directions: of the laps.
+        tolerance: distance from a corner at which the robot turns to the next [m].
+        speed: [m/s]; O drives at 0.3 at most, C slightly below 0.5.
+    """
+    half = 0.5 * length
+    loops = []
+    for direction in directions:
+        y = _sign(direction) * width
+        loops.append(_loop([(half, 0.0), (half, y), (-half, y), (-half, 0.0)], tolerance, speed))
+    return _loops(loops, directions, "extended-umbmark")
+
+
+def free(
+    seed: int = 0,
+    laps: int = 3,
+    *,
+    points: int = 8,
+    area: Point = (6.0, 4.0),
+    tolerance: float = 0.5,
+    speed: float = 0.4,
+) -> Program:
+    """Return smooth drives past random points, each ending at home along the x-axis.
+
+    Args:
+        seed: of the points.
+        laps: number of drives.
+        points: that each drive passes.
+        area: length and width of the place around home [m].
+        tolerance: distance from a point at which the robot turns to the next [m].
+        speed: [m/s].
+    """
+    chance = np.random.default_rng(seed)
+    loops = []
+    for _ in range(laps):
+        steps = chance.uniform(-0.5, 0.5, (points, 2)) * np.array(area)
+        way = [(float(x), float(y)) for x, y in steps]
+        loops.append(_loop([*way, (-0.75 * area[0], 0.0)], tolerance, speed))
+    return _loops(loops, ["none"] * laps, "free")
+
+
+def figure_eight(radius: float = 1.0, laps: int = 3, *, speed: float = 0.3) -> Program:
+    """Return figures of eight: a circle to the left, then one to the right, of a radius [m]."""
+    circles = [
+        Row(ARC, y=turn * radius, curvature=turn / radius, length=2.0 * math.pi * radius, speed=speed)
+        for turn in (1, -1)
+    ]
+    rows: list[Row] = []
+    for lap in range(laps):
+        rows += [rest(STOP, fix=True), *in_lap(lap, [*circles, rest(PAUSE)], HERE)]
+    rows.append(rest(STOP, fix=True))
+    return Program("free", tuple(rows), ("none",) * laps, None, "car")
+
+

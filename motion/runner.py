@@ -1,0 +1,93 @@
+"""The runner: works through a program, one step per sample, from odometry and the linkage alone."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motion.compiled import Record, record
+from motion.records import Settings, State
+from motion.stepping import step
+
+if TYPE_CHECKING:
+    from motion.program import Program
+    from vehicle.parameters import VehicleParameters
+
+PoseTuple = tuple[float, float, float]
+
+
+def settings_of(program: "Program", vehicle: "VehicleParameters") -> Record:
+    """Return the settings record `(1,)` with which a vehicle drives a program."""
+    settings = record(Settings)
+    own = settings[0]
+    trucks = list(vehicle.trucks.values())
+    own["trucks"], own["parallel"] = len(trucks), program.follower == "parallel"
+    own["period"] = vehicle.bus.sync_period
+    own["speed"], own["acceleration"] = vehicle.limits.speed, vehicle.limits.acceleration
+    wheelbases = np.array([vehicle.trucks["a"].wheelbase, vehicle.trucks["b" if len(trucks) == 2 else "a"].wheelbase])
+    own["wheelbase"] = wheelbases
+    counts = [abs(vehicle.metres_per_count(wheel)) for wheel in vehicle.wheels]
+    for number, wheel in enumerate(vehicle.wheels):
+        own["radius"][number] = 0.5 * vehicle.wheel_diameter(wheel)
+    own["tolerance"] = max(counts)
+    own["turn_tolerance"] = 2.0 * max(counts) / wheelbases
+    if vehicle.linkage is not None:
+        own["link_length"] = vehicle.linkage.length
+        joint = max(abs(vehicle.encoder("joint_a").scale), abs(vehicle.encoder("joint_b").scale))
+        reach = joint * vehicle.linkage.length + abs(vehicle.encoder("link").scale)
+        own["tolerance"][1] = max(own["tolerance"][1], reach)
+        own["turn_tolerance"][1] = max(own["turn_tolerance"][1], 2.0 * joint)
+    return settings
+
+
+class Runner:
+    """Drives a program.
+
+    Call `step` once per sample with the pose that odometry tells. Whenever `fix_due` is true after a
+    step, the robot stands, and its odometry may be initialised from an absolute fix before the next one.
+    """
+
+    def __init__(self, program: "Program", vehicle: "VehicleParameters") -> None:
+        self.program = program
+        self.rows = program.table
+        self.settings = settings_of(program, vehicle)
+        self.state = record(State)
+        self.state["lap"] = -1
+        self._wheels = np.zeros(len(vehicle.wheels))
+
+    def step(self, pose_a: PoseTuple, link: PoseTuple | None = None) -> tuple[float, ...]:
+        """Return the wheel speeds [rad/s], in the order of `vehicle.wheels`, until the next sample.
+
+        Args:
+            pose_a: x [m], y [m], theta [rad] of truck a by odometry; theta wrapped or not.
+            link: joint_a [rad], joint_b [rad], length [m] as read; None for a single truck.
+        """
+        x, y, theta = pose_a
+        pose = float(x), float(y), float(theta)  # numba would compile anew for integers
+        step(self.rows, self.settings, self.state, pose, link or (0.0, 0.0, 0.0), self._wheels)
+        return tuple(self._wheels.tolist())
+
+    @property
+    def done(self) -> bool:
+        """Whether the whole program has been driven; the wheels stand."""
+        return bool(self.state["row"][0] == len(self.rows))
+
+    @property
+    def lap(self) -> int | None:
+        """The lap that is being driven, from 0; None between laps."""
+        lap = int(self.state["lap"][0])
+        return None if lap < 0 else lap
+
+    @property
+    def fix_due(self) -> bool:
+        """Whether an absolute fix is due now, before the next step."""
+        return bool(self.state["fix_due"][0])
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether all wheels stood since the step before."""
+        return bool(self.state["at_rest"][0])
+
+    @property
+    def progress(self) -> float:
+        """The part of the program's rows that is done, 0 to 1."""
+        return min(1.0, float(self.state["row"][0]) / len(self.rows))

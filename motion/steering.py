@@ -1,0 +1,138 @@
+"""How one truck is steered: along a line or an arc, on the spot, towards a point.
+
+Each function returns the speed of the truck's centre [m/s], its turn rate [rad/s], and whether the end
+is reached. Steering acts per metre of travel, so that a slow truck turns slowly.
+"""
+
+import math
+
+from motion.compiled import compiled
+from motion.records import Settings
+
+Steer = tuple[float, float, bool]
+
+LOOKAHEAD = 1.0  # [m] a truck beside its line aims at the point this far ahead
+STIFFNESS = 4.0  # [1/m] curvature per radian off course; with the above critically damped
+RESERVE = 0.8  # part of the acceleration limit that stops use; the rest is left for steering
+SETTLING = 0.25  # part of the remaining way in the last steps: no overshoot with one step of delay
+
+
+@compiled
+def wrap(angle: float) -> float:
+    """Return the same angle [rad] in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+@compiled
+def clip(value: float, bound: float) -> float:
+    """Return the value between -bound and bound."""
+    return min(max(value, -bound), bound)
+
+
+@compiled
+def approach(remaining: float, tolerance: float, speed: float, settings: Settings) -> float:
+    """Return the speed [m/s], with its sign, that stops at the end of a remaining way [m].
+
+    Constant deceleration, then, for the last millimetre, a constant part of the rest per step.
+    """
+    braking = RESERVE * settings.acceleration
+    way = abs(remaining)
+    if way <= tolerance:
+        return 0.0
+    gain = min(SETTLING / settings.period, 0.5 * math.sqrt(braking / tolerance))
+    last = braking / (gain * gain)
+    fast = gain * way if way <= last else math.sqrt(2.0 * braking * way - braking * last)
+    return math.copysign(min(fast, speed), remaining)
+
+
+@compiled
+def follow(
+    speed: float, aside: float, course: float, travel_heading: float, curvature: float, sharpest: float
+) -> float:
+    """Return the turn rate [rad/s] of a truck that follows a path.
+
+    Args:
+        speed: along the path; nothing is steered while driving back from an overshoot [m/s].
+        aside: distance from the path, to the left [m].
+        course: of the path [rad].
+        travel_heading: in which the truck moves, its back where it reverses [rad].
+        curvature: of the path [1/m].
+        sharpest: curvature that may be added [1/m].
+    """
+    off = wrap(course - math.atan(aside / LOOKAHEAD) - travel_heading)
+    return max(speed, 0.0) * (curvature + clip(STIFFNESS * off, sharpest))
+
+
+@compiled
+def steer_line(
+    x: float,
+    y: float,
+    heading: float,
+    end_x: float,
+    end_y: float,
+    course: float,
+    reverse: int,
+    sharpest: float,
+    speed: float,
+    tolerance: float,
+    settings: Settings,
+) -> Steer:
+    """Drive along the line that ends at a point with a course [rad], forward or in reverse, and stop there."""
+    east, north = end_x - x, end_y - y
+    cos, sin = math.cos(course), math.sin(course)
+    ahead = approach(east * cos + north * sin, tolerance, speed, settings)
+    travel_heading = heading + math.pi * reverse
+    turn = follow(ahead, east * sin - north * cos, course, travel_heading, 0.0, sharpest)
+    return (-ahead if reverse else ahead), turn, ahead == 0.0
+
+
+@compiled
+def steer_arc(
+    x: float,
+    y: float,
+    heading: float,
+    centre_x: float,
+    centre_y: float,
+    curvature: float,
+    remaining: float,
+    speed: float,
+    tolerance: float,
+    settings: Settings,
+) -> Steer:
+    """Drive along a circle around a point until the remaining way [m] is done, and stop there."""
+    side = math.copysign(1.0, curvature)
+    aside = side * (1.0 / abs(curvature) - math.hypot(x - centre_x, y - centre_y))
+    course = math.atan2(y - centre_y, x - centre_x) + side * math.pi / 2.0
+    ahead = approach(remaining, tolerance, speed, settings)
+    return ahead, follow(ahead, aside, course, heading, curvature, abs(curvature)), ahead == 0.0
+
+
+@compiled
+def steer_turn(remaining: float, speed: float, truck: int, settings: Settings) -> Steer:
+    """Turn on the spot by a remaining angle [rad], the wheels at a speed [m/s]."""
+    arm = 0.5 * settings.wheelbase[truck]
+    rim = approach(remaining * arm, settings.turn_tolerance[truck] * arm, speed, settings)
+    return 0.0, rim / arm, rim == 0.0
+
+
+@compiled
+def steer_past(
+    x: float,
+    y: float,
+    heading: float,
+    via_x: float,
+    via_y: float,
+    near: float,
+    sharpest: float,
+    speed: float,
+    corner_speed: float,
+    settings: Settings,
+) -> Steer:
+    """Aim at a via-point and slow down before it, until it is near enough [m] to go on, O 3.2."""
+    way = math.hypot(via_x - x, via_y - y)
+    off = wrap(math.atan2(via_y - y, via_x - x) - heading)
+    braking = 2.0 * RESERVE * settings.acceleration * max(way - near, 0.0)
+    ahead = min(speed, math.sqrt(corner_speed * corner_speed + braking))
+    if abs(off) > math.pi / 4.0:
+        ahead = min(ahead, corner_speed)
+    return ahead, ahead * clip(STIFFNESS * off, sharpest), way <= near

@@ -1,0 +1,183 @@
+"""One step through a program: from the pose that odometry tells to the speeds of all wheels."""
+
+import math
+
+from motion.compiled import Array, Record, compiled
+from motion.followers import follow_like_car, keep_formation
+from motion.limits import drive_truck, stopped
+from motion.program import ARC, GOTO, HERE, LINE, PASS, REST, TURN, WORLD, Row
+from motion.records import Settings, State
+from motion.steering import Steer, steer_arc, steer_line, steer_past, steer_turn, wrap
+
+CLOSE = 0.005  # [m] from its goal a truck need not drive there
+
+
+@compiled
+def sense(x: float, y: float, theta: float, link: tuple[float, float, float], state: State) -> None:
+    """Take in the pose of truck a and the linkage; place truck b by them, C (16)."""
+    state.heading += wrap(theta - state.heading)
+    state.pose[0, 0], state.pose[0, 1], state.pose[0, 2] = x, y, theta
+    state.link[0], state.link[1], state.link[2] = link
+    along = theta - link[0]
+    state.pose[1, 0] = x - link[2] * math.cos(along)
+    state.pose[1, 1] = y - link[2] * math.sin(along)
+    state.pose[1, 2] = along + link[1]
+
+
+@compiled
+def enter(row: Row, state: State) -> None:
+    """Begin a row: set its frame, and remember the formation from which it starts."""
+    if row.frame == HERE:
+        state.frame[0], state.frame[1], state.frame[2] = state.pose[0, 0], state.pose[0, 1], state.heading
+    elif row.frame == WORLD:
+        state.frame[:] = 0.0
+    state.formation = state.pose[0, 2] - state.link[0]
+    state.lap = row.lap
+    state.phase = 0
+    state.rested = 0
+    state.progress = 0.0
+    centre_x, centre_y = in_frame(row, state)
+    state.bearing = math.atan2(state.pose[0, 1] - centre_y, state.pose[0, 0] - centre_x)
+
+
+@compiled
+def in_frame(row: Row, state: State) -> tuple[float, float]:
+    """Return the row's place in the frame of the poses [m]."""
+    cos, sin = math.cos(state.frame[2]), math.sin(state.frame[2])
+    return state.frame[0] + cos * row.x - sin * row.y, state.frame[1] + sin * row.x + cos * row.y
+
+
+@compiled
+def stand(row: Row, state: State, settings: Settings) -> Steer:
+    """Stand still for the row's duration; in its middle a fix is due if asked for."""
+    steps = max(2, round(row.duration / settings.period))
+    if state.at_rest:
+        state.rested += 1
+        state.fix_due = 1 if row.fix and state.rested == steps // 2 else 0
+    return 0.0, 0.0, state.rested >= steps
+
+
+@compiled
+def go_round(row: Row, state: State, settings: Settings) -> Steer:
+    """Drive along the row's arc, counting the way by the angle around its centre."""
+    x, y, heading = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
+    centre_x, centre_y = in_frame(row, state)
+    bearing = math.atan2(y - centre_y, x - centre_x)
+    state.progress += wrap(bearing - state.bearing) / row.curvature
+    state.bearing = bearing
+    remaining = row.length - state.progress
+    tolerance = settings.tolerance[0]
+    return steer_arc(
+        x, y, heading, centre_x, centre_y, row.curvature, remaining, row.speed, tolerance, settings
+    )
+
+
+@compiled
+def go_to(row: Row, state: State, settings: Settings) -> Steer:
+    """Turn towards a goal, front or back, whichever is nearer; drive there; turn to the heading wanted."""
+    truck = row.truck
+    x, y, heading = state.pose[truck, 0], state.pose[truck, 1], state.pose[truck, 2]
+    goal_x, goal_y = in_frame(row, state)
+    if state.phase == 0:
+        state.course = math.atan2(goal_y - y, goal_x - x)
+        state.backwards = 1 if abs(wrap(state.course - heading)) > math.pi / 2.0 else 0
+        close = max(CLOSE, 2.0 * settings.tolerance[truck])
+        state.phase = 3 if math.hypot(goal_x - x, goal_y - y) < close else 1
+    if state.phase == 2:
+        tolerance = settings.tolerance[truck]
+        leg = steer_line(
+            x, y, heading, goal_x, goal_y, state.course, state.backwards, 1.0, row.speed, tolerance, settings
+        )
+        state.phase += 1 if leg[2] and stopped(truck, state) else 0
+        return leg[0], leg[1], False
+    wanted = state.course + math.pi * state.backwards if state.phase == 1 else state.frame[2] + row.heading
+    turn = steer_turn(wrap(wanted - heading), row.speed, truck, settings)
+    if state.phase == 1:
+        state.phase += 1 if turn[2] and stopped(truck, state) else 0
+        return turn[0], turn[1], False
+    return turn
+
+
+@compiled
+def steer(row: Row, state: State, settings: Settings) -> Steer:
+    """Return speed [m/s] and turn rate [rad/s] of the row's truck, and whether the row is finished."""
+    x, y, heading = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
+    to_x, to_y = in_frame(row, state)
+    if row.kind == REST:
+        return stand(row, state, settings)
+    if row.kind == PASS:
+        return steer_past(
+            x, y, heading, to_x, to_y, row.tolerance, row.curvature, row.speed, row.corner_speed, settings
+        )
+    speed, turn, there = 0.0, 0.0, False
+    if row.kind == LINE:
+        course, tolerance = state.frame[2] + row.heading, settings.tolerance[0]
+        speed, turn, there = steer_line(
+            x, y, heading, to_x, to_y, course, row.reverse, row.curvature, row.speed, tolerance, settings
+        )
+    elif row.kind == TURN:
+        remaining = state.frame[2] + row.heading - state.heading
+        speed, turn, there = steer_turn(remaining, row.speed, 0, settings)
+    elif row.kind == ARC:
+        speed, turn, there = go_round(row, state, settings)
+    elif row.kind == GOTO:
+        speed, turn, there = go_to(row, state, settings)
+    return speed, turn, there and stopped(row.truck, state)
+
+
+@compiled
+def move(kind: int, truck: int, speed: float, turn: float, state: State, settings: Settings) -> None:
+    """Set the speeds of all wheels, within their limits; the other truck follows truck a, or stands."""
+    drive_truck(truck, speed, turn, state, settings)
+    if settings.trucks == 1:
+        return
+    if kind == REST or truck == 1:
+        drive_truck(1 - truck, 0.0, 0.0, state, settings)
+        return
+    speed = 0.5 * (state.speeds[0] + state.speeds[1])
+    turn = (state.speeds[1] - state.speeds[0]) / settings.wheelbase[0]
+    if settings.parallel:
+        speed, turn = keep_formation(speed, turn, state, settings)
+    else:
+        speed, turn = follow_like_car(speed, state, settings)
+    drive_truck(1, speed, turn, state, settings)
+
+
+@compiled
+def step(
+    rows: Record,
+    all_settings: Record,
+    states: Record,
+    pose: tuple[float, float, float],
+    link: tuple[float, float, float],
+    wheels: Array,
+) -> bool:
+    """Take one pose of truck a and one reading of the linkage; write the wheel speeds [rad/s] to `wheels`.
+
+    Returns:
+        Whether something happened: a lap began or ended, a fix is due, or the program is done.
+    """
+    settings, state = all_settings[0], states[0]
+    sense(pose[0], pose[1], pose[2], link, state)
+    state.at_rest = 1 if stopped(0, state) and stopped(1, state) else 0
+    state.fix_due = 0
+    lap, kind, truck = state.lap, REST, 0
+    speed, turn, finished = 0.0, 0.0, True
+    if not state.entered:
+        state.entered = 1
+        state.row = -1
+    elif state.row < len(rows):
+        speed, turn, finished = steer(rows[state.row], state, settings)
+    while finished and state.row < len(rows):
+        state.row += 1
+        state.lap = -1
+        speed, turn, finished = 0.0, 0.0, False
+        if state.row < len(rows):
+            enter(rows[state.row], state)
+            speed, turn, finished = steer(rows[state.row], state, settings)
+    if state.row < len(rows):
+        kind, truck = rows[state.row].kind, rows[state.row].truck
+    move(kind, truck, speed, turn, state, settings)
+    for wheel in range(2 * settings.trucks):
+        wheels[wheel] = state.speeds[wheel] / settings.radius[wheel]
+    return bool(state.lap != lap or state.fix_due or state.row == len(rows))

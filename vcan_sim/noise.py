@@ -1,0 +1,47 @@
+"""Random numbers that depend on a seed and a place in a stream alone, not on who asked before.
+
+Thus a vehicle that is stepped live and one that is simulated at once meet the same floor.
+"""
+
+import math
+
+import numpy as np
+
+from motion.compiled import compiled
+
+FLOOR, SONAR = range(2)  # streams; truck b's begin at STREAMS
+STREAMS = 2
+
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_FIRST = np.uint64(0xBF58476D1CE4E5B9)
+_SECOND = np.uint64(0x94D049BB133111EB)
+
+
+@compiled
+def _mix(bits: np.uint64) -> np.uint64:
+    """Scramble 64 bits: the finaliser of splitmix64, Steele, Lea & Flood (2014)."""
+    bits = (bits ^ (bits >> np.uint64(30))) * _FIRST
+    bits = (bits ^ (bits >> np.uint64(27))) * _SECOND
+    return np.uint64(bits ^ (bits >> np.uint64(31)))
+
+
+@compiled
+def _uniform(bits: np.uint64) -> float:
+    """Return a number in (0, 1) from the upper 53 bits."""
+    return (float(bits >> np.uint64(11)) + 0.5) * 2.0**-53
+
+
+@compiled
+def normal_pair(seed: int, stream: int, index: int) -> tuple[float, float]:
+    """Return two independent standard normal deviates, Box & Muller (1958).
+
+    Args:
+        seed: of the whole simulation.
+        stream: of one source of noise.
+        index: place in the stream, from 0.
+    """
+    start = _mix(_mix(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
+    place = start + np.uint64(2 * index) * _GOLDEN
+    radius = math.sqrt(-2.0 * math.log(_uniform(_mix(place))))
+    angle = 2.0 * math.pi * _uniform(_mix(place + _GOLDEN))
+    return radius * math.cos(angle), radius * math.sin(angle)

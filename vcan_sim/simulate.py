@@ -1,0 +1,197 @@
+"""A whole drive as arrays, without a bus, by the same compiled functions that run live."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from motion.compiled import Array, IntArray, Record, compiled, record
+from motion.journal import Journal
+from motion.runner import Runner
+from motion.stepping import step
+from vcan_sim.errors import EndStopError, SimulationError
+from vcan_sim.plant import Plant
+from vcan_sim.signal_path import advance, advance_arc
+from vehicle.parameters import CHANNELS
+from vehicle.recording import Recording
+
+if TYPE_CHECKING:
+    from motion.program import Program
+    from vcan_sim.truth import Truth
+    from vehicle.parameters import VehicleParameters
+
+BLOCK = 65536  # samples that are simulated at once
+LONGEST = 86400.0  # [s] after which a program that does not end is given up
+
+
+class Odometry:
+    """What the robot works out from its own counts.
+
+    Attributes:
+        started: 1 after the first sample.
+        counts: of truck a's wheels at the last sample.
+        scale: metres per count of these wheels [m].
+        wheelbase: nominal [m].
+        pose: of truck a.
+        joint_scale: radians per count, metres per count for the link.
+        joint_zero: counts at angle 0, or at the link's length at rest.
+        link_length: at rest, nominal [m].
+    """
+
+    started: int
+    counts: Annotated[IntArray, 2]
+    scale: Annotated[Array, 2]
+    wheelbase: float
+    pose: Annotated[Array, 3]
+    joint_scale: Annotated[Array, 3]
+    joint_zero: Annotated[IntArray, 3]
+    link_length: float
+
+
+def odometry_of(vehicle: "VehicleParameters") -> Record:
+    """Return the odometry record `(1,)` of a vehicle, at the origin."""
+    odometry = record(Odometry)
+    own = odometry[0]
+    own["scale"] = [vehicle.metres_per_count("a.left"), vehicle.metres_per_count("a.right")]
+    own["wheelbase"] = vehicle.trucks["a"].wheelbase
+    if vehicle.linkage is not None:
+        own["link_length"] = vehicle.linkage.length
+        for number, channel in enumerate(CHANNELS[4:]):
+            own["joint_scale"][number] = vehicle.encoder(channel).scale
+            own["joint_zero"][number] = vehicle.encoder(channel).zero
+    return odometry
+
+
+@compiled
+def see(
+    odometry: Odometry, counts: IntArray
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return the pose of truck a by dead reckoning, and what the linkage reads, from one sample's counts."""
+    pose = odometry.pose[0], odometry.pose[1], odometry.pose[2]
+    if odometry.started:
+        left = (counts[0] - odometry.counts[0]) * odometry.scale[0]
+        right = (counts[1] - odometry.counts[1]) * odometry.scale[1]
+        pose = advance_arc(pose, left, right, odometry.wheelbase)
+    odometry.started = 1
+    odometry.counts[0], odometry.counts[1] = counts[0], counts[1]
+    odometry.pose[0], odometry.pose[1], odometry.pose[2] = pose
+    joint_a = (counts[4] - odometry.joint_zero[0]) * odometry.joint_scale[0]
+    joint_b = (counts[5] - odometry.joint_zero[1]) * odometry.joint_scale[1]
+    link = odometry.link_length + (counts[6] - odometry.joint_zero[2]) * odometry.joint_scale[2]
+    return pose, (joint_a, joint_b, link)
+
+
+@compiled
+def drive_block(
+    rows: Record,
+    settings: Record,
+    runner: Record,
+    odometries: Record,
+    constants: Record,
+    plants: Record,
+    obstacles: Record,
+    counts: IntArray,
+    commands: Array,
+    first: int,
+    period: float,
+) -> int:
+    """Fill samples `(N, 7)` and commands `(N, 4)` from `first` on, until something happens; return where."""
+    for sample in range(first, len(counts)):
+        counts[sample] = plants[0].counts
+        pose, link = see(odometries[0], counts[sample])
+        happened = step(rows, settings, runner, pose, link, commands[sample])
+        advance(constants, plants, obstacles, commands[sample], period)
+        if happened:
+            return sample + 1
+    return len(counts)
+
+
+class _Drive:
+    """A robot and its runner, on their way through a program."""
+
+    def __init__(
+        self, vehicle: "VehicleParameters", truth: "Truth", program: "Program", start_time: float
+    ) -> None:
+        self.vehicle, self.start_time = vehicle, start_time
+        self.plant = Plant(truth, vehicle)
+        self.runner = Runner(program, vehicle)
+        self.journal = Journal(program)
+        self.odometry = odometry_of(vehicle)
+        self.samples = 0
+
+    def block(self, counts: IntArray, commands: Array) -> int:
+        """Fill a block of samples and commands; return how many."""
+        plant, runner, filled = self.plant, self.runner, 0
+        period = self.vehicle.bus.sync_period
+        while filled < len(counts) and not runner.done:
+            before = filled
+            filled = drive_block(
+                runner.rows,
+                runner.settings,
+                runner.state,
+                self.odometry,
+                plant.constants,
+                plant.state,
+                plant.obstacles,
+                counts,
+                commands,
+                filled,
+                period,
+            )
+            self.samples += filled - before
+            self._note(self.start_time + (self.samples - 1) * period)
+        return filled
+
+    def _note(self, time: float) -> None:
+        """Keep the lap, take a fix where one is due, and start odometry from it, U III-C 1)."""
+        lap = self.journal.lap
+        self.journal.observe(time, self.runner)
+        if self.journal.lap != lap:
+            self.plant.begin_lap(self.journal.lap)
+        if self.plant.at_end_stop:
+            raise EndStopError(time - self.start_time, float(self.plant.state["length"][0]))
+        if not self.runner.fix_due:
+            return
+        for truck in self.vehicle.trucks:
+            pose, sigma = self.plant.fix(truck)
+            self.journal.fix(time, truck, pose, sigma)
+            if truck == "a" and np.all(np.isfinite(pose)):
+                self.odometry["pose"] = pose
+
+
+def simulate(
+    vehicle: "VehicleParameters", truth: "Truth", program: "Program", *, start_time: float = 0.0
+) -> Recording:
+    """Return the recording of a robot that drives a program from odometry alone, with fixes at its stops.
+
+    Args:
+        vehicle: the robot as its owner believes it to be; its odometry and its file.
+        truth: the robot as it is.
+        program: what to drive.
+        start_time: of the first sample [s].
+
+    Raises:
+        EndStopError: the linkage was driven to its end stop.
+        SimulationError: the program does not end within a day of driving.
+    """
+    drive = _Drive(vehicle, truth, program, start_time)
+    period = vehicle.bus.sync_period
+    all_counts, all_commands = [], []
+    while not drive.runner.done:
+        counts, commands = np.zeros((BLOCK, len(CHANNELS)), np.int64), np.zeros((BLOCK, 4))
+        filled = drive.block(counts, commands)
+        all_counts.append(counts[:filled])
+        all_commands.append(commands[:filled])
+        if drive.samples * period > LONGEST:
+            raise SimulationError(f"the program {program.protocol} does not end within {LONGEST:.0f} s")
+    columns = [CHANNELS.index(channel) for channel in vehicle.channels]
+    samples = np.concatenate(all_counts)[:, columns]
+    return Recording(
+        vehicle=vehicle,
+        time=start_time + period * np.arange(len(samples)),
+        counts=samples,
+        present=np.ones(samples.shape, np.bool_),
+        poses=drive.journal.poses,
+        run=drive.journal.run,
+        commands=np.concatenate(all_commands)[:, : len(vehicle.wheels)],
+        source=f"simulation of {vehicle.name}",
+    )

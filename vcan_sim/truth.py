@@ -1,0 +1,65 @@
+"""What is true of a simulated robot, beside what its owner believes (`vehicle.toml`)."""
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from vcan_sim.floor import Floor
+from vcan_sim.sonar import Sonar
+
+if TYPE_CHECKING:
+    from vehicle.parameters import TruckName, VehicleParameters
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """A robot as it really is.
+
+    Attributes:
+        vehicle: true wheel diameters, wheelbases, and the length of the link at rest.
+        joint_bias: what joint_a and joint_b read too much [rad].
+        link_bias: what the link reads too much [m].
+        floor: that it drives on.
+        sonar: that measures its absolute pose.
+        stroke: way that the slider can move to either side of its rest [m].
+        servo: acceleration that the drives can follow, of a wheel over the floor [m/s^2].
+        seed: of the floor's roughness, the sonar's noise and the counters' first values.
+    """
+
+    vehicle: "VehicleParameters"
+    joint_bias: tuple[float, float] = (0.0, 0.0)
+    link_bias: float = 0.0
+    floor: Floor = field(default_factory=Floor)
+    sonar: Sonar = field(default_factory=Sonar)
+    stroke: float = 0.15
+    servo: float = 5.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ValueError(f"seed {self.seed}; expected 0 or more")
+
+
+def with_errors(
+    vehicle: "VehicleParameters",
+    wheelbase_ratio: "dict[TruckName, float]",
+    diameter_ratio: "dict[TruckName, float]",
+) -> "VehicleParameters":
+    """Return a vehicle whose trucks truly have other wheelbases and unequal wheels.
+
+    Args:
+        vehicle: nominal.
+        wheelbase_ratio: E_b of each truck that differs, U (2.4).
+        diameter_ratio: E_d = D_R / D_L of each truck that differs, U (2.3); the mean diameter stays, U (4.28).
+    """
+    for name, truck in vehicle.trucks.items():
+        ratio = diameter_ratio.get(name, 1.0)
+        mean = 0.5 * (truck.wheel_diameter_left + truck.wheel_diameter_right)
+        left = mean * 2.0 / (ratio + 1.0)
+        changed = replace(
+            truck,
+            wheelbase=truck.wheelbase * wheelbase_ratio.get(name, 1.0),
+            wheel_diameter_left=left,
+            wheel_diameter_right=ratio * left,
+        )
+        vehicle = vehicle.with_truck(name, changed)
+    return vehicle
