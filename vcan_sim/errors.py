@@ -1,0 +1,78 @@
+"""The errors of the simulated vehicle and its bus."""
+
+from __future__ import annotations
+
+from vehicle.canopen_words import sdo_abort_in_words
+from vehicle.errors import OmnimateError
+
+
+class SimulationError(OmnimateError):
+    """A simulated vehicle that cannot be built or cannot run as asked."""
+
+
+class FaultError(SimulationError):
+    """A device fault that cannot be understood or does not fit the vehicle.
+
+    Attributes:
+        fault: the fault as it was written.
+    """
+
+    def __init__(self, fault: str, problem: str) -> None:
+        super().__init__(f"fault {fault!r}: {problem}")
+        self.fault = fault
+
+
+class HubError(SimulationError):
+    """A hub that cannot serve where it was asked to.
+
+    Attributes:
+        host: address.
+        port: TCP port.
+    """
+
+    def __init__(self, host: str, port: int, problem: str) -> None:
+        super().__init__(f"{host}:{port}: {problem}")
+        self.host = host
+        self.port = port
+
+
+class ProtocolError(SimulationError):
+    """A client's command that is not of the socketcand protocol.
+
+    Attributes:
+        command: what the client sent, as far as it was read.
+    """
+
+    def __init__(self, command: str, problem: str) -> None:
+        super().__init__(f"{problem}: {command[:80]!r}")
+        self.command = command
+        self.problem = problem
+
+
+class SdoAbort(SimulationError):  # noqa: N818 - the word of CiA 301
+    """An SDO request that a device answers with an abort.
+
+    Attributes:
+        code: the abort code of CiA 301.
+    """
+
+    def __init__(self, code: int) -> None:
+        super().__init__(f"SDO abort {code:08X}h: {sdo_abort_in_words(code)}")
+        self.code = code
+
+
+class EndStopError(SimulationError):
+    """A slider that was driven to its end stop: the trucks did not keep their distance.
+
+    Attributes:
+        time: since the start [s].
+        length: of the link [m].
+    """
+
+    def __init__(self, time: float, length: float) -> None:
+        super().__init__(
+            f"linkage at its end stop after {time:.2f} s, {length:.3f} m long; expected truck b to keep its "
+            "distance from truck a: lower the speed or allow a longer stroke"
+        )
+        self.time = time
+        self.length = length

@@ -1,0 +1,21 @@
+"""The SDO abort codes that the devices answer with, CiA 301 table 22."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Abort(IntEnum):
+    """Why a device refuses an SDO request."""
+
+    TOGGLE = 0x05030000
+    COMMAND = 0x05040001
+    READ_ONLY = 0x06010002
+    NO_OBJECT = 0x06020000
+    NOT_MAPPABLE = 0x06040041
+    PDO_LENGTH = 0x06040042
+    LENGTH = 0x06070010
+    NO_SUBINDEX = 0x06090011
+    VALUE = 0x06090030
+    STATE = 0x08000022
+    NO_DATA = 0x08000024

@@ -1,0 +1,242 @@
+"""A CANopen device: object dictionary, SDO, NMT, heartbeat, EMCY and PDOs of one node (CiA 301)."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from functools import partial
+from typing import TYPE_CHECKING
+
+from vcan_sim.errors import SdoAbort
+from vcan_sim.nodes.abort import Abort
+from vcan_sim.nodes.dictionary import ObjectStore
+from vcan_sim.nodes.emergency import HEARTBEAT_ERROR, Emergency
+from vcan_sim.nodes.exchange import PdoExchange
+from vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from vcan_sim.nodes.sdo import SdoServer
+from vcan_sim.nodes.transmitter import Transmitter
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from vcan_sim.nodes.dictionary import Key, Value, Variable
+    from vcan_sim.nodes.disturbance import Disturbance
+    from vcan_sim.nodes.pdo import Rpdo
+
+SYNC_ID = 0x080
+_LAST_COMMUNICATION_OBJECT, _LAST_OBJECT = 0x1FFF, 0xFFFF
+
+
+class NmtState(IntEnum):
+    """The states of CiA 301 figure 48, as the heartbeat says them."""
+
+    STOPPED = 0x04
+    OPERATIONAL = 0x05
+    PRE_OPERATIONAL = 0x7F
+
+
+_COMMANDS = {0x01: NmtState.OPERATIONAL, 0x02: NmtState.STOPPED, 0x80: NmtState.PRE_OPERATIONAL}
+
+
+class Device:
+    """One node; a profile adds its objects to `live`, `checks` and `effects`.
+
+    Attributes:
+        node: its node id.
+        now: the device's clock [s].
+        due: when the next of its timers ends [s].
+        store: the values of its objects.
+        state: its NMT state.
+        emergency: its errors.
+        transmitter: its way to the bus.
+        live: by (index, sub-index), objects whose value is read from elsewhere than the store.
+        checks: by index, called with (sub-index, value) before a value is stored; may raise SdoAbort.
+        effects: by index, called with (sub-index, value) after a value was stored.
+    """
+
+    def __init__(
+        self,
+        node: int,
+        variables: Mapping[Key, Variable],
+        settings: Mapping[Key, Value],
+        send: Callable[[int, bytes], None],
+    ) -> None:
+        self.node = node
+        self.now = 0.0
+        self.due = math.inf
+        self.store = ObjectStore(variables, node, settings)
+        self.state = NmtState.PRE_OPERATIONAL
+        self.transmitter = Transmitter(send)
+        self.emergency = Emergency(lambda data: self.transmitter.send(self.store[0x1014, 0], data))
+        self._sdo = SdoServer(self.read, self.write)
+        self._producer = HeartbeatProducer()
+        self._consumer = HeartbeatConsumer()
+        self._exchange = PdoExchange(self)
+        self.live: dict[Key, Callable[[], int]] = {(0x1001, 0): lambda: self.emergency.register}
+        self.live.update({(0x1003, sub): partial(self.emergency.history, sub) for sub in range(9)})
+        self.checks: dict[int, Callable[[int, int], None]] = {
+            0x1003: lambda _sub, value: self.emergency.erase_history(value),
+            0x1005: _check_sync_id,
+        }
+        self.effects: dict[int, Callable[[int, int], None]] = {
+            0x1016: lambda _sub, value: self._consumer.configure(value),
+            0x1017: lambda _sub, value: self._producer.configure(value, self.now),
+        }
+
+    @property
+    def rpdos(self) -> tuple[Rpdo, ...]:
+        """The PDOs that it receives."""
+        return self._exchange.rpdos
+
+    # The object dictionary
+
+    def read(self, index: int, sub: int) -> bytes:
+        """Return an object's bytes, as SDO uploads them; raises SdoAbort."""
+        live = self.live.get((index, sub))
+        return self.store.variable((index, sub)).encode(live()) if live else self.store.data((index, sub))
+
+    def write(self, index: int, sub: int, data: bytes) -> None:
+        """Set an object, as SDO and RPDOs do; raises SdoAbort."""
+        variable = self.store.variable((index, sub))
+        if not variable.writable:
+            raise SdoAbort(Abort.READ_ONLY)
+        value = variable.decode(data)
+        assert isinstance(value, int)  # no string of ours can be written
+        is_pdo = 0x1400 <= index < 0x1C00
+        if is_pdo:
+            self._exchange.check(index, sub, value, pre_operational=self.state is NmtState.PRE_OPERATIONAL)
+        elif index in self.checks:
+            self.checks[index](sub, value)
+        self.store[index, sub] = value
+        if index in self.effects:
+            self.effects[index](sub, value)
+        if is_pdo:
+            self._configure_pdos()
+
+    def reader(self, key: Key) -> Callable[[], int]:
+        """Return the function that reads an object for a PDO."""
+        return self.live.get(key) or (lambda: self.store[key])
+
+    def _configure_pdos(self) -> None:
+        self._exchange.configure(self.now, operational=self.state is NmtState.OPERATIONAL)
+
+    # What a profile adds
+
+    def reset_application(self) -> None:
+        """Set what the profile keeps outside the object dictionary to its state after power-on."""
+
+    def master_lost(self) -> None:
+        """React when the master's heartbeat or commands stop, or NMT ends the operational state."""
+
+    # NMT
+
+    def boot(self, now: float) -> None:
+        """Start from power-on: everything at its default, the boot-up message, pre-operational."""
+        self.now = now
+        self.reset_application()
+        self._restart(_LAST_OBJECT)
+
+    def switch_off(self, now: float) -> None:
+        """Stop as without power; `boot` starts it again."""
+        self.now = now
+        self.reset_application()
+        self._enter(NmtState.STOPPED)
+        self._producer.configure(0, now)
+        self._consumer.configure(0)
+        self._reschedule()
+
+    def _restart(self, last_index: int) -> None:
+        self._sdo.reset()
+        self.emergency.reset()
+        self.store.reset(last_index)
+        self._producer.configure(self.store[0x1017, 0], self.now)
+        self._consumer.configure(self.store[0x1016, 1])
+        self.transmitter.send(0x700 + self.node, b"\0")
+        self._enter(NmtState.PRE_OPERATIONAL)
+
+    def _enter(self, state: NmtState) -> None:
+        if self.state is NmtState.OPERATIONAL and state is not NmtState.OPERATIONAL:
+            self.master_lost()
+        self.state = state
+        self._configure_pdos()
+        self._reschedule()
+
+    def on_nmt(self, command: int, now: float) -> None:
+        """Follow an NMT command; unknown ones are ignored."""
+        self.now = now
+        if self.transmitter.disturbance.off:
+            return
+        if command == 0x81:
+            self.boot(now)
+        elif command == 0x82:
+            self._enter(NmtState.STOPPED)
+            self._restart(_LAST_COMMUNICATION_OBJECT)
+        elif command in _COMMANDS and _COMMANDS[command] is not self.state:
+            self._enter(_COMMANDS[command])
+        self._after_input()
+
+    # Frames and time
+
+    def on_sdo(self, request: bytes, now: float) -> None:
+        """Answer an SDO request, unless stopped."""
+        self.now = now
+        if self.state is NmtState.STOPPED:
+            return
+        answer = self._sdo.answer(request)
+        if answer is not None:
+            self.transmitter.send(0x580 + self.node, answer)
+        self._after_input()
+
+    def on_rpdo(self, rpdo: Rpdo, data: bytes, now: float) -> None:
+        """Take one of the device's RPDOs in."""
+        self.now = now
+        if not self.transmitter.disturbance.off:
+            self._exchange.receive(rpdo, data, now)
+            self._after_input()
+
+    def on_heartbeat(self, node: int, now: float) -> None:
+        """Note the heartbeat of another node."""
+        self.now = now
+        if not self.transmitter.disturbance.off and self._consumer.heard(node, now):
+            self.emergency.clear(HEARTBEAT_ERROR)
+            self._reschedule()
+
+    def on_sync(self, now: float) -> None:
+        """Answer SYNC with what was latched."""
+        self.now = now
+        self._exchange.on_sync(now)
+        self.due = min(self.due, self._exchange.due, self.transmitter.due)
+
+    def disturb(self, disturbance: Disturbance, now: float) -> None:
+        """Change what is wrong with the device."""
+        self.now = now
+        self.transmitter.disturb(disturbance, now)
+        self._reschedule()
+
+    def run_timers(self, now: float) -> None:
+        """Do what is due until now [s]: heartbeat, event timers, deadlines, held-back frames."""
+        self.now = now
+        if now >= self._producer.due:
+            self._producer.sent(now)
+            self.transmitter.send(0x700 + self.node, bytes([self.state]))
+        if now >= self._consumer.due:
+            self._consumer.due = math.inf
+            self.emergency.set(HEARTBEAT_ERROR)
+            self.master_lost()
+        self._exchange.run_timers(now)
+        self.transmitter.run(now)
+        self._after_input()
+
+    def _after_input(self) -> None:
+        """Send what the input has changed, and find the next timer."""
+        self._exchange.send_events(self.now)
+        self._reschedule()
+
+    def _reschedule(self) -> None:
+        self.due = min(self._producer.due, self._consumer.due, self._exchange.due, self.transmitter.due)
+
+
+def _check_sync_id(_sub: int, value: int) -> None:
+    """Refuse another COB-ID for SYNC than 80h; raises SdoAbort."""
+    if value & 0x3FFF_FFFF != SYNC_ID:
+        raise SdoAbort(Abort.VALUE)

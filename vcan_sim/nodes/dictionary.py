@@ -1,0 +1,141 @@
+"""Object dictionaries: what an EDS file declares, and the values that one device holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import canopen
+from canopen.objectdictionary import ODVariable
+from canopen.objectdictionary.datatypes import INTEGER_TYPES, SIGNED_TYPES
+
+from vcan_sim.errors import SdoAbort
+from vcan_sim.nodes.abort import Abort
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+EDS_FOLDER = Path(__file__).parent.parent / "eds"
+
+Key = tuple[int, int]
+Value = int | bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """One entry of an object dictionary.
+
+    Attributes:
+        size: of an integer [byte]; None for a string.
+        signed: whether the integer is two's complement.
+        writable: whether SDO may write it.
+        mappable: whether a PDO may carry it.
+        low: lowest value allowed.
+        high: highest value allowed.
+        default: value after a reset.
+        relative: whether the node id is added to the default.
+    """
+
+    size: int | None
+    signed: bool
+    writable: bool
+    mappable: bool
+    low: int
+    high: int
+    default: Value
+    relative: bool
+
+    def encode(self, value: Value) -> bytes:
+        """Return the bytes on the bus."""
+        if isinstance(value, bytes):
+            return value
+        assert self.size is not None  # only strings have none, and their values are bytes
+        return (value & ((1 << 8 * self.size) - 1)).to_bytes(self.size, "little")
+
+    def decode(self, data: bytes) -> Value:
+        """Return the value that SDO writes; raise SdoAbort where length or range do not fit."""
+        if self.size is None:
+            return bytes(data)
+        if len(data) != self.size:
+            raise SdoAbort(Abort.LENGTH)
+        value = int.from_bytes(data, "little", signed=self.signed)
+        if not self.low <= value <= self.high:
+            raise SdoAbort(Abort.VALUE)
+        return value
+
+
+def _variable(entry: ODVariable) -> Variable:
+    """Return our view of an entry that `canopen` has read."""
+    integer = entry.data_type in INTEGER_TYPES
+    signed = entry.data_type in SIGNED_TYPES
+    bits = len(entry)
+    low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
+    default = entry.default if entry.default is not None else 0
+    return Variable(
+        size=bits // 8 if integer else None,
+        signed=signed,
+        writable=bool(entry.writable),
+        mappable=bool(entry.pdo_mappable),
+        low=low if entry.min is None else int(entry.min),
+        high=high if entry.max is None else int(entry.max),
+        default=int(default) if integer else str(default).encode("ascii"),
+        relative=bool(entry.relative),
+    )
+
+
+@lru_cache(maxsize=8)
+def load_dictionary(eds: str) -> Mapping[Key, Variable]:
+    """Return the entries of one of our EDS files by (index, sub-index)."""
+    entries = canopen.import_od(str(EDS_FOLDER / eds), node_id=0)
+    variables: dict[Key, Variable] = {}
+    for index, entry in entries.items():
+        if isinstance(entry, ODVariable):
+            variables[index, 0] = _variable(entry)
+        else:
+            variables.update({(index, sub): _variable(entry[sub]) for sub in entry.subindices})
+    return MappingProxyType(variables)
+
+
+class ObjectStore:
+    """The values of one device: the EDS file's defaults, its own settings over them, and what was written."""
+
+    def __init__(self, variables: Mapping[Key, Variable], node: int, settings: Mapping[Key, Value]) -> None:
+        self._variables = variables
+        self._defaults = {
+            key: variable.default + node
+            if variable.relative and isinstance(variable.default, int)
+            else variable.default
+            for key, variable in variables.items()
+        }
+        self._defaults.update(settings)
+        self._values = dict(self._defaults)
+
+    def __contains__(self, key: Key) -> bool:
+        return key in self._variables
+
+    def __getitem__(self, key: Key) -> int:
+        value = self._values[key]
+        assert isinstance(value, int)  # only integers are asked for by the devices themselves
+        return value
+
+    def __setitem__(self, key: Key, value: Value) -> None:
+        self._values[key] = value
+
+    def variable(self, key: Key) -> Variable:
+        """Return an entry; raise SdoAbort where there is none."""
+        found = self._variables.get(key)
+        if found is None:
+            index_exists = (key[0], 0) in self._variables
+            raise SdoAbort(Abort.NO_SUBINDEX if index_exists else Abort.NO_OBJECT)
+        return found
+
+    def data(self, key: Key) -> bytes:
+        """Return a value as its bytes on the bus; raise SdoAbort where there is no such object."""
+        return self.variable(key).encode(self._values[key])
+
+    def reset(self, last_index: int) -> None:
+        """Set all objects up to an index, included, to their values after power-on."""
+        self._values.update({key: value for key, value in self._defaults.items() if key[0] <= last_index})

@@ -1,0 +1,157 @@
+"""A CiA 402 drive that turns a wheel by target velocity (60FFh), with its ramps and its watchdogs."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+from vcan_sim.errors import SdoAbort
+from vcan_sim.nodes.abort import Abort
+from vcan_sim.nodes.device import Device, NmtState
+from vcan_sim.nodes.power_state import PowerState, follow, statusword
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from vcan_sim.nodes.dictionary import Key, Value, Variable
+    from vcan_sim.nodes.sensor import Sensor
+
+_HALT = 0x0100
+_PROFILE_VELOCITY, _CYCLIC_VELOCITY = 3, 9
+
+
+class AbortOption(IntEnum):
+    """What 6007h asks for when the master is lost."""
+
+    NOTHING = 0
+    FAULT = 1
+    DISABLE_VOLTAGE = 2
+    QUICK_STOP = 3
+
+
+class DriveDevice(Device):
+    """A drive; its motor follows the demanded velocity exactly, so acceleration limits act here alone.
+
+    Attributes:
+        power: its CiA 402 state.
+        velocity: of the motor [increments/s].
+    """
+
+    def __init__(
+        self,
+        node: int,
+        variables: Mapping[Key, Variable],
+        settings: Mapping[Key, Value],
+        send: Callable[[int, bytes], None],
+        radians_per_increment: float,
+        sensor: Sensor | None = None,
+    ) -> None:
+        super().__init__(node, variables, settings, send)
+        self.power = PowerState.SWITCH_ON_DISABLED
+        self.velocity = 0.0
+        self._target = 0.0
+        self._position = 0.0
+        self._controlword = 0
+        self._radians_per_increment = radians_per_increment
+        self.live.update(
+            {
+                (0x6041, 0): self._statusword,
+                (0x6061, 0): lambda: self.store[0x6060, 0],
+                (0x6064, 0): sensor.position if sensor else lambda: round(self._position),
+                (0x606B, 0): lambda: round(self.velocity),
+                (0x606C, 0): lambda: round(self.velocity),
+            }
+        )
+        self.checks[0x6060] = _check_mode
+        self.effects.update(
+            {
+                0x6040: self._control,
+                0x6060: self._retarget,
+                0x607F: self._retarget,
+                0x60FF: self._retarget,
+            }
+        )
+        self._sensor = sensor
+
+    def advance(self, period: float) -> float:
+        """Let the motor turn for one period [s]; return the wheel's speed over it [rad/s]."""
+        if self.velocity != self._target:
+            self._ramp(period)
+        self._position += self.velocity * period
+        return self.velocity * self._radians_per_increment
+
+    def _ramp(self, period: float) -> None:
+        """Change the velocity towards its target, within 6083h, 6084h or 6085h."""
+        if self.power is PowerState.OPERATION_ENABLED and self.store[0x6060, 0] == _CYCLIC_VELOCITY:
+            self.velocity = self._target
+        else:
+            step = self._acceleration() * period
+            self.velocity = max(self.velocity - step, min(self.velocity + step, self._target))
+        if not self.velocity:
+            self._came_to_rest()
+
+    def _acceleration(self) -> int:
+        if self.power is not PowerState.OPERATION_ENABLED:
+            return self.store[0x6085, 0]
+        speeds_up = abs(self._target) > abs(self.velocity) and self._target * self.velocity >= 0
+        return self.store[0x6083 if speeds_up else 0x6084, 0]
+
+    def _came_to_rest(self) -> None:
+        """End a quick stop or a fault reaction, once the wheel stands."""
+        if self.power is PowerState.QUICK_STOP_ACTIVE:
+            self.power = PowerState.SWITCH_ON_DISABLED
+        elif self.power is PowerState.FAULT_REACTION_ACTIVE:
+            self.power = PowerState.FAULT
+
+    def _retarget(self, _sub: int = 0, _value: int = 0) -> None:
+        """Find the velocity to go to: 60FFh while enabled and not halted, else none."""
+        runs = (
+            self.power is PowerState.OPERATION_ENABLED
+            and self.store[0x6060, 0] in {_PROFILE_VELOCITY, _CYCLIC_VELOCITY}
+            and not self._controlword & _HALT
+        )
+        fastest = self.store[0x607F, 0]
+        self._target = float(max(-fastest, min(fastest, self.store[0x60FF, 0]))) if runs else 0.0
+        if not self.velocity and not self._target:
+            self._came_to_rest()
+
+    def _control(self, _sub: int, controlword: int) -> None:
+        self.power = follow(self.power, controlword, self._controlword)
+        self._controlword = controlword
+        self._retarget()
+
+    def _statusword(self) -> int:
+        return statusword(
+            self.power,
+            remote=self.state is NmtState.OPERATIONAL,
+            target_reached=self.velocity == self._target,
+            standing=not self.velocity,
+        )
+
+    def master_lost(self) -> None:
+        """Stop as 6007h asks for; the velocity that was commanded is forgotten in any case but 0."""
+        option = self.store[0x6007, 0]
+        if option == AbortOption.NOTHING:
+            return
+        self.store[0x60FF, 0] = 0
+        if self.power is PowerState.OPERATION_ENABLED:
+            self.power = {
+                AbortOption.FAULT: PowerState.FAULT_REACTION_ACTIVE,
+                AbortOption.DISABLE_VOLTAGE: PowerState.SWITCH_ON_DISABLED,
+                AbortOption.QUICK_STOP: PowerState.QUICK_STOP_ACTIVE,
+            }[AbortOption(option)]
+        self._retarget()
+
+    def reset_application(self) -> None:
+        """Stand still without power; an incremental position starts from 0."""
+        self.power = PowerState.SWITCH_ON_DISABLED
+        self.velocity = self._target = self._position = 0.0
+        self._controlword = 0
+        if self._sensor:
+            self._sensor.restart()
+
+
+def _check_mode(_sub: int, mode: int) -> None:
+    """Refuse a mode of operation that the drive does not have; raises SdoAbort."""
+    if mode not in {0, _PROFILE_VELOCITY, _CYCLIC_VELOCITY}:
+        raise SdoAbort(Abort.VALUE)

@@ -1,0 +1,52 @@
+"""Heartbeats: produced by 1017h, supervised by 1016h (CiA 301 7.2.8.3.2)."""
+
+from __future__ import annotations
+
+import math
+
+
+class HeartbeatProducer:
+    """Tells when this device's next heartbeat is due.
+
+    Attributes:
+        due: [s]; inf while 1017h is 0.
+    """
+
+    def __init__(self) -> None:
+        self.due = math.inf
+        self._period = 0.0
+
+    def configure(self, milliseconds: int, now: float) -> None:
+        """Take over 1017h; the first heartbeat comes after one period."""
+        self._period = milliseconds * 1e-3
+        self.due = now + self._period if milliseconds else math.inf
+
+    def sent(self, now: float) -> None:
+        """Note a heartbeat; the rhythm is kept unless a whole period was missed."""
+        late = now - self.due
+        self.due = self.due + self._period if late < self._period else now + self._period
+
+
+class HeartbeatConsumer:
+    """Watches one other node, from its first heartbeat on.
+
+    Attributes:
+        due: when its heartbeat is overdue [s]; inf while it is not watched.
+    """
+
+    def __init__(self) -> None:
+        self.due = math.inf
+        self._node = 0
+        self._period = 0.0
+
+    def configure(self, value: int) -> None:
+        """Take over 1016h:1: node id in bits 16 to 23, time [ms] in bits 0 to 15."""
+        self._node, self._period = value >> 16 & 0x7F, (value & 0xFFFF) * 1e-3
+        self.due = math.inf
+
+    def heard(self, node: int, now: float) -> bool:
+        """Note a heartbeat; return whether it was the one that is watched."""
+        if node != self._node or not self._period:
+            return False
+        self.due = now + self._period
+        return True

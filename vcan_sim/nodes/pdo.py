@@ -1,0 +1,148 @@
+"""PDOs at work: packing and unpacking by the present mapping, and when a TPDO is due (CiA 301 7.2.2)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from vcan_sim.nodes.pdo_rules import NOT_VALID
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from vcan_sim.nodes.dictionary import Key, ObjectStore
+
+LAST_SYNCHRONOUS = 240
+DEVICE_EVENT = 255
+
+
+class Tpdo:
+    """One TPDO as it is configured at the moment.
+
+    Attributes:
+        cob_id: its COB-ID.
+        valid: whether it exists.
+        kind: transmission type.
+        data: what was sent last.
+        due: when the event timer or a held-back event wants it sent [s].
+    """
+
+    __slots__ = (
+        "_fields",
+        "cob_id",
+        "data",
+        "due",
+        "event",
+        "index",
+        "inhibit",
+        "kind",
+        "length",
+        "sent",
+        "syncs",
+        "valid",
+    )
+
+    def __init__(self, index: int) -> None:
+        self.index = index
+        self._fields: tuple[tuple[Callable[[], int], int, int], ...] = ()
+        self.cob_id, self.kind, self.length = 0, DEVICE_EVENT, 0
+        self.valid = False
+        self.inhibit = self.event = 0.0
+        self.syncs = 0
+        self.sent, self.due = -math.inf, math.inf
+        self.data: bytes | None = None
+
+    def configure(
+        self, store: ObjectStore, reader: Callable[[Key], Callable[[], int]], now: float, *, operational: bool
+    ) -> None:
+        """Take over what the object dictionary says now; timers start anew."""
+        cob_id = store[self.index, 1]
+        self.cob_id, self.valid = cob_id & 0x7FF, not cob_id & NOT_VALID
+        self.kind = store[self.index, 2]
+        self.inhibit, self.event = store[self.index, 3] * 1e-4, store[self.index, 5] * 1e-3
+        self.syncs, self.data, self.sent = 0, None, -math.inf
+        fields, shift = [], 0
+        for key, bits in mapped(store, self.index + 0x200):
+            fields.append((reader(key), (1 << bits) - 1, shift))
+            shift += bits
+        self._fields, self.length = tuple(fields), shift // 8
+        self.valid = self.valid and operational and self.length > 0
+        self.due = now + self.event if self.valid and self.event and not self.synchronous else math.inf
+
+    @property
+    def synchronous(self) -> bool:
+        """Whether it answers SYNC."""
+        return self.kind <= LAST_SYNCHRONOUS
+
+    def pack(self) -> bytes:
+        """Return the mapped objects' values now, little-endian."""
+        value = 0
+        for read, mask, shift in self._fields:
+            value |= (read() & mask) << shift
+        return value.to_bytes(self.length, "little")
+
+    def was_sent(self, data: bytes, now: float) -> None:
+        """Note a transmission and start the event timer again."""
+        self.data, self.sent = data, now
+        if self.event and not self.synchronous:
+            late = now - self.due
+            self.due = self.due + self.event if 0.0 <= late < self.event else now + self.event
+        else:
+            self.due = math.inf
+
+    def wants_event(self, now: float) -> bool:
+        """Return whether changed data may go out now; within the inhibit time they wait until its end."""
+        if self.pack() == self.data:
+            return False
+        if now - self.sent >= self.inhibit - 1e-9:
+            return True
+        self.due = min(self.due, self.sent + self.inhibit)
+        return False
+
+
+class Rpdo:
+    """One RPDO as it is configured at the moment.
+
+    Attributes:
+        cob_id: its COB-ID.
+        valid: whether it exists.
+        waiting: data that the next SYNC makes valid.
+        due: when its deadline passes [s].
+    """
+
+    __slots__ = ("_fields", "cob_id", "deadline", "due", "index", "length", "synchronous", "valid", "waiting")
+
+    def __init__(self, index: int) -> None:
+        self.index = index
+        self._fields: tuple[tuple[Key, int, int], ...] = ()
+        self.cob_id, self.length, self.deadline = 0, 0, 0.0
+        self.valid = self.synchronous = False
+        self.due = math.inf
+        self.waiting: bytes | None = None
+
+    def configure(self, store: ObjectStore, *, operational: bool) -> None:
+        """Take over what the object dictionary says now; the deadline starts with the next reception."""
+        cob_id = store[self.index, 1]
+        self.cob_id, self.valid = cob_id & 0x7FF, not cob_id & NOT_VALID
+        self.synchronous = store[self.index, 2] <= LAST_SYNCHRONOUS
+        self.deadline, self.due, self.waiting = store[self.index, 5] * 1e-3, math.inf, None
+        fields, shift = [], 0
+        for key, bits in mapped(store, self.index + 0x200):
+            fields.append((key, bits, shift))
+            shift += bits
+        self._fields, self.length = tuple(fields), shift // 8
+        self.valid = self.valid and operational and self.length > 0
+
+    def unpack(self, data: bytes) -> list[tuple[Key, bytes]]:
+        """Return the mapped objects and their bytes; fill-up entries are left out."""
+        return [
+            (key, data[shift // 8 : (shift + bits) // 8])
+            for key, bits, shift in self._fields
+            if key[0] >= 0x1000
+        ]
+
+
+def mapped(store: ObjectStore, index: int) -> list[tuple[Key, int]]:
+    """Return the objects of a mapping parameter and their lengths [bit]."""
+    entries = [store[index, sub] for sub in range(1, store[index, 0] + 1)]
+    return [((entry >> 16, entry >> 8 & 0xFF), entry & 0xFF) for entry in entries]

@@ -1,0 +1,94 @@
+"""The measuring side of an encoder: the plant's counts, latched at SYNC, made a position (CiA 406)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from vehicle.parameters import Encoder
+
+_FASTEST = 2**15 - 1  # the speed value is 16 bits wide and saturates
+
+
+class Latch:
+    """The raw counts of all channels at the last SYNC, so that all encoders stand at the same instant.
+
+    Attributes:
+        counts: in the order of the vehicle's channels.
+        previous: one SYNC earlier.
+        period: between the two [s].
+    """
+
+    __slots__ = ("counts", "period", "previous")
+
+    def __init__(self, counts: Sequence[int], period: float) -> None:
+        self.counts = self.previous = counts
+        self.period = period
+
+    def take(self, counts: Sequence[int]) -> None:
+        """Latch the counts of a new SYNC."""
+        self.previous, self.counts = self.counts, counts
+
+
+class Sensor:
+    """One encoder's counter, with its preset, code sequence and scaling.
+
+    A wheel's counter loses its count without power; joints and the link are absolute and keep theirs.
+    """
+
+    def __init__(self, latch: Latch, column: int, encoder: Encoder) -> None:
+        self._latch = latch
+        self._column = column
+        self._volatile = encoder.channel.count(".") == 1  # a wheel
+        self._full_range = encoder.wrap_range
+        self._low = -(encoder.wrap_range // 2) if encoder.signed else 0
+        self._direction = 1
+        self._units = self._resolution = 1
+        self._range = self._full_range
+        self._plain = True
+        self.offset = 0
+
+    def position(self) -> int:
+        """Return the position value [counts] at the last SYNC."""
+        counts = self._latch.counts[self._column]
+        return counts if self._plain else self._wrapped(self._measured(counts) + self.offset)
+
+    def speed(self) -> int:
+        """Return the speed over the last SYNC period [counts/s], saturated at 16 bits."""
+        step = self._measured(self._latch.counts[self._column]) - self._measured(
+            self._latch.previous[self._column]
+        )
+        half = self._range // 2
+        step = (step + half) % self._range - half
+        return max(-_FASTEST - 1, min(_FASTEST, round(step / self._latch.period)))
+
+    def preset(self, value: int) -> None:
+        """Make the present position `value` [counts]."""
+        self.offset = value - self._measured(self._latch.counts[self._column])
+        self._note_plain()
+
+    def configure(self, direction: int, units: int, resolution: int, total: int) -> None:
+        """Take over code sequence and scaling; `total` 0 leaves the range of the counter."""
+        self._direction, self._units, self._resolution = direction, units, resolution
+        self._range = total or self._full_range
+        self._note_plain()
+
+    def restart(self) -> None:
+        """Start after power-on: an incremental counter from 0, code sequence and scaling by default."""
+        self._direction = self._units = self._resolution = 1
+        self._range = self._full_range
+        if self._volatile:
+            self.offset = -self._measured(self._latch.counts[self._column])
+        self._note_plain()
+
+    def _measured(self, counts: int) -> int:
+        return self._direction * counts * self._units // self._resolution
+
+    def _wrapped(self, value: int) -> int:
+        return (value - self._low) % self._range + self._low
+
+    def _note_plain(self) -> None:
+        scaled = self._units != self._resolution or self._range != self._full_range
+        self._plain = not (self.offset or scaled) and self._direction == 1

@@ -1,0 +1,94 @@
+"""The sending side of a device, where its faults act: silence, wrong lengths, late answers, babbling."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from vcan_sim.nodes.disturbance import NONE, Disturbance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class Transmitter:
+    """Sends a device's frames as its faults let it.
+
+    Attributes:
+        due: when held-back frames or the next burst go out [s].
+    """
+
+    def __init__(self, send: Callable[[int, bytes], None]) -> None:
+        self._send = send
+        self._disturbance = NONE
+        self._held: list[tuple[float, int, bytes]] = []
+        self._burst_due = math.inf
+        self._answers = 0
+        self._last: dict[int, bytes] = {}
+        self.due = math.inf
+
+    @property
+    def disturbance(self) -> Disturbance:
+        """What is wrong at the moment."""
+        return self._disturbance
+
+    def disturb(self, disturbance: Disturbance, now: float) -> None:
+        """Change what is wrong."""
+        starts = disturbance.babble is not self._disturbance.babble
+        self._disturbance = disturbance
+        if starts:
+            self._burst_due = now if disturbance.babble else math.inf
+        self._reschedule()
+
+    def send(self, cob_id: int, data: bytes) -> None:
+        """Send a frame that is no PDO."""
+        if not (self._disturbance.silent or self._disturbance.off):
+            self._send(cob_id, data)
+
+    def send_pdo(self, cob_id: int, data: bytes, now: float) -> None:
+        """Send a PDO."""
+        if self._disturbance is NONE:
+            self._last[cob_id] = data
+            self._send(cob_id, data)
+        else:
+            self._send_disturbed(cob_id, data, now)
+
+    def _send_disturbed(self, cob_id: int, data: bytes, now: float) -> None:
+        wrong = self._disturbance
+        if wrong.frozen:
+            data = self._last.get(cob_id, data)
+        self._last[cob_id] = data
+        if wrong.length is not None:
+            data = data[: wrong.length].ljust(wrong.length, b"\0")
+        self._answers += 1
+        if wrong.late_by > 0.0 and self._answers % wrong.late_every == 0:
+            self._held.append((now + wrong.late_by, cob_id, data))
+            self._reschedule()
+        else:
+            self.send(cob_id, data)
+
+    def run(self, now: float) -> None:
+        """Send what was held back until now, and the burst that is due."""
+        ready = [frame for frame in self._held if frame[0] <= now]
+        self._held = [frame for frame in self._held if frame[0] > now]
+        for _, cob_id, data in ready:
+            self.send(cob_id, data)
+        babble = self._disturbance.babble
+        if babble is not None and now >= self._burst_due:
+            self._burst_due = max(self._burst_due + babble.every, now)
+            cob_id, data = self._babble_frame()
+            for _ in range(babble.frames):
+                self.send(cob_id, data)
+        self._reschedule()
+
+    def _babble_frame(self) -> tuple[int, bytes]:
+        """Return the frame that is babbled; the device's first PDO unless another is given."""
+        babble = self._disturbance.babble
+        assert babble is not None  # the caller has looked
+        own = next(iter(self._last.items()), None)
+        cob_id = babble.cob_id if babble.cob_id is not None else own[0] if own else 0x7FF
+        return cob_id, babble.data if babble.data is not None else self._last.get(cob_id, b"\xff" * 8)
+
+    def _reschedule(self) -> None:
+        self.due = min((frame[0] for frame in self._held), default=math.inf)
+        self.due = min(self.due, self._burst_due)
