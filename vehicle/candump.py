@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 Form = Literal["log", "ta"]
 FORMS: tuple[Form, ...] = get_args(Form)
 
+_DIRECTION = RECEIVED | SENT
+_LOG_DIRECTIONS = {RECEIVED: " R", SENT: " T"}
+_TA_DIRECTIONS = {RECEIVED: "  RX - -", SENT: "  TX - -"}
+_PARSED_DIRECTIONS = {b"R": RECEIVED, b"T": SENT, b"RX": RECEIVED, b"TX": SENT, None: 0}
 _ERROR_BIT = 0x20000000  # CAN_ERR_FLAG of linux/can.h, printed as part of the identifier
 
 LOG_LINE = re.compile(rb"\((\d{1,10}\.\d{1,9})\) +(\S+) +([0-9A-Fa-f]+)#(\S*)(?: ([RT]))?\s*")
@@ -42,13 +46,11 @@ def format_frame(frame: Frame, form: Form = "log", width: int = 0, *, indent: bo
         indent: right-align 11-bit identifiers, as `-ta` does once it has seen a 29-bit one.
     """
     if form == "log":
-        direction = {RECEIVED: " R", SENT: " T"}.get(frame.flags & (RECEIVED | SENT), "")
-        content = f"{_identifier(frame)}#{_payload(frame)}{direction}"
-        return f"({frame.time:017.6f}) {frame.channel:>{width}} {content}"
-    direction = {RECEIVED: "  RX - -", SENT: "  TX - -"}.get(frame.flags & (RECEIVED | SENT), "")
+        content = f"{_identifier(frame)}#{_payload(frame)}{_LOG_DIRECTIONS.get(frame.flags & _DIRECTION, '')}"
+        return f"({frame.time:017.6f}) {frame.channel.rjust(width)} {content}"
+    channel = frame.channel.rjust(width) + _TA_DIRECTIONS.get(frame.flags & _DIRECTION, "")
     identifier = f"{_identifier(frame):>8}" if indent else _identifier(frame)
-    head = f" ({frame.time:017.6f})  {frame.channel:>{width}}{direction}  {identifier}   [{_length(frame)}] "
-    return head + _long_payload(frame)
+    return f" ({frame.time:017.6f})  {channel}  {identifier}   [{_length(frame)}] {_long_payload(frame)}"
 
 
 def format_lines(frames: Frames, form: Form = "log") -> Iterator[str]:
@@ -64,13 +66,11 @@ def parse_line(line: bytes) -> Frame | str:
     """Return the frame of a line in either form, or the reason why it holds none."""
     if match := LOG_LINE.fullmatch(line):
         stamp, channel, identifier, tail, direction = match.groups()
-        return _frame(
-            stamp, channel, identifier, _content(tail), {b"R": RECEIVED, b"T": SENT}.get(direction, 0)
-        )
+        return _frame(stamp, channel, identifier, _content(tail), _PARSED_DIRECTIONS[direction])
     if match := _TA_LINE.fullmatch(line):
         stamp, channel, direction, identifier, length, tail = match.groups()
         content = _long_content(length, tail)
-        return _frame(stamp, channel, identifier, content, {b"RX": RECEIVED, b"TX": SENT}.get(direction, 0))
+        return _frame(stamp, channel, identifier, content, _PARSED_DIRECTIONS[direction])
     if line.startswith(b"DROPCOUNT"):
         return "the recorder dropped frames here"
     if _NO_TIME.fullmatch(line):

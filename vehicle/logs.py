@@ -53,9 +53,11 @@ class LogReadResult:
             yield f"{self.source}:{line.line}: skipped: {line.reason}: {line.text!r}"
         if self.truncated:
             yield f"{self.source}: the log ends early; it was read up to there"
-        for index in self.frames.backwards().tolist():
-            before, after = self.frames.time[index - 1 : index + 1].tolist()
-            yield f"{self.source}: the clock goes back at frame {index + 1}, from {before:.6f} to {after:.6f} s"
+        jumps = self.frames.backwards().tolist()
+        if jumps:
+            before, after = self.frames.time[jumps[0] - 1 : jumps[0] + 1].tolist()
+            where = f"first at frame {jumps[0] + 1} from {before:.6f} s to {after:.6f} s"
+            yield f"{self.source}: the clock goes back {len(jumps)} times, {where}"
 
 
 def read_log(path: Path | str, *, strict: bool = False) -> LogReadResult:
@@ -93,9 +95,9 @@ def _read(path: Path) -> LogReadResult:
         frames, skipped, truncated = foreign_logs.read_blf(content)
         return LogReadResult(path, frames_of(frames), tuple(skipped), truncated or reader.damaged)
     text = content.decode("utf-8-sig", errors="replace")
-    truncated = reader.damaged or _is_cut_off(text)
     frames, skipped = foreign_logs.read_lines(text, form) if form else _read_minimon(text)
-    return LogReadResult(path, frames_of(frames), tuple(skipped), truncated)
+    cut = not text.endswith("\n") and bool(skipped) and skipped[-1].line == len(text.splitlines())
+    return LogReadResult(path, frames_of(frames), tuple(skipped), reader.damaged or cut)
 
 
 def _read_candump(path: Path) -> LogReadResult:
@@ -124,11 +126,6 @@ def _looks_complete(last: Frame, frames: Frames) -> bool:
     """Say whether the last frame, whose line has no newline, is as long as one of its kind before it."""
     lengths = frames.length[frames.can_id == last.can_id]
     return len(lengths) == 0 or bool(np.any(lengths == last.length))
-
-
-def _is_cut_off(text: str) -> bool:
-    """Say whether the last line is shorter than its kind: python-can and MiniMon end each with a newline."""
-    return bool(text) and not text.endswith(("\n", "\r"))
 
 
 def _read_minimon(text: str) -> tuple[list[Frame], list[SkippedLine]]:

@@ -1,0 +1,196 @@
+"""The recording folder: `vehicle.toml`, `can.log` (or `can.log.gz`), `poses.csv`, `run.toml` on one clock.
+
+Each file is written whole or not at all, `can.log` last: a folder without it is no recording yet.
+"""
+
+from __future__ import annotations
+
+import gzip
+import math
+import tomllib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tomli_w
+
+from vehicle.assemble import Assembly, assemble
+from vehicle.atomic import write_bytes, write_text
+from vehicle.bus_image import frames_of_recording
+from vehicle.candump import format_lines
+from vehicle.errors import RecordingError
+from vehicle.file import load_vehicle, save_vehicle
+from vehicle.logs import LogReadResult, read_log
+from vehicle.poses_csv import format_poses, parse_poses
+from vehicle.recording import DIRECTIONS, Lap, Recording, Run
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from vehicle.recording import Poses
+
+VEHICLE, LOG, POSES, RUN = "vehicle.toml", "can.log", "poses.csv", "run.toml"
+
+_CLOCK_TOLERANCE = 1.0  # [s] by which a lap may begin before or end after the log
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedRecording:
+    """A recording together with how it came out of its folder.
+
+    Attributes:
+        recording: with poses and run.
+        assembly: what became of the log's frames.
+        log: the frames themselves and what could not be read.
+    """
+
+    recording: Recording
+    assembly: Assembly
+    log: LogReadResult
+
+
+def load_recording(folder: Path | str) -> Recording:
+    """Return the recording in a folder; `read_recording` also tells what was left out of it.
+
+    Raises:
+        VehicleFileError: `vehicle.toml` is absent or describes no possible robot.
+        LogError: `can.log` cannot be read.
+        RecordingError: a file is missing, or the files contradict each other or the format.
+    """
+    return read_recording(folder).recording
+
+
+def read_recording(folder: Path | str) -> LoadedRecording:
+    """Return the recording in a folder and what its log held besides; errors as `load_recording`."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise RecordingError(folder, "no such folder; a recording is a folder with vehicle.toml and can.log")
+    vehicle = load_vehicle(folder / VEHICLE)
+    log = read_log(_log_path(folder))
+    assembly = assemble(log.frames, vehicle, str(folder))
+    poses = read_poses(folder / POSES, vehicle.trucks) if (folder / POSES).exists() else None
+    run = read_run(folder / RUN) if (folder / RUN).exists() else None
+    recording = replace(assembly.recording, poses=poses, run=run)
+    _check_clock(recording, folder / RUN)
+    return LoadedRecording(recording, assembly, log)
+
+
+def save_recording(recording: Recording, folder: Path | str, *, compress: bool = False) -> None:
+    """Write a recording as a folder, replacing one that is there.
+
+    Args:
+        recording: measured or simulated.
+        folder: made where it is absent.
+        compress: write `can.log.gz` instead of `can.log`.
+
+    Raises:
+        RecordingError: the folder cannot be written.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in (LOG, f"{LOG}.gz", POSES, RUN):
+            (folder / name).unlink(missing_ok=True)
+        save_vehicle(recording.vehicle, folder / VEHICLE)
+        if recording.poses is not None:
+            write_poses(recording.poses, folder / POSES)
+        if recording.run is not None:
+            write_run(recording.run, folder / RUN)
+        text = "\n".join([*format_lines(frames_of_recording(recording)), ""]).encode()
+        log = folder / (f"{LOG}.gz" if compress else LOG)
+        write_bytes(log, gzip.compress(text, 6) if compress else text)
+    except OSError as error:
+        raise RecordingError(folder, f"cannot be written: {error.strerror or error}") from error
+
+
+def read_poses(path: Path | str, trucks: Collection[str] = ("a", "b")) -> Poses:
+    """Return the poses of a `poses.csv`; `trucks` are the bodies that the robot has.
+
+    Raises:
+        RecordingError: it cannot be read, or a line is wrong; the error names file and line.
+    """
+    return parse_poses(_text(Path(path)), path, trucks)
+
+
+def write_poses(poses: Poses, path: Path | str) -> None:
+    """Write a `poses.csv` in one step."""
+    write_text(Path(path), format_poses(poses))
+
+
+def read_run(path: Path | str) -> Run:
+    """Return what a `run.toml` says.
+
+    Raises:
+        RecordingError: it cannot be read, is no TOML, or a value is missing or impossible.
+    """
+    try:
+        document = tomllib.loads(_text(Path(path)))
+    except tomllib.TOMLDecodeError as error:
+        raise RecordingError(path, f"no TOML: {error}") from error
+    protocol, laps = document.get("protocol"), document.get("lap", [])
+    if not isinstance(protocol, str) or not protocol:
+        raise RecordingError(path, f"protocol {protocol!r}; expected text such as `umbmark` or `free`")
+    if not isinstance(laps, list) or not all(isinstance(lap, dict) for lap in laps):
+        raise RecordingError(path, "lap; expected tables written as [[lap]]")
+    side = _number(document, "side", path, "side") if "side" in document else None
+    if side is not None and side <= 0:
+        raise RecordingError(path, f"side {side:g}; expected a length in metres above 0")
+    return Run(protocol, side, tuple(_lap(lap, path, number) for number, lap in enumerate(laps, start=1)))
+
+
+def write_run(run: Run, path: Path | str) -> None:
+    """Write a `run.toml` in one step."""
+    document: dict[str, Any] = {"protocol": run.protocol}
+    if run.side is not None:
+        document["side"] = float(run.side)
+    laps = [
+        {"direction": lap.direction, "start": float(lap.start), "end": float(lap.end)} for lap in run.laps
+    ]
+    write_text(Path(path), tomli_w.dumps(document | ({"lap": laps} if laps else {})))
+
+
+def _log_path(folder: Path) -> Path:
+    for name in (LOG, f"{LOG}.gz"):
+        if (folder / name).exists():
+            return folder / name
+    raise RecordingError(folder, f"neither {LOG} nor {LOG}.gz in it")
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordingError(path, f"cannot be read: {error}") from error
+
+
+def _lap(table: Mapping[str, Any], path: Path | str, number: int) -> Lap:
+    direction = table.get("direction")
+    if direction not in DIRECTIONS:
+        raise RecordingError(
+            path, f"lap {number}: direction {direction!r}; expected one of {', '.join(DIRECTIONS)}"
+        )
+    start, end = (_number(table, key, path, f"lap {number}: {key}") for key in ("start", "end"))
+    if end <= start:
+        raise RecordingError(
+            path, f"lap {number}: it ends at {end:.6f} s, not after its start at {start:.6f} s"
+        )
+    return Lap(direction, start, end)
+
+
+def _number(table: Mapping[str, Any], key: str, path: Path | str, name: str) -> float:
+    value = table.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise RecordingError(path, f"{name} {value!r}; expected a finite number")
+    return float(value)
+
+
+def _check_clock(recording: Recording, path: Path) -> None:
+    """Refuse laps that the log does not cover: they must be on its clock."""
+    first, last = float(recording.time[0]), float(recording.time[-1])
+    for number, lap in enumerate(recording.run.laps if recording.run else (), start=1):
+        if lap.start < first - _CLOCK_TOLERANCE or lap.end > last + _CLOCK_TOLERANCE:
+            raise RecordingError(
+                path,
+                f"lap {number} from {lap.start:.3f} s to {lap.end:.3f} s is not within the log,"
+                f" {first:.3f} s to {last:.3f} s; all files must share its clock",
+            )
