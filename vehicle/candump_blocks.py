@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from vehicle.candump import LOG_LINE, parse_line
+from vehicle.candump_lines import LOG_LINE, parse_line
 from vehicle.frames import DEFAULT_CHANNEL, EXTENDED, RECEIVED, SENT, Frames
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ import tomli_w
 from vehicle.assemble import Assembly, assemble
 from vehicle.atomic import write_bytes, write_text
 from vehicle.bus_image import frames_of_recording
-from vehicle.candump import format_lines
+from vehicle.candump_lines import format_lines
 from vehicle.errors import RecordingError
 from vehicle.file import load_vehicle, save_vehicle
 from vehicle.logs import LogReadResult, read_log

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vehicle import foreign_logs, minimon
-from vehicle.candump import parse_line
 from vehicle.candump_blocks import BlockParser, SkippedLine
+from vehicle.candump_lines import parse_line
 from vehicle.compressed import BlockReader
 from vehicle.errors import LogError
 from vehicle.frames import Frame, Frames, concatenate, frames_of
