@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from vehicle.parameters import Truck
     from vehicle.se2 import Array
 
+_LARGEST_RETURN = 1.5  # sides of the square; a robot that ends farther off did not drive one
 _LARGEST_LOG_FACTOR = math.log(1.5)  # beyond it the chain folds over itself and means nothing
 
 
@@ -72,7 +73,8 @@ def solve_exact(errors: ReturnErrors, truck: Truck, sigma: Array | None = None) 
     found = least_squares(
         residual, np.zeros(2), bounds=(-bound, bound), x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15
     )
-    if not found.success or np.abs(found.x).max() > 0.99 * bound:
+    lost = errors.e_max_syst > _LARGEST_RETURN * errors.side or np.abs(found.x).max() > 0.99 * bound
+    if lost or not found.success:
         raise CalibrationError(
             errors.source,
             f"no wheelbase and diameters explain return errors of {1e3 * errors.e_max_syst:.0f} mm "
