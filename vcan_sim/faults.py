@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from vcan_sim.nodes.device import Device
 
 
+_BOUNDS = {"node": (1.0, 127.0), "at": (0.0, math.inf), "duration": (0.0, math.inf)}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
     """What all faults have.
@@ -24,10 +27,18 @@ class Fault:
     """
 
     name: ClassVar[str]
+    bounds: ClassVar[dict[str, tuple[float, float]]] = {}
 
     node: int
     at: float = 0.0
     duration: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values with a FaultError."""
+        for key, (low, high) in {**_BOUNDS, **self.bounds}.items():
+            value = getattr(self, key)
+            if not low <= value <= high:
+                raise FaultError(self.name, f"{key}={value} is impossible; expected {low:g} to {high:g}")
 
     def begin(self, device: Device, now: float) -> None:
         """Make the device faulty."""
@@ -85,6 +96,7 @@ class WrongLength(Fault):
     """
 
     name: ClassVar[str] = "length"
+    bounds: ClassVar[dict[str, tuple[float, float]]] = {"length": (0, 8)}
 
     length: int = 3
 
@@ -106,6 +118,7 @@ class EmergencyMessage(Fault):
     """
 
     name: ClassVar[str] = "emcy"
+    bounds: ClassVar[dict[str, tuple[float, float]]] = {"code": (0x0001, 0xFFFF)}
 
     code: int = 0x5000
 
@@ -147,6 +160,7 @@ class Babbling(Fault):
     """
 
     name: ClassVar[str] = "babbling"
+    bounds: ClassVar[dict[str, tuple[float, float]]] = {"frames": (1, 1000), "every": (1e-4, math.inf)}
 
     frames: int = 20
     every: float = 0.01
@@ -173,6 +187,7 @@ class ClockJitter(Fault):
     """
 
     name: ClassVar[str] = "jitter"
+    bounds: ClassVar[dict[str, tuple[float, float]]] = {"late_by": (0.0, 10.0), "late_every": (1, 1_000_000)}
 
     late_by: float = 0.01
     late_every: int = 2
@@ -223,8 +238,7 @@ def _value(text: str, key: str, kind: str, value: str) -> float | str:
     """Return a value as its field's type has it."""
     try:
         if "str" in kind:
-            bytes.fromhex(value)
-            return value
+            return bytes.fromhex(value)[:8].hex()
         return float(value) if kind == "float" else int(value, 0)
     except ValueError:
         expected = {"float": "a number"}.get(kind, "hexadecimal digits" if "str" in kind else "an integer")

@@ -194,8 +194,7 @@ class SimulatedVehicle:
         self.syncs += 1
         self._time = self.syncs * self._period
         now = self.time
-        if self._injected or now >= self._schedule.due - _TOLERANCE:
-            self._run_faults(now)
+        self._run_faults(now)
         self.plant.step(self._speeds(), self._period)
         self._latch.take(self.plant.raw_counts())
         for device in self._devices:
@@ -252,6 +251,8 @@ class SimulatedVehicle:
                 device.run_timers(now)
 
     def _run_faults(self, now: float) -> None:
+        if not self._injected and now < self._schedule.due - _TOLERANCE:
+            return
         while self._injected:
             self._schedule.begin(self._injected.popleft(), now)
         self._schedule.run(now + _TOLERANCE)

@@ -54,6 +54,7 @@ class Transmitter:
             self._send_disturbed(cob_id, data, now)
 
     def _send_disturbed(self, cob_id: int, data: bytes, now: float) -> None:
+        self._send_held(now)
         wrong = self._disturbance
         if wrong.frozen:
             data = self._last.get(cob_id, data)
@@ -69,10 +70,7 @@ class Transmitter:
 
     def run(self, now: float) -> None:
         """Send what was held back until now, and the burst that is due."""
-        ready = [frame for frame in self._held if frame[0] <= now]
-        self._held = [frame for frame in self._held if frame[0] > now]
-        for _, cob_id, data in ready:
-            self.send(cob_id, data)
+        self._send_held(now)
         babble = self._disturbance.babble
         if babble is not None and now >= self._burst_due:
             self._burst_due = max(self._burst_due + babble.every, now)
@@ -80,6 +78,12 @@ class Transmitter:
             for _ in range(babble.frames):
                 self.send(cob_id, data)
         self._reschedule()
+
+    def _send_held(self, now: float) -> None:
+        ready = [frame for frame in self._held if frame[0] <= now]
+        self._held = [frame for frame in self._held if frame[0] > now]
+        for _, cob_id, data in ready:
+            self.send(cob_id, data)
 
     def _babble_frame(self) -> tuple[int, bytes]:
         """Return the frame that is babbled; the device's first PDO unless another is given."""

@@ -1,0 +1,93 @@
+"""A simulated vehicle whose bus other processes join: hub and vehicle in one event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from typing import TYPE_CHECKING, Literal
+
+from vcan_sim.hub import Hub
+from vcan_sim.simulated_vehicle import SimulatedVehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from vcan_sim.faults import Fault
+    from vcan_sim.simulated_vehicle import Plant
+    from vehicle.parameters import VehicleParameters
+
+    WheelSpeeds = Callable[[SimulatedVehicle], Sequence[float]]
+
+
+class BusServer:
+    """Serves one simulated vehicle's bus.
+
+    Attributes:
+        hub: the bus.
+        simulated: the vehicle on it.
+    """
+
+    def __init__(
+        self,
+        vehicle: VehicleParameters,
+        plant: Plant,
+        faults: Iterable[Fault] = (),
+        clock: Literal["sync", "wall"] = "wall",
+        wheel_speeds: WheelSpeeds | None = None,
+    ) -> None:
+        self.hub = Hub()
+        self._timer: asyncio.TimerHandle | None = None
+        bus = self.hub.attach(self._poll)
+        self.simulated = SimulatedVehicle(vehicle, plant, bus, clock, faults, wheel_speeds)
+
+    async def run(self, host: str, port: int, stop: asyncio.Event, on_ready: Callable[[int], None]) -> None:
+        """Serve until `stop` is set; `on_ready` is called with the port once clients may connect.
+
+        Raises:
+            HubError: the address cannot be listened on.
+        """
+        on_ready(await self.hub.start(host, port))
+        try:
+            self._poll()
+            await stop.wait()
+        finally:
+            if self._timer is not None:
+                self._timer.cancel()
+            await self.hub.stop()
+
+    def _poll(self) -> None:
+        """Let the vehicle answer, and come back when its next timer ends."""
+        self.simulated.poll()
+        if self._timer is not None:
+            self._timer.cancel()
+        wait = self.simulated.wait()
+        loop = asyncio.get_running_loop()
+        self._timer = loop.call_later(wait, self._poll) if wait is not None else None
+
+
+def serve(
+    vehicle: VehicleParameters,
+    plant: Plant,
+    host: str = "127.0.0.1",
+    port: int = 29536,
+    faults: Iterable[Fault] = (),
+    on_ready: Callable[[int], None] = lambda _port: None,
+    clock: Literal["sync", "wall"] = "wall",
+    wheel_speeds: WheelSpeeds | None = None,
+) -> None:
+    """Serve a simulated vehicle's bus until SIGINT or SIGTERM; to be called in the main thread.
+
+    Raises:
+        HubError: the address cannot be listened on.
+        SimulationError: no such devices exist.
+        FaultError: a fault is of a node that the vehicle has not.
+    """
+    server = BusServer(vehicle, plant, faults, clock, wheel_speeds)
+
+    async def until_signal() -> None:
+        stop = asyncio.Event()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(number, stop.set)
+        await server.run(host, port, stop, on_ready)
+
+    asyncio.run(until_signal())
