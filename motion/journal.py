@@ -1,5 +1,7 @@
 """What happened during a program: its laps and the absolute fixes, as the recording folder keeps them."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,14 +19,14 @@ if TYPE_CHECKING:
 class Journal:
     """Keeps laps and fixes while a runner works; call `observe` after each of its steps."""
 
-    def __init__(self, program: "Program") -> None:
+    def __init__(self, program: Program) -> None:
         self.program = program
         self._laps: list[Lap] = []
         self._fixes: list[tuple[float, TruckName, ArrayLike, ArrayLike]] = []
         self.lap: int | None = None
         self._started = 0.0
 
-    def observe(self, time: float, runner: "Runner") -> None:
+    def observe(self, time: float, runner: Runner) -> None:
         """Note the beginning and the end of a lap at the time of the sample [s]."""
         if runner.lap == self.lap:
             return
@@ -32,7 +34,7 @@ class Journal:
             self._laps.append(Lap(self.program.directions[self.lap], self._started, time))
         self.lap, self._started = runner.lap, time
 
-    def fix(self, time: float, truck: "TruckName", pose: "ArrayLike", sigma: "ArrayLike") -> None:
+    def fix(self, time: float, truck: TruckName, pose: ArrayLike, sigma: ArrayLike) -> None:
         """Note an absolute pose `(3,)` of a truck and its standard deviations `(3,)`, nan where unknown."""
         self._fixes.append((time, truck, pose, sigma))
 

@@ -23,6 +23,11 @@ def _sign(direction: Direction) -> int:
     return -1 if direction == "cw" else 1
 
 
+def _no_direction(laps: int) -> tuple[Direction, ...]:
+    none: Direction = "none"
+    return (none,) * laps
+
+
 def _home(follower: Follower, link_length: float | None, speed: float) -> list[Row]:
     """Drive back to the origin from where a lap has really ended, truck b after truck a."""
     rows = [Row(GOTO, speed=speed, frame=WORLD)]
@@ -99,7 +104,7 @@ def out_and_back(
         drive = [there, rest(PAUSE), back, rest(PAUSE)]
         rows += [rest(STOP, fix=True), *in_lap(lap, drive, HERE)]
     rows.append(rest(STOP, fix=True))
-    return Program("straight", tuple(rows), ("none",) * runs, None, "parallel")
+    return Program("straight", tuple(rows), _no_direction(runs), None, "parallel")
 
 
 def via_points(
@@ -197,8 +202,6 @@ def figure_eight(radius: float = 1.0, laps: int = 3, *, speed: float = 0.3) -> P
     ]
     rows: list[Row] = []
     for lap in range(laps):
-        rows += [rest(STOP, fix=True), *in_lap(lap, [*circles, rest(PAUSE)], HERE)]
+        rows += [rest(STOP, fix=True), *in_lap(lap, [*circles, rest(PAUSE)], WORLD)]
     rows.append(rest(STOP, fix=True))
-    return Program("free", tuple(rows), ("none",) * laps, None, "car")
-
-
+    return Program("free", tuple(rows), _no_direction(laps), None, "car")

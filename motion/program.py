@@ -27,7 +27,7 @@ class Row(NamedTuple):
         y: likewise [m].
         heading: course of a line; heading at the end of a turn (unwrapped) or at the goal [rad].
         reverse: 1 where a line is driven backwards.
-        curvature: of an arc, positive to the left; the sharpest one allowed on a line or to a via-point [1/m].
+        curvature: of an arc, positive to the left; the sharpest allowed on a line or to a via-point [1/m].
         length: of an arc [m].
         tolerance: distance from a via-point at which the next row begins [m].
         speed: of the truck's centre, or of the wheels in a turn on the spot [m/s].

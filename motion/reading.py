@@ -1,16 +1,19 @@
 """What the linkage reads, from the counts of one sample."""
 
-from collections.abc import Sequence
+from __future__ import annotations
+
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from vehicle.parameters import VehicleParameters
 
 
 class LinkReader:
     """Turns the counts of a sample into joint angles and link length; None for a single truck."""
 
-    def __init__(self, vehicle: "VehicleParameters") -> None:
+    def __init__(self, vehicle: VehicleParameters) -> None:
         self._columns: list[tuple[int, int, float]] = []
         self._length = 0.0
         if vehicle.linkage is not None:

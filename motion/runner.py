@@ -1,5 +1,7 @@
 """The runner: works through a program, one step per sample, from odometry and the linkage alone."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 PoseTuple = tuple[float, float, float]
 
 
-def settings_of(program: "Program", vehicle: "VehicleParameters") -> Record:
+def settings_of(program: Program, vehicle: VehicleParameters) -> Record:
     """Return the settings record `(1,)` with which a vehicle drives a program."""
     settings = record(Settings)
     own = settings[0]
@@ -23,7 +25,9 @@ def settings_of(program: "Program", vehicle: "VehicleParameters") -> Record:
     own["trucks"], own["parallel"] = len(trucks), program.follower == "parallel"
     own["period"] = vehicle.bus.sync_period
     own["speed"], own["acceleration"] = vehicle.limits.speed, vehicle.limits.acceleration
-    wheelbases = np.array([vehicle.trucks["a"].wheelbase, vehicle.trucks["b" if len(trucks) == 2 else "a"].wheelbase])
+    wheelbases = np.array(
+        [vehicle.trucks["a"].wheelbase, vehicle.trucks["b" if len(trucks) == 2 else "a"].wheelbase]
+    )
     own["wheelbase"] = wheelbases
     counts = [abs(vehicle.metres_per_count(wheel)) for wheel in vehicle.wheels]
     for number, wheel in enumerate(vehicle.wheels):
@@ -46,7 +50,7 @@ class Runner:
     step, the robot stands, and its odometry may be initialised from an absolute fix before the next one.
     """
 
-    def __init__(self, program: "Program", vehicle: "VehicleParameters") -> None:
+    def __init__(self, program: Program, vehicle: VehicleParameters) -> None:
         self.program = program
         self.rows = program.table
         self.settings = settings_of(program, vehicle)
@@ -65,6 +69,11 @@ class Runner:
         pose = float(x), float(y), float(theta)  # numba would compile anew for integers
         step(self.rows, self.settings, self.state, pose, link or (0.0, 0.0, 0.0), self._wheels)
         return tuple(self._wheels.tolist())
+
+    def halt(self) -> tuple[float, ...]:
+        """Return wheel speeds of zero for an unplanned stop; the next step goes on from standstill."""
+        self.state["speeds"] = 0.0
+        return (0.0,) * len(self._wheels)
 
     @property
     def done(self) -> bool:

@@ -77,7 +77,7 @@ def steer_line(
     tolerance: float,
     settings: Settings,
 ) -> Steer:
-    """Drive along the line that ends at a point with a course [rad], forward or in reverse, and stop there."""
+    """Drive along the line that ends at a point with a course [rad], front or back first, and stop there."""
     east, north = end_x - x, end_y - y
     cos, sin = math.cos(course), math.sin(course)
     ahead = approach(east * cos + north * sin, tolerance, speed, settings)

@@ -25,7 +25,10 @@ def chord_loss(radius: float, height: float) -> float:
 
 
 def edge_loss(radius: float, height: float) -> float:
-    """Return the travel lost on a sharp edge [m]: the wheel turns about it, 2 R (q - sin q), cos q = 1 - h/R."""
+    """Return the travel lost on a sharp edge [m].
+
+    The wheel turns about the edge, up and down again: 2 R (q - sin q) with cos q = 1 - h/R.
+    """
     q = math.acos(1.0 - height / radius)
     return 2.0 * radius * (q - math.sin(q))
 
@@ -77,7 +80,7 @@ class Bump:
         return _LOSS[self.shape](radius, self.height)
 
     def span(self, radius: float) -> float:
-        """Return the rolled way of one crossing [m], over which the loss is spread: 2 sqrt(2 R h) and the loss."""
+        """Return the rolled way of one crossing by a wheel of a radius [m], over which the loss is spread."""
         return 2.0 * math.sqrt(2.0 * radius * self.height) + self.lost(radius)
 
 

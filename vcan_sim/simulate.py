@@ -1,16 +1,17 @@
 """A whole drive as arrays, without a bus, by the same compiled functions that run live."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motion.compiled import Array, IntArray, Record, compiled, record
+from motion.compiled import Array, IntArray, Record, compiled
 from motion.journal import Journal
 from motion.runner import Runner
 from motion.stepping import step
 from vcan_sim.errors import EndStopError, SimulationError
+from vcan_sim.onboard import odometry_of, see
 from vcan_sim.plant import Plant
-from vcan_sim.signal_path import advance, advance_arc
+from vcan_sim.signal_path import advance
 from vehicle.parameters import CHANNELS
 from vehicle.recording import Recording
 
@@ -21,63 +22,6 @@ if TYPE_CHECKING:
 
 BLOCK = 65536  # samples that are simulated at once
 LONGEST = 86400.0  # [s] after which a program that does not end is given up
-
-
-class Odometry:
-    """What the robot works out from its own counts.
-
-    Attributes:
-        started: 1 after the first sample.
-        counts: of truck a's wheels at the last sample.
-        scale: metres per count of these wheels [m].
-        wheelbase: nominal [m].
-        pose: of truck a.
-        joint_scale: radians per count, metres per count for the link.
-        joint_zero: counts at angle 0, or at the link's length at rest.
-        link_length: at rest, nominal [m].
-    """
-
-    started: int
-    counts: Annotated[IntArray, 2]
-    scale: Annotated[Array, 2]
-    wheelbase: float
-    pose: Annotated[Array, 3]
-    joint_scale: Annotated[Array, 3]
-    joint_zero: Annotated[IntArray, 3]
-    link_length: float
-
-
-def odometry_of(vehicle: "VehicleParameters") -> Record:
-    """Return the odometry record `(1,)` of a vehicle, at the origin."""
-    odometry = record(Odometry)
-    own = odometry[0]
-    own["scale"] = [vehicle.metres_per_count("a.left"), vehicle.metres_per_count("a.right")]
-    own["wheelbase"] = vehicle.trucks["a"].wheelbase
-    if vehicle.linkage is not None:
-        own["link_length"] = vehicle.linkage.length
-        for number, channel in enumerate(CHANNELS[4:]):
-            own["joint_scale"][number] = vehicle.encoder(channel).scale
-            own["joint_zero"][number] = vehicle.encoder(channel).zero
-    return odometry
-
-
-@compiled
-def see(
-    odometry: Odometry, counts: IntArray
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return the pose of truck a by dead reckoning, and what the linkage reads, from one sample's counts."""
-    pose = odometry.pose[0], odometry.pose[1], odometry.pose[2]
-    if odometry.started:
-        left = (counts[0] - odometry.counts[0]) * odometry.scale[0]
-        right = (counts[1] - odometry.counts[1]) * odometry.scale[1]
-        pose = advance_arc(pose, left, right, odometry.wheelbase)
-    odometry.started = 1
-    odometry.counts[0], odometry.counts[1] = counts[0], counts[1]
-    odometry.pose[0], odometry.pose[1], odometry.pose[2] = pose
-    joint_a = (counts[4] - odometry.joint_zero[0]) * odometry.joint_scale[0]
-    joint_b = (counts[5] - odometry.joint_zero[1]) * odometry.joint_scale[1]
-    link = odometry.link_length + (counts[6] - odometry.joint_zero[2]) * odometry.joint_scale[2]
-    return pose, (joint_a, joint_b, link)
 
 
 @compiled
@@ -148,7 +92,7 @@ class _Drive:
         if self.journal.lap != lap:
             self.plant.begin_lap(self.journal.lap)
         if self.plant.at_end_stop:
-            raise EndStopError(time - self.start_time, float(self.plant.state["length"][0]))
+            raise EndStopError(time - self.start_time, self.plant.link_length)
         if not self.runner.fix_due:
             return
         for truck in self.vehicle.trucks:
@@ -187,7 +131,7 @@ def simulate(
     samples = np.concatenate(all_counts)[:, columns]
     return Recording(
         vehicle=vehicle,
-        time=start_time + period * np.arange(len(samples)),
+        time=start_time + period * np.arange(len(samples), dtype=np.float64),
         counts=samples,
         present=np.ones(samples.shape, np.bool_),
         poses=drive.journal.poses,

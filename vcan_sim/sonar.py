@@ -42,7 +42,7 @@ class Sonar:
     beam: float = math.pi / 4.0
 
     def ranges(self, pose: Array) -> Array:
-        """Return the three ranges [m] `(3,)` at a pose `(3,)`: right front, right rear, behind; nan without echo."""
+        """Return the ranges right front, right rear, behind [m] `(3,)` at a pose `(3,)`; nan without echo."""
         x, y, theta = (float(value) for value in pose)
         cos, sin = math.cos(theta), math.sin(theta)
         beside = y - self.side * cos - self.wall_y

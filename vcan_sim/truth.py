@@ -1,5 +1,7 @@
 """What is true of a simulated robot, beside what its owner believes (`vehicle.toml`)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -25,7 +27,7 @@ class Truth:
         seed: of the floor's roughness, the sonar's noise and the counters' first values.
     """
 
-    vehicle: "VehicleParameters"
+    vehicle: VehicleParameters
     joint_bias: tuple[float, float] = (0.0, 0.0)
     link_bias: float = 0.0
     floor: Floor = field(default_factory=Floor)
@@ -40,16 +42,16 @@ class Truth:
 
 
 def with_errors(
-    vehicle: "VehicleParameters",
-    wheelbase_ratio: "dict[TruckName, float]",
-    diameter_ratio: "dict[TruckName, float]",
-) -> "VehicleParameters":
+    vehicle: VehicleParameters,
+    wheelbase_ratio: dict[TruckName, float],
+    diameter_ratio: dict[TruckName, float],
+) -> VehicleParameters:
     """Return a vehicle whose trucks truly have other wheelbases and unequal wheels.
 
     Args:
         vehicle: nominal.
         wheelbase_ratio: E_b of each truck that differs, U (2.4).
-        diameter_ratio: E_d = D_R / D_L of each truck that differs, U (2.3); the mean diameter stays, U (4.28).
+        diameter_ratio: E_d = D_R / D_L of each truck that differs, U (2.3); the mean stays, U (4.28).
     """
     for name, truck in vehicle.trucks.items():
         ratio = diameter_ratio.get(name, 1.0)
