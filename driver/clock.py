@@ -1,0 +1,114 @@
+"""Who sets the pace: the wall clock, or the vehicle's answers ("as fast as it goes")."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+ANSWER_WINDOW = 0.5  # [s] of host time for the answers to one SYNC where nothing paces it
+
+
+class Clock(Protocol):
+    """The recording's clock and the pace of SYNC.
+
+    Attributes:
+        inline: True where time stands still between SYNCs, so that a dialogue may be held in between.
+    """
+
+    inline: bool
+
+    def due(self) -> float:
+        """Return how long to wait before the next SYNC [s]; 0 or less when it is due."""
+        ...
+
+    def sync(self) -> float:
+        """Note that a SYNC is sent now and return its time [s]."""
+        ...
+
+    def remaining(self) -> float:
+        """Return how long answers to the last SYNC may still be awaited [s]."""
+        ...
+
+    def now(self) -> float:
+        """Return the time on the recording's clock [s]."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Let host time pass [s]."""
+        ...
+
+
+class WallClock:
+    """SYNC every `period` [s] of monotonic time; times are wall time that no clock adjustment moves."""
+
+    inline = False
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self.skipped = 0
+        self._offset = time.time() - time.monotonic()
+        self._deadline: float | None = None
+
+    def due(self) -> float:
+        """Return how long to wait before the next SYNC [s]."""
+        return 0.0 if self._deadline is None else self._deadline - time.monotonic()
+
+    def sync(self) -> float:
+        """Note a SYNC; periods that have passed already are skipped and counted, not sent in a burst."""
+        now = time.monotonic()
+        deadline = (now if self._deadline is None else self._deadline) + self.period
+        behind = max(0, int((now - deadline) / self.period) + 1) if now >= deadline else 0
+        self.skipped += behind
+        self._deadline = deadline + behind * self.period
+        return now + self._offset
+
+    def remaining(self) -> float:
+        """Return the time left until the next SYNC [s]."""
+        return self.due()
+
+    def now(self) -> float:
+        """Return wall time [s]."""
+        return time.monotonic() + self._offset
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep."""
+        time.sleep(seconds)
+
+
+class SyncClock:
+    """SYNC k has the time start + k * period [s], however long it took; nothing waits for it.
+
+    Frames in between carry the SYNC's time and the host time since, kept below one period.
+    """
+
+    inline = True
+
+    def __init__(self, period: float, start: float | None = None, window: float = ANSWER_WINDOW) -> None:
+        self.period = period
+        self.window = window
+        self.start = time.time() if start is None else start
+        self._next = 0
+        self._sent = time.monotonic()
+
+    def due(self) -> float:
+        """Return 0: the next SYNC is always due."""
+        return 0.0
+
+    def sync(self) -> float:
+        """Note a SYNC and return start + k * period [s]."""
+        self._next += 1
+        self._sent = time.monotonic()
+        return self.start + (self._next - 1) * self.period
+
+    def remaining(self) -> float:
+        """Return what is left of the window of host time [s]."""
+        return self._sent + self.window - time.monotonic()
+
+    def now(self) -> float:
+        """Return the last SYNC's time and a part of the period [s]."""
+        passed = min(time.monotonic() - self._sent, 0.9 * self.period)
+        return self.start + (self._next - 1) * self.period + passed
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep: host time only, used while a lost bus is opened again."""
+        time.sleep(seconds)

@@ -1,0 +1,64 @@
+"""The state machine of one CiA 402 drive, by control word 6040h and status word 6041h."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from driver.errors import DriveError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from driver.sdo import Sdo
+
+PROFILE_VELOCITY = 3
+SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, FAULT_RESET = 0x06, 0x07, 0x0F, 0x80
+STATE_MASK = 0x6F
+READY, SWITCHED_ON, ENABLED = 0x21, 0x23, 0x27
+FAULT_MASK, FAULT = 0x4F, 0x08
+POLLS, POLL_PAUSE = 200, 0.01  # [s]: a brake may take two seconds to open
+
+_STEPS = (
+    (SHUTDOWN, READY, "ready to switch on"),
+    (SWITCH_ON, SWITCHED_ON, "switched on"),
+    (ENABLE_OPERATION, ENABLED, "operation enabled"),
+)
+
+
+def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
+    """Bring a drive to operation enabled in profile velocity mode at speed zero.
+
+    Raises:
+        DriveError: it does not reach a state.
+        NotTaken, SdoRefused, SdoSilent: the dialogue failed.
+    """
+    if sdo.read(0x6041) & FAULT_MASK == FAULT:
+        sdo.write(0x6040, 0, FAULT_RESET)
+        _await(sdo, pump, lambda status: status & FAULT_MASK != FAULT, "no fault after a reset")
+    sdo.put(0x60FF, 0, 0)
+    sdo.write(0x6060, 0, PROFILE_VELOCITY)
+    for control, state, name in _STEPS:
+        sdo.write(0x6040, 0, control)
+        _await(sdo, pump, lambda status, state=state: status & STATE_MASK == state, name)  # type: ignore[misc]  # bound
+    mode = sdo.find(0x6061)
+    if mode is not None and mode != PROFILE_VELOCITY:
+        raise DriveError(sdo.node, sdo.read(0x6041), f"profile velocity mode (3), 6061h shows {mode}")
+
+
+def disable_drive(sdo: Sdo) -> None:
+    """Take the torque away.
+
+    Raises:
+        SdoRefused, SdoSilent: the dialogue failed.
+    """
+    sdo.write(0x6040, 0, SHUTDOWN)
+
+
+def _await(sdo: Sdo, pump: Callable[[float], None], reached: Callable[[int], bool], wanted: str) -> None:
+    status = 0
+    for _ in range(POLLS):
+        status = sdo.read(0x6041)
+        if reached(status):
+            return
+        pump(POLL_PAUSE)
+    raise DriveError(sdo.node, status, wanted)

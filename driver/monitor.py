@@ -1,0 +1,94 @@
+"""Sorts every received frame: PDO, heartbeat, EMCY, SDO, or nothing that this vehicle knows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from driver.assembler import Assembler
+from driver.events import EventLog
+from driver.fields import NodeCounts, nodes_of
+from driver.strangers import Strangers
+from driver.supervision import Supervision
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import can
+
+    from driver.clock import Clock
+    from vehicle.parameters import VehicleParameters
+
+EMCY, SDO_ANSWER, HEARTBEAT = 0x080, 0x580, 0x700
+CHECK_INTERVAL = 0.1  # [s] between two looks at the heartbeats
+
+
+class Monitor:
+    """Everything that is listened to, whoever produces SYNC.
+
+    Attributes:
+        events: what happened.
+        assembler: of the samples.
+        counts: of frames by node, encoders and drives.
+        supervision: of the nodes.
+        strangers: frames that nobody expects.
+        on_sdo: takes SDO answers.
+        others: takes an 11-bit identifier and says whether another master may use it.
+    """
+
+    def __init__(self, vehicle: VehicleParameters, clock: Clock) -> None:
+        self.events = EventLog()
+        self.counts = {node: NodeCounts() for node in nodes_of(vehicle)}
+        self.assembler = Assembler(vehicle, self.events, self.counts)
+        self.supervision = Supervision(self.counts, self.events)
+        self.strangers = Strangers(self.counts, self.events)
+        self.on_sdo: Callable[[int, bytearray, float], None] = lambda _can_id, _data, _now: None
+        self.others: Callable[[int], bool] = lambda _can_id: False
+        self._clock = clock
+        self._pdos = self.assembler.pdos
+        self._checked: float | None = None
+
+    def begin(self, vehicle: VehicleParameters) -> None:
+        """Count from zero, for a vehicle whose ranges are known by now."""
+        for node in self.counts:
+            self.counts[node] = NodeCounts()
+        self.assembler = Assembler(vehicle, self.events, self.counts)
+        self._pdos = self.assembler.pdos
+
+    def take(self, message: can.Message, arrival: float) -> None:
+        """Take a received frame that arrived at a monotonic time [s]."""
+        if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
+            self.strangers.count(message)
+        elif message.arbitration_id in self._pdos:
+            self.assembler.frame(message.arbitration_id, message.data, message.timestamp, arrival)
+        elif not self._take_service(message.arbitration_id, message.data):
+            self.strangers.busy(message.arbitration_id)
+            if not self.others(message.arbitration_id):
+                self.strangers.count(message)
+
+    def check(self, now: float) -> None:
+        """Look after heartbeats and babblers, once per SYNC at `now` [s]."""
+        self.strangers.check(now)
+        if self._checked is None or now - self._checked >= CHECK_INTERVAL:
+            self._checked = now
+            self.supervision.check(now)
+
+    def _take_service(self, can_id: int, data: bytearray) -> bool:
+        """Take a frame of a CANopen service of one of our nodes; return False where it is none."""
+        function, node = can_id & ~0x7F, can_id & 0x7F
+        if node not in self.counts or function not in {EMCY, SDO_ANSWER, HEARTBEAT}:
+            return False
+        if not self._serve(function, node, data):
+            self.counts[node].wrong_length += 1
+        return True
+
+    def _serve(self, function: int, node: int, data: bytearray) -> bool:
+        """Hand a frame to its service; return False where its length is impossible."""
+        now = self._clock.now()
+        if function == SDO_ANSWER:
+            if len(data) == 8:
+                self.on_sdo(SDO_ANSWER + node, data, now)
+            return len(data) == 8
+        self.strangers.busy(function + node)
+        if function == HEARTBEAT:
+            return self.supervision.heartbeat(node, data, now)
+        return self.supervision.emergency(node, data, now)

@@ -1,0 +1,111 @@
+"""Listens to a bus on which somebody else produces SYNC: a replay, or another master. Sends nothing."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Self
+
+from driver.bus import open_bus
+from driver.clock import WallClock
+from driver.errors import BusError, BusLost, NoSync
+from driver.fields import nodes_of
+from driver.link import SYNC_ID, Link
+from driver.monitor import Monitor
+from driver.report import DriverReport, make_report
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import can
+
+    from driver.link import FrameSink
+    from vehicle.parameters import VehicleParameters
+    from vehicle.sample import Sample
+
+NMT_ID, SDO_REQUEST, HEARTBEAT = 0x000, 0x600, 0x700
+
+
+class PassiveReader:
+    """Assembles samples from frames that others exchange; times are those of arrival, as wall time."""
+
+    def __init__(
+        self, vehicle: VehicleParameters, bus: can.BusABC | str, *, recorder: FrameSink | None = None
+    ) -> None:
+        """Open the bus where it is given as a URL.
+
+        Raises:
+            BusError: the URL's bus cannot be opened.
+        """
+        self.vehicle = vehicle
+        self._url = bus if isinstance(bus, str) else None
+        self._clock = WallClock(vehicle.bus.sync_period)
+        self._link = Link(open_bus(bus) if isinstance(bus, str) else bus, self._clock, recorder)
+        self._monitor = Monitor(vehicle, self._clock)
+        nodes = nodes_of(vehicle)
+        masters = {NMT_ID, *(drive.cob_id for drive in vehicle.drives), *(SDO_REQUEST + one for one in nodes)}
+        masters |= {HEARTBEAT + node for node in range(1, 128) if node not in nodes}
+        self._monitor.others = masters.__contains__
+        for node in nodes:
+            self._monitor.supervision.started(node, None)
+        self._syncs = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()
+
+    def samples(self, idle: float = 2.0) -> Iterator[Sample]:
+        """Yield a sample per SYNC, each when the next SYNC shows that it is over.
+
+        Args:
+            idle: seconds without a SYNC after which the source counts as ended.
+
+        Raises:
+            NoSync: there was not a single one.
+            BusError: the bus failed.
+        """
+        assembler, heard = self._monitor.assembler, time.monotonic()
+        while time.monotonic() - heard < idle:
+            message = self._receive(idle)
+            if message is None:
+                continue
+            if message.arbitration_id == SYNC_ID and not message.is_extended_id:
+                if assembler.is_open:
+                    yield self._close()
+                heard = self._link.arrival
+                self._begin()
+            else:
+                self._monitor.take(message, self._link.arrival)
+        if not self._syncs:
+            raise NoSync(idle)
+        yield self._close()
+
+    def report(self) -> DriverReport:
+        """Return what has been heard so far."""
+        return make_report(self.vehicle, self._monitor, self._syncs)
+
+    def close(self) -> None:
+        """Close the bus if it was given as a URL."""
+        if self._url is not None:
+            self._link.can_bus.shutdown()
+
+    def _receive(self, timeout: float) -> can.Message | None:
+        try:
+            return self._link.receive(timeout)
+        except BusLost as lost:
+            raise BusError(self._url or "bus", str(lost)) from lost
+
+    def _begin(self) -> None:
+        now = self._clock.now()
+        self._monitor.assembler.begin(self._syncs, now)
+        self._monitor.check(now)
+        self._syncs += 1
+
+    def _close(self) -> Sample:
+        supervision = self._monitor.supervision
+        sample = self._monitor.assembler.close()
+        for node in supervision.restarted:
+            self._monitor.assembler.restarted(node)
+        supervision.restarted.clear()
+        return sample
