@@ -103,7 +103,7 @@ def _recording_cases(
     chosen = [truck] if truck is not None else known or [next(iter(recordings[0].vehicle.trucks))]
     return [
         Case(
-            f"{label}, {one}" if len(recordings[0].vehicle.trucks) > 1 else label,
+            f"{label}, truck {one}" if len(recordings[0].vehicle.trucks) > 1 else label,
             one,
             experiment_of_recordings(recordings, one, side),
         )

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from rich.box import SIMPLE_HEAD
 from rich.measure import Measurement
 from rich.table import Table
+from rich.text import Text
 
 from calib.umbmark import angles_from_x, angles_from_y
 from cli.console import out
@@ -31,9 +33,7 @@ _WIDEST = 400  # characters: any table of ours fits
 
 def errors_table(cases: Sequence[Case]) -> Table:
     """Return the table of what was measured: U (3.2)-(3.4) and the angles of (4.20) and (4.24)."""
-    table = Table(
-        title="Return errors: absolute minus calculated, millimetres and degrees", title_justify="left"
-    )
+    table = _table("Return errors: absolute minus calculated, millimetres and degrees")
     table.add_column("experiment")
     for head in (
         "runs\ncw + ccw",
@@ -45,13 +45,13 @@ def errors_table(cases: Sequence[Case]) -> Table:
         "worst\nrun",
         "E_max,syst",
     ):
-        table.add_column(head, justify="right")
+        table.add_column(Text(head), justify="right")
     for case in cases:
         errors = case.experiment.errors
         cw, ccw = errors.centres
         (alpha_x, beta_x), (alpha_y, beta_y) = angles_from_x(errors), angles_from_y(errors)
         table.add_row(
-            case.label,
+            Text(case.label),
             f"{len(errors.cw)} + {len(errors.ccw)}",
             f"{1e3 * cw[0]:.1f}, {1e3 * cw[1]:.1f}",
             f"{1e3 * ccw[0]:.1f}, {1e3 * ccw[1]:.1f}",
@@ -66,7 +66,7 @@ def errors_table(cases: Sequence[Case]) -> Table:
 
 def calibration_table(cases: Sequence[Case], calibrations: Sequence[Sequence[Calibration]]) -> Table:
     """Return the table of what each method makes of it, with the errors of the same runs before and after."""
-    table = Table(title="Calibration, and the same runs evaluated with it", title_justify="left")
+    table = _table("Calibration, and the same runs evaluated with it")
     table.add_column("experiment")
     table.add_column("method")
     for head in (
@@ -80,12 +80,16 @@ def calibration_table(cases: Sequence[Case], calibrations: Sequence[Sequence[Cal
         "worst run\n[mm]",
         "E_max,syst\n[mm]",
     ):
-        table.add_column(head, justify="right")
+        table.add_column(Text(head), justify="right")
     for case, results in zip(cases, calibrations, strict=True):
         for number, result in enumerate(results):
-            table.add_row(case.label if number == 0 else "", *_row(result))
+            table.add_row(Text(case.label if number == 0 else ""), *_row(result))
         table.add_section()
     return table
+
+
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=SIMPLE_HEAD, collapse_padding=True, pad_edge=False)
 
 
 def _row(result: Calibration) -> tuple[str, ...]:
