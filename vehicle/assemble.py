@@ -18,6 +18,7 @@ from vehicle.counters import counter_law, unwrap
 from vehicle.errors import RecordingError
 from vehicle.fields import decode
 from vehicle.gaps import gaps_of
+from vehicle.physical import drive_conversion
 from vehicle.recording import Recording
 from vehicle.traffic import CLASSES, FrameClass, classify, is_class
 
@@ -248,8 +249,7 @@ def _commands(log: _Log, vehicle: VehicleParameters) -> NDArray[np.float64] | No
     for drive in vehicle.drives:
         rows = log.pdo_rows(drive.cob_id)
         rows = rows[log.frames.length[rows] >= 4]
-        scale = drive.sign * 2.0 * np.pi / drive.counts_per_turn
-        speeds = log.frames.data[rows, :4].copy().view("<i4")[:, 0] * scale
+        speeds = log.frames.data[rows, :4].copy().view("<i4")[:, 0] * drive_conversion(drive).factor
         last = np.searchsorted(rows, openers) - 1
         commands[last >= 0, vehicle.wheels.index(drive.wheel)] = speeds[last[last >= 0]]
     return None if np.isnan(commands).all() else commands

@@ -9,6 +9,7 @@ import numpy as np
 from vehicle.canopen_words import SYNC_ID
 from vehicle.fields import encode
 from vehicle.frames import Frames, concatenate
+from vehicle.physical import drive_conversion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -92,7 +93,7 @@ def _commanded(recording: Recording) -> list[tuple[Drive, NDArray[np.float64]]]:
 def _changes(speeds: NDArray[np.float64], drive: Drive) -> tuple[NDArray[np.intp], NDArray[np.uint64]]:
     """Return before which samples a command changes, and the RPDO's data."""
     known = np.flatnonzero(~np.isnan(speeds))
-    counts = np.rint(speeds[known] / (drive.sign * 2.0 * np.pi / drive.counts_per_turn)).astype(np.int64)
+    counts = np.rint(speeds[known] / drive_conversion(drive).factor).astype(np.int64)
     changes = np.flatnonzero(np.concatenate(([True], np.diff(counts) != 0))) if len(known) else known
     return known[changes], counts[changes].view(np.uint64) & np.uint64(0xFFFFFFFF)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from vehicle.candump_lines import LOG_LINE, parse_line
+from vehicle.candump_lines import LOG_LINE, STAMP, parse_line
 from vehicle.frames import DEFAULT_CHANNEL, EXTENDED, RECEIVED, SENT, Frames
 
 if TYPE_CHECKING:
@@ -67,11 +67,13 @@ class BlockParser:
     Attributes:
         channels: the interfaces' names so far and their numbers.
         lines: how many lines were read.
+        stamp_width: characters of the first time in the log; 0 before it.
         skipped: lines that hold no frame.
     """
 
     channels: dict[str, int] = field(default_factory=dict)
     lines: int = 0
+    stamp_width: int = 0
     skipped: list[SkippedLine] = field(default_factory=list)
 
     def parse(self, block: bytes) -> Frames:
@@ -83,6 +85,8 @@ class BlockParser:
         lengths = ends - starts
         for length in np.flatnonzero(np.bincount(lengths)).tolist():
             self._parse_group(block, characters, starts, np.flatnonzero(lengths == length), length, table)
+        if not self.stamp_width and (first := STAMP.search(block)):
+            self.stamp_width = len(first[1])
         self.lines += len(ends)
         return table.frames(tuple(self.channels))
 

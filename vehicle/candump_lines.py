@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 Form = Literal["log", "ta"]
 FORMS: tuple[Form, ...] = get_args(Form)
 
+STAMP_WIDTH = 17  # characters of the time that candump prints: ten digits, a point, six digits
+
 _DIRECTION = RECEIVED | SENT
 _LOG_DIRECTIONS = {RECEIVED: " R", SENT: " T"}
 _TA_DIRECTIONS = {RECEIVED: "  RX - -", SENT: "  TX - -"}
@@ -31,12 +33,20 @@ _TA_LINE = re.compile(
     rb"\s*\((\d{1,10}\.\d{1,9})\)\s+(\S+)\s+(?:(RX|TX) [B-] [E-]\s+)?([0-9A-Fa-f]+)\s+"
     rb"(\[\d\]|\[\d\d\]|\{[0-9A-F]\})((?: [0-9A-Fa-f]{2})*| remote request)(?:\s.*)?"
 )
+STAMP = re.compile(rb"\((\d{1,10}\.\d{6})\)")
 _REMOTE_TAIL = re.compile(rb"[Rr]([0-8])?")
 _DATA_TAIL = re.compile(rb"((?:[0-9A-Fa-f]{2}\.?)*)(?:_[9A-Fa-f])?")
 _NO_TIME = re.compile(rb"\s*\S+\s+[0-9A-Fa-f]+\s+\[\d\].*|\s*\S+ +[0-9A-Fa-f]+#\S*\s*")
 
 
-def format_frame(frame: Frame, form: Form = "log", width: int = 0, *, indent: bool = False) -> str:
+def format_frame(
+    frame: Frame,
+    form: Form = "log",
+    width: int = 0,
+    *,
+    indent: bool = False,
+    stamp_width: int = STAMP_WIDTH,
+) -> str:
     """Return a frame as candump prints it, without the newline.
 
     Args:
@@ -44,22 +54,24 @@ def format_frame(frame: Frame, form: Form = "log", width: int = 0, *, indent: bo
         form: `log` or `ta`.
         width: to which candump right-aligns the interface's name, where it shows several.
         indent: right-align 11-bit identifiers, as `-ta` does once it has seen a 29-bit one.
+        stamp_width: characters of the time, filled up with zeros.
     """
     if form == "log":
         content = f"{_identifier(frame)}#{_payload(frame)}{_LOG_DIRECTIONS.get(frame.flags & _DIRECTION, '')}"
-        return f"({frame.time:017.6f}) {frame.channel.rjust(width)} {content}"
+        return f"({frame.time:0{stamp_width}.6f}) {frame.channel.rjust(width)} {content}"
     channel = frame.channel.rjust(width) + _TA_DIRECTIONS.get(frame.flags & _DIRECTION, "")
     identifier = f"{_identifier(frame):>8}" if indent else _identifier(frame)
-    return f" ({frame.time:017.6f})  {channel}  {identifier}   [{_length(frame)}] {_long_payload(frame)}"
+    content = f"{identifier}   [{_length(frame)}] {_long_payload(frame)}"
+    return f" ({frame.time:0{stamp_width}.6f})  {channel}  {content}"
 
 
-def format_lines(frames: Frames, form: Form = "log") -> Iterator[str]:
+def format_lines(frames: Frames, form: Form = "log", stamp_width: int = STAMP_WIDTH) -> Iterator[str]:
     """Yield each frame as candump prints it, without the newline, names and identifiers aligned."""
     width = max(len(name) for name in frames.channels)
     indent = False
     for frame in frames:
         indent = indent or bool(frame.flags & EXTENDED)
-        yield format_frame(frame, form, width, indent=indent)
+        yield format_frame(frame, form, width, indent=indent, stamp_width=stamp_width)
 
 
 def parse_line(line: bytes) -> Frame | str:

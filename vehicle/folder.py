@@ -66,13 +66,25 @@ def read_recording(folder: Path | str) -> LoadedRecording:
     if not folder.is_dir():
         raise RecordingError(folder, "no such folder; a recording is a folder with vehicle.toml and can.log")
     vehicle = load_vehicle(folder / VEHICLE)
-    log = read_log(_log_path(folder))
+    log = read_log(log_path(folder))
     assembly = assemble(log.frames, vehicle, str(folder))
     poses = read_poses(folder / POSES, vehicle.trucks) if (folder / POSES).exists() else None
     run = read_run(folder / RUN) if (folder / RUN).exists() else None
     recording = replace(assembly.recording, poses=poses, run=run)
     _check_clock(recording, folder / RUN)
     return LoadedRecording(recording, assembly, log)
+
+
+def log_path(folder: Path) -> Path:
+    """Return the log in a recording folder.
+
+    Raises:
+        RecordingError: there is none.
+    """
+    for name in (LOG, f"{LOG}.gz"):
+        if (folder / name).exists():
+            return folder / name
+    raise RecordingError(folder, f"neither {LOG} nor {LOG}.gz in it")
 
 
 def save_recording(recording: Recording, folder: Path | str, *, compress: bool = False) -> None:
@@ -147,13 +159,6 @@ def write_run(run: Run, path: Path | str) -> None:
         {"direction": lap.direction, "start": float(lap.start), "end": float(lap.end)} for lap in run.laps
     ]
     write_text(Path(path), tomli_w.dumps(document | ({"lap": laps} if laps else {})))
-
-
-def _log_path(folder: Path) -> Path:
-    for name in (LOG, f"{LOG}.gz"):
-        if (folder / name).exists():
-            return folder / name
-    raise RecordingError(folder, f"neither {LOG} nor {LOG}.gz in it")
 
 
 def _text(path: Path) -> str:

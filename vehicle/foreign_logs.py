@@ -11,7 +11,7 @@ import re
 from typing import TYPE_CHECKING, Literal
 
 from vehicle.candump_blocks import SkippedLine
-from vehicle.frames import DEFAULT_CHANNEL, ERROR, EXTENDED, RECEIVED, REMOTE, SENT, Frame
+from vehicle.frames import DEFAULT_CHANNEL, ERROR, EXTENDED, REMOTE, Frame
 
 if TYPE_CHECKING:
     import can
@@ -53,12 +53,11 @@ def frame_of_message(message: can.Message) -> Frame | str:
     length = message.dlc if remote else len(data)
     if length > 8 or (length != message.dlc and not message.is_error_frame):
         return f"the length says {message.dlc}, the data are {len(data)} bytes"
-    direction = RECEIVED if message.is_rx else SENT
     return Frame(
         message.timestamp,
         message.arbitration_id,
         data,
-        kind | remote | direction,
+        kind | remote,
         length,
         _name(message.channel),
     )

@@ -15,7 +15,7 @@ import numpy as np
 
 from vehicle import foreign_logs, minimon
 from vehicle.candump_blocks import BlockParser, SkippedLine
-from vehicle.candump_lines import parse_line
+from vehicle.candump_lines import STAMP_WIDTH, parse_line
 from vehicle.compressed import BlockReader
 from vehicle.errors import LogError
 from vehicle.frames import Frame, Frames, concatenate, frames_of
@@ -35,12 +35,14 @@ class LogReadResult:
         frames: in the order of the file.
         skipped: lines that were left out, and why.
         truncated: the file ends in the middle of a line or of its compressed data.
+        stamp_width: characters of a time in it, for who prints it again.
     """
 
     source: Path
     frames: Frames
     skipped: tuple[SkippedLine, ...] = ()
     truncated: bool = False
+    stamp_width: int = STAMP_WIDTH
 
     @property
     def is_whole(self) -> bool:
@@ -109,23 +111,23 @@ def _read_candump(path: Path) -> LogReadResult:
             parts.append(parser.parse(block))
         else:
             last = block
-    frames = concatenate(parts)
-    if not last.strip():
-        return LogReadResult(path, frames, tuple(parser.skipped), reader.damaged)
-    frame = parse_line(last)
-    if isinstance(frame, str) or not _looks_complete(frame, frames):
-        reason = frame if isinstance(frame, str) else "its data end early"
-        parser.skip(parser.lines + 1, last, f"the last line was cut off; {reason}")
-        return LogReadResult(path, frames, tuple(parser.skipped), truncated=True)
-    return LogReadResult(
-        path, concatenate([*parts, frames_of([frame])]), tuple(parser.skipped), reader.damaged
-    )
+    truncated = reader.damaged
+    if last.strip():
+        frame = parse_line(last)
+        if isinstance(frame, str) or not _looks_complete(frame, parts):
+            reason = frame if isinstance(frame, str) else "its data end early"
+            parser.skip(parser.lines + 1, last, f"the last line was cut off; {reason}")
+            truncated = True
+        else:
+            parts.append(frames_of([frame]))
+    width = parser.stamp_width or STAMP_WIDTH
+    return LogReadResult(path, concatenate(parts), tuple(parser.skipped), truncated, width)
 
 
-def _looks_complete(last: Frame, frames: Frames) -> bool:
+def _looks_complete(last: Frame, parts: list[Frames]) -> bool:
     """Say whether the last frame, whose line has no newline, is as long as one of its kind before it."""
-    lengths = frames.length[frames.can_id == last.can_id]
-    return len(lengths) == 0 or bool(np.any(lengths == last.length))
+    kind = np.concatenate([part.length[part.can_id == last.can_id] for part in parts] or [[]])
+    return len(kind) == 0 or bool(np.any(kind == last.length))
 
 
 def _read_minimon(text: str) -> tuple[list[Frame], list[SkippedLine]]:
