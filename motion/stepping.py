@@ -30,7 +30,7 @@ def enter(row: Row, state: State) -> None:
     if row.frame == HERE:
         state.frame[0], state.frame[1], state.frame[2] = state.pose[0, 0], state.pose[0, 1], state.heading
     elif row.frame == WORLD:
-        state.frame[:] = 0.0
+        state.frame[0], state.frame[1], state.frame[2] = 0.0, 0.0, 0.0
     state.formation = state.pose[0, 2] - state.link[0]
     state.lap = row.lap
     state.phase = 0

@@ -107,4 +107,5 @@ def advance(constants_: Record, states: Record, obstacles: Record, command: Arra
 def begin_lap(states: Record, lap: int) -> None:
     """Note which lap begins; -1 when one has ended."""
     states[0].lap = lap
-    states[0].rolled[1, :] = 0.0
+    for wheel in range(4):
+        states[0].rolled[1, wheel] = 0.0

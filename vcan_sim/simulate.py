@@ -40,7 +40,8 @@ def drive_block(
 ) -> int:
     """Fill samples `(N, 7)` and commands `(N, 4)` from `first` on, until something happens; return where."""
     for sample in range(first, len(counts)):
-        counts[sample] = plants[0].counts
+        for channel in range(counts.shape[1]):
+            counts[sample, channel] = plants[0].counts[channel]
         pose, link = see(odometries[0], counts[sample])
         happened = step(rows, settings, runner, pose, link, commands[sample])
         advance(constants, plants, obstacles, commands[sample], period)

@@ -54,7 +54,8 @@ def with_errors(
         diameter_ratio: E_d = D_R / D_L of each truck that differs, U (2.3); the mean stays, U (4.28).
     """
     for name, truck in vehicle.trucks.items():
-        ratio = diameter_ratio.get(name, 1.0)
+        nominal = truck.wheel_diameter_right / truck.wheel_diameter_left
+        ratio = diameter_ratio.get(name, nominal)
         mean = 0.5 * (truck.wheel_diameter_left + truck.wheel_diameter_right)
         left = mean * 2.0 / (ratio + 1.0)
         changed = replace(
