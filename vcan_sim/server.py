@@ -35,10 +35,11 @@ class BusServer:
         clock: Literal["sync", "wall"] = "wall",
         wheel_speeds: WheelSpeeds | None = None,
     ) -> None:
+        plant.step((0.0,) * len(vehicle.wheels), vehicle.bus.sync_period)  # compiled code is loaded now
         self.hub = Hub()
         self._timer: asyncio.TimerHandle | None = None
-        bus = self.hub.attach(self._poll)
-        self.simulated = SimulatedVehicle(vehicle, plant, bus, clock, faults, wheel_speeds)
+        self._bus = self.hub.attach(self._poll)
+        self.simulated = SimulatedVehicle(vehicle, plant, self._bus, clock, faults, wheel_speeds)
 
     async def run(self, host: str, port: int, stop: asyncio.Event, on_ready: Callable[[int], None]) -> None:
         """Serve until `stop` is set; `on_ready` is called with the port once clients may connect.
@@ -54,6 +55,7 @@ class BusServer:
             if self._timer is not None:
                 self._timer.cancel()
             await self.hub.stop()
+            self._bus.shutdown()
 
     def _poll(self) -> None:
         """Let the vehicle answer, and come back when its next timer ends."""
