@@ -73,13 +73,13 @@ def umbmark(
     show(errors_table(cases))
     show(calibration_table(cases, calibrations))
     for case in cases:
-        out.print(f"{case.label}: {stop_rule(case.experiment.errors)}", markup=False, soft_wrap=True)
+        out.print(f"{case.label}: {stop_rule(case.experiment.errors)}", soft_wrap=True)
     if plot is not None:
         plot_clusters([_panel(case, one) for case, one in zip(cases, chosen, strict=True)], plot)
-        out.print(f"figure: {plot}", markup=False, soft_wrap=True)
+        out.print(f"figure: {plot}", soft_wrap=True)
     if out_file is not None and calibrated is not None:
         save_vehicle(calibrated, out_file)
-        out.print(f"calibrated ({METHOD_WORDS[kept]}): {out_file}", markup=False, soft_wrap=True)
+        out.print(f"calibrated ({METHOD_WORDS[kept]}): {out_file}", soft_wrap=True)
 
 
 def _calibrated(

@@ -80,7 +80,7 @@ class Recorder:
             | message.is_remote_frame * REMOTE
             | message.is_error_frame * ERROR
         )
-        self._log.write(at, message.arbitration_id, message.data, flags=flags, length=message.dlc)
+        self._log.write(at, message.arbitration_id, bytes(message.data), flags=flags, length=message.dlc)
 
     def lap(self, direction: Direction, start: float, end: float) -> None:
         """Add a lap [s] and write `run.toml`."""
@@ -99,3 +99,11 @@ class Recorder:
     def close(self) -> None:
         """Put everything on disk."""
         self._log.close()
+
+    def discard(self) -> None:
+        """Remove what has been written, because no drive came of it."""
+        self._log.close()
+        for name in (LOG, VEHICLE, POSES, RUN):
+            (self.folder / name).unlink(missing_ok=True)
+        if not any(self.folder.iterdir()):
+            self.folder.rmdir()

@@ -1,0 +1,133 @@
+"""`omnimate record`: a bus -> a recording folder."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import signal
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.live import Live
+from rich.text import Text
+
+from cli.console import err, out
+from cli.driving import drive_program
+from cli.reports import show_configuration, show_report
+from cli.robots import Protocol, nominal_vehicle, program_of
+from driver.driver import Driver
+from driver.passive import PassiveReader
+from vehicle.errors import OmnimateError
+from vehicle.odometry import Odometer, PoseTuple
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+    from driver.recorder import Recorder
+    from vehicle.parameters import TruckName, VehicleParameters
+    from vehicle.sample import Sample
+
+REFRESH = 0.25  # [s] between two looks at the status line
+
+
+class ListenOnlyError(OmnimateError):
+    """Two wishes that exclude each other."""
+
+    def __init__(self) -> None:
+        super().__init__("--listen-only sends nothing, so it cannot --drive; leave one of them out")
+
+
+def record(
+    folder: Annotated[Path, typer.Argument(help="Recording folder to write.")],
+    bus: Annotated[
+        str,
+        typer.Option(
+            help="socketcan://can0, socketcand://host:port/can0, slcan:///dev/ttyACM0@500000 or virtual://name."
+        ),
+    ],
+    vehicle: Annotated[
+        Path | None, typer.Option(help="vehicle.toml of the robot; else the reference robot.")
+    ] = None,
+    listen_only: Annotated[
+        bool,
+        typer.Option("--listen-only", help="Send nothing: somebody else produces SYNC."),
+    ] = False,
+    seconds: Annotated[float | None, typer.Option(help="End after so long; else at Ctrl-C.", min=0.1)] = None,
+    drive: Annotated[
+        Protocol | None, typer.Option(help="Enable the drives and drive this. The robot moves.")
+    ] = None,
+    side: Annotated[float, typer.Option(help="Of the square [m].", min=0.5, max=100.0)] = 4.0,
+    runs: Annotated[int, typer.Option(help="In each direction.", min=1, max=1000)] = 5,
+    speed: Annotated[float, typer.Option(help="[m/s]", min=0.02, max=5.0)] = 0.2,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Show all that the nodes told.")] = False,
+) -> None:
+    """Read the encoders of a robot from its bus and write a recording, until Ctrl-C."""
+    from driver.recorder import Recorder
+
+    robot = nominal_vehicle(vehicle)
+    program = None
+    if drive is not None:
+        if listen_only:
+            raise ListenOnlyError
+        program = program_of(drive, robot, side=side, runs=runs, speed=speed)
+    protocol, square = (program.protocol, program.side) if program is not None else (None, None)
+    signal.signal(signal.SIGTERM, _interrupt)
+    recorder = Recorder(folder, robot, protocol=protocol, side=square)
+    try:
+        reader = _open(robot, bus, recorder, listen_only=listen_only, verbose=verbose)
+    except BaseException:
+        recorder.discard()
+        raise
+    with recorder, reader, contextlib.suppress(KeyboardInterrupt):
+        if program is not None and not isinstance(reader, PassiveReader):
+            drive_program(reader, program, recorder)
+        else:
+            _follow(reader.samples(), robot, seconds)
+    show_report(reader.report())
+    out.print(f"recording: {folder}", soft_wrap=True)
+
+
+def _open(
+    robot: VehicleParameters, bus: str, recorder: Recorder, *, listen_only: bool, verbose: bool
+) -> Driver | PassiveReader:
+    """Return a reader that is ready to give samples."""
+    if listen_only:
+        return PassiveReader(robot, bus, recorder=recorder)
+    driver = Driver(robot, bus, recorder=recorder)
+    try:
+        report = driver.configure()
+    except BaseException:
+        driver.close()
+        raise
+    recorder.use(report.vehicle)
+    show_configuration(report, verbose=verbose)
+    return driver
+
+
+def _follow(samples: Iterable[Sample], robot: VehicleParameters, seconds: float | None) -> None:
+    """Take samples until the time is up, the source ends or Ctrl-C, with a line that says how it goes."""
+    odometers = {truck: Odometer(robot, truck) for truck in robot.trucks}
+    shown, first = -math.inf, None
+    with Live(console=err, transient=True, auto_refresh=False) as live:
+        for sample in samples:
+            poses = {truck: odometer.step(sample) for truck, odometer in odometers.items()}
+            first = sample.time if first is None else first
+            if seconds is not None and sample.time - first >= seconds:
+                break
+            if sample.time - shown >= REFRESH:
+                shown = sample.time
+                live.update(Text(_status(sample, poses, sample.time - first)), refresh=True)
+
+
+def _status(sample: Sample, poses: Mapping[TruckName, PoseTuple], passed: float) -> str:
+    words = [f"{passed:8.1f} s  {sample.index + 1} samples"]
+    for truck, (x, y, theta) in poses.items():
+        words.append(f"{truck}: x {x:.3f} m  y {y:.3f} m  heading {math.degrees(theta):.1f} degrees")
+    missing = sample.present.count(False)
+    return "   ".join([*words, f"{missing} encoders missing"] if missing else words)
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,126 @@
+"""Which robot, which truth and which program the command line means."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cli.console import warn
+from vehicle.errors import OmnimateError
+from vehicle.file import load_vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from motion.program import Program
+    from vcan_sim.bumps import Bump
+    from vcan_sim.truth import Truth
+    from vehicle.parameters import TruckName, VehicleParameters
+
+# The truth of truck a is that of U Fig. 11; truck b errs the other way round.
+WHEELBASE_ERROR: dict[TruckName, float] = {"a": 336.17 / 340.00, "b": 340.00 / 336.17}
+DIAMETER_ERROR: dict[TruckName, float] = {"a": 1.00084, "b": 1.0 / 1.00084}
+
+
+class BumpError(OmnimateError):
+    """A bump that the command line describes wrongly.
+
+    Attributes:
+        text: as it was given.
+    """
+
+    def __init__(self, text: str, problem: str) -> None:
+        super().__init__(f"bump {text!r}: {problem}")
+        self.text = text
+
+
+class Protocol(Enum):
+    """What to drive."""
+
+    umbmark = "umbmark"
+    straight = "straight"
+    rectangle = "rectangle"
+    free = "free"
+    eight = "eight"
+
+
+def nominal_vehicle(path: Path | None) -> VehicleParameters:
+    """Return the robot of a file, or the reference robot with a word about it."""
+    from vcan_sim.reference import reference_vehicle
+
+    if path is not None:
+        return load_vehicle(path)
+    warn("no --vehicle given: taking the reference robot, a simulated OmniMate")
+    return reference_vehicle()
+
+
+def truth_of(vehicle: VehicleParameters, true_vehicle: Path | None, bumps: Iterable[str], seed: int) -> Truth:
+    """Return the robot as it is: of a file, or the nominal one with the errors of U Fig. 11."""
+    from vcan_sim.floor import Floor
+    from vcan_sim.truth import Truth, with_errors
+
+    if true_vehicle is None:
+        true = with_errors(vehicle, WHEELBASE_ERROR, DIAMETER_ERROR)
+    else:
+        true = load_vehicle(true_vehicle)
+    return Truth(true, floor=Floor(bumps=tuple(parse_bump(text) for text in bumps)), seed=seed)
+
+
+def parse_bump(text: str) -> Bump:
+    """Return the bump that a text such as `wheel=a.right,after=3,height=0.01` describes.
+
+    Raises:
+        BumpError: an unknown key, or a value that is none.
+    """
+    from vcan_sim.bumps import Bump
+
+    kinds = {field.name: str(field.type) for field in fields(Bump)}
+    values: dict[str, object] = {}
+    for pair in text.split(","):
+        key, equals, value = pair.partition("=")
+        if key not in kinds or not equals:
+            raise BumpError(text, f"{pair!r} is not understood; expected key=value with {', '.join(kinds)}")
+        try:
+            values[key] = _convert(kinds[key], value)
+        except ValueError:
+            raise BumpError(text, f"{pair}: expected a number") from None
+    try:
+        return Bump(**values)  # type: ignore[arg-type]  # converted by the fields' own types above
+    except ValueError as error:
+        raise BumpError(text, str(error)) from error
+
+
+def _convert(kind: str, value: str) -> object:
+    if kind == "float":
+        return float(value)
+    return int(value) if kind.startswith("int") else value
+
+
+def program_of(
+    protocol: Protocol, vehicle: VehicleParameters, *, side: float, runs: int, speed: float, seed: int = 0
+) -> Program:
+    """Return the program of a protocol.
+
+    Args:
+        protocol: what to drive.
+        vehicle: by which.
+        side: of the square, length of the straight or of the rectangle, or diameter of the eight [m].
+        runs: in each direction, or drives.
+        speed: [m/s].
+        seed: of a free drive.
+    """
+    from motion import paths
+
+    link = vehicle.linkage.length if vehicle.linkage is not None else None
+    if protocol is Protocol.umbmark:
+        return paths.umbmark(side, runs, speed=speed, link_length=link)
+    if protocol is Protocol.straight:
+        return paths.out_and_back(side, runs, speed=speed, link_length=link)
+    if protocol is Protocol.rectangle:
+        both = [*["cw"] * runs, *["ccw"] * runs]
+        return paths.rounded_rectangle(side, 0.54 * side, both, tolerance=side / 12.0, speed=speed)  # type: ignore[arg-type]  # a list of the two words
+    if protocol is Protocol.free:
+        return paths.free(seed, runs, speed=speed)
+    return paths.figure_eight(0.5 * side, runs, speed=speed)

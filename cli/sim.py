@@ -1,0 +1,94 @@
+"""`omnimate sim`: a simulated vehicle whose bus other processes join."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cli.console import out
+from cli.robots import Protocol, nominal_vehicle, program_of, truth_of
+from vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from motion.journal import Journal
+    from motion.program import Program
+
+
+class AddressError(OmnimateError):
+    """An address that is none.
+
+    Attributes:
+        address: as it was given.
+    """
+
+    def __init__(self, address: str) -> None:
+        super().__init__(f"{address!r} is no address; expected host:port, such as 127.0.0.1:29536")
+        self.address = address
+
+
+def sim(
+    listen: Annotated[str, typer.Option(help="host:port for socketcand clients.")] = "127.0.0.1:29536",
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(help="vehicle.toml as its owner believes; else the reference robot."),
+    ] = None,
+    true_vehicle: Annotated[
+        Path | None, typer.Option(help="vehicle.toml as it truly is; else the errors of U Fig. 11.")
+    ] = None,
+    drive: Annotated[
+        Protocol | None,
+        typer.Option(help="Drive this by itself; else its drives are commanded."),
+    ] = None,
+    side: Annotated[float, typer.Option(help="Of the square [m].", min=0.5, max=100.0)] = 4.0,
+    runs: Annotated[int, typer.Option(help="In each direction.", min=1, max=1000)] = 5,
+    speed: Annotated[float, typer.Option(help="[m/s]", min=0.02, max=5.0)] = 0.2,
+    bump: Annotated[list[str] | None, typer.Option(help="As of `omnimate simulate`.")] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(help="Of a device, such as reboot:node=2,at=30; seconds since the start."),
+    ] = None,
+    fixes: Annotated[
+        Path | None,
+        typer.Option(help="Folder for poses.csv and run.toml of a drive by itself."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the floor, the sonar and the counters.", min=0)] = 0,
+) -> None:
+    """Serve the bus of a simulated vehicle to other processes, by the socketcand protocol, until Ctrl-C."""
+    from vcan_sim.faults import parse_fault
+    from vcan_sim.plant import Plant
+    from vcan_sim.self_driving import SelfDriving
+    from vcan_sim.server import serve
+
+    host, port = _address(listen)
+    robot = nominal_vehicle(vehicle)
+    plant = Plant(truth_of(robot, true_vehicle, bump or (), seed), robot)
+    wheels = None
+    if drive is not None:
+        program: Program = program_of(drive, robot, side=side, runs=runs, speed=speed, seed=seed)
+        wheels = SelfDriving(robot, plant, program, time.time, lambda journal: _write(journal, fixes))
+
+    def ready(bound: int) -> None:
+        out.print(f"{robot.name}: listening on {host}:{bound}; read it with")
+        out.print(f"  omnimate record OUT --bus socketcand://{host}:{bound}/can0")
+
+    serve(robot, plant, host, port, [parse_fault(text) for text in fault or ()], ready, wheel_speeds=wheels)
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, colon, port = text.rpartition(":")
+    if not (host and colon and port.isascii() and port.isdigit() and int(port) < 65536):
+        raise AddressError(text)
+    return host.removeprefix("[").removesuffix("]"), int(port)
+
+
+def _write(journal: Journal, folder: Path | None) -> None:
+    from vehicle.folder import POSES, RUN, write_poses, write_run
+
+    if folder is None:
+        return
+    if journal.poses is not None:
+        write_poses(journal.poses, folder / POSES)
+    write_run(journal.run, folder / RUN)

@@ -1,0 +1,50 @@
+"""`omnimate simulate`: a whole recording without a bus."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cli.console import err, out
+from cli.robots import Protocol, nominal_vehicle, program_of, truth_of
+
+
+def simulate(
+    folder: Annotated[Path, typer.Argument(help="Recording folder to write.")],
+    protocol: Annotated[Protocol, typer.Option(help="What to drive.")] = Protocol.umbmark,
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(help="vehicle.toml as its owner believes; else the reference robot."),
+    ] = None,
+    true_vehicle: Annotated[
+        Path | None, typer.Option(help="vehicle.toml as it truly is; else the errors of U Fig. 11.")
+    ] = None,
+    side: Annotated[
+        float, typer.Option(help="Of the square, or length of the path [m].", min=0.5, max=100.0)
+    ] = 4.0,
+    runs: Annotated[int, typer.Option(help="In each direction.", min=1, max=1000)] = 5,
+    speed: Annotated[float, typer.Option(help="[m/s]", min=0.02, max=5.0)] = 0.2,
+    bump: Annotated[
+        list[str] | None,
+        typer.Option(help="On the floor, such as wheel=a.right,after=3,height=0.01; may be repeated."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the floor, the sonar and the counters.", min=0)] = 0,
+    start: Annotated[float | None, typer.Option(help="Time of the first sample [s]; now by default.")] = None,
+) -> None:
+    """Simulate a robot that drives a protocol, and write its recording: arrays, no bus."""
+    from vcan_sim.simulate import simulate as run
+    from vehicle.folder import save_recording
+
+    robot = nominal_vehicle(vehicle)
+    truth = truth_of(robot, true_vehicle, bump or (), seed)
+    program = program_of(protocol, robot, side=side, runs=runs, speed=speed, seed=seed)
+    with err.status("simulating"):
+        recording = run(robot, truth, program, start_time=time.time() if start is None else start)
+    with err.status("writing"):
+        save_recording(recording, folder)
+    driven = float(recording.time[-1] - recording.time[0])
+    laps = len(recording.run.laps) if recording.run is not None else 0
+    out.print(f"{folder}: {len(recording)} samples, {driven:.0f} s, {laps} laps", soft_wrap=True)

@@ -1,0 +1,100 @@
+"""Drives a robot through a program on its bus: one sample, one step, one command, until it is done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from motion.reading import LinkReader
+from vehicle.odometry import Odometer, PoseTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from motion.journal import Journal
+    from motion.runner import Runner
+    from vehicle.parameters import TruckName, VehicleParameters
+    from vehicle.sample import Sample
+    from vehicle.se2 import Array
+
+    Fix = Callable[[TruckName], tuple[Array, Array]]
+
+BLIND = 0.1  # [s] without a complete sample after which the robot stops and waits for its encoders
+
+
+class Robot(Protocol):
+    """What reads the encoders and turns the wheels; `driver.driver.Driver` does."""
+
+    def cycle(self) -> Sample:
+        """Return the next sample."""
+        ...
+
+    def command(self, wheel_speeds: Sequence[float], /) -> object:
+        """Turn the wheels, in the order of `vehicle.wheels` [rad/s]."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Where the robot is after a sample.
+
+    Attributes:
+        sample: that was read.
+        pose: of truck a by odometry, before a fix.
+        lap: that is being driven, from 0; None between laps.
+        fix: the absolute pose of truck a `(3,)` where one was measured now, from which odometry goes on.
+    """
+
+    sample: Sample
+    pose: PoseTuple
+    lap: int | None
+    fix: Array | None = None
+
+
+def drive(
+    robot: Robot, runner: Runner, vehicle: VehicleParameters, journal: Journal, fix: Fix | None = None
+) -> Iterator[Moment]:
+    """Work through a runner's program and yield after each sample; stopping early is the caller's choice.
+
+    Odometry begins anew from each fix, U III-C 1). While encoders are missing for longer than `BLIND`,
+    the wheels are commanded to stand and the program waits.
+
+    Args:
+        robot: with its drives enabled.
+        runner: at the beginning of its program.
+        vehicle: as the robot believes itself to be.
+        journal: keeps laps and fixes.
+        fix: measures the absolute pose `(3,)` of a truck and its sigma `(3,)`, nan where unknown; None
+            where nothing measures it.
+    """
+    odometer, reader = Odometer(vehicle, "a"), LinkReader(vehicle)
+    standing = (0.0,) * len(vehicle.wheels)
+    seen = -np.inf
+    while not runner.done:
+        sample = robot.cycle()
+        pose = odometer.step(sample)
+        if all(sample.present):
+            seen = sample.time
+        if sample.time - seen > BLIND:
+            robot.command(standing)
+            yield Moment(sample, pose, runner.lap)
+            continue
+        robot.command(runner.step(pose, reader.read(sample.counts)))
+        journal.observe(sample.time, runner)
+        where = _take_fixes(sample.time, vehicle, journal, fix) if runner.fix_due and fix else None
+        if where is not None:
+            odometer.pose = (float(where[0]), float(where[1]), float(where[2]))
+        yield Moment(sample, pose, runner.lap, where)
+
+
+def _take_fixes(time: float, vehicle: VehicleParameters, journal: Journal, fix: Fix) -> Array | None:
+    """Measure every truck; return the pose of truck a `(3,)` where it was seen."""
+    where = None
+    for truck in vehicle.trucks:
+        pose, sigma = fix(truck)
+        journal.fix(time, truck, pose, sigma)
+        if truck == "a" and np.isfinite(pose).all():
+            where = pose
+    return where
