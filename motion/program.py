@@ -4,12 +4,14 @@ Places and headings of a row are given in a frame: the world, in which odometry 
 pose at which a lap began. A row that stands still at its end is finished only when all wheels do.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from motion.compiled import Record, layout
+from motion.errors import ProgramError
 from vehicle.recording import Direction
 
 Follower = Literal["car", "parallel"]
@@ -66,6 +68,9 @@ class Program:
         directions: of each lap.
         side: of the square [m], where there is one.
         follower: how truck b goes with truck a.
+
+    Raises:
+        ProgramError: a row that could not be finished.
     """
 
     protocol: str
@@ -74,10 +79,28 @@ class Program:
     side: float | None = None
     follower: Follower = "car"
 
+    def __post_init__(self) -> None:
+        for number, row in enumerate(self.rows):
+            _check(number, row)
+
     @property
     def table(self) -> Record:
         """The rows as one record array `(R,)`."""
         return np.array([tuple(row) for row in self.rows], layout(Row))
+
+
+def _check(number: int, row: Row) -> None:
+    """Refuse a row that could not be finished."""
+    if not all(map(math.isfinite, row)):
+        raise ProgramError(number, f"{row} holds a number that is not finite")
+    if row.kind != REST and row.speed <= 0.0:
+        raise ProgramError(number, f"a speed of {row.speed} m/s; expected more than 0")
+    if row.kind == PASS and min(row.tolerance, row.corner_speed, row.curvature) <= 0.0:
+        raise ProgramError(
+            number, "tolerance, corner speed and curvature of a via-point; expected more than 0"
+        )
+    if row.kind == ARC and row.curvature == 0.0:
+        raise ProgramError(number, "an arc without curvature; use a line")
 
 
 def rest(duration: float, *, fix: bool = False) -> Row:

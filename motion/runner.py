@@ -57,6 +57,7 @@ class Runner:
         self.state = record(State)
         self.state["lap"] = -1
         self._wheels = np.zeros(len(vehicle.wheels))
+        self._linked = vehicle.linkage is not None
 
     def step(self, pose_a: PoseTuple, link: PoseTuple | None = None) -> tuple[float, ...]:
         """Return the wheel speeds [rad/s], in the order of `vehicle.wheels`, until the next sample.
@@ -64,7 +65,12 @@ class Runner:
         Args:
             pose_a: x [m], y [m], theta [rad] of truck a by odometry; theta wrapped or not.
             link: joint_a [rad], joint_b [rad], length [m] as read; None for a single truck.
+
+        Raises:
+            ValueError: two trucks and no link.
         """
+        if self._linked and link is None:
+            raise ValueError("no reading of the linkage; a robot with two trucks needs it in every step")
         x, y, theta = pose_a
         pose = float(x), float(y), float(theta)  # numba would compile anew for integers
         step(self.rows, self.settings, self.state, pose, link or (0.0, 0.0, 0.0), self._wheels)

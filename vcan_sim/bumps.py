@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from vcan_sim.errors import SimulationError
 from vehicle.parameters import WHEELS, Channel
 
 Shape = Literal["chord", "edge", "cable"]
@@ -60,6 +61,9 @@ class Bump:
         x: of the obstacle on the floor [m].
         y: likewise [m].
         size: radius around x and y within which a wheel's contact point meets it [m].
+
+    Raises:
+        SimulationError: a wheel that is none, or a height or size that is not positive.
     """
 
     height: float = 0.010
@@ -73,10 +77,18 @@ class Bump:
 
     def __post_init__(self) -> None:
         if self.wheel is not None and self.wheel not in WHEELS:
-            raise ValueError(f"{self.wheel!r} is no wheel; expected one of {', '.join(WHEELS)}")
+            raise SimulationError(f"bump: {self.wheel!r} is no wheel; expected one of {', '.join(WHEELS)}")
+        if not (self.height > 0.0 and self.size > 0.0):
+            raise SimulationError(f"bump: height {self.height} m, size {self.size} m; expected more than 0")
 
     def lost(self, radius: float) -> float:
-        """Return the travel that a wheel of a radius [m] loses in one crossing [m]."""
+        """Return the travel that a wheel of a radius [m] loses in one crossing [m].
+
+        Raises:
+            SimulationError: an obstacle that this wheel cannot climb.
+        """
+        if self.height >= radius:
+            raise SimulationError(f"bump: {self.height} m is too high for a wheel of {radius} m radius")
         return _LOSS[self.shape](radius, self.height)
 
     def span(self, radius: float) -> float:

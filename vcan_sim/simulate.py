@@ -45,7 +45,7 @@ def drive_block(
         pose, link = see(odometries[0], counts[sample])
         happened = step(rows, settings, runner, pose, link, commands[sample])
         advance(constants, plants, obstacles, commands[sample], period)
-        if happened:
+        if happened or plants[0].end_stop:
             return sample + 1
     return len(counts)
 

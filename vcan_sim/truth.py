@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from vcan_sim.errors import SimulationError
 from vcan_sim.floor import Floor
 from vcan_sim.sonar import Sonar
 
@@ -25,6 +26,9 @@ class Truth:
         stroke: way that the slider can move to either side of its rest [m].
         servo: acceleration that the drives can follow, of a wheel over the floor [m/s^2].
         seed: of the floor's roughness, the sonar's noise and the counters' first values.
+
+    Raises:
+        SimulationError: a negative seed.
     """
 
     vehicle: VehicleParameters
@@ -38,7 +42,7 @@ class Truth:
 
     def __post_init__(self) -> None:
         if self.seed < 0:
-            raise ValueError(f"seed {self.seed}; expected 0 or more")
+            raise SimulationError(f"seed {self.seed}; expected 0 or more")
 
 
 def with_errors(

@@ -2,7 +2,10 @@
 
 import math
 
-from motion.program import HERE, KEEP, LINE, REST, Program, Row, in_lap, rest
+import pytest
+
+from motion.errors import ProgramError
+from motion.program import ARC, HERE, KEEP, LINE, PASS, REST, TURN, Program, Row, in_lap, rest
 
 
 def test_the_table_holds_every_column_of_every_row():
@@ -21,3 +24,18 @@ def test_the_first_row_of_a_lap_alone_sets_its_frame():
     rows = in_lap(2, [Row(LINE), Row(LINE), Row(REST)], HERE)
     assert [row.lap for row in rows] == [2, 2, 2]
     assert [row.frame for row in rows] == [HERE, KEEP, KEEP]
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        Row(LINE, x=1.0),
+        Row(TURN, heading=math.nan, speed=0.2),
+        Row(PASS, x=1.0, speed=0.3, corner_speed=0.1),
+        Row(ARC, length=1.0, speed=0.3, curvature=0.0),
+    ],
+)
+def test_a_row_that_could_not_be_finished_is_refused_with_its_number(row):
+    with pytest.raises(ProgramError) as caught:
+        Program("free", (rest(1.0), row), ())
+    assert caught.value.row == 1

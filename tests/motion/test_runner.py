@@ -147,3 +147,8 @@ def test_a_rest_lasts_as_long_as_it_says(one_truck):
     program = Program("free", (rest(1.5),), ())
     commands, _ = drive(one_truck, program)
     assert len(commands) * 0.015 == pytest.approx(1.5, abs=0.03)
+
+
+def test_two_trucks_without_a_reading_of_the_linkage_are_refused(two_trucks):
+    with pytest.raises(ValueError, match="linkage"):
+        Runner(out_and_back(1.0, 1), two_trucks).step((0.0, 0.0, 0.0))

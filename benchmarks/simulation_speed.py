@@ -1,0 +1,65 @@
+"""How fast a robot is simulated without a bus, and what one live step of runner and plant costs.
+
+Usage: python -m benchmarks.simulation_speed
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from motion.paths import umbmark
+from motion.runner import Runner
+from vcan_sim.plant import Plant
+from vcan_sim.reference import reference_vehicle
+from vcan_sim.simulate import simulate
+from vcan_sim.truth import Truth
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+TARGET = 1000.0  # times real time
+ROUNDS = 5  # the best counts: the machine may be shared
+STEPS = 20_000
+
+
+def best(work: Callable[[], object]) -> float:
+    """Return the shortest time of some rounds [s]."""
+    spent = []
+    for _ in range(ROUNDS):
+        start = time.perf_counter()
+        work()
+        spent.append(time.perf_counter() - start)
+    return min(spent)
+
+
+def step_cost(step: Callable[[], object]) -> float:
+    """Return the time of one call [us]."""
+    return best(lambda: [step() for _ in range(STEPS)]) / STEPS * 1e6
+
+
+def main() -> int:
+    vehicle = reference_vehicle()
+    assert vehicle.linkage is not None
+    length = vehicle.linkage.length
+    truth, program = Truth(vehicle), umbmark(link_length=length)
+    start = time.perf_counter()
+    recording = simulate(vehicle, truth, program)
+    first = time.perf_counter() - start
+    driven = float(recording.time[-1] - recording.time[0])
+    ratio = driven / best(lambda: simulate(vehicle, truth, program))
+    runner, plant = Runner(program, vehicle), Plant(truth, vehicle)
+    speeds = (1.0,) * len(vehicle.wheels)
+    runner_cost = step_cost(lambda: runner.step((0.1, 0.0, 0.0), (0.0, 0.0, length)))
+    plant_cost = step_cost(lambda: plant.step(speeds, vehicle.bus.sync_period))
+    print(f"UMBmark, two trucks, {driven:.0f} s of driving, {len(recording)} samples")
+    print(f"  first run, compiled or loaded  {first:8.2f} s")
+    print(f"  after that                     {ratio:8.0f} times real time   (wanted: {TARGET:.0f} or more)")
+    print(f"  Runner.step                    {runner_cost:8.2f} us")
+    print(f"  Plant.step                     {plant_cost:8.2f} us")
+    return 0 if ratio >= TARGET else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

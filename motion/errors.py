@@ -1,0 +1,17 @@
+"""The errors of the motion room."""
+
+from __future__ import annotations
+
+from vehicle.errors import OmnimateError
+
+
+class ProgramError(OmnimateError):
+    """A program that no robot can drive.
+
+    Attributes:
+        row: its first impossible row, counted from 0.
+    """
+
+    def __init__(self, row: int, problem: str) -> None:
+        super().__init__(f"row {row} of the program: {problem}")
+        self.row = row

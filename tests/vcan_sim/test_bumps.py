@@ -1,0 +1,64 @@
+"""The three models of a bump, with the numbers of CLAPPER: R = 75 mm, h = 10 mm, b = 340 mm."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vcan_sim.bumps import Bump, bumps_under, cable_loss, chord_loss, edge_loss
+from vcan_sim.errors import SimulationError
+
+R, H, B = 0.075, 0.010, 0.340
+
+
+def degrees(lost):
+    """The turn that a loss of travel on one side makes, C (4)."""
+    return math.degrees(math.asin(lost / B))
+
+
+def test_the_chord_gives_the_figures_of_clapper_table_1():
+    assert 1000.0 * chord_loss(R, H) == pytest.approx(2.63, abs=0.005)
+    assert degrees(chord_loss(R, H)) == pytest.approx(0.44, abs=0.005)
+    assert 1000.0 * 10.0 * chord_loss(R, H) / B == pytest.approx(77.0, abs=0.5)
+
+
+def test_the_exact_arc_over_an_edge():
+    assert 1000.0 * edge_loss(R, H) == pytest.approx(3.51, abs=0.005)
+    assert degrees(edge_loss(R, H)) == pytest.approx(0.59, abs=0.005)
+
+
+def test_the_round_cable():
+    assert degrees(cable_loss(R, H)) == pytest.approx(0.57, abs=0.005)
+
+
+@given(radius=st.floats(0.02, 0.5), part=st.floats(0.001, 0.3))
+def test_every_model_loses_travel_and_more_on_a_higher_bump(radius, part):
+    for loss in (chord_loss, edge_loss, cable_loss):
+        assert 0.0 < loss(radius, part * radius) < loss(radius, 1.1 * part * radius) < radius
+
+
+def test_a_crossing_is_longer_than_what_it_loses():
+    bump = Bump(0.01, "cable")
+    assert bump.lost(R) == cable_loss(R, 0.01)
+    assert bump.span(R) == pytest.approx(2.0 * math.sqrt(2.0 * R * H) + bump.lost(R))
+
+
+def test_bumps_under_a_wheel_are_evenly_spaced():
+    bumps = bumps_under("a.right", 4, 10.0, 18.0, lap=3, height=0.009)
+    assert [bump.after for bump in bumps] == [11.0, 13.0, 15.0, 17.0]
+    assert {(bump.wheel, bump.lap, bump.height) for bump in bumps} == {("a.right", 3, 0.009)}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [({"wheel": "joint_a"}, "joint_a"), ({"height": 0.0}, "height"), ({"size": -1.0}, "size")],
+)
+def test_a_bump_that_cannot_be_is_refused(wrong, says):
+    with pytest.raises(SimulationError, match=says):
+        Bump(**wrong)
+
+
+def test_a_bump_as_high_as_the_wheels_axle_is_refused():
+    with pytest.raises(SimulationError, match="too high"):
+        Bump(height=0.08).lost(R)

@@ -1,0 +1,67 @@
+"""The floor."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motion.paths import umbmark
+from vcan_sim.errors import SimulationError
+from vcan_sim.floor import CONCRETE, Floor
+from vcan_sim.plant import Plant
+from vcan_sim.simulate import simulate
+from vcan_sim.sonar import Sonar
+from vcan_sim.truth import Truth
+from vehicle.file import parse_vehicle
+from vehicle.odometry import dead_reckon
+from vehicle.se2 import between, compose
+
+
+@pytest.fixture
+def vehicle(robot_toml):
+    two = parse_vehicle(robot_toml.replace("0.151", "0.150"), "robot")
+    return replace(two, trucks={"a": two.trucks["a"]}, linkage=None, encoders=two.encoders[:2])
+
+
+@pytest.mark.parametrize("roughness", [-1e-4, math.nan, math.inf])
+def test_a_roughness_that_no_floor_has_is_refused(roughness):
+    with pytest.raises(SimulationError, match="roughness"):
+        Floor(roughness)
+
+
+def test_the_heading_scatters_with_the_square_root_of_the_way_whatever_the_step(vehicle):
+    turns = {}
+    for dt in (0.005, 0.02):
+        headings = []
+        for seed in range(200):
+            plant = Plant(Truth(vehicle, floor=Floor(1e-3), servo=1e9, seed=seed), vehicle)
+            for _ in range(round(2.0 / (4.0 * 0.075 * dt))):
+                plant.step((4.0, 4.0), dt)
+            headings.append(plant.pose("a")[2])
+        turns[dt] = np.std(headings)
+    wanted = 1e-3 * math.sqrt(2.0 * 2.0) / 0.340
+    assert list(turns.values()) == pytest.approx([wanted, wanted], rel=0.2)
+
+
+def test_a_robot_that_stands_is_not_shaken(vehicle):
+    plant = Plant(Truth(vehicle, floor=Floor(1e-3)), vehicle)
+    for _ in range(100):
+        plant.step((0.0, 0.0), 0.015)
+    assert not plant.pose("a").any()
+
+
+def test_on_concrete_the_return_position_of_a_4_m_square_scatters_by_25_mm_in_x_and_y(vehicle):
+    errors = []
+    for seed in range(4):
+        truth = Truth(vehicle, floor=Floor(CONCRETE), sonar=Sonar(sigma=0.0), seed=seed)
+        recording = simulate(vehicle, truth, umbmark(runs=40))
+        path, fixes = dead_reckon(recording), recording.poses
+        for lap in recording.run.laps:
+            first, last = np.searchsorted(recording.time, [lap.start - 1e-6, lap.end - 1e-6])
+            before = fixes.pose[np.searchsorted(fixes.time, lap.start) - 1]
+            after = fixes.pose[np.searchsorted(fixes.time, lap.end)]
+            errors.append(after - compose(before, between(path[first], path[last])))
+    scatter = np.std(errors, axis=0)[:2]
+    assert len(errors) == 320
+    assert scatter == pytest.approx([0.025, 0.025], rel=0.12)  # three standard errors of 320 runs
