@@ -89,7 +89,7 @@ def _probe(url: str, host: str, port: int) -> None:
 
 
 class _SocketcandBus(SocketCanDaemonBus):
-    """python-can's client with two repairs, both of which a busy or a dying server needs."""
+    """python-can's client with two repairs, which a busy and a dying server need."""
 
     @property
     def _socket(self) -> socket.socket:
@@ -100,13 +100,11 @@ class _SocketcandBus(SocketCanDaemonBus):
         """Read the answer and not one byte of the frames that may follow it in the same segment."""
         self._socket.settimeout(PROBE_TIMEOUT)
         answer = b""
-        while not answer.endswith(b">"):
-            byte = self._socket.recv(1)
-            if not byte:
-                raise can.CanInitializationError(f"connection closed; expected {msg!r}")
+        while not answer.endswith(b">") and (byte := self._socket.recv(1)):
             answer += byte
         self._socket.settimeout(None)
         if answer.decode("ascii", "replace") != msg:
+            self._socket.close()
             raise can.CanInitializationError(f"expected {msg!r}, got {answer!r}")
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:

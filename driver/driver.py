@@ -117,6 +117,8 @@ class Driver:
         nodes = tuple(self._configure(node) for node in self._nodes)
         self.vehicle = with_ranges(self.vehicle, nodes)
         self._monitor.begin(self.vehicle)
+        if self._link.recorder is not None:
+            self._link.recorder.use(self.vehicle)
         for one in nodes:
             self._start(one)
         return ConfigurationReport(nodes, forecast, self.vehicle)

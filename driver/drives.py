@@ -19,7 +19,7 @@ from driver.errors import (
 from driver.identity import Notes, check_identity
 from driver.link import NMT_PRE_OPERATIONAL, NMT_START
 from driver.mapping import Entry
-from driver.pdo import RPDO, PdoSetting, read_pdos, write_pdo
+from driver.pdo import RPDO, TPDO, PdoSetting, read_pdos, write_pdo
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from vehicle.parameters import Drive, VehicleParameters
 
 TARGET_VELOCITY = Entry(0x60FF, 0, 32)
+STATUS_WORD = Entry(0x6041, 0, 16)
 ON_RECEPTION = 255  # transmission type: a target counts as soon as it comes
 REFRESH = 0.1  # [s] between two RPDOs of an unchanged command, and between two heartbeats of ours
 HEARTBEAT_TIMEOUT_MS = 500  # after which a drive misses our heartbeat, where it can
@@ -185,6 +186,7 @@ class Drives:
         check_identity(sdo, (f"drive of {drive.wheel}",), None, notes)
         self._link.nmt_command(NMT_PRE_OPERATIONAL, drive.node)
         self._map(sdo, drive, notes)
+        self._watch_status(sdo, notes)
         heartbeat = set_heartbeat(sdo, notes)
         _watch_us(sdo, self._own_node, notes)
         self._link.nmt_command(NMT_START, drive.node)
@@ -207,6 +209,17 @@ class Drives:
         if not _is_right(old, drive):
             written = write_pdo(sdo, old, drive.cob_id, ON_RECEPTION, ((TARGET_VELOCITY,),))
             notes.changed.append(written.in_words())
+
+    def _watch_status(self, sdo: Sdo, notes: Notes) -> None:
+        """Listen to the TPDOs that tell the drive's status word; other TPDOs are left alone."""
+        encoders = {one.cob_id for one in self._vehicle.encoders}
+        for setting in read_pdos(sdo, TPDO):
+            if not setting.is_valid or setting.cob_id in encoders:
+                continue
+            if setting.entries[:1] == (STATUS_WORD,):
+                self._supervision.status_words[setting.cob_id] = sdo.node
+            else:
+                notes.remarks.append(f"{setting.in_words()}; its frames count as unknown")
 
 
 def target_velocity(drive: Drive, speed: float) -> int:

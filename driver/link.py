@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from canopen.objectdictionary import ObjectDictionary
 
     from driver.clock import Clock
+    from vehicle.parameters import VehicleParameters
 
 SYNC_ID = 0x080
 NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
@@ -30,6 +31,10 @@ logging.getLogger("canopen").addHandler(logging.NullHandler())
 
 class FrameSink(Protocol):
     """Where frames go to be recorded; called from several threads, one at a time."""
+
+    def use(self, vehicle: VehicleParameters) -> None:
+        """Take the vehicle as its encoders describe it."""
+        ...
 
     def frame(self, at: float, message: can.Message) -> None:
         """Take a frame as it was sent or received at `at` [s]."""

@@ -75,6 +75,9 @@ class Monitor:
     def _take_service(self, can_id: int, data: bytearray) -> bool:
         """Take a frame of a CANopen service of one of our nodes; return False where it is none."""
         function, node = can_id & ~0x7F, can_id & 0x7F
+        if can_id in self.supervision.status_words:
+            self.supervision.status_word(can_id, data, self._clock.now())
+            return True
         if node not in self.counts or function not in {EMCY, SDO_ANSWER, HEARTBEAT}:
             return False
         if not self._serve(function, node, data):

@@ -6,6 +6,7 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
+from canopen.objectdictionary.datatypes import INTEGER_TYPES
 from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
@@ -119,7 +120,7 @@ class Sdo:
 
     def _size(self, index: int, subindex: int) -> int:
         variable = self.client.od.get_variable(index, subindex)
-        return 4 if variable is None else len(variable) // 8
+        return len(variable) // 8 if variable is not None and variable.data_type in INTEGER_TYPES else 4
 
     def _transfer(self, index: int, subindex: int, data: bytes | None, *, whole: bool = False) -> bytes:
         for left in reversed(range(TRIES)):

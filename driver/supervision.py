@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from driver.events import EventLog
 
 BOOT_UP, OPERATIONAL = 0x00, 0x05
+FAULT_MASK, FAULT = 0x4F, 0x08  # of the status word, CiA 402
 LOST_AFTER = 3.0  # heartbeat periods
 NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may have been on its way while NMT start was sent
 
@@ -54,13 +55,15 @@ class Supervision:
     Attributes:
         nodes: by node id.
         restarted: nodes that have lost their configuration and wait for the driver to give it again.
-        lost: nodes whose heartbeat has just been lost, likewise.
+        lost: nodes whose heartbeat has just been lost, or that report a drive fault, likewise.
+        status_words: COB-IDs of TPDOs that begin with a drive's status word, and their nodes.
     """
 
     def __init__(self, nodes: Iterable[int], events: EventLog) -> None:
         self.nodes = {node: NodeState(node) for node in nodes}
         self.restarted: set[int] = set()
         self.lost: set[int] = set()
+        self.status_words: dict[int, int] = {}
         self._events = events
 
     def started(self, node: int, heartbeat: float | None) -> None:
@@ -97,6 +100,14 @@ class Supervision:
             now, node, f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {register:02X}h)"
         )
         return True
+
+    def status_word(self, cob_id: int, data: bytes | bytearray, now: float) -> None:
+        """Take a TPDO that begins with the status word 6041h of a CiA 402 drive."""
+        status = int.from_bytes(data[:2], "little")
+        if len(data) >= 2 and status & FAULT_MASK == FAULT:
+            node = self.status_words[cob_id]
+            self.lost.add(node)
+            self._events.add(now, node, f"the drive reports a fault (status word {status:04X}h)")
 
     def check(self, now: float) -> None:
         """Find the nodes whose heartbeat is overdue at a time [s]."""

@@ -1,0 +1,149 @@
+"""Reads EDS and DCF files as they really are, and says what had to be put right."""
+
+from __future__ import annotations
+
+import configparser
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from canopen import import_od
+from canopen.objectdictionary import ObjectDictionaryError
+
+from driver.errors import EdsError
+
+if TYPE_CHECKING:
+    from canopen import ObjectDictionary
+
+_SECTION = re.compile(r"\[([^\]]*)\].*")
+_COMMENT = re.compile(r"\s+(?:#|//|;).*$")
+_DUMMIES = tuple(f"Dummy{number:04d}" for number in range(1, 8))
+# Numbers without which canopen refuses the file, and what stands for them; None: the line is left out.
+_NUMBERS: dict[str, str | None] = {
+    "DataType": "0x000F",  # DOMAIN: taken as bytes
+    "ObjectType": None,
+    "PDOMapping": None,
+    "NrOfEntries": "0",
+    "Lines": "0",
+    **dict.fromkeys(_DUMMIES, "0"),
+    **{f"BaudRate_{rate}": None for rate in (10, 20, 50, 125, 250, 500, 800, 1000)},
+    **dict.fromkeys(
+        ("VendorNumber", "ProductNumber", "RevisionNumber", "SimpleBootUpMaster", "SimpleBootUpSlave",
+         "Granularity", "DynamicChannelsSupported", "GroupMessaging", "NrOfRXPDO", "NrOfTXPDO",
+         "LSS_Supported", "Baudrate", "NodeID")
+    ),
+}  # fmt: skip
+_VALUES = ("DefaultValue", "ParameterValue", "LowLimit", "HighLimit")  # numbers mostly, and often empty
+_SECTIONS = {name.lower(): name for name in ("DeviceInfo", "DeviceComissioning", "DummyUsage", "Comments")}
+_KEYS = {key.lower(): key for key in (*_NUMBERS, *_VALUES, "ParameterName", "AccessType")}
+
+
+@dataclass(frozen=True, slots=True)
+class Eds:
+    """A device description.
+
+    Attributes:
+        dictionary: of the device, for one node id.
+        remarks: what was changed to read it, with line numbers.
+    """
+
+    dictionary: ObjectDictionary
+    remarks: tuple[str, ...]
+
+
+def load_eds(path: Path | str, node: int) -> Eds:
+    """Return the object dictionary of an EDS or DCF file for a node id.
+
+    Raises:
+        EdsError: it cannot be read even so.
+    """
+    path = Path(path)
+    try:
+        text, remarks = _decode(path.read_bytes())
+        stream = io.StringIO(_repair(text, remarks))
+        stream.name = path.with_suffix(".eds").name  # canopen tells the format by the name
+        dictionary = import_od(stream, node)
+    except OSError as error:
+        raise EdsError(str(path), f"cannot be read: {error.strerror or error}") from error
+    except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
+        raise EdsError(str(path), f"no EDS: {error}; expected the INI format of CiA 306") from error
+    if not dictionary:
+        raise EdsError(str(path), "no object in it; expected sections such as [1000]")
+    return Eds(dictionary, tuple(remarks))
+
+
+def _decode(data: bytes) -> tuple[str, list[str]]:
+    try:
+        return data.decode("utf-8-sig"), []
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        return data.decode("cp1252", "replace"), [f"line {line}: not UTF-8; read as Windows-1252"]
+
+
+def _repair(text: str, remarks: list[str]) -> str:
+    """Return the text so that `configparser` and canopen take it."""
+    lines: list[str] = []
+    sections: set[str] = set()
+    keys: set[str] = set()
+    skipping, section = True, ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        stripped = line.strip()
+        if match := _SECTION.fullmatch(stripped):
+            lines += _dummies(section, keys, remarks)
+            section, keys = _SECTIONS.get(match[1].strip().lower(), match[1].strip()), set()
+            skipping = section.lower() in sections
+            sections.add(section.lower())
+            if skipping:
+                remarks.append(f"line {number}: section [{section}] stands twice; the second one is ignored")
+            lines.append("" if skipping else f"[{section}]")
+        elif skipping or not stripped or stripped[0] in ";#":
+            lines.append("")
+        else:
+            lines.append(_entry(stripped, number, keys, remarks))
+    lines += _dummies(section, keys, remarks)
+    if "deviceinfo" not in sections:
+        remarks.append("[DeviceInfo] missing; taken for empty")
+        lines.append("[DeviceInfo]")
+    return "\n".join(lines)
+
+
+def _entry(line: str, number: int, keys: set[str], remarks: list[str]) -> str:
+    """Return a `key=value` line as canopen takes it, or an empty one."""
+    key, equals, value = (part.strip() for part in line.partition("="))
+    key = _KEYS.get(key.lower(), key)
+    if not equals or not key:
+        remarks.append(f"line {number}: {line!r} is no key=value; ignored")
+        return ""
+    if key in keys:
+        remarks.append(f"line {number}: {key} stands twice in its section; the second one is ignored")
+        return ""
+    keys.add(key)
+    bare = _number(_COMMENT.sub("", value))
+    if key not in _NUMBERS and (bare is None or key not in _VALUES):
+        return f"{key}={value}"
+    if bare is None:
+        bare = _NUMBERS[key]
+        taken = "left out" if bare is None else f"taken for {bare}"
+        remarks.append(f"line {number}: {key}={value!r} is no number; {taken}")
+    elif bare != value and value.partition(";")[0].strip() != bare:
+        remarks.append(f"line {number}: {key}={value!r} read as {bare}")
+    return "" if bare is None else f"{key}={bare}"
+
+
+def _number(text: str) -> str | None:
+    """Return a number as Python writes it (CiA 306 allows leading zeros), None where it is none."""
+    try:
+        int(text, 0)
+    except ValueError:
+        return str(int(text)) if text.isascii() and text.isdigit() else None
+    return text
+
+
+def _dummies(section: str, keys: set[str], remarks: list[str]) -> list[str]:
+    """Return the lines that a [DummyUsage] section lacks."""
+    missing = [key for key in _DUMMIES if key not in keys] if section.lower() == "dummyusage" else []
+    if missing:
+        remarks.append(f"[{section}]: {', '.join(missing)} missing; taken for 0")
+    return [f"{key}=0" for key in missing]

@@ -1,0 +1,268 @@
+"""A bus on which fake devices answer inside `send`: nothing runs beside the test, nothing waits."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import can
+import pytest
+
+from driver.sdo import PumpedSdoClient
+from vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
+
+ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002
+
+
+def frame(can_id, data=b"", **kwargs):
+    return can.Message(arbitration_id=can_id, data=data, is_extended_id=False, **kwargs)
+
+
+@dataclass
+class FakeDevice:
+    """SDO server (expedited), NMT slave and TPDOs on SYNC; `objects` maps (index, sub) to [value, size]."""
+
+    node: int
+    objects: dict = field(default_factory=dict)
+    position: int = 0
+    state: int = 0x7F
+    refuse: dict = field(default_factory=dict)  # (index, sub) -> abort code on write
+    mute: bool = False
+    deaf_to_sync: bool = False
+    writes: list = field(default_factory=list)
+    on_write: Callable | None = None
+
+    def put(self, index, sub, value, size):
+        self.objects[index, sub] = [value, size]
+
+    def boot(self):
+        self.state = 0x7F
+        return [frame(0x700 + self.node, b"\x00")]
+
+    def handle(self, message):
+        can_id, data = message.arbitration_id, bytes(message.data)
+        if self.mute:
+            return []
+        if can_id == 0x000 and data[1] in {0, self.node}:
+            self.state = {1: 5, 2: 4, 0x80: 0x7F}.get(data[0], self.state)
+        if can_id == 0x600 + self.node:
+            return [frame(0x580 + self.node, self.sdo(data))]
+        if can_id == 0x080 and not self.deaf_to_sync:
+            return self.pdos()
+        return []
+
+    def sdo(self, request):
+        index, sub = int.from_bytes(request[1:3], "little"), request[3]
+        head = request[1:4]
+        if request[0] & 0xE0 == 0x40:
+            entry = self.objects.get((index, sub))
+            if entry is None:
+                known = any(one == index for one, _ in self.objects)
+                return b"\x80" + head + (NO_SUB if known else ABSENT).to_bytes(4, "little")
+            value, size = entry
+            return bytes([0x43 | (4 - size) << 2]) + head + (value % 256**size).to_bytes(size, "little").ljust(4, b"\0")
+        size = 4 - (request[0] >> 2 & 3)
+        value = int.from_bytes(request[4 : 4 + size], "little")
+        self.writes.append((index, sub, value))
+        code = self.refuse.get((index, sub)) or self.refuse.get((index, sub, value))
+        entry = self.objects.get((index, sub))
+        if code is None and entry is None:
+            code = ABSENT
+        if code is None and entry[1] != size:
+            code = 0x06070010
+        if code is not None:
+            return b"\x80" + head + code.to_bytes(4, "little")
+        entry[0] = value
+        if self.on_write:
+            self.on_write(index, sub, value)
+        return b"\x60" + head + bytes(4)
+
+    def pdos(self):
+        frames = []
+        for base in range(0x1800, 0x1804):
+            raw = self.objects.get((base, 1))
+            if self.state != 5 or raw is None or raw[0] >> 31 or self.objects[base, 2][0] != 1:
+                continue
+            word = bit = 0
+            for number in range(1, self.objects[base + 0x200, 0][0] + 1):
+                entry = self.objects[base + 0x200, number][0]
+                word |= (self.value_of(entry >> 16, entry >> 8 & 0xFF) % (1 << (entry & 0xFF))) << bit
+                bit += entry & 0xFF
+            frames.append(frame(raw[0] & 0x7FF, word.to_bytes((bit + 7) // 8, "little"), timestamp=1.0))
+        return frames
+
+    def value_of(self, index, sub):
+        if index in {0x6004, 0x6064}:
+            return self.position
+        return self.objects.get((index, sub), [0])[0]
+
+
+def add_pdos(device, base, count, cob_ids, kind):
+    for number in range(count):
+        device.put(base + number, 0, 5, 1)
+        device.put(base + number, 1, cob_ids[number], 4)
+        device.put(base + number, 2, kind, 1)
+        device.put(base + number, 3, 0, 2)
+        device.put(base + number, 5, 0, 2)
+        device.put(base + 0x200 + number, 0, 0, 1)
+        for entry in range(1, 5):
+            device.put(base + 0x200 + number, entry, 0, 4)
+
+
+def encoder_device(node):
+    """A CiA 406 encoder as it leaves its factory: TPDO1 cyclic, TPDO2 switched off, no heartbeat."""
+    device = FakeDevice(node)
+    device.put(0x1000, 0, 0x00020196, 4)
+    device.put(0x1001, 0, 0, 1)
+    device.put(0x1005, 0, 0x80, 4)
+    device.put(0x1017, 0, 0, 2)
+    device.put(0x1018, 0, 4, 1)
+    for sub, value in ((1, 0x123), (2, 0x456), (3, 1), (4, 1000 + node)):
+        device.put(0x1018, sub, value, 4)
+    device.put(0x6002, 0, 2**32 - 1, 4)
+    device.put(0x6004, 0, 0, 4)
+    device.put(0x6500, 0, 0, 2)
+    add_pdos(device, 0x1800, 2, [0x40000180 + node, 0xC0000280 + node], 254)
+    return device
+
+
+def drive_device(node):
+    """A CiA 402 drive in `switch on disabled`."""
+    device = FakeDevice(node)
+    device.put(0x1000, 0, 0x00020192, 4)
+    device.put(0x1016, 1, 0, 4)
+    device.put(0x1017, 0, 0, 2)
+    for index, size in ((0x6007, 2), (0x6040, 2), (0x6041, 2), (0x6060, 1), (0x6061, 1), (0x60FF, 4)):
+        device.put(index, 0, 0, size)
+    device.put(0x6041, 0, 0x0240, 2)
+    add_pdos(device, 0x1400, 2, [0x200 + node, 0x300 + node], 255)
+    add_pdos(device, 0x1800, 1, [0x180 + node], 255)
+    device.put(0x1A00, 0, 1, 1)
+    device.put(0x1A00, 1, 0x60410010, 4)
+    device.refuse[0x6041, 0] = READ_ONLY
+
+    def follow(index, _sub, value):
+        if index == 0x6040:
+            status = {0x06: 0x0221, 0x07: 0x0223, 0x0F: 0x0227, 0x80: 0x0240}.get(value)
+            device.objects[0x6041, 0][0] = status if status is not None else device.objects[0x6041, 0][0]
+        if index == 0x6060:
+            device.objects[0x6061, 0][0] = value
+
+    device.on_write = follow
+    return device
+
+
+class FakeBus(can.BusABC):
+    """Hands what is sent to the devices and queues what they answer."""
+
+    def __init__(self, devices=()):
+        self.channel_info = "fake"
+        self.devices = {device.node: device for device in devices}
+        self.sent = []
+        self.queue = deque()
+        self.failing_sends = 0
+        self.is_dead = False
+        self.lock = threading.Lock()
+        self.change = lambda _message, answers: answers
+        super().__init__(channel="fake")
+
+    def send(self, msg, timeout=None):
+        with self.lock:
+            if self.is_dead or self.failing_sends:
+                self.failing_sends -= self.failing_sends > 0
+                raise can.CanOperationError("no buffer space")
+            self.sent.append((msg.arbitration_id, bytes(msg.data)))
+            answers = [answer for device in self.devices.values() for answer in device.handle(msg)]
+            self.queue.extend(self.change(msg, answers))
+
+    def _recv_internal(self, timeout):
+        if self.is_dead:
+            raise can.CanOperationError("interface is down")
+        return (self.queue.popleft() if self.queue else None), False
+
+    def recv(self, timeout=None):
+        return self._recv_internal(timeout)[0]
+
+
+class FakeClock:
+    """Time that moves by one period per SYNC; answers are awaited for three empty reads."""
+
+    def __init__(self, period=0.01, inline=True):
+        self.period = period
+        self.inline = inline
+        self.time = 100.0
+        self.slept = []
+        self.reads = 0
+
+    def due(self):
+        return 0.0
+
+    def sync(self):
+        self.time += self.period
+        self.reads = 3
+        return self.time
+
+    def remaining(self):
+        self.reads -= 1
+        return float(self.reads > 0)
+
+    def now(self):
+        return self.time + 0.001
+
+    def sleep(self, seconds):
+        self.slept.append(seconds)
+        self.time += seconds
+
+
+def wheel_encoder(channel, node, **changes):
+    values = {
+        "cob_id": 0x180 + node,
+        "start_bit": 0,
+        "bits": 32,
+        "signed": False,
+        "sign": 1,
+        "counts_per_turn": 40000,
+    }
+    return Encoder(channel=channel, node=node, **(values | changes))
+
+
+def one_truck(encoders=None, drives=(), period=0.01):
+    encoders = encoders or (wheel_encoder("a.left", 1), wheel_encoder("a.right", 2))
+    return VehicleParameters("one", {"a": Truck(0.34, 0.15, 0.15)}, None, Bus(500_000, period), encoders, drives)
+
+
+def two_trucks():
+    wheels = [wheel_encoder(name, node) for node, name in enumerate(("a.left", "a.right", "b.left", "b.right"), 1)]
+    joints = [wheel_encoder(name, node) for node, name in enumerate(("joint_a", "joint_b"), 5)]
+    link = wheel_encoder("link", 7, counts_per_turn=None, counts_per_metre=10000)
+    trucks = {"a": Truck(0.34, 0.15, 0.15), "b": Truck(0.34, 0.15, 0.15)}
+    return VehicleParameters("two", trucks, Linkage(1.0), Bus(500_000, 0.01), (*wheels, *joints, link))
+
+
+def drive(wheel, node, sign=1):
+    return Drive(wheel, node, 0x200 + node, sign, 40000)
+
+
+@dataclass(frozen=True)
+class Kit:
+    """What the tests build with."""
+
+    frame = staticmethod(frame)
+    encoder_device = staticmethod(encoder_device)
+    drive_device = staticmethod(drive_device)
+    wheel_encoder = staticmethod(wheel_encoder)
+    one_truck = staticmethod(one_truck)
+    two_trucks = staticmethod(two_trucks)
+    drive = staticmethod(drive)
+    add_pdos = staticmethod(add_pdos)
+    Bus = FakeBus
+    Clock = FakeClock
+
+
+@pytest.fixture
+def kit(monkeypatch):
+    """Fakes, and SDO time-outs that do not make a test wait."""
+    monkeypatch.setattr(PumpedSdoClient, "RESPONSE_TIMEOUT", 0.002)
+    return Kit()
