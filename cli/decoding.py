@@ -86,4 +86,6 @@ class FrameDecoder:
         node = can_id & 0x7F
         if self._vehicle is None or node == 0 or can_id > 0x77F:
             return ""
-        return f" ({', '.join(self._nodes[node])})" if node in self._nodes else " (not of this vehicle)"
+        if node not in self._nodes or 0x180 <= can_id < 0x580:  # its own PDOs are decoded elsewhere
+            return " (not of this vehicle)"
+        return f" ({', '.join(self._nodes[node])})"

@@ -31,7 +31,7 @@ _ERROR_BIT = 0x20000000  # CAN_ERR_FLAG of linux/can.h, printed as part of the i
 LOG_LINE = re.compile(rb"\((\d{1,10}\.\d{1,9})\) +(\S+) +([0-9A-Fa-f]+)#(\S*)(?: ([RT]))?\s*")
 _TA_LINE = re.compile(
     rb"\s*\((\d{1,10}\.\d{1,9})\)\s+(\S+)\s+(?:(RX|TX) [B-] [E-]\s+)?([0-9A-Fa-f]+)\s+"
-    rb"(\[\d\]|\[\d\d\]|\{[0-9A-F]\})((?: [0-9A-Fa-f]{2})*| remote request)(?:\s.*)?"
+    rb"(\[\d\]|\[\d\d\]|\{[0-9A-F]\}) ?( remote request|(?: [0-9A-Fa-f]{2})*)(?:\s.*)?"
 )
 STAMP = re.compile(rb"\((\d{1,10}\.\d{6})\)")
 _REMOTE_TAIL = re.compile(rb"[Rr]([0-8])?")

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _GZIP = b"\x1f\x8b"
+_PIECE = 1 << 14  # bytes unpacked at a time: what an error in the packed data costs
+_LONGEST_LINE = 1 << 20  # bytes
 _AUTO_HEADER = 32 + zlib.MAX_WBITS  # zlib's wbits: expect a gzip header
 
 
@@ -38,15 +40,19 @@ class BlockReader:
 
     def lines(self) -> Iterator[bytes]:
         """Yield blocks of whole lines; the last one may lack its newline, and may be empty."""
-        rest = b""
+        rest = bytearray()
         for block in self:
-            end = block.rfind(b"\n") + 1
+            rest += block
+            end = rest.rfind(b"\n") + 1 if len(rest) >= self.size else 0
             if end:
-                yield rest + block[:end]
-                rest = block[end:]
-            else:  # no log has lines of this length: what is cut off is garbage as well
-                rest = (rest + block)[: self.size]
-        yield rest
+                yield bytes(rest[:end])
+                del rest[:end]
+            elif len(rest) > self.size + _LONGEST_LINE:
+                del rest[_LONGEST_LINE:]  # no log has lines of this length: what is cut off is garbage too
+        end = rest.rfind(b"\n") + 1
+        if end:
+            yield bytes(rest[:end])
+        yield bytes(rest[end:])
 
     def _unpack(self, blocks: Iterator[bytes]) -> Iterator[bytes]:
         unpacker = zlib.decompressobj(_AUTO_HEADER)
@@ -56,7 +62,7 @@ class BlockReader:
                 while packed:
                     if unpacker.eof:  # several gzip files in one, as `cat` makes them
                         unpacker = zlib.decompressobj(_AUTO_HEADER)
-                    yield unpacker.decompress(packed, self.size)
+                    yield unpacker.decompress(packed, _PIECE)
                     packed = unpacker.unused_data if unpacker.eof else unpacker.unconsumed_tail
         except zlib.error:
             self.damaged = True

@@ -70,12 +70,13 @@ def read_blf(content: bytes) -> tuple[list[Frame], list[SkippedLine], bool]:
     frames: list[Frame] = []
     skipped: list[SkippedLine] = []
     try:
-        for number, message in enumerate(can.BLFReader(io.BytesIO(content)), start=1):
+        reader = can.BLFReader(io.BytesIO(content))
+        for number, message in enumerate(reader, start=1):
             _take(frame_of_message(message), number, str(message), frames, skipped)
     except Exception as error:  # noqa: BLE001 -- python-can lets any error of its parsing through
         skipped.append(SkippedLine(len(frames) + 1, "", f"python-can cannot read on: {error!r}"))
         return frames, skipped, True
-    return frames, skipped, False
+    return frames, skipped, len(content) < reader.file_size
 
 
 def read_lines(content: str, form: LineFormat) -> tuple[list[Frame], list[SkippedLine]]:

@@ -78,7 +78,8 @@ def read_log(path: Path | str, *, strict: bool = False) -> LogReadResult:
     except OSError as error:
         raise LogError(path, None, f"cannot be read: {error.strerror or error}") from error
     if len(result.frames) == 0:
-        first = result.skipped[0] if result.skipped else SkippedLine(1, "", "the file is empty")
+        empty = SkippedLine(1, "", "it ends before the first" if result.truncated else "it is empty")
+        first = result.skipped[0] if result.skipped else empty
         raise LogError(path, first.line, f"no CAN frame in the whole file; {first.reason}: {first.text!r}")
     if strict and not result.is_whole:
         line = result.skipped[0].line if result.skipped else None

@@ -1,0 +1,222 @@
+"""`omnimate dump`: lines as candump prints them, words behind them, rates, and honest exit codes."""
+
+import gzip
+import signal
+
+import can
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import driver.bus
+from cli.dump import dump
+from vehicle.logs import read_log
+
+LOG = """(1700000000.000250) can0 080#
+(1700000000.000500) can0 181#409C0000
+(1700000000.000750) can0 187#E8030000
+(1700000000.001000) can0 701#05
+(1700000000.001250) can0 083#1081000000000000
+(1700000000.001500) can0 58A#8008100000000405
+(1700000000.001750) can0 000#8102
+(1700000000.002000) can0 2A3#00
+(1700000000.002250) can0 7FF#00
+(1700000000.002500) can0 00012345#00
+(1700000000.002750) can0 185#0000
+(1700000000.010250) can0 080#
+"""
+WORDS = [
+    "SYNC",
+    "a.left = 6.28319 rad (40000 counts)",
+    "link = 1.1 m (1000 counts)",
+    "heartbeat of node 1: operational (a.left)",
+    "EMCY of node 3: 8110h CAN overrun, objects lost, error register 00h (b.left)",
+    "SDO from node 10: abort of 1008h:00, 05040000h SDO protocol timed out (not of this vehicle)",
+    "NMT reset node, node 2",
+    "TPDO2 of node 35 (not of this vehicle)",
+    "not CANopen: no such COB-ID or length in the predefined connection set",
+    "not CANopen: 29-bit identifier",
+    "joint_a: wrong length, 2 bytes",
+    "SYNC",
+]
+
+
+def run(*arguments):
+    """Run the verb; an error that it raises is in `result.exception`."""
+    app = typer.Typer()
+    app.command()(dump)
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def log(tmp_path):
+    (tmp_path / "can.log").write_text(LOG)
+    return tmp_path / "can.log"
+
+
+@pytest.fixture
+def vehicle(tmp_path, robot_toml):
+    (tmp_path / "vehicle.toml").write_text(robot_toml)
+    return tmp_path / "vehicle.toml"
+
+
+def test_a_log_is_printed_byte_for_byte(log):
+    result = run(log)
+    assert (result.stdout, result.exit_code) == (LOG, 0)
+
+
+def test_the_long_form_is_candumps(log):
+    lines = run(log, "--form", "ta").stdout.splitlines()
+    assert lines[1] == " (1700000000.000500)  can0  181   [4]  40 9C 00 00"
+    assert lines[-1] == " (1700000000.010250)  can0       080   [0] "
+
+
+def test_decoded_words_stand_behind_the_lines(log, vehicle):
+    lines = run(log, "--decode", "--vehicle", vehicle).stdout.splitlines()
+    assert [line.split("  ; ")[0] for line in lines] == LOG.splitlines()
+    assert [line.split("  ; ")[1] for line in lines] == WORDS
+
+
+def test_a_recording_folder_brings_its_own_vehicle(log, vehicle):
+    lines = run(vehicle.parent, "--decode").stdout.splitlines()
+    assert [line.split("  ; ")[1] for line in lines] == WORDS
+    assert log.exists()
+
+
+def test_without_a_vehicle_the_predefined_connections_are_said(log):
+    lines = run(log, "--decode").stdout.splitlines()
+    assert [line.split("  ; ")[1] for line in lines[:2]] == ["SYNC", "TPDO1 of node 1"]
+
+
+def test_rates_are_a_table_by_identifier(log, vehicle):
+    lines = run(log, "--rates", "--vehicle", vehicle).stdout.splitlines()
+    assert lines[0].split() == ["interface", "id", "frames", "Hz", "bytes", "name"]
+    assert ["can0", "080", "2", "100.000", "0", "SYNC"] in [line.split() for line in lines]
+    assert ["can0", "181", "1", "-", "4", "a.left"] in [line.split() for line in lines]
+    assert ["can0", "00012345", "1", "-", "1", "not", "CANopen"] in [line.split() for line in lines]
+    assert len(lines) == 12
+
+
+def test_count_ends_early(log):
+    assert run(log, "--count", 2).stdout == "".join(LOG.splitlines(keepends=True)[:2])
+
+
+def test_a_line_of_garbage_is_marked_and_the_exit_code_says_so(log):
+    log.write_text(LOG.replace("(1700000000.000750)", "(garbage"))
+    result = run(log)
+    assert result.exit_code == 1
+    assert "can.log:3: skipped" in result.stderr
+    assert len(result.stdout.splitlines()) == len(LOG.splitlines()) - 1
+
+
+def test_a_log_that_was_cut_off_is_marked_and_the_exit_code_says_so(log):
+    log.write_text(LOG[:-3])
+    result = run(log)
+    assert result.exit_code == 1
+    assert "ends early" in result.stderr
+
+
+def test_a_call_needs_a_log_or_a_bus_and_not_both(log):
+    assert run().exit_code == 2
+    assert run(log, "--bus", "virtual://x").exit_code == 2
+
+
+class ScriptedBus:
+    """A bus on which prepared messages arrive, and then something else happens."""
+
+    def __init__(self, messages, then):
+        self.messages, self.then, self.closed = list(messages), then, False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.closed = True
+
+    def recv(self, _timeout):
+        return self.messages.pop(0) if self.messages else self.then()
+
+
+MESSAGES = [
+    can.Message(timestamp=1700000000.00025, arbitration_id=0x080, is_extended_id=False, channel="can0"),
+    can.Message(
+        timestamp=1700000000.0005,
+        arbitration_id=0x181,
+        is_extended_id=False,
+        data=b"\x40\x9c\0\0",
+        channel="can0",
+    ),
+    can.Message(timestamp=1700000000.01025, arbitration_id=0x080, is_extended_id=False, channel="can0"),
+]
+LIVE = "(1700000000.000250) can0 080#\n(1700000000.000500) can0 181#409C0000\n(1700000000.010250) can0 080#\n"
+
+
+@pytest.fixture
+def live(monkeypatch):
+    """Run the verb on a scripted bus."""
+    before = signal.getsignal(signal.SIGTERM)
+
+    def run_live(*arguments, messages=MESSAGES, then=lambda: None):
+        bus = ScriptedBus(messages, then)
+        monkeypatch.setattr(driver.bus, "open_bus", lambda _url: bus)
+        result = run("--bus", "virtual://test", *arguments)
+        assert bus.closed
+        return result
+
+    yield run_live
+    signal.signal(signal.SIGTERM, before)
+
+
+def test_a_live_bus_is_printed_until_it_is_enough(live):
+    result = live("--count", 3)
+    assert (result.stdout, result.exit_code) == (LIVE, 0)
+
+
+def test_a_silent_bus_ends_with_its_time(live):
+    result = live("--seconds", "0")
+    assert (result.stdout, result.exit_code) == ("", 0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_it_in_good_order(live, number):
+    result = live("--rates", then=lambda: signal.raise_signal(number))
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[1].split() == ["can0", "080", "2", "100.000", "0", "SYNC"]
+
+
+def test_live_words_and_the_long_form(live, vehicle):
+    result = live("--decode", "--vehicle", vehicle, "--form", "ta", "--count", 2)
+    assert result.stdout.splitlines()[1] == (
+        " (1700000000.000500)  can0  181   [4]  40 9C 00 00  ; a.left = 6.28319 rad (40000 counts)"
+    )
+
+
+def test_frames_that_are_not_classical_are_reported(live):
+    fd = can.Message(arbitration_id=1, is_extended_id=False, is_fd=True, data=bytes(12))
+    result = live("--count", 3, messages=[fd, *MESSAGES])
+    assert result.stdout == LIVE
+    assert "CAN FD" in result.stderr
+
+
+@pytest.mark.parametrize("name", ["pcan1.trc.gz", "ixxat1.trc.gz"])
+def test_the_real_canopen_traces_are_described_frame_by_frame(shared_data, name):
+    path = shared_data / "real" / "canopen_traces_hilch" / name
+    result = run(path, "--decode")
+    assert result.exit_code == 0
+    lines = result.stdout.splitlines()
+    assert len(lines) == len(read_log(path).frames)
+    assert all("  ; " in line for line in lines)
+    foreign = [line for line in lines if "not CANopen" in line]
+    assert all(line.split()[2].split("#")[0] in {"10A", "7EA"} for line in foreign)
+
+
+def test_the_real_car_log_is_dumped_byte_for_byte_and_reported_as_foreign(shared_data, tmp_path, robot_toml):
+    path = shared_data / "real" / "comma2k19_rav4" / "can_bus0.candump.log.gz"
+    result = run(path)
+    assert result.exit_code == 0
+    assert result.stdout_bytes == gzip.decompress(path.read_bytes())
+    (tmp_path / "vehicle.toml").write_text(robot_toml)
+    words = run(path, "--decode", "--vehicle", tmp_path / "vehicle.toml", "--count", 2000).stdout.splitlines()
+    assert len(words) == 2000
+    assert not any(" counts)" in line for line in words)
+    assert sum("not of this vehicle" in line or "not CANopen" in line for line in words) > 1800

@@ -1,0 +1,308 @@
+"""The recording folder: what is saved is loaded, and what is wrong is named with its place."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from vehicle.errors import LogError, OmnimateError, RecordingError, VehicleFileError
+from vehicle.file import parse_vehicle, save_vehicle
+from vehicle.folder import (
+    load_recording,
+    read_poses,
+    read_recording,
+    read_run,
+    save_recording,
+    write_poses,
+    write_run,
+)
+from vehicle.parameters import Drive
+from vehicle.recording import Gap, Lap, Poses, Recording, Run
+
+HEADER = "t,body,x,y,theta,sigma_x,sigma_y,sigma_theta\n"
+SAMPLES = 40
+START = 1763670000.0
+
+
+@pytest.fixture
+def vehicle(robot_toml):
+    return parse_vehicle(robot_toml)
+
+
+def recording_of(vehicle, **changes):
+    """A short drive whose counters wrap, with a fix and a lap."""
+    count = changes.pop("samples", SAMPLES)
+    index = np.arange(count)
+    counts = np.outer(index, [37, 36, -35, -34, 1, -1, 2]).astype(np.int64)
+    fields = {
+        "vehicle": vehicle,
+        "time": START + np.round(index * vehicle.bus.sync_period, 6),
+        "counts": counts,
+        "present": np.ones(counts.shape, bool),
+        "poses": Poses(
+            np.array([START, START + 0.3]),
+            np.array(["a", "b"]),
+            np.array([[1.0, -2.0, 3.1], [np.nan, 0.1, np.nan]]),
+            np.array([[0.002, 0.002, 0.0052], [np.nan] * 3]),
+        ),
+        "run": Run("umbmark", 4.0, (Lap("cw", START, START + 0.3), Lap("none", START + 0.3, START + 0.4))),
+    }
+    return Recording(**(fields | changes))
+
+
+def assert_equal(one, other):
+    """Two recordings say the same."""
+    assert one.vehicle == other.vehicle
+    assert one.time == pytest.approx(other.time, abs=1e-6)
+    assert np.array_equal(one.counts, other.counts)
+    assert np.array_equal(one.present, other.present)
+    assert one.run == other.run
+    assert (one.poses is None) == (other.poses is None)
+    if one.poses is not None and other.poses is not None:
+        assert np.array_equal(one.poses.time, other.poses.time)
+        assert np.array_equal(one.poses.body, other.poses.body)
+        assert np.array_equal(one.poses.pose, other.poses.pose, equal_nan=True)
+        assert np.array_equal(one.poses.sigma, other.poses.sigma, equal_nan=True)
+
+
+@pytest.mark.parametrize("compress", [False, True])
+def test_what_is_saved_is_loaded(vehicle, tmp_path, compress):
+    recording = recording_of(vehicle)
+    save_recording(recording, tmp_path / "new" / "folder", compress=compress)
+    assert_equal(load_recording(tmp_path / "new" / "folder"), recording)
+
+
+def test_saving_replaces_the_whole_recording_that_was_there(vehicle, tmp_path):
+    save_recording(recording_of(vehicle), tmp_path, compress=True)
+    bare = recording_of(vehicle, poses=None, run=None, samples=5)
+    save_recording(bare, tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["can.log", "vehicle.toml"]
+    assert_equal(load_recording(tmp_path), bare)
+
+
+def test_a_place_that_cannot_be_written_is_an_error(vehicle, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RecordingError, match="cannot be written"):
+        save_recording(recording_of(vehicle), tmp_path / "file")
+
+
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_any_drive_survives_the_bus(robot_toml, tmp_path, data):
+    widths = data.draw(st.lists(st.integers(13, 32), min_size=7, max_size=7))
+    text = robot_toml
+    for width in widths:
+        text = text.replace("bits = 32", f"bits = {width}", 1).replace("bits = ", "bits=", 1)
+    vehicle = parse_vehicle(text)
+    steps = data.draw(st.lists(st.tuples(*[st.integers(-60, 60)] * 7), min_size=1, max_size=20))
+    counts = np.cumsum(np.array([(0,) * 7, *steps]), axis=0)
+    absent = data.draw(st.lists(st.tuples(st.integers(1, len(steps)), st.integers(0, 6)), max_size=10))
+    present = np.ones(counts.shape, bool)
+    for row, column in absent:
+        present[row, column] = False
+    last = np.maximum.accumulate(np.where(present, np.arange(len(counts))[:, None], 0), axis=0)
+    counts = np.take_along_axis(counts, last, axis=0)
+    recording = recording_of(
+        vehicle, samples=len(counts), counts=counts, present=present, poses=None, run=None
+    )
+    save_recording(recording, tmp_path)
+    assert_equal(load_recording(tmp_path), recording)
+
+
+def test_a_restart_survives_the_bus(vehicle, tmp_path):
+    present = np.ones((SAMPLES, 7), bool)
+    present[10:13, 0] = False
+    counts = recording_of(vehicle).counts.copy()
+    counts[10:13, 0] = counts[9, 0]
+    counts[13:, 0] -= counts[13, 0] - counts[9, 0]
+    time = recording_of(vehicle).time
+    gap = Gap("a.left", float(time[9]), float(time[13]), "reboot")
+    recording = recording_of(vehicle, counts=counts, present=present, gaps=(gap,))
+    save_recording(recording, tmp_path)
+    loaded = read_recording(tmp_path)
+    assert_equal(loaded.recording, recording)
+    assert [(gap.channel, gap.reason) for gap in loaded.recording.gaps] == [("a.left", "reboot")]
+    assert loaded.assembly.pdos[0].restarts == 1
+
+
+def test_commands_survive_the_bus_to_the_drives_resolution(robot_toml, tmp_path):
+    drives = tuple(
+        Drive(wheel, 10 + index, 0x20A + index, (-1) ** index, 40000.0)
+        for index, wheel in enumerate(("a.left", "a.right", "b.left", "b.right"))
+    )
+    vehicle = replace(parse_vehicle(robot_toml), drives=drives)
+    commands = np.round(np.sin(np.outer(np.arange(SAMPLES), [0.1, 0.2, 0.0, 0.3])), 1)
+    commands[:3] = np.nan
+    save_recording(recording_of(vehicle, commands=commands), tmp_path)
+    loaded = load_recording(tmp_path).commands
+    assert loaded == pytest.approx(commands, abs=2 * np.pi / 40000, nan_ok=True)
+
+
+def test_answers_come_between_one_sync_and_the_next(vehicle, tmp_path):
+    save_recording(recording_of(vehicle), tmp_path)
+    frames = read_recording(tmp_path).log.frames
+    assert len(frames.backwards()) == 0
+    assert len(frames) == 8 * SAMPLES
+
+
+def test_a_log_with_a_line_of_garbage_loads_and_the_line_is_reported(vehicle, tmp_path):
+    save_recording(recording_of(vehicle), tmp_path)
+    log = tmp_path / "can.log"
+    lines = log.read_text().splitlines(keepends=True)
+    log.write_text("".join([*lines[:20], "garbage\n", *lines[20:]]))
+    loaded = read_recording(tmp_path)
+    assert_equal(loaded.recording, recording_of(vehicle))
+    assert [line.line for line in loaded.log.skipped] == [21]
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [("vehicle.toml", VehicleFileError), ("can.log", RecordingError), (".", RecordingError)],
+)
+def test_what_is_missing_is_named(vehicle, tmp_path, name, error):
+    save_recording(recording_of(vehicle), tmp_path)
+    folder = tmp_path if name != "." else tmp_path / "nowhere"
+    if name != ".":
+        (tmp_path / name).unlink()
+    with pytest.raises(error):
+        load_recording(folder)
+
+
+def test_an_empty_log_is_an_error(vehicle, tmp_path):
+    save_vehicle(vehicle, tmp_path / "vehicle.toml")
+    (tmp_path / "can.log").write_text("")
+    with pytest.raises(LogError, match="empty"):
+        load_recording(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("1,a,0,0,0,0,0", "7 columns"),
+        ("1,a,0,0,0,0,0,0,0", "9 columns"),
+        ("1,c,0,0,0,,,", "body 'c'"),
+        ("1,A,0,0,0,,,", "body 'A'"),
+        (",a,0,0,0,,,", "t is empty"),
+        ("1,a,x,0,0,,,", "x 'x' is no number"),
+        ("1,a,nan,0,0,,,", "not finite"),
+        ("inf,a,0,0,0,,,", "not finite"),
+        ("1,a,0,0,3.15,,,", "outside (-pi, pi]"),
+        ("1,a,0,0,180,,,", "outside (-pi, pi]"),
+        ("1,a,0,0,0,-0.1,,", "negative standard deviation"),
+    ],
+)
+def test_a_wrong_pose_is_named_with_its_line(tmp_path, line, problem):
+    (tmp_path / "poses.csv").write_text(f"{HEADER}0,a,0,0,0,,,\n{line}\n")
+    with pytest.raises(RecordingError) as caught:
+        read_poses(tmp_path / "poses.csv")
+    assert problem in str(caught.value)
+    assert caught.value.source.endswith("poses.csv:3")
+
+
+def test_a_wrong_header_is_named(tmp_path):
+    (tmp_path / "poses.csv").write_text("time,x,y\n1,2,3\n")
+    with pytest.raises(RecordingError, match="expected the header"):
+        read_poses(tmp_path / "poses.csv")
+
+
+def test_a_body_that_the_robot_has_not_is_named(tmp_path):
+    (tmp_path / "poses.csv").write_text(f"{HEADER}0,b,0,0,0,,,\n")
+    with pytest.raises(RecordingError, match="body 'b'"):
+        read_poses(tmp_path / "poses.csv", ("a",))
+
+
+def test_empty_cells_are_unknown_and_pi_may_be_rounded(tmp_path):
+    (tmp_path / "poses.csv").write_text(f"{HEADER}0,a,,2,3.1416,,0.1,\r\n\r\n")
+    poses = read_poses(tmp_path / "poses.csv")
+    assert np.isnan(poses.pose[0, 0])
+    assert abs(poses.pose[0, 2]) == pytest.approx(np.pi, abs=1e-5)
+    assert -np.pi < poses.pose[0, 2] <= np.pi
+    assert np.isnan(poses.sigma[0]).tolist() == [True, False, True]
+
+
+def test_poses_without_any_line_are_none_of_them(tmp_path):
+    (tmp_path / "poses.csv").write_text(HEADER)
+    assert read_poses(tmp_path / "poses.csv").pose.shape == (0, 3)
+
+
+numbers = st.one_of(st.just(np.nan), st.floats(-1e6, 1e6))
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    rows=st.lists(
+        st.tuples(
+            st.floats(0, 4e9),
+            st.sampled_from("ab"),
+            numbers,
+            numbers,
+            st.one_of(st.just(np.nan), st.floats(-3.14, 3.14)),
+            st.floats(0, 1),
+        ),
+        max_size=10,
+    )
+)
+def test_poses_are_written_with_every_digit(tmp_path, rows):
+    poses = Poses(
+        np.array([row[0] for row in rows], float),
+        np.array([row[1] for row in rows], "U1"),
+        np.array([row[2:5] for row in rows], float).reshape(-1, 3),
+        np.array([(row[5],) * 3 for row in rows], float).reshape(-1, 3),
+    )
+    write_poses(poses, tmp_path / "poses.csv")
+    again = read_poses(tmp_path / "poses.csv")
+    assert np.array_equal(again.time, poses.time)
+    assert again.pose == pytest.approx(poses.pose, abs=1e-15, nan_ok=True)
+    assert np.array_equal(again.sigma, poses.sigma)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("protocol =", "no TOML"),
+        ("side = 4.0", "protocol"),
+        ('protocol = "umbmark"\nside = "4 m"', "side"),
+        ('protocol = "umbmark"\nside = -4', "above 0"),
+        ('protocol = "umbmark"\nlap = 3', "[[lap]]"),
+        ('protocol = "umbmark"\n[[lap]]\ndirection = "left"\nstart = 0\nend = 1', "direction 'left'"),
+        ('protocol = "umbmark"\n[[lap]]\ndirection = "cw"\nstart = 2\nend = 1', "not after its start"),
+        ('protocol = "umbmark"\n[[lap]]\ndirection = "cw"\nstart = nan\nend = 1', "finite"),
+        ('protocol = "umbmark"\n[[lap]]\ndirection = "cw"\nstart = 2', "lap 1: end None"),
+    ],
+)
+def test_a_wrong_run_says_what_was_expected(tmp_path, text, problem):
+    (tmp_path / "run.toml").write_text(text)
+    with pytest.raises(RecordingError) as caught:
+        read_run(tmp_path / "run.toml")
+    assert problem in str(caught.value)
+
+
+@pytest.mark.parametrize("run", [Run("free", None, ()), Run("umbmark", 4.0, (Lap("ccw", 1.5, 2.25),))])
+def test_a_run_is_written_and_read(tmp_path, run):
+    write_run(run, tmp_path / "run.toml")
+    assert read_run(tmp_path / "run.toml") == run
+
+
+@pytest.mark.parametrize("shift", [-3600.0, 3600.0, -START])
+def test_laps_on_another_clock_are_refused(vehicle, tmp_path, shift):
+    lap = Lap("cw", START + shift, START + shift + 0.3)
+    save_recording(recording_of(vehicle, run=Run("umbmark", 4.0, (lap,))), tmp_path)
+    with pytest.raises(RecordingError, match="clock"):
+        load_recording(tmp_path)
+
+
+def test_every_error_is_one_that_the_command_line_explains():
+    assert issubclass(RecordingError, OmnimateError)
+
+
+def test_recordings_made_elsewhere_load_and_survive_being_saved(shared_data, tmp_path):
+    folders = sorted((shared_data / "concealed").glob("*/*/"))
+    assert len(folders) >= 14
+    for number, folder in enumerate(folders):
+        loaded = read_recording(folder)
+        assert loaded.log.is_whole
+        if number % 5 == 0:  # one of each kind is enough to write
+            save_recording(loaded.recording, tmp_path / str(number))
+            assert_equal(load_recording(tmp_path / str(number)), loaded.recording)
