@@ -203,8 +203,10 @@ class Driver:
             message = receive(left)
             if message is not None:
                 take(message, self._link.arrival)
-        end = time.monotonic() + min(SETTLE, self._clock.remaining())
-        while not assembler.is_settled and (left := end - time.monotonic()) > 0.0:
+        end = time.monotonic() + SETTLE
+        while (
+            not assembler.is_settled and (left := min(end - time.monotonic(), self._clock.remaining())) > 0.0
+        ):
             self._link.pump(left)
 
     def _react(self, now: float) -> None:

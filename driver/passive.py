@@ -73,7 +73,7 @@ class PassiveReader:
             if message.arbitration_id == SYNC_ID and not message.is_extended_id:
                 if assembler.is_open:
                     yield self._close()
-                heard = self._link.arrival
+                heard = time.monotonic()
                 self._begin()
             else:
                 self._monitor.take(message, self._link.arrival)

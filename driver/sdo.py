@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 TRIES = 3
 MAX_RESPONSES = 64  # of one transfer: no object that is read here is longer
+SEGMENTS = frozenset({0x00, 0x20})  # answers that name no object
+NO_OBJECT = bytes(3)  # in some devices' aborts
 OBJECT_ABSENT = frozenset({0x06010000, 0x06010001, 0x06020000, 0x06090011, 0x08000024, 0x060A0023})
 LENGTH_WRONG = frozenset({0x06070010, 0x06070012, 0x06070013})
 
@@ -28,7 +30,7 @@ class PumpedSdoClient(SdoClient):
     """canopen's client on a bus that nobody reads in the background.
 
     In the thread that made it, it reads the bus itself while it waits; in any other thread it waits until the
-    bus is read there.
+    bus is read there. canopen itself takes any answer for the one to its last request.
     """
 
     def __init__(
@@ -39,6 +41,13 @@ class PumpedSdoClient(SdoClient):
         self._pump = pump
         self._thread = threading.get_ident()
         self.responses_left = MAX_RESPONSES
+        self.object = b""
+
+    def on_response(self, can_id: int, data: bytes | bytearray, timestamp: float) -> None:
+        """Take an answer, unless it is a late one about another object."""
+        about = bytes(data[1:4])
+        if data[0] & 0xE0 in SEGMENTS or about in {self.object, NO_OBJECT}:
+            super().on_response(can_id, data, timestamp)  # type: ignore[no-untyped-call]  # canopen
 
     def read_response(self) -> bytes:
         """Return the next answer.
@@ -54,9 +63,9 @@ class PumpedSdoClient(SdoClient):
             end = time.monotonic() + self.RESPONSE_TIMEOUT
             while self.responses.empty():
                 left = end - time.monotonic()
-                if left <= 0.0:
+                self._pump(max(0.0, left))
+                if left <= 0.0 and self.responses.empty():
                     raise SdoCommunicationError("no answer")
-                self._pump(left)
         return super().read_response()  # type: ignore[no-any-return, no-untyped-call]  # canopen
 
 
@@ -125,6 +134,7 @@ class Sdo:
     def _transfer(self, index: int, subindex: int, data: bytes | None, *, whole: bool = False) -> bytes:
         for left in reversed(range(TRIES)):
             self.client.responses_left = MAX_RESPONSES
+            self.client.object = index.to_bytes(2, "little") + bytes((subindex,))
             try:
                 if data is not None:
                     self.client.download(index, subindex, data)

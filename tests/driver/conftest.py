@@ -48,7 +48,8 @@ class FakeDevice:
         if can_id == 0x000 and data[1] in {0, self.node}:
             self.state = {1: 5, 2: 4, 0x80: 0x7F}.get(data[0], self.state)
         if can_id == 0x600 + self.node:
-            return [frame(0x580 + self.node, self.sdo(data))]
+            answer = self.sdo(data)
+            return [frame(0x580 + self.node, answer)] if answer else []
         if can_id == 0x080 and not self.deaf_to_sync:
             return self.pdos()
         return []
@@ -62,7 +63,13 @@ class FakeDevice:
                 known = any(one == index for one, _ in self.objects)
                 return b"\x80" + head + (NO_SUB if known else ABSENT).to_bytes(4, "little")
             value, size = entry
-            return bytes([0x43 | (4 - size) << 2]) + head + (value % 256**size).to_bytes(size, "little").ljust(4, b"\0")
+            return (
+                bytes([0x43 | (4 - size) << 2])
+                + head
+                + (value % 256**size).to_bytes(size, "little").ljust(4, b"\0")
+            )
+        if request[0] == 0x80:
+            return b""
         size = 4 - (request[0] >> 2 & 3)
         value = int.from_bytes(request[4 : 4 + size], "little")
         self.writes.append((index, sub, value))
@@ -187,7 +194,7 @@ class FakeBus(can.BusABC):
 
 
 class FakeClock:
-    """Time that moves by one period per SYNC; answers are awaited for three empty reads."""
+    """Time that moves by one period per SYNC; answers are awaited for sixty reads."""
 
     def __init__(self, period=0.01, inline=True):
         self.period = period
@@ -201,7 +208,7 @@ class FakeClock:
 
     def sync(self):
         self.time += self.period
-        self.reads = 3
+        self.reads = 60
         return self.time
 
     def remaining(self):
@@ -230,11 +237,15 @@ def wheel_encoder(channel, node, **changes):
 
 def one_truck(encoders=None, drives=(), period=0.01):
     encoders = encoders or (wheel_encoder("a.left", 1), wheel_encoder("a.right", 2))
-    return VehicleParameters("one", {"a": Truck(0.34, 0.15, 0.15)}, None, Bus(500_000, period), encoders, drives)
+    return VehicleParameters(
+        "one", {"a": Truck(0.34, 0.15, 0.15)}, None, Bus(500_000, period), encoders, drives
+    )
 
 
 def two_trucks():
-    wheels = [wheel_encoder(name, node) for node, name in enumerate(("a.left", "a.right", "b.left", "b.right"), 1)]
+    wheels = [
+        wheel_encoder(name, node) for node, name in enumerate(("a.left", "a.right", "b.left", "b.right"), 1)
+    ]
     joints = [wheel_encoder(name, node) for node, name in enumerate(("joint_a", "joint_b"), 5)]
     link = wheel_encoder("link", 7, counts_per_turn=None, counts_per_metre=10000)
     trucks = {"a": Truck(0.34, 0.15, 0.15), "b": Truck(0.34, 0.15, 0.15)}
@@ -262,7 +273,12 @@ class Kit:
 
 
 @pytest.fixture
-def kit(monkeypatch):
-    """Fakes, and SDO time-outs that do not make a test wait."""
-    monkeypatch.setattr(PumpedSdoClient, "RESPONSE_TIMEOUT", 0.002)
+def kit():
+    """Fakes to build with."""
     return Kit()
+
+
+@pytest.fixture
+def _impatient(monkeypatch):
+    """SDO time-outs that are over at once, for tests in which a node is silent."""
+    monkeypatch.setattr(PumpedSdoClient, "RESPONSE_TIMEOUT", 0.0)

@@ -19,7 +19,9 @@ def encoder(column):
 
 
 TRUCKS = {"a": Truck(0.34, 0.15, 0.15), "b": Truck(0.34, 0.15, 0.15)}
-VEHICLE = VehicleParameters("v", TRUCKS, Linkage(1.0), Bus(500_000, 0.015), tuple(encoder(i) for i in range(7)))
+VEHICLE = VehicleParameters(
+    "v", TRUCKS, Linkage(1.0), Bus(500_000, 0.015), tuple(encoder(i) for i in range(7))
+)
 COB_IDS = [one.cob_id for one in VEHICLE.encoders]
 
 
@@ -165,7 +167,10 @@ def test_a_restart_rebases_wheels_and_not_joints():
     assert sample.counts[0] == 1010
     assert sample.counts[1] == 1020
     assert sample.counts[4] == 1020
-    assert [(gap.channel, gap.reason) for gap in assembler.gaps] == [("a.left", "reboot"), ("joint_a", "reboot")]
+    assert [(gap.channel, gap.reason) for gap in assembler.gaps] == [
+        ("a.left", "reboot"),
+        ("joint_a", "reboot"),
+    ]
 
 
 def test_a_restarted_wheel_goes_on_from_its_new_zero():

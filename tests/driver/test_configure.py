@@ -81,6 +81,7 @@ def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit):
     assert device.objects[0x1800, 1][0] >> 31
 
 
+@pytest.mark.usefixtures("_impatient")
 def test_nobody_there_names_node_and_channels(kit):
     with pytest.raises(NodeMissing, match=r"a\.left") as caught:
         configure(kit, None)
@@ -161,7 +162,9 @@ def test_a_mapping_that_the_device_refuses_is_explained(kit):
 
 def test_a_value_that_does_not_stay_is_an_error(kit):
     device = kit.encoder_device(1)
-    device.on_write = lambda index, sub, _value: device.put(0x1800, 2, 254, 1) if (index, sub) == (0x1800, 2) else None
+    device.on_write = lambda index, sub, _value: (
+        device.put(0x1800, 2, 254, 1) if (index, sub) == (0x1800, 2) else None
+    )
     with pytest.raises(NotTaken) as caught:
         configure(kit, device)
     assert (caught.value.wrote, caught.value.reads) == (1, 254)
@@ -262,7 +265,9 @@ def test_an_overload_is_refused_before_anything_is_sent(kit):
 
 
 def test_the_report_has_a_row_for_everything(kit):
-    driver = Driver(kit.one_truck(), kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), clock=kit.Clock())
+    driver = Driver(
+        kit.one_truck(), kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), clock=kit.Clock()
+    )
     report = driver.configure()
     rows = report.rows()
     assert rows[0][2] == "load"

@@ -65,7 +65,11 @@ def test_a_good_file_needs_no_remark(tmp_path):
             "AccessType=ro\nAccessType=rw",
             "line 9: AccessType stands twice in its section; the second one is ignored",
         ),
-        ("[1000]", "[DeviceInfo]\nX=1\n[1000]", "line 4: section [DeviceInfo] stands twice; the second one is ignored"),
+        (
+            "[1000]",
+            "[DeviceInfo]\nX=1\n[1000]",
+            "line 4: section [DeviceInfo] stands twice; the second one is ignored",
+        ),
     ],
 )
 def test_each_repair_is_told_with_its_line(tmp_path, old, new, remark):
@@ -87,14 +91,17 @@ def test_missing_dummies_are_added(tmp_path):
 
 
 def test_keys_in_other_case_are_understood(tmp_path):
-    assert load(tmp_path, GOOD.replace("ParameterName", "parametername")).dictionary[0x1000].name == "Device type"
+    assert (
+        load(tmp_path, GOOD.replace("ParameterName", "parametername")).dictionary[0x1000].name
+        == "Device type"
+    )
 
 
 @pytest.mark.parametrize("text", ["[1000]\nObjectType=0x7\n", "\0\1\2", "[1018sub1]\nParameterName=x\n"])
 def test_what_is_no_eds_is_an_error_that_names_the_file(tmp_path, text):
     path = tmp_path / "bad.eds"
     path.write_text(text)
-    with pytest.raises(EdsError, match="bad.eds"):
+    with pytest.raises(EdsError, match=r"bad\.eds"):
         load_eds(path, 1)
 
 
