@@ -24,7 +24,7 @@ class Quiet:
 
 
 @pytest.fixture
-def replay(monkeypatch):
+def replay(kit, monkeypatch):
     """Put frames on a bus that falls silent behind them."""
     host = Quiet()
     monkeypatch.setattr(module, "time", host)
