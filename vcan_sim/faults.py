@@ -84,7 +84,7 @@ class Reboot(Fault):
     def end(self, device: Device, now: float) -> None:
         """Give the power back."""
         _disturb(device, now, off=False)
-        device.boot(now)
+        device.reset(now)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import socket
 import time
 from collections import deque
 from typing import TYPE_CHECKING
@@ -51,11 +52,22 @@ class _Client(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Follow the client's commands; one that is malformed ends the connection."""
+        self._acknowledge()
         try:
             for command in self._reader.feed(data):
                 self._follow(command)
         except ProtocolError as error:
             self._refuse(error)
+
+    def _acknowledge(self) -> None:
+        """Acknowledge at once, where the system can; it does so once for each time that it is asked.
+
+        Clients that leave Nagle's algorithm on hold a frame back until the one before is acknowledged,
+        40 ms later; python-can's player has closed its connection by then, and its last frame is lost.
+        """
+        if self._transport is not None and hasattr(socket, "TCP_QUICKACK"):
+            connection = self._transport.get_extra_info("socket")
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
 
     def connection_lost(self, _exc: Exception | None) -> None:
         """Forget the client."""

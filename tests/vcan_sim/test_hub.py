@@ -115,6 +115,19 @@ def test_nothing_is_lost_or_reordered_flat_out(hub):
         assert read(receiver, len(sent)) == sent
 
 
+@pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="this system cannot acknowledge at once")
+def test_the_last_frame_of_a_client_that_closes_at_once_without_reading_is_not_lost(hub):
+    with hub.client() as listener:
+        for _ in range(5):
+            with can.Bus("can0", interface="socketcand", host="127.0.0.1", port=hub.port) as player:
+                player.send(frame(0x080))  # the answer stays unread
+                assert read(listener, 2)[1][0] == 0x181
+                player.send(frame(0x123, b"\x01"))
+                assert read(listener) == [(0x123, b"\x01", False)]
+                player.send(frame(0x123, b"\x02"))
+            assert read(listener) == [(0x123, b"\x02", False)]
+
+
 def test_a_client_that_joins_a_busy_bus_still_shakes_hands(hub):
     with hub.client() as sender:
         stop = threading.Event()

@@ -108,8 +108,10 @@ def test_6200h_and_the_event_timer_of_tpdo1_are_one(bench):
 def test_a_wheels_counter_starts_from_0_after_a_reset_but_a_joint_knows_its_angle(bench):
     bench.plant.counts = (123,) * 4 + (9000, 9000, 5000)
     bench.sync()
+    assert bench.read(1, 0x6004) == 123
     bench.nmt(0x81)
     assert bench.read(1, 0x6004) == 0
+    assert bench.read(1, 0x6509) == 0  # nobody has preset it
     assert bench.read(5, 0x6004) == 9000
     assert bench.read(7, 0x6004) == 5000
 

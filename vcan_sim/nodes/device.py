@@ -131,13 +131,17 @@ class Device:
     # NMT
 
     def boot(self, now: float) -> None:
-        """Start from power-on: everything at its default, the boot-up message, pre-operational."""
+        """Start for the first time: everything at its default, the boot-up message, pre-operational."""
         self.now = now
-        self.reset_application()
         self._restart(_LAST_OBJECT)
 
+    def reset(self, now: float) -> None:
+        """Start again, as NMT's reset node or the return of the power does."""
+        self.reset_application()
+        self.boot(now)
+
     def switch_off(self, now: float) -> None:
-        """Stop as without power; `boot` starts it again."""
+        """Stop as without power; `reset` starts it again."""
         self.now = now
         self.reset_application()
         self._enter(NmtState.STOPPED)
@@ -167,7 +171,7 @@ class Device:
         if self.transmitter.disturbance.off:
             return
         if command == 0x81:
-            self.boot(now)
+            self.reset(now)
         elif command == 0x82:
             self._enter(NmtState.STOPPED)
             self._restart(_LAST_COMMUNICATION_OBJECT)

@@ -48,12 +48,13 @@ class Sensor:
         self._units = self._resolution = 1
         self._range = self._full_range
         self._plain = True
+        self._origin = 0  # of a counter that started from 0 after a reset
         self.offset = 0
 
     def position(self) -> int:
         """Return the position value [counts] at the last SYNC."""
         counts = self._latch.counts[self._column]
-        return counts if self._plain else self._wrapped(self._measured(counts) + self.offset)
+        return counts if self._plain else self._wrapped(self._measured(counts) + self._origin + self.offset)
 
     def speed(self) -> int:
         """Return the speed over the last SYNC period [counts/s], saturated at 16 bits."""
@@ -66,7 +67,7 @@ class Sensor:
 
     def preset(self, value: int) -> None:
         """Make the present position `value` [counts]."""
-        self.offset = value - self._measured(self._latch.counts[self._column])
+        self.offset = value - self._origin - self._measured(self._latch.counts[self._column])
         self._note_plain()
 
     def configure(self, direction: int, units: int, resolution: int, total: int) -> None:
@@ -80,7 +81,7 @@ class Sensor:
         self._direction = self._units = self._resolution = 1
         self._range = self._full_range
         if self._volatile:
-            self.offset = -self._measured(self._latch.counts[self._column])
+            self.offset, self._origin = 0, -self._measured(self._latch.counts[self._column])
         self._note_plain()
 
     def _measured(self, counts: int) -> int:
@@ -91,4 +92,4 @@ class Sensor:
 
     def _note_plain(self) -> None:
         scaled = self._units != self._resolution or self._range != self._full_range
-        self._plain = not (self.offset or scaled) and self._direction == 1
+        self._plain = not (self._origin or self.offset or scaled) and self._direction == 1
