@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vehicle.parameters import VehicleParameters
     from vehicle.recording import GapReason
 
+TRUSTED_AFTER = 100  # SYNCs in a row with an answer, after a miss, before it is waited for at length again
 SILENT_AFTER = 3  # SYNCs in a row without an answer, before it is called silence and not waited for
 MAX_GAPS = 10_000
 MAX_SKIP = 100_000  # SYNCs; a longer pause says nothing about where a counter may be
@@ -56,7 +57,8 @@ class Assembler:
         self._absent = (math.nan,) * width
         self._nothing = (False,) * width
         self._waiting: set[int] = set()
-        self._awaited = set(self.pdos)
+        self._hoped: set[int] = set()
+        self._awaited, self._doubtful = set(self.pdos), set[int]()
         self._held: set[int] = set()
         self._present = list(self._nothing)
         self._device_time, self._arrival_time = list(self._absent), list(self._absent)
@@ -66,13 +68,16 @@ class Assembler:
 
     @property
     def is_complete(self) -> bool:
-        """Whether every PDO has answered that is not silent."""
+        """Whether every PDO has answered that used to do so."""
         return not self._waiting
 
     @property
     def is_settled(self) -> bool:
-        """Whether no frame is held that may prove to be a late one."""
-        return not self._held
+        """Whether nothing is hoped for either: PDOs that missed a SYNC lately, or a second frame.
+
+        Waiting a little may bring them; waiting long for each would slow every sample down.
+        """
+        return not (self._held or self._hoped)
 
     def expect_length(self, cob_id: int, length: int) -> None:
         """Expect exactly so many bytes, after the mapping has been read from the device."""
@@ -83,6 +88,7 @@ class Assembler:
         """Open sample number `index` at the time of its SYNC [s]."""
         self._index, self._time, self.is_open = index, time, True
         self._waiting = self._awaited.copy()
+        self._hoped = self._doubtful.copy()
         self._present[:] = self._nothing
         self._device_time[:] = self._absent
         self._arrival_time[:] = self._absent
@@ -101,6 +107,7 @@ class Assembler:
             pdo.counts.wrong_length += 1
             pdo.heard = True
             self._waiting.discard(cob_id)
+            self._hoped.discard(cob_id)
         elif pdo.answered:
             pdo.counts.duplicate += 1
         elif not self.is_open:
@@ -109,7 +116,7 @@ class Assembler:
             pdo.held = (int.from_bytes(data, "little"), device_time, arrival_time)
             pdo.heard = True
             self._held.add(cob_id)
-            self._waiting.discard(cob_id)
+            self._hoped.discard(cob_id)
         else:
             if pdo.held is not None:
                 self._late(pdo)
@@ -120,12 +127,13 @@ class Assembler:
         pdo.counts.missing -= pdo.owes
         pdo.owes, pdo.held, pdo.heard = False, None, True
         self._held.discard(pdo.cob_id)
-        self._awaited.add(pdo.cob_id)
+        self._doubt(pdo)
 
     def _accept(self, pdo: Pdo, word: int, device_time: float, arrival_time: float) -> None:
         pdo.answered = pdo.heard = True
         pdo.counts.received += 1
         self._waiting.discard(pdo.cob_id)
+        self._hoped.discard(pdo.cob_id)
         for field in pdo.fields:
             column = field.column
             if self._counters[column].step(field.decode(word)):
@@ -145,7 +153,7 @@ class Assembler:
         for pdo in self.pdos.values():
             if not pdo.answered:
                 self._missed(pdo)
-            elif pdo.misses:
+            elif pdo.cob_id in self._doubtful or pdo.misses:
                 self._answers_again(pdo)
         present = tuple(self._present)
         self._follow_gaps(present)
@@ -172,6 +180,7 @@ class Assembler:
         for pdo in self.pdos.values():
             if pdo.node == node:
                 pdo.owes = False
+                self._doubtful.discard(pdo.cob_id)
                 self._awaited.add(pdo.cob_id)
 
     def skip(self, syncs: int) -> None:
@@ -193,13 +202,25 @@ class Assembler:
             pdo.counts.missing += 1
             pdo.owes = True
         pdo.misses += 1
+        self._doubt(pdo)
+        if pdo.misses >= SILENT_AFTER and not pdo.heard:
+            self._doubtful.discard(pdo.cob_id)
         if pdo.misses == SILENT_AFTER:
-            self._awaited.discard(pdo.cob_id)
             names = ", ".join(pdo.channels)
-            self.events.add(self._time, pdo.node, f"{names}: no answer to SYNC; not waited for")
+            self.events.add(self._time, pdo.node, f"{names}: no valid answer to SYNC")
+
+    def _doubt(self, pdo: Pdo) -> None:
+        """Hope for a PDO only, until it has answered many times in a row."""
+        pdo.answers = 0
+        self._awaited.discard(pdo.cob_id)
+        self._doubtful.add(pdo.cob_id)
 
     def _answers_again(self, pdo: Pdo) -> None:
-        self._awaited.add(pdo.cob_id)
+        self._doubtful.add(pdo.cob_id)
+        pdo.answers += 1
+        if pdo.answers >= TRUSTED_AFTER:
+            self._doubtful.discard(pdo.cob_id)
+            self._awaited.add(pdo.cob_id)
         if pdo.misses >= SILENT_AFTER:
             names = ", ".join(pdo.channels)
             self.events.add(self._time, pdo.node, f"{names}: answers SYNC again after {pdo.misses} without")

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from vehicle.parameters import VehicleParameters
     from vehicle.sample import Sample
 
-SETTLE = 0.01  # [s] of host time in which a second frame may show that the first was a late one
+SETTLE = 0.01  # [s] of host time for PDOs that are only hoped for
 MAX_DRAIN = 20_000  # frames read before a SYNC; more than two seconds of a full 1 Mbit/s bus
 FIRST_DELAY, LONGEST_DELAY = 0.1, 5.0  # [s] before a lost bus is opened again
 WATCHED_OBJECTS = (0x6509, 0x650B)  # that tell of a preset or a swapped encoder

@@ -60,6 +60,7 @@ class Drives:
         watchdog: float,
     ) -> None:
         self.is_enabled = False
+        self._is_alive = False  # our heartbeat has begun, and the drives watch it
         self.reason = "enable() has not been called"
         self.speeds = (0.0,) * len(vehicle.wheels)
         self.limited = 0
@@ -82,6 +83,7 @@ class Drives:
         """
         if not self._drives:
             raise NotEnabled("vehicle.toml states no [[drive]] for each wheel")
+        self._is_alive = True
         self._heartbeat()
         nodes = tuple(self._prepare(drive) for drive in self._drives)
         for drive in self._drives:
@@ -117,7 +119,7 @@ class Drives:
         Raises:
             BusLost: the interface failed.
         """
-        if not self.is_enabled:
+        if not self._is_alive:
             return
         if now - self._commanded > self._watchdog and any(self.speeds):
             self._events.add(now, None, f"no command for {self._watchdog:g} s: wheels stopped")
@@ -130,7 +132,7 @@ class Drives:
 
     def stop(self) -> None:
         """Command speed zero, at any time; a bus that is gone is noted, and the drives' own watchdogs act."""
-        if not self.is_enabled:
+        if not self._is_alive:
             return
         try:
             self._send_all((0.0,) * len(self._drives))
@@ -139,10 +141,11 @@ class Drives:
 
     def disable(self) -> None:
         """Stop, and take the torque away; what fails is noted."""
-        if not self.is_enabled:
+        if not self._is_alive:
             return
         self.stop()
-        self.is_enabled, self.reason = False, "they were disabled"
+        self._is_alive = self.is_enabled = False
+        self.reason = "they were disabled"
         for drive in self._drives:
             try:
                 disable_drive(self._sdo_of(drive.node))

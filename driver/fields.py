@@ -85,6 +85,7 @@ class Pdo:
         owes: it missed a SYNC, so that the next frame may be the late answer to that one.
         held: content and times of such a frame, until the sample closes or a second frame tells.
         misses: SYNCs in a row without an answer.
+        answers: SYNCs in a row with an answer, since the last miss.
     """
 
     cob_id: int
@@ -99,6 +100,7 @@ class Pdo:
     owes: bool = False
     held: tuple[int, float, float] | None = None
     misses: int = 0
+    answers: int = 0
 
 
 def pdos_of(vehicle: VehicleParameters, counts: dict[int, NodeCounts]) -> dict[int, Pdo]:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from vehicle.sample import Sample
 
 INTERVAL = 0.5  # [s] between two looks
-MOVED = 0.05  # [m] in one interval that is no rocking on the spot
+MOVED = 0.01  # [m] in one interval: many counts of any encoder
 
 
 class FrozenWatch:

@@ -112,7 +112,7 @@ class Supervision:
     def check(self, now: float) -> None:
         """Find the nodes whose heartbeat is overdue at a time [s]."""
         for state in self.nodes.values():
-            if state.timeout is None or state.heard is None or state.is_lost:
+            if not state.is_running or state.timeout is None or state.heard is None or state.is_lost:
                 continue
             if now - state.heard > state.timeout:
                 state.is_lost = True

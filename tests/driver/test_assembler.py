@@ -128,16 +128,34 @@ def test_a_silent_node_is_not_waited_for_until_it_is_heard():
     assembler.begin(3, 0.045)
     answer(assembler, 5, COB_IDS[1:])
     assert assembler.is_complete
+    assert assembler.is_settled
     answer(assembler, 5, COB_IDS[:1])
     assembler.close()
     assembler.begin(4, 0.06)
     answer(assembler, 5, COB_IDS[1:])
-    assert not assembler.is_complete
+    assert not assembler.is_settled
     words = [event.what for event in assembler.events.all()]
     assert words == [
-        "a.left: no answer to SYNC; not waited for",
+        "a.left: no valid answer to SYNC",
         "a.left: answers SYNC again after 3 without",
     ]
+
+
+def test_a_node_that_missed_a_sync_is_only_hoped_for_until_it_is_trusted_again():
+    """Each wait for a node that often misses would cost the whole window."""
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 5, COB_IDS[1:])
+    for index in range(1, 101):
+        assembler.begin(index, 0.015 * index)
+        answer(assembler, 5, COB_IDS[1:])
+        assert assembler.is_complete
+        assert not assembler.is_settled
+        answer(assembler, 5, COB_IDS[:1])
+        assert assembler.is_settled or index == 1
+        assembler.close()
+    assembler.begin(101, 1.515)
+    answer(assembler, 5, COB_IDS[1:])
+    assert not assembler.is_complete
 
 
 def test_a_gap_tells_the_last_and_the_first_good_sample():
