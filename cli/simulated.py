@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING
 
-import can
-
 from driver.clock import SyncClock
 from driver.driver import Driver
 from driver.recorder import Recorder
+from vcan_sim.lockstep import LockstepBus, QuickBus
 from vcan_sim.plant import Plant
 from vcan_sim.simulated_vehicle import SimulatedVehicle
 
@@ -62,14 +61,12 @@ def simulated_robot(
     channel = f"omnimate-{next(_channels)}"
     plant = Plant(truth, vehicle)
     with (
-        can.Bus(interface="virtual", channel=channel) as bus,
+        QuickBus(channel) as theirs,
+        LockstepBus(channel) as ours,
         Recorder(folder, vehicle, protocol=program.protocol, side=program.side) as recorder,
     ):
-        simulated = SimulatedVehicle(vehicle, plant, bus, faults=faults)
-        simulated.start()
-        try:
-            clock = SyncClock(vehicle.bus.sync_period)
-            with Driver(vehicle, f"virtual://{channel}", clock=clock, recorder=recorder) as driver:
-                yield SimulatedRobot(driver, recorder, plant)
-        finally:
-            simulated.stop()
+        simulated = SimulatedVehicle(vehicle, plant, theirs, faults=faults)
+        ours.answer = simulated.poll
+        clock = SyncClock(vehicle.bus.sync_period)
+        with Driver(vehicle, ours, clock=clock, recorder=recorder) as driver:
+            yield SimulatedRobot(driver, recorder, plant)

@@ -78,6 +78,7 @@ def drive(
         if all(sample.present):
             seen = sample.time
         if sample.time - seen > BLIND:
+            runner.halt()
             robot.command(standing)
             yield Moment(sample, pose, runner.lap)
             continue
