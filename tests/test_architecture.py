@@ -10,16 +10,17 @@ MAY_IMPORT = {
     "vehicle": set(),
     "motion": {"vehicle"},
     "driver": {"vehicle"},
-    "calib": {"vehicle"},
+    "ipec": {"vehicle"},
+    "calib": {"ipec", "vehicle"},
     "vcan_sim": {"motion", "vehicle"},
-    "cli": {"vehicle", "motion", "driver", "calib", "vcan_sim"},
+    "cli": {"vehicle", "motion", "driver", "calib", "ipec", "vcan_sim"},
 }
 ONLY_IN = {
     "canopen": {"driver", "vcan_sim"},
     "typer": {"cli"},
     "rich": {"cli"},
     "matplotlib": {"cli"},
-    "numba": {"motion", "vcan_sim"},
+    "numba": {"ipec", "motion", "vcan_sim"},
 }
 FILES = sorted(path for room in MAY_IMPORT for path in (ROOT / room).rglob("*.py"))
 
