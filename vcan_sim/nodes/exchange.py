@@ -68,9 +68,10 @@ class PdoExchange:
     def send_events(self, now: float, *, on_sync: bool = False) -> None:
         """Send event-driven PDOs whose data have changed; those of type 0 only with SYNC."""
         for tpdo in self._events:
-            if (tpdo.kind or on_sync) and tpdo.wants_event(now):
-                self._transmit(tpdo, now)
-        self._reschedule()
+            if (tpdo.kind or on_sync) and tpdo.pack() != tpdo.data:
+                if tpdo.may_send(now):
+                    self._transmit(tpdo, now)
+                self._reschedule()
 
     def receive(self, rpdo: Rpdo, data: bytes, now: float) -> None:
         """Take an RPDO in, at once or with the next SYNC; a wrong length is refused with EMCY 8210h."""

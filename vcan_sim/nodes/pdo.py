@@ -90,10 +90,8 @@ class Tpdo:
         else:
             self.due = math.inf
 
-    def wants_event(self, now: float) -> bool:
+    def may_send(self, now: float) -> bool:
         """Return whether changed data may go out now; within the inhibit time they wait until its end."""
-        if self.pack() == self.data:
-            return False
         if now - self.sent >= self.inhibit - 1e-9:
             return True
         self.due = min(self.due, self.sent + self.inhibit)
