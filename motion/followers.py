@@ -6,9 +6,9 @@ Both work from truck a's speed and from what the linkage reads, and return b's s
 
 import math
 
-from motion.compiled import compiled
 from motion.records import Settings, State
 from motion.steering import wrap
+from vehicle.compiled import compiled
 
 LENGTH_GAIN = 1.0  # [1/s] slider error that is driven out per second
 FACING_GAIN = 2.0  # [1/s] turn rate per radian that b faces beside a, loosely

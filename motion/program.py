@@ -10,8 +10,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from motion.compiled import Record, layout
 from motion.errors import ProgramError
+from vehicle.compiled import Record, layout
 from vehicle.recording import Direction
 
 Follower = Literal["car", "parallel"]

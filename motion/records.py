@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from motion.compiled import Array
+from vehicle.compiled import Array
 
 
 class Settings:

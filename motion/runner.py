@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motion.compiled import Record, record
 from motion.records import Settings, State
 from motion.stepping import step
+from vehicle.compiled import Record, record
 
 if TYPE_CHECKING:
     from motion.program import Program

@@ -6,8 +6,8 @@ is reached. Steering acts per metre of travel, so that a slow truck turns slowly
 
 import math
 
-from motion.compiled import compiled
 from motion.records import Settings
+from vehicle.compiled import compiled
 
 Steer = tuple[float, float, bool]
 

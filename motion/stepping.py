@@ -2,12 +2,12 @@
 
 import math
 
-from motion.compiled import Array, Record, compiled
 from motion.followers import follow_like_car, keep_formation
 from motion.limits import drive_truck, stopped
 from motion.program import ARC, GOTO, HERE, LINE, PASS, REST, TURN, WORLD, Row
 from motion.records import Settings, State
 from motion.steering import Steer, steer_arc, steer_line, steer_past, steer_turn, wrap
+from vehicle.compiled import Array, Record, compiled
 
 CLOSE = 0.005  # [m] from its goal a truck need not drive there
 

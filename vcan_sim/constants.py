@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motion.compiled import Record, layout, record
 from vcan_sim.records import Constants, Obstacle
+from vehicle.compiled import Record, layout, record
 from vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:

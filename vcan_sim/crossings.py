@@ -2,8 +2,8 @@
 
 import math
 
-from motion.compiled import compiled
 from vcan_sim.records import Constants, Obstacle, State
+from vehicle.compiled import compiled
 
 
 @compiled

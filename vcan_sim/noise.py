@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from motion.compiled import compiled
+from vehicle.compiled import compiled
 
 FLOOR, SONAR = range(2)  # streams; truck b's begin at STREAMS
 STREAMS = 2

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from motion.compiled import Array, IntArray, Record, compiled, record
 from vcan_sim.signal_path import advance_arc
+from vehicle.compiled import Array, IntArray, Record, compiled, record
 from vehicle.parameters import CHANNELS
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motion.compiled import record
 from vcan_sim.constants import constants_of, obstacles_of
 from vcan_sim.noise import SONAR, STREAMS, normal_pair
 from vcan_sim.records import State
 from vcan_sim.signal_path import advance, begin_lap, couple, read_linkage, read_wheels
+from vehicle.compiled import record
 from vehicle.parameters import CHANNELS
 from vehicle.se2 import Array, compose
 

@@ -5,7 +5,7 @@ Wheels stand in the order of `WHEELS`, counts in that of `CHANNELS`; truck a is 
 
 from typing import Annotated
 
-from motion.compiled import Array, IntArray
+from vehicle.compiled import Array, IntArray
 
 
 class Constants:

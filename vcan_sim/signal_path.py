@@ -6,10 +6,10 @@ the stage before left in the state. Wheels stand in the order of `WHEELS`, count
 
 import math
 
-from motion.compiled import Array, Record, compiled
 from vcan_sim.crossings import lose_travel
 from vcan_sim.noise import FLOOR, STREAMS, normal_pair
 from vcan_sim.records import Constants, State
+from vehicle.compiled import Array, Record, compiled
 from vehicle.odometry import advance as advance_pose
 
 advance_arc = compiled(advance_pose)

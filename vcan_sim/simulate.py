@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motion.compiled import Array, IntArray, Record, compiled
 from motion.journal import Journal
 from motion.runner import Runner
 from motion.stepping import step
@@ -12,6 +11,7 @@ from vcan_sim.errors import EndStopError, SimulationError
 from vcan_sim.onboard import odometry_of, see
 from vcan_sim.plant import Plant
 from vcan_sim.signal_path import advance
+from vehicle.compiled import Array, IntArray, Record, compiled
 from vehicle.parameters import CHANNELS
 from vehicle.recording import Recording
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from motion.compiled import record
 from motion.followers import follow_like_car, keep_formation
 from motion.records import Settings, State
 from motion.stepping import sense
+from vehicle.compiled import record
 from vehicle.linkage import linkage_of
 from vehicle.odometry import advance
 

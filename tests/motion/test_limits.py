@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motion.compiled import record
 from motion.limits import drive_truck, stopped
 from motion.records import Settings, State
+from vehicle.compiled import record
 
 
 def robot():

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import numpy as np
 
-from motion import compiled as module
-from motion.compiled import Array, IntArray, compiled, layout, record
+from vehicle import compiled as module
+from vehicle.compiled import Array, IntArray, compiled, layout, record
 
 
 class Fields:

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Record = NDArray[np.void]
 
+COMPILING_ROOMS = ("vehicle", "motion", "ipec", "vcan_sim")
+
 Function = TypeVar("Function", bound="Callable[..., object]")
 
 
@@ -35,12 +37,12 @@ def compiled(function: Function) -> Function:
 
 @lru_cache
 def _forget_stale(room: Path) -> None:
-    """Drop what was compiled before any source of this room or of `motion` changed.
+    """Drop what was compiled in a room before any source of the rooms that compile changed.
 
     numba compares the date of a function's own file only, not of the files whose functions it calls.
     """
-    sources = [*room.glob("*.py"), *Path(__file__).parent.glob("*.py")]
-    newest = max(source.stat().st_mtime for source in sources)
+    rooms = {room, *(Path(__file__).parents[1] / name for name in COMPILING_ROOMS)}
+    newest = max(source.stat().st_mtime for one in rooms for source in one.glob("*.py"))
     for index in (room / "__pycache__").glob("*.nbi"):
         if index.stat().st_mtime < newest:
             index.unlink(missing_ok=True)
