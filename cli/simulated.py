@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import count
 from typing import TYPE_CHECKING
 
 from driver.clock import SyncClock
 from driver.driver import Driver
 from driver.recorder import Recorder
-from vcan_sim.lockstep import LockstepBus, QuickBus
+from vcan_sim.coupled_bus import CoupledBus
 from vcan_sim.plant import Plant
-from vcan_sim.simulated_vehicle import SimulatedVehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -22,8 +20,6 @@ if TYPE_CHECKING:
     from vcan_sim.faults import Fault
     from vcan_sim.truth import Truth
     from vehicle.parameters import VehicleParameters
-
-_channels = count()
 
 
 @dataclass(frozen=True)
@@ -49,7 +45,7 @@ def simulated_robot(
     program: Program,
     faults: Iterable[Fault] = (),
 ) -> Iterator[SimulatedRobot]:
-    """Open a virtual bus with a simulated vehicle on it and the driver, as fast as it goes.
+    """Open a virtual bus with a simulated vehicle on it and the driver, as fast as they go.
 
     Args:
         vehicle: as its owner believes it to be.
@@ -58,15 +54,10 @@ def simulated_robot(
         program: whose protocol and side stand in `run.toml`.
         faults: of the devices.
     """
-    channel = f"omnimate-{next(_channels)}"
     plant = Plant(truth, vehicle)
     with (
-        QuickBus(channel) as theirs,
-        LockstepBus(channel) as ours,
+        CoupledBus(vehicle, plant, faults) as bus,
         Recorder(folder, vehicle, protocol=program.protocol, side=program.side) as recorder,
+        Driver(vehicle, bus, clock=SyncClock(vehicle.bus.sync_period), recorder=recorder) as driver,
     ):
-        simulated = SimulatedVehicle(vehicle, plant, theirs, faults=faults)
-        ours.answer = simulated.poll
-        clock = SyncClock(vehicle.bus.sync_period)
-        with Driver(vehicle, ours, clock=clock, recorder=recorder) as driver:
-            yield SimulatedRobot(driver, recorder, plant)
+        yield SimulatedRobot(driver, recorder, plant)

@@ -20,9 +20,8 @@ SYNC_INTERVAL = 0.5  # [s] between two requests to the disk
 class CandumpWriter:
     """Writes frames as candump prints them.
 
-    Every frame is handed to the operating system at once, so that the end of this process loses nothing;
-    a thread of its own asks for it to be put on disk, so that the end of the machine loses
-    `sync_interval` at most. In a `.gz` file that interval also bounds what the end of the process loses.
+    A thread of its own puts what was written on disk every `sync_interval`, also while the bus is silent;
+    the end of the process or of the machine loses that much at most.
 
     Attributes:
         path: of the file.
@@ -39,7 +38,7 @@ class CandumpWriter:
         """
         self.path = Path(path)
         self.form = form
-        self._disk = self.path.open("wb", buffering=0)
+        self._disk = self.path.open("wb")
         self._file: BinaryIO = self._disk
         if self.path.suffix == ".gz":
             self._file = cast("BinaryIO", gzip.GzipFile("", "wb", fileobj=self._disk))
@@ -73,6 +72,7 @@ class CandumpWriter:
             if self._disk.closed:
                 return
             self._file.flush()
+            self._disk.flush()
             handle = os.dup(self._disk.fileno())
         try:
             os.fsync(handle)  # may take long: nobody waits for it

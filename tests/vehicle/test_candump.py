@@ -21,9 +21,10 @@ def write(path, **options):
     return writer
 
 
-def test_a_frame_is_in_the_file_as_soon_as_it_is_written(tmp_path):
+def test_a_frame_is_in_the_file_once_it_is_synced_without_closing_it(tmp_path):
     writer = CandumpWriter(tmp_path / "can.log", sync_interval=3600.0)
     writer.write(1700000000.00025, 0x181, b"\x00\x10")
+    writer.sync()
     assert (tmp_path / "can.log").read_bytes() == b"(1700000000.000250) can0 181#0010\n"
     writer.write(1700000001.0, 0x701, flags=REMOTE, length=1, channel="can1")
     assert (tmp_path / "can.log").read_bytes().endswith(b"(1700000001.000000) can1 701#R1\n")
