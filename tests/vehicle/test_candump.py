@@ -27,6 +27,7 @@ def test_a_frame_is_in_the_file_once_it_is_synced_without_closing_it(tmp_path):
     writer.sync()
     assert (tmp_path / "can.log").read_bytes() == b"(1700000000.000250) can0 181#0010\n"
     writer.write(1700000001.0, 0x701, flags=REMOTE, length=1, channel="can1")
+    writer.sync()
     assert (tmp_path / "can.log").read_bytes().endswith(b"(1700000001.000000) can1 701#R1\n")
     writer.close()
 
