@@ -58,6 +58,12 @@ class Runner:
         self.state["lap"] = -1
         self._wheels = np.zeros(len(vehicle.wheels))
         self._linked = vehicle.linkage is not None
+        self._load()
+
+    def _load(self) -> None:
+        """Take a step with a copy of the state, so that the first one on a robot need not load code."""
+        step(self.rows, self.settings, self.state.copy(), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), self._wheels)
+        self._wheels[:] = 0.0
 
     def step(self, pose_a: PoseTuple, link: PoseTuple | None = None) -> tuple[float, ...]:
         """Return the wheel speeds [rad/s], in the order of `vehicle.wheels`, until the next sample.
