@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from driver.events import EventLog
 from driver.fields import NodeCounts, Pdo, pdos_of
+from vehicle.bridging import Bridges
 from vehicle.counters import Counter, counter_law
 from vehicle.recording import Gap
 from vehicle.sample import Sample
@@ -54,6 +55,7 @@ class Assembler:
         self._index, self._time = 0, 0.0
         width = len(vehicle.channels)
         self._counters = [Counter(counter_law(encoder, vehicle)) for encoder in vehicle.encoders]
+        self._bridges = Bridges(vehicle)
         self._absent = (math.nan,) * width
         self._nothing = (False,) * width
         self._waiting: set[int] = set()
@@ -156,6 +158,7 @@ class Assembler:
             elif pdo.cob_id in self._doubtful or pdo.misses:
                 self._answers_again(pdo)
         present = tuple(self._present)
+        self._bridges.follow(self._counters, self._present)
         self._follow_gaps(present)
         return Sample(
             self._index,

@@ -197,12 +197,17 @@ class Driver:
         self._monitor.check(at)
 
     def _collect(self) -> None:
-        """Read the bus until every awaited PDO has come or the window has ended."""
+        """Read the bus until all awaited PDOs have come, or the window is over and the bus is read out."""
         assembler, take, receive = self._monitor.assembler, self._monitor.take, self._link.receive
-        while not assembler.is_complete and (left := self._clock.remaining()) > 0.0:
-            message = receive(left)
+        for _ in range(MAX_DRAIN):
+            if assembler.is_complete:
+                break
+            left = self._clock.remaining()
+            message = receive(max(left, 0.0))
             if message is not None:
                 take(message, self._link.arrival)
+            elif left <= 0.0:
+                break
         end = time.monotonic() + SETTLE
         while (
             not assembler.is_settled and (left := min(end - time.monotonic(), self._clock.remaining())) > 0.0

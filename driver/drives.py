@@ -19,7 +19,7 @@ from driver.errors import (
 from driver.identity import Notes, check_identity
 from driver.link import NMT_PRE_OPERATIONAL, NMT_START
 from driver.mapping import Entry
-from driver.pdo import RPDO, TPDO, PdoSetting, read_pdos, write_pdo
+from driver.pdo import RPDO, TPDO, PdoSetting, read_pdos, switch_off, write_pdo
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from vehicle.parameters import Drive, VehicleParameters
 
 TARGET_VELOCITY = Entry(0x60FF, 0, 32)
+STATUS_INHIBIT = 1000  # [100 us] between two status words
+BY_EVENT = 254  # transmission types from here on are sent at every change
 STATUS_WORD = Entry(0x6041, 0, 16)
 ON_RECEPTION = 255  # transmission type: a target counts as soon as it comes
 REFRESH = 0.1  # [s] between two RPDOs of an unchanged command, and between two heartbeats of ours
@@ -221,6 +223,7 @@ class Drives:
                 continue
             if setting.entries[:1] == (STATUS_WORD,):
                 self._supervision.status_words[setting.cob_id] = sdo.node
+                _inhibit(sdo, setting, notes)
             else:
                 notes.remarks.append(f"{setting.in_words()}; its frames count as unknown")
 
@@ -238,6 +241,22 @@ def _is_right(setting: PdoSetting, drive: Drive) -> bool:
         and setting.transmission == ON_RECEPTION
         and setting.entries == (TARGET_VELOCITY,)
     )
+
+
+def _inhibit(sdo: Sdo, setting: PdoSetting, notes: Notes) -> None:
+    """Keep a status word that changes with every command from filling the bus; faults come by EMCY too."""
+    if setting.inhibit is None or setting.inhibit >= STATUS_INHIBIT or setting.transmission < BY_EVENT:
+        return
+    switch_off(sdo, setting)
+    try:
+        sdo.put(setting.base, 3, STATUS_INHIBIT)
+    except (SdoRefused, NotTaken) as error:
+        notes.remarks.append(f"inhibit time of {setting.name} stays: {error}")
+    else:
+        notes.changed.append(
+            f"inhibit time of {setting.name}: {setting.inhibit} to {STATUS_INHIBIT} x 100 us"
+        )
+    sdo.write(setting.base, 1, setting.raw)
 
 
 def _watch_us(sdo: Sdo, own_node: int, notes: Notes) -> None:

@@ -85,6 +85,12 @@ def test_a_late_answer_behind_the_next_sync_is_not_used(kit):
     assert driver.report().node(1).late == 1
 
 
+def test_answers_that_wait_in_the_queue_count_even_if_the_host_was_slow(kit):
+    driver, _ = start(kit)
+    driver._clock.remaining = lambda: -1.0
+    assert driver.cycle().present == (True, True)
+
+
 def test_wrong_lengths_and_strangers_are_counted_per_node(kit):
     driver, bus = start(kit)
     driver.cycle()
