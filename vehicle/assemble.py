@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vehicle.bridging import bridge
 from vehicle.canopen_words import SYNC_ID
 from vehicle.counters import counter_law, unwrap
 from vehicle.errors import RecordingError
@@ -138,7 +139,7 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
     log, opener = _cut(mine, vehicle, source)
     time, channels = log.time, vehicle.channels
     counts = np.zeros((len(time), len(channels)), np.int64)
-    present = np.zeros(counts.shape, bool)
+    present, rebased = np.zeros(counts.shape, bool), np.zeros(counts.shape, bool)
     gaps: list[Gap] = []
     answers = {
         cob_id: _answers(log, [encoder for encoder in vehicle.encoders if encoder.cob_id == cob_id])
@@ -150,7 +151,9 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
         raw[answer.samples], received[answer.samples] = decode(answer.words, encoder), True
         unwrapped = unwrap(raw, counter_law(encoder, vehicle), received, answer.restarts)
         counts[:, column], present[:, column] = unwrapped.counts, unwrapped.present
+        rebased[:, column] = unwrapped.rebased
         gaps += gaps_of(encoder.channel, time, unwrapped.present, received, answer.restarts)
+    bridge(vehicle, counts, present, rebased)
     in_order = tuple(sorted(gaps, key=lambda gap: (gap.start, gap.channel)))
     commands = _commands(log, vehicle)
     recording = Recording(vehicle, time, counts, present, None, None, in_order, commands, source)

@@ -4,7 +4,7 @@ A counter of range N is known only modulo N, so the shortest way from one readin
 in either direction. A step that no robot can make is rejected: the channel is not present in that
 sample and keeps its last count. When the next reading goes on from the rejected one, the counter has
 really moved (a restart that nobody announced): a wheel is re-baselined there, so that it does not
-jump; an absolute encoder (joint, link) is believed.
+jump (`vehicle.bridging` says what it may have lost); an absolute encoder (joint, link) is believed.
 """
 
 from __future__ import annotations
@@ -81,11 +81,13 @@ class Counter:
 
     Attributes:
         count: unwrapped count of the last reading that was believed; None before the first.
+        rebased: the last reading was one of a counter that had begun anew.
     """
 
     def __init__(self, law: CounterLaw) -> None:
         self.law = law
         self.count: int | None = None
+        self.rebased = False
         self._raw = 0
         self._suspect: int | None = None
         self._samples = 0
@@ -94,12 +96,13 @@ class Counter:
     def step(self, raw: int | None) -> bool:
         """Take the reading of one sample, None where it is missing; say whether it was believed."""
         self._samples += 1
+        self.rebased = False
         if raw is None:
             return False
         if self.count is None:
             self.count = raw
         elif self._rebase and not self.law.absolute:
-            pass  # the counter started anew: this reading is where the old count goes on
+            self.rebased = True  # this reading is where the old count goes on
         else:
             step = self.law.step(self._raw, raw)
             if not self.law.believes(step, self._samples):
@@ -107,11 +110,15 @@ class Counter:
                 if not restarted:
                     self._suspect = raw
                     return False
-                assert self._suspect is not None
-                step = step if self.law.absolute else self.law.step(self._suspect, raw)
-            self.count += step
+                self.rebased = not self.law.absolute
+            self.count += 0 if self.rebased else step
         self._raw, self._suspect, self._samples, self._rebase = raw, None, 0, False
         return True
+
+    def correct(self, counts: int) -> None:
+        """Add counts that the encoder could not tell."""
+        if self.count is not None:
+            self.count += counts
 
     def rebase(self) -> None:
         """Let the next reading stand where the last one stood: the device has been restarted."""
@@ -126,10 +133,12 @@ class Unwrapped:
         counts: (N,) unwrapped; a sample that is not present repeats the one before it, and the samples
             before the first present one show that one.
         present: (N,) readings that were there and were believed.
+        rebased: (N,) readings at which a wheel's counter had begun anew.
     """
 
     counts: NDArray[np.int64]
     present: NDArray[np.bool_]
+    rebased: NDArray[np.bool_]
 
 
 def unwrap(
@@ -148,17 +157,20 @@ def unwrap(
     restarts = np.zeros(len(raw), bool) if restarts is None else np.asarray(restarts, bool)
     where = np.flatnonzero(present)
     if len(where) == 0:
-        return Unwrapped(np.zeros(len(raw), np.int64), present)
+        return Unwrapped(np.zeros(len(raw), np.int64), present, np.zeros(len(raw), bool))
     steps = np.diff(raw[where])
     for period in law.periods:
         steps = (steps + period // 2) % period - period // 2
+    rebased = np.zeros(len(raw), bool)
     if not law.absolute:
-        steps[np.diff(np.cumsum(restarts)[where]) > 0] = 0
+        begun = np.diff(np.cumsum(restarts)[where]) > 0
+        steps[begun] = 0
+        rebased[where[1:][begun]] = True
     limit = np.minimum(law.max_step * np.diff(where), (min(law.periods) + 1) // 2 - 1)
     if np.any(np.abs(steps) > limit):
         return _reading_by_reading(raw, law, present, restarts)
     counts = raw[where[0]] + np.concatenate(([0], np.cumsum(steps)))
-    return Unwrapped(counts[np.maximum(np.cumsum(present) - 1, 0)], present)
+    return Unwrapped(counts[np.maximum(np.cumsum(present) - 1, 0)], present, rebased)
 
 
 def _reading_by_reading(
@@ -169,13 +181,14 @@ def _reading_by_reading(
 ) -> Unwrapped:
     """Unwrap a channel with rejected readings, which is rare, by the stepwise law itself."""
     counter = Counter(law)
-    believed = np.zeros(len(raw), bool)
+    believed, rebased = np.zeros(len(raw), bool), np.zeros(len(raw), bool)
     counts = np.empty(len(raw), np.int64)
     for index, value in enumerate(raw.tolist()):
         if restarts[index]:
             counter.rebase()
         believed[index] = counter.step(value if present[index] else None)
         counts[index] = counter.count if counter.count is not None else 0
+        rebased[index] = counter.rebased
     first = int(np.argmax(believed))
     counts[:first] = counts[first]
-    return Unwrapped(counts, believed)
+    return Unwrapped(counts, believed, rebased)

@@ -121,7 +121,7 @@ def test_a_pdo_may_carry_more_than_the_vehicle_uses():
     assert assembled(rows).recording.present.all()
 
 
-def test_a_restarted_node_is_rebased_and_its_wheel_does_not_jump():
+def test_a_restarted_wheel_goes_on_where_the_other_wheel_says_it_must_be():
     rows = drive(4, left=lambda index: 5000 + 10 * index)
     rows[2][1] = Frame(2 * PERIOD + 0.001, 0x701, b"\x00")
     after = [
@@ -129,7 +129,7 @@ def test_a_restarted_node_is_rebased_and_its_wheel_does_not_jump():
     ]
     rows[3].pop(1)
     assembly = assembled(rows + after)
-    assert assembly.recording.counts[:, 0].tolist() == [5000, 5010, 5010, 5010, 5010, 5020, 5030, 5040]
+    assert assembly.recording.counts[:, 0].tolist() == [5000, 5010, 5010, 5010, 5040, 5050, 5060, 5070]
     assert assembly.recording.gaps == (Gap("a.left", 1 * PERIOD, 4 * PERIOD, "reboot"),)
     assert assembly.pdos[0].restarts == 1
     assert assembly.recording.present[:, 1].all()

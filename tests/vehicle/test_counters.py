@@ -21,13 +21,14 @@ def travels(draw):
 
 def follow(law, raw, present=None, restarts=None):
     counter = Counter(law)
-    believed, counts = [], []
+    believed, counts, rebased = [], [], []
     for index, value in enumerate(raw):
         if restarts is not None and restarts[index]:
             counter.rebase()
         believed.append(counter.step(int(value) if present is None or present[index] else None))
         counts.append(counter.count)
-    return believed, counts
+        rebased.append(counter.rebased)
+    return believed, counts, rebased
 
 
 @given(travels())
@@ -68,8 +69,9 @@ def test_whole_channel_and_reading_by_reading_agree_on_anything(rows, max_step, 
     raw, present, restarts = (list(column) for column in zip(*rows, strict=True))
     law = CounterLaw(periods, max_step, absolute)
     whole = unwrap(raw, law, present, restarts)
-    believed, counts = follow(law, raw, present, restarts)
+    believed, counts, rebased = follow(law, raw, present, restarts)
     assert whole.present.tolist() == believed
+    assert whole.rebased.tolist() == rebased
     if any(believed):
         first = believed.index(True)
         assert whole.counts.tolist() == [counts[first]] * first + counts[first:]
@@ -85,7 +87,8 @@ def test_a_spike_is_rejected_and_costs_no_travel():
 def test_an_unannounced_restart_rebaselines_a_wheel_but_not_an_absolute_encoder():
     raw = [5000, 5010, 3, 13, 23]
     wheel = unwrap(raw, CounterLaw((2**32,), 50, absolute=False))
-    assert wheel.counts.tolist() == [5000, 5010, 5010, 5020, 5030]
+    assert wheel.counts.tolist() == [5000, 5010, 5010, 5010, 5020]
+    assert wheel.rebased.tolist() == [False, False, False, True, False]
     joint = unwrap(raw, CounterLaw((2**32,), 50, absolute=True))
     assert joint.counts.tolist() == [5000, 5010, 5010, 13, 23]
 
