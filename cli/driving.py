@@ -110,6 +110,6 @@ class _Kept:
         x, y = 1e3 * (moment.fix[0] - moment.pose[0]), 1e3 * (moment.fix[1] - moment.pose[1])
         heading = math.degrees(float(wrap(moment.fix[2] - moment.pose[2])))
         out.print(
-            f"  {direction:>4}  return error of truck a: "
-            f"x {x:+7.1f} mm   y {y:+7.1f} mm   heading {heading:+6.2f} degrees"
+            f"  {direction:>4}  return error of a: x {x:+7.1f} mm  y {y:+7.1f} mm  "
+            f"heading {heading:+6.2f} degrees"
         )

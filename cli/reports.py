@@ -14,7 +14,18 @@ if TYPE_CHECKING:
     from driver.configure import ConfigurationReport
     from driver.report import DriverReport
 
-SHOWN_EVENTS = 40
+MOST_SHOWN = 40  # events, and gaps
+COUNTERS = {
+    "received": "PDOs",
+    "missing": "missing",
+    "late": "late",
+    "duplicate": "double",
+    "wrong_length": "wrong length",
+    "unknown": "unknown",
+    "jumps": "jumps",
+    "restarts": "restarts",
+    "emergencies": "EMCY",
+}
 
 
 def show_configuration(report: ConfigurationReport, *, verbose: bool = False) -> None:
@@ -33,39 +44,49 @@ def show_configuration(report: ConfigurationReport, *, verbose: bool = False) ->
 def show_report(report: DriverReport) -> None:
     """Print the frames of each node and what happened, or that nothing did."""
     if report.is_clean:
-        out.print(f"  {report.syncs} SYNCs, each answered by every node in time", highlight=False)
+        out.print(f"  {report.syncs} SYNCs, each answered by every node in time")
         return
-    table = Table(box=SIMPLE_HEAD, title=f"{report.syncs} SYNCs", title_justify="left")
-    heads = ("node", "what", "state", "received", "missing", "late", "double", "length", "unknown", "jumps")
-    for head in (*heads, "restarts", "EMCY"):
-        table.add_column(head, justify="left" if head in {"what", "state"} else "right")
-    for one in report.nodes:
-        numbers = (
-            one.received,
-            one.missing,
-            one.late,
-            one.duplicate,
-            one.wrong_length,
-            one.unknown,
-            one.jumps,
-            one.restarts,
-            one.emergencies,
-        )
-        table.add_row(str(one.node), ", ".join(one.names), one.state, *(str(number) for number in numbers))
-    out.print(table)
-    start = report.events[0].time if report.events else 0.0
-    for event in report.events[:SHOWN_EVENTS]:
-        node = f"node {event.node}" if event.node is not None else "bus"
-        often = f" ({event.count} times until {event.last - start:.2f} s)" if event.count > 1 else ""
-        out.print(
-            f"  {event.time - start:9.3f} s  {node:<8} {event.what}{often}", markup=False, soft_wrap=True
-        )
-    hidden = len(report.events) - SHOWN_EVENTS + report.events_dropped
-    if hidden > 0:
-        out.print(f"  ... and {hidden} more")
-    for gap in report.gaps:
-        out.print(
-            f"  gap: {gap.channel} from {gap.start:.3f} to {gap.end:.3f} s ({gap.reason})", soft_wrap=True
-        )
+    out.print(_node_table(report))
+    _show_events(report)
+    _show_gaps(report)
     for identifier, what, frames in report.strangers:
-        out.print(f"  not of this vehicle: {identifier} {what}: {frames} frames")
+        out.print(f"  not of this vehicle: {identifier} {what}: {frames} frames", soft_wrap=True)
+
+
+def _node_table(report: DriverReport) -> Table:
+    """Return the table of the nodes, with the counters that are not all zero."""
+    heads = {name: head for name, head in COUNTERS.items() if any(getattr(one, name) for one in report.nodes)}
+    table = Table(box=SIMPLE_HEAD, title=f"{report.syncs} SYNCs", title_justify="left")
+    for head in ("node", "what", "state"):
+        table.add_column(head, no_wrap=True)
+    for head in heads.values():
+        table.add_column(head, justify="right")
+    for one in report.nodes:
+        numbers = [str(getattr(one, name)) for name in heads]
+        table.add_row(str(one.node), ", ".join(one.names), one.state, *numbers)
+    return table
+
+
+def _show_events(report: DriverReport) -> None:
+    """Print what happened, timed from the first SYNC."""
+    for event in report.events[:MOST_SHOWN]:
+        node = f"node {event.node}" if event.node is not None else "bus"
+        until = event.last - report.started
+        often = f" ({event.count} times until {until:.2f} s)" if event.count > 1 else ""
+        at = event.time - report.started
+        out.print(f"  {at:9.3f} s  {node:<8} {event.what}{often}", soft_wrap=True)
+    hidden = max(0, len(report.events) - MOST_SHOWN) + report.events_dropped
+    if hidden:
+        out.print(f"  and {hidden} more events")
+
+
+def _show_gaps(report: DriverReport) -> None:
+    """Print the gaps, those of several channels at the same time in one line."""
+    same: dict[tuple[float, float, str], list[str]] = {}
+    for gap in report.gaps:
+        same.setdefault((gap.start, gap.end, gap.reason), []).append(gap.channel)
+    for (start, end, reason), channels in list(same.items())[:MOST_SHOWN]:
+        when = f"{start - report.started:9.3f} to {end - report.started:.3f} s"
+        out.print(f"  gap: {when}, {', '.join(channels)} ({reason})", soft_wrap=True)
+    if len(same) > MOST_SHOWN:
+        out.print(f"  and {len(same) - MOST_SHOWN} more gaps")

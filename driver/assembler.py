@@ -36,6 +36,7 @@ class Assembler:
         pdos: by COB-ID.
         gaps: closed gaps in order of their end.
         is_open: a SYNC has been sent and its sample is not closed.
+        started: time of the first SYNC [s]; None before it.
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class Assembler:
         self.pdos = pdos_of(vehicle, self.counts)
         self.gaps: list[Gap] = []
         self.is_open = False
+        self.started: float | None = None
         self._index, self._time = 0, 0.0
         width = len(vehicle.channels)
         self._counters = [Counter(counter_law(encoder, vehicle)) for encoder in vehicle.encoders]
@@ -89,6 +91,8 @@ class Assembler:
     def begin(self, index: int, time: float) -> None:
         """Open sample number `index` at the time of its SYNC [s]."""
         self._index, self._time, self.is_open = index, time, True
+        if self.started is None:
+            self.started = time
         self._waiting = self._awaited.copy()
         self._hoped = self._doubtful.copy()
         self._present[:] = self._nothing

@@ -52,6 +52,7 @@ class DriverReport:
     """A whole drive.
 
     Attributes:
+        started: time of the first SYNC [s].
         syncs: sent or seen.
         skipped: periods that the host let pass without a SYNC.
         nodes: in order of their id.
@@ -61,6 +62,7 @@ class DriverReport:
         strangers: (identifier, what, frames) that no node of the vehicle should send.
     """
 
+    started: float
     syncs: int
     skipped: int
     nodes: tuple[NodeReport, ...]
@@ -81,18 +83,12 @@ class DriverReport:
                 return one
         raise KeyError(node)
 
-    def event_rows(self) -> list[tuple[float, str, str]]:
-        """Return (time [s], node or "bus", what) for each line to print."""
-        return [
-            (event.time, "bus" if event.node is None else str(event.node), _counted(event))
-            for event in self.events
-        ]
-
 
 def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skipped: int = 0) -> DriverReport:
     """Return what a monitor has seen so far."""
     strangers = ((key, one.what, one.count) for key, one in monitor.strangers.kinds.items())
     return DriverReport(
+        monitor.assembler.started or 0.0,
         syncs,
         skipped,
         tuple(_node_report(vehicle, monitor, node) for node in sorted(monitor.counts)),
@@ -121,9 +117,3 @@ def _node_report(vehicle: VehicleParameters, monitor: Monitor, node: int) -> Nod
         state.restarts,
         state.emergencies,
     )
-
-
-def _counted(event: Event) -> str:
-    if event.count == 1:
-        return event.what
-    return f"{event.what} ({event.count} times, last {event.last - event.time:.1f} s later)"
