@@ -36,13 +36,11 @@ class Settings:
         side: of the square [m].
         runs: in each direction.
         speed: [m/s].
-        faults: of the devices, in the first drive.
     """
 
     side: float
     runs: int
     speed: float
-    faults: tuple[Fault, ...]
 
 
 def demo(
@@ -63,13 +61,14 @@ def demo(
     from vcan_sim.faults import parse_fault
     from vcan_sim.reference import reference_vehicle
 
-    settings = Settings(side, runs, speed, tuple(parse_fault(text) for text in fault or ()))
+    settings = Settings(side, runs, speed)
+    faults = tuple(parse_fault(text) for text in fault or ())
     nominal = reference_vehicle()
     truth = truth_of(nominal, None, (), seed)
     another_day = replace(truth, seed=seed + OTHER_CHANCE)
     folder.mkdir(parents=True, exist_ok=True)
     out.rule("1  the robot as its owner believes it to be", align="left")
-    before, path = _drive(nominal, truth, settings, folder / "before")
+    before, path = _drive(nominal, truth, settings, folder / "before", faults)
     calibrations = _calibrations(before)
     calibrated = _save(nominal, calibrations, folder / "vehicle.toml")
     out.rule("2  the same robot, calibrated", align="left")
@@ -89,7 +88,7 @@ def demo(
 
 
 def _drive(
-    vehicle: VehicleParameters, truth: Truth, settings: Settings, folder: Path
+    vehicle: VehicleParameters, truth: Truth, settings: Settings, folder: Path, faults: tuple[Fault, ...] = ()
 ) -> tuple[Recording, Array]:
     """Drive UMBmark on a virtual bus; return the recording and the true path of truck a `(N, 3)`."""
     from cli.driving import drive_program
@@ -102,7 +101,7 @@ def _drive(
     program = umbmark(settings.side, settings.runs, speed=settings.speed, link_length=vehicle.linkage.length)
     if folder.exists():
         shutil.rmtree(folder)
-    with simulated_robot(vehicle, truth, folder, program, settings.faults) as robot:
+    with simulated_robot(vehicle, truth, folder, program, faults) as robot:
         show_configuration(robot.driver.configure())
         path = _TruePath(robot.plant)
         drive_program(robot.driver, program, robot.recorder, robot.plant.fix, path.watch)

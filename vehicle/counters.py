@@ -9,7 +9,7 @@ jump (`vehicle.bridging` says what it may have lost); an absolute encoder (joint
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,11 +31,16 @@ class CounterLaw:
         periods: ranges [counts] modulo which a step is taken, in this order.
         max_step: largest step per sample that is believed [counts], below half of every range.
         absolute: True where a reading means a place (joint, link), False where it means travel (wheel).
+        below_half: largest step that is not half of a range or more [counts].
     """
 
     periods: tuple[int, ...]
     max_step: int
     absolute: bool
+    below_half: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "below_half", (min(self.periods) + 1) // 2 - 1)
 
     def step(self, before: int, after: int) -> int:
         """Return the shortest way from one raw reading to the next [counts]."""
@@ -46,11 +51,7 @@ class CounterLaw:
 
     def believes(self, step: int, samples: int = 1) -> bool:
         """Say whether a step is possible within a number of samples."""
-        return abs(step) <= min(self.max_step * samples, self._below_half)
-
-    @property
-    def _below_half(self) -> int:
-        return (min(self.periods) + 1) // 2 - 1
+        return abs(step) <= min(self.max_step * samples, self.below_half)
 
 
 def counter_law(encoder: Encoder, vehicle: VehicleParameters) -> CounterLaw:
@@ -166,7 +167,7 @@ def unwrap(
         begun = np.diff(np.cumsum(restarts)[where]) > 0
         steps[begun] = 0
         rebased[where[1:][begun]] = True
-    limit = np.minimum(law.max_step * np.diff(where), (min(law.periods) + 1) // 2 - 1)
+    limit = np.minimum(law.max_step * np.diff(where), law.below_half)
     if np.any(np.abs(steps) > limit):
         return _reading_by_reading(raw, law, present, restarts)
     counts = raw[where[0]] + np.concatenate(([0], np.cumsum(steps)))
