@@ -1,0 +1,32 @@
+"""Running the `omnimate` command in this process."""
+
+import os
+import sys
+from typing import NamedTuple
+
+import pytest
+
+from cli.main import main
+
+
+class Result(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def omnimate(capsys, monkeypatch):
+    """Return a function that runs the command with arguments and gives its exit code and output."""
+    monkeypatch.setitem(os.environ, "COLUMNS", "200")
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["omnimate", *map(str, arguments)])
+        try:
+            main()
+            code = 0
+        except SystemExit as ended:
+            code = ended.code if isinstance(ended.code, int) else 1
+        return Result(code, *capsys.readouterr())
+
+    return run
