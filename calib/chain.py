@@ -10,12 +10,13 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from calib.apply import corrected_truck
 from calib.errors import CalibrationError
+from calib.fit import fit_factors
+from calib.scatter import scatter_of, weights_of
+from calib.square import square_ends
 from calib.umbmark import Correction
-from vehicle.odometry import arc, integrate
 
 if TYPE_CHECKING:
     from calib.return_errors import ReturnErrors
@@ -34,16 +35,36 @@ def square_returns(believed: Truck, actual: Truck, side: float) -> Array:
         actual: the parameters that it has.
         side: of the square [m].
     """
-    corner = 0.25 * math.pi * believed.wheelbase  # travel of each wheel in a quarter turn on the spot
-    scale_left = actual.wheel_diameter_left / believed.wheel_diameter_left
-    scale_right = actual.wheel_diameter_right / believed.wheel_diameter_right
-    ends = []
-    for sign in (-1.0, 1.0):
-        left = scale_left * np.tile([side, -sign * corner], 4)
-        right = scale_right * np.tile([side, sign * corner], 4)
-        end = integrate(arc(left, right, actual.wheelbase))[-1]
-        ends.append(end - [0.0, 0.0, sign * 2.0 * math.pi])
-    return np.stack(ends)
+    scales = np.array(
+        [
+            actual.wheel_diameter_left / believed.wheel_diameter_left,
+            actual.wheel_diameter_right / believed.wheel_diameter_right,
+            actual.wheelbase / believed.wheelbase,
+        ]
+    )
+    return square_ends(believed, side, scales)[0]
+
+
+def position_weights(errors: ReturnErrors) -> Array:
+    """Return weights `(2, 3)` that leave the headings out and weigh all positions the same."""
+    runs = np.sqrt([[len(errors.cw)], [len(errors.ccw)]])
+    return np.asarray(runs / errors.side * [1.0, 1.0, 0.0], np.float64)
+
+
+def own_weights(errors: ReturnErrors) -> Array:
+    """Return weights `(2, 3)` of positions and headings from the scatter of the runs themselves.
+
+    Raises:
+        CalibrationError: a heading is missing, or there is one run in each direction only.
+    """
+    scatter = scatter_of(errors)
+    if not errors.has_headings:
+        raise CalibrationError(errors.source, "headings are wanted, but some run has none")
+    if scatter.freedom == 0:
+        raise CalibrationError(
+            errors.source, "one run in each direction has no scatter to weigh it by: drive five"
+        )
+    return weights_of(scatter.sigma, (len(errors.cw), len(errors.ccw)), errors.side)
 
 
 def solve_exact(errors: ReturnErrors, truck: Truck, sigma: Array | None = None) -> Correction:
@@ -56,36 +77,37 @@ def solve_exact(errors: ReturnErrors, truck: Truck, sigma: Array | None = None) 
             the headings are left out and all positions weigh the same.
 
     Raises:
-        CalibrationError: no robot fits the errors.
+        CalibrationError: no robot fits the errors, or headings are wanted and missing.
     """
-    used = 2 if sigma is None else 3
-    runs = np.sqrt([[len(errors.cw)], [len(errors.ccw)]])
-    weights = runs / (np.full(2, errors.side) if sigma is None else np.asarray(sigma, np.float64))
-    measured = errors.centres[:, :used]
-    if not np.isfinite(measured).all():
+    if sigma is None:
+        return _solve(errors, truck, position_weights(errors), weighted=False)
+    if not errors.has_headings:
         raise CalibrationError(errors.source, "headings are wanted, but some run has none")
+    weights = weights_of(np.asarray(sigma, np.float64), (len(errors.cw), len(errors.ccw)), errors.side)
+    return _solve(errors, truck, weights, weighted=True)
 
-    def residual(logs: Array) -> Array:
-        actual = corrected_truck(truck, math.exp(logs[0]), math.exp(logs[1]))
-        return np.ravel(weights * (square_returns(truck, actual, errors.side)[:, :used] - measured))
 
-    bound = _LARGEST_LOG_FACTOR
-    found = least_squares(
-        residual, np.zeros(2), bounds=(-bound, bound), x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15
-    )
-    lost = errors.e_max_syst > _LARGEST_RETURN * errors.side or np.abs(found.x).max() > 0.99 * bound
-    if lost or not found.success:
+def solve_weighted(errors: ReturnErrors, truck: Truck) -> Correction:
+    """Return the correction that fits x, y and headings, each weighed by its own scatter.
+
+    Raises:
+        CalibrationError: no robot fits the errors, a heading is missing, or the scatter is unknown.
+    """
+    return _solve(errors, truck, own_weights(errors), weighted=True)
+
+
+def _solve(errors: ReturnErrors, truck: Truck, weights: Array, *, weighted: bool) -> Correction:
+    logs, converged = fit_factors(errors.centres, weights, truck, errors.side)
+    far = errors.e_max_syst > _LARGEST_RETURN * errors.side
+    if far or not converged or np.abs(logs).max() > _LARGEST_LOG_FACTOR:
         raise CalibrationError(
             errors.source,
             f"no wheelbase and diameters explain return errors of {1e3 * errors.e_max_syst:.0f} mm "
             f"on a square of {errors.side:g} m; check the units and the side",
         )
-    return _correction(truck, math.exp(found.x[0]), math.exp(found.x[1]), errors.side)
-
-
-def _correction(truck: Truck, e_b: float, e_d: float, side: float) -> Correction:
+    e_b, e_d = (math.exp(one) for one in logs)
     actual = corrected_truck(truck, e_b, e_d)
     right = actual.wheel_diameter_right / truck.wheel_diameter_right
     left = actual.wheel_diameter_left / truck.wheel_diameter_left
-    alpha = 0.5 * math.pi * (1.0 - 1.0 / e_b)
-    return Correction("exact", alpha, side * (right - left) / actual.wheelbase, e_b, e_d)
+    alpha, beta = 0.5 * math.pi * (1.0 - 1.0 / e_b), errors.side * (right - left) / actual.wheelbase
+    return Correction("weighted" if weighted else "exact", alpha, beta, e_b, e_d)

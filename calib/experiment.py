@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
 
 from calib.apply import corrected_truck
-from calib.chain import solve_exact, square_returns
+from calib.chain import solve_exact, solve_weighted, square_returns
 from calib.errors import CalibrationError
 from calib.optiodom import read_optiodom
 from calib.recordings import square_runs
@@ -83,6 +83,14 @@ class Calibration:
         return self.truck.wheel_diameter_right / self.experiment.truck.wheel_diameter_right
 
 
+def usable_methods(errors: ReturnErrors) -> tuple[Method, ...]:
+    """Return the methods whose data are there: headings, and a scatter to weigh by."""
+    wanting = set[Method]() if errors.has_headings else {"heading", "weighted"}
+    if len(errors.cw) + len(errors.ccw) < 3:
+        wanting.add("weighted")
+    return tuple(method for method in METHODS if method not in wanting)
+
+
 def calibrate(experiment: Experiment, method: Method = "exact") -> Calibration:
     """Return the calibration of a truck by one method.
 
@@ -92,6 +100,8 @@ def calibrate(experiment: Experiment, method: Method = "exact") -> Calibration:
     errors, truck = experiment.errors, experiment.truck
     if method == "exact":
         correction = solve_exact(errors, truck)
+    elif method == "weighted":
+        correction = solve_weighted(errors, truck)
     else:
         correction = solve_printed(errors, truck.wheelbase, method)
     corrected = corrected_truck(truck, correction.e_b, correction.e_d)

@@ -56,6 +56,11 @@ class ReturnErrors:
         return np.stack([self.cw.mean(axis=0), self.ccw.mean(axis=0)])
 
     @property
+    def has_headings(self) -> bool:
+        """Whether the heading of every run was measured."""
+        return bool(np.isfinite(self.cw[:, 2]).all() and np.isfinite(self.ccw[:, 2]).all())
+
+    @property
     def radii(self) -> Array:
         """Distances `(2,)` of the two centres of gravity from the origin [m], U (3.3)."""
         return np.asarray(np.hypot(self.centres[:, 0], self.centres[:, 1]), np.float64)

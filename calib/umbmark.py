@@ -13,12 +13,15 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from calib.errors import CalibrationError
 
 if TYPE_CHECKING:
     from calib.return_errors import ReturnErrors
+    from vehicle.se2 import Array
 
-Method = Literal["printed-x", "printed-y", "printed", "printed-true-b", "exact"]
+Method = Literal["printed-x", "printed-y", "printed", "printed-true-b", "heading", "exact", "weighted"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,54 +53,94 @@ class Correction:
         return 2.0 / (1.0 / self.e_d + 1.0)
 
 
+def printed_angles(centres: Array, side: float) -> Array:
+    """Return `(..., 2, 2)` alpha, beta [rad] from the x and from the y of centres `(..., 2, 3)`, cw then ccw.
+
+    U (4.24a) and (4.20a), then (4.24b) and (4.20b).
+    """
+    (cw_x, ccw_x), (cw_y, ccw_y) = (np.moveaxis(centres[..., axis], -1, 0) for axis in (0, 1))
+    from_x, from_y = (cw_x + ccw_x, cw_x - ccw_x), (cw_y - ccw_y, cw_y + ccw_y)
+    return np.stack([np.stack(from_x, axis=-1), np.stack(from_y, axis=-1)], axis=-2) / (-4.0 * side)
+
+
+def heading_angles(centres: Array) -> Array:
+    """Return `(..., 1, 2)` alpha, beta [rad] from the headings of centres `(..., 2, 3)`, cw then ccw.
+
+    Source: Jung & Chung, Int J Adv Robot Syst 9 (2012), without their coupling term.
+    """
+    cw, ccw = centres[..., 0, 2], centres[..., 1, 2]
+    return np.stack([cw - ccw, cw + ccw], axis=-1)[..., None, :] / 8.0
+
+
 def angles_from_x(errors: ReturnErrors) -> tuple[float, float]:
     """Return alpha and beta [rad] from the x components, U (4.24a) and (4.20a)."""
-    cw, ccw = errors.centres[:, 0]
-    return float((cw + ccw) / (-4.0 * errors.side)), float((cw - ccw) / (-4.0 * errors.side))
+    alpha, beta = printed_angles(errors.centres, errors.side)[0]
+    return float(alpha), float(beta)
 
 
 def angles_from_y(errors: ReturnErrors) -> tuple[float, float]:
     """Return alpha and beta [rad] from the y components, U (4.24b) and (4.20b)."""
-    cw, ccw = errors.centres[:, 1]
-    return float((cw - ccw) / (-4.0 * errors.side)), float((cw + ccw) / (-4.0 * errors.side))
+    alpha, beta = printed_angles(errors.centres, errors.side)[1]
+    return float(alpha), float(beta)
 
 
-def wheelbase_factor(alpha: float) -> float:
+def wheelbase_factor(alpha: Array | float) -> Array:
     """Return E_b for alpha [rad], U (4.27)."""
-    return 0.5 * math.pi / (0.5 * math.pi - alpha)
+    return np.asarray(0.5 * math.pi / (0.5 * math.pi - alpha))
 
 
-def diameter_ratio(beta: float, side: float, wheelbase: float) -> float:
+def diameter_ratio(beta: Array | float, side: float, wheelbase: Array | float) -> Array:
     """Return E_d for beta [rad] on legs of `side` [m], U (4.21) and (4.22) without the infinite radius."""
-    half = wheelbase * math.sin(0.5 * beta) / side  # b / (2 R)
-    return (1.0 + half) / (1.0 - half)
+    half = wheelbase * np.sin(0.5 * beta) / side  # b / (2 R)
+    return np.asarray((1.0 + half) / (1.0 - half))
+
+
+def angles_of(centres: Array, side: float, method: Method) -> Array:
+    """Return the pairs `(..., m, 2)` of alpha, beta [rad] that a method of small angles averages over."""
+    if method == "heading":
+        return heading_angles(centres)
+    angles = printed_angles(centres, side)
+    kept = {"printed-x": slice(0, 1), "printed-y": slice(1, 2)}.get(method, slice(0, 2))
+    return angles[..., kept, :]
+
+
+def factors_of(angles: Array, side: float, wheelbase: float, method: Method) -> Array:
+    """Return `(..., 2)` E_b, E_d of pairs of angles `(..., m, 2)` [rad]; factors are averaged, footnote 2.
+
+    The nominal b stands in (4.22), as the paper has it; "printed-true-b" takes the corrected one, and so
+    does "heading", which also takes the leg as the arc that it is.
+    """
+    alpha, beta = angles[..., 0], angles[..., 1]
+    e_b = wheelbase_factor(alpha)
+    if method == "heading":
+        half = 0.5 * wheelbase * e_b * beta / side
+        e_d = (1.0 + half) / (1.0 - half)
+    else:
+        e_d = diameter_ratio(beta, side, wheelbase * e_b if method == "printed-true-b" else wheelbase)
+    return np.stack([e_b.mean(axis=-1), e_d.mean(axis=-1)], axis=-1)
 
 
 def solve_printed(errors: ReturnErrors, wheelbase: float, method: Method = "printed") -> Correction:
-    """Return the correction by the paper's equations.
+    """Return the correction by the paper's equations, or from the return headings alone.
 
     Args:
         errors: of the runs.
         wheelbase: the nominal one, with which the odometry was calculated [m].
         method: from x alone, from y alone, or both averaged as in footnote 2, with the nominal b in (4.22);
-            "printed-true-b" averages too and takes the corrected b.
+            "printed-true-b" averages too and takes the corrected b; "heading" uses neither x nor y.
 
     Raises:
-        CalibrationError: the errors are beyond what small angles can mean.
+        CalibrationError: the errors are beyond what small angles can mean, or a heading is missing.
     """
-    angles = {"printed-x": [angles_from_x(errors)], "printed-y": [angles_from_y(errors)]}.get(
-        method, [angles_from_x(errors), angles_from_y(errors)]
-    )
-    if any(abs(angle) >= 0.25 * math.pi for pair in angles for angle in pair):
+    if method == "heading" and not errors.has_headings:
+        raise CalibrationError(errors.source, "headings are wanted, but some run has none")
+    angles = angles_of(errors.centres, errors.side, method)
+    if (np.abs(angles) >= 0.25 * math.pi).any():
         raise CalibrationError(
             errors.source,
             f"return errors of {1e3 * errors.e_max_syst:.0f} mm on a square of {errors.side:g} m mean more "
             "than 45 degrees at a corner; check the units and the side (one leg, not the whole path)",
         )
-    factors = []
-    for alpha, beta in angles:
-        e_b = wheelbase_factor(alpha)
-        taken = wheelbase * e_b if method == "printed-true-b" else wheelbase
-        factors.append((alpha, beta, e_b, diameter_ratio(beta, errors.side, taken)))
-    alpha, beta, e_b, e_d = (sum(values) / len(factors) for values in zip(*factors, strict=True))
-    return Correction(method, alpha, beta, e_b, e_d)
+    e_b, e_d = factors_of(angles, errors.side, wheelbase, method)
+    alpha, beta = angles.mean(axis=0)
+    return Correction(method, float(alpha), float(beta), float(e_b), float(e_d))

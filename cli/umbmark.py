@@ -10,7 +10,7 @@ import typer
 
 from calib.apply import corrected_vehicle
 from calib.errors import CalibrationError
-from calib.experiment import METHODS, Calibration, calibrate
+from calib.experiment import Calibration, calibrate, usable_methods
 from cli.console import out
 from cli.plots import Clusters, check_format, plot_clusters
 from cli.umbmark_sources import Case, load_cases
@@ -66,7 +66,9 @@ def umbmark(
         check_format(plot)
     name: TruckName | None = truck.value if truck is not None else None
     cases, robot = load_cases(sources, name, side, load_vehicle(vehicle) if vehicle is not None else None)
-    calibrations = [[calibrate(case.experiment, one) for one in METHODS] for case in cases]
+    calibrations = [
+        [calibrate(case.experiment, one) for one in usable_methods(case.experiment.errors)] for case in cases
+    ]
     kept: Method = method.value
     chosen = [next(one for one in row if one.correction.method == kept) for row in calibrations]
     calibrated = _calibrated(cases, chosen, robot) if out_file is not None else None

@@ -26,7 +26,9 @@ METHOD_WORDS: dict[Method, str] = {
     "printed-y": "printed, y",
     "printed": "printed, x and y",
     "printed-true-b": "printed, true b",
+    "heading": "headings alone",
     "exact": "exact chain",
+    "weighted": "exact, weighted",
 }
 _WIDEST = 400  # characters: any table of ours fits
 

@@ -1,0 +1,96 @@
+"""The same question without a formula: 10 000 experiments drawn from the runs that there are.
+
+Deviations from the centres of gravity, pooled over both directions, are drawn with replacement and
+calibrated anew. As few runs scatter less than many would, the deviations are inflated by sqrt(N / (N - 2))
+and the percentiles are those of Student's t (Hesterberg's expanded percentile interval).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from calib.errors import CalibrationError
+from calib.fit import fit_factors
+from calib.scatter import MIRROR, scatter_of, weights_of
+from calib.uncertainty import Uncertainty, between_limits, factors_at
+
+if TYPE_CHECKING:
+    from calib.experiment import Calibration, Experiment
+    from calib.return_errors import ReturnErrors
+    from vehicle.se2 import Array
+
+RESAMPLES = 10_000
+FEWEST = 3  # runs in each direction; with two the intervals of 95 per cent hold the truth in 88
+
+
+def can_bootstrap(errors: ReturnErrors) -> bool:
+    """Return whether there are enough runs in each direction to draw from."""
+    return min(len(errors.cw), len(errors.ccw)) >= FEWEST
+
+
+@dataclass(frozen=True, slots=True)
+class Bootstrap:
+    """The factors of all resamples, and the intervals that they make.
+
+    Attributes:
+        factors: (B, 2) E_b and E_d of each resample.
+        uncertainty: percentile intervals.
+    """
+
+    factors: Array
+    uncertainty: Uncertainty
+
+
+def bootstrap(
+    calibration: Calibration, confidence: float = 0.95, resamples: int = RESAMPLES, seed: int = 0
+) -> Bootstrap:
+    """Return resampled factors and their percentile intervals; the same seed draws the same resamples.
+
+    Raises:
+        CalibrationError: fewer than three runs in a direction, which are too few to draw from.
+    """
+    experiment, correction = calibration.experiment, calibration.correction
+    errors = experiment.errors
+    scatter = scatter_of(errors)
+    if not can_bootstrap(errors):
+        raise CalibrationError(
+            errors.source, f"a bootstrap needs {FEWEST} runs in each direction at least: drive five"
+        )
+    inflated = np.nan_to_num(scatter.deviations) * math.sqrt(len(scatter.deviations) / scatter.freedom)
+    chance = np.random.default_rng(seed)
+    cw = _draw(chance, inflated, resamples, len(errors.cw)) * MIRROR
+    ccw = _draw(chance, inflated, resamples, len(errors.ccw))
+    centres = np.nan_to_num(errors.centres) + np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
+    start = (math.log(correction.e_b), math.log(correction.e_d))
+    if correction.method == "weighted":
+        factors = _weighted(experiment, centres, cw, ccw, start)
+    else:
+        factors = factors_at(experiment, correction.method, centres, start)
+    tail = norm.cdf(student.ppf(0.5 - 0.5 * confidence, scatter.freedom))
+    low, high = np.quantile(factors, [tail, 1.0 - tail], axis=0)
+    covariance = np.cov(factors.T)
+    return Bootstrap(factors, between_limits(calibration, covariance, scatter.freedom, confidence, low, high))
+
+
+def _draw(chance: np.random.Generator, deviations: Array, resamples: int, runs: int) -> Array:
+    """Return `(resamples, runs, 3)` deviations drawn with replacement."""
+    return deviations[chance.integers(0, len(deviations), (resamples, runs))]
+
+
+def _weighted(
+    experiment: Experiment, centres: Array, cw: Array, ccw: Array, start: tuple[float, float]
+) -> Array:
+    """Return the factors `(B, 2)` with the weights of each resample's own scatter."""
+    rest = [runs - runs.mean(axis=1, keepdims=True) for runs in (cw, ccw)]
+    variance = sum((part**2).sum(axis=1) for part in rest) / (cw.shape[1] + ccw.shape[1] - 2)
+    place = variance[:, :2].mean(axis=1)
+    sigma = np.sqrt(np.stack([place, place, variance[:, 2]], axis=-1))
+    side = experiment.errors.side
+    weights = weights_of(sigma, (cw.shape[1], ccw.shape[1]), side)
+    return np.exp(fit_factors(centres, weights, experiment.truck, side, start)[0])
