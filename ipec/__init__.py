@@ -1,1 +1,1 @@
-"""Each truck's heading corrected through the other: recordings or a live stream, as corrected trajectories."""
+"""Each truck's heading corrected through the other: recordings or live streams, as trajectories."""

@@ -1,0 +1,41 @@
+"""The CLAPPER's correction, C (10)-(16): both headings against the linkage, truck b put behind truck a.
+
+A joint that reads in steps says no more than that its angle lies within half a step of the reading, so
+only what lies beyond is an error; a heading that always jumped to the reading would drift with it.
+"""
+
+import math
+
+from ipec.geometry import beyond, direction, follow, wrap
+from ipec.records import Settings, State
+from vehicle.compiled import compiled
+
+
+@compiled
+def correct_clapper(settings: Settings, state: State) -> None:
+    """Correct the poses of one sample, both trucks advanced by their own wheels before, C (9)."""
+    heading = direction(state.pose[0], state.pose[1])
+    for truck in range(2):
+        expected = state.pose[truck, 2] - heading
+        error = wrap(state.joint[truck] - expected)
+        state.correction[truck] = beyond(error, settings.tolerance[truck])
+        state.pose[truck, 2] += state.correction[truck]
+    take_back(settings, state)
+    follow(state.pose[1], state.pose[0], state.length, heading)
+
+
+@compiled
+def take_back(settings: Settings, state: State) -> None:
+    """Move truck a against its travel by what the wheel has lost that turned it, C (14)-(15).
+
+    An error of the heading comes from a wheel that rolled further than it travelled, never less, so the
+    amount is |delta| and the way is against the travel. The print takes delta with its sign and knows
+    forward travel only.
+    """
+    delta, way = state.correction[0], 1.0
+    if not settings.as_printed:
+        delta = abs(delta)
+        way = math.copysign(1.0, state.travel[0] + state.travel[1])
+    state.taken_back = way * settings.wheelbase[0] * math.sin(0.5 * delta)
+    state.pose[0, 0] -= state.taken_back * math.cos(state.pose[0, 2])
+    state.pose[0, 1] -= state.taken_back * math.sin(state.pose[0, 2])

@@ -1,0 +1,43 @@
+"""What can be wrong with what a corrector or an estimator is given."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from vehicle.parameters import Channel
+
+
+class IpecError(OmnimateError):
+    """The root of this room's errors."""
+
+
+class NoLinkageError(IpecError):
+    """A robot without the second truck that would correct the first.
+
+    Attributes:
+        source: the recording, or the robot's name.
+    """
+
+    def __init__(self, source: str) -> None:
+        super().__init__(
+            f"{source}: a robot with a single truck has no linkage, so there is nothing to correct it by; "
+            "use plain odometry, or name truck b, [linkage] and their encoders in vehicle.toml"
+        )
+        self.source = source
+
+
+class LinkageChannelError(IpecError):
+    """A channel of the linkage that cannot be read, or that stands still while it must move.
+
+    Attributes:
+        source: the recording, or the robot's name.
+        channel: of the encoder.
+    """
+
+    def __init__(self, source: str, channel: Channel, node: int, problem: str) -> None:
+        super().__init__(f"{source}: {channel} (node {node}) {problem}")
+        self.source = source
+        self.channel = channel

@@ -1,0 +1,134 @@
+"""Linkage channels that cannot be believed: never read, or standing still while the trucks move."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ipec.errors import LinkageChannelError, NoLinkageError
+from vehicle.odometry import truck_travel
+from vehicle.parameters import CHANNELS
+
+if TYPE_CHECKING:
+    from vehicle.parameters import Channel, TruckName
+    from vehicle.recording import Recording
+    from vehicle.se2 import Array
+
+LINKAGE: tuple[Channel, ...] = CHANNELS[4:]
+
+# A channel counts as frozen where it shows one value while the wheels say that it moves by more than this
+# within a metre of the way, or in a turn on the spot. A bump makes an error of 0.6 degrees and 2 mm.
+JOINT_LIMIT = math.radians(5.0)  # [rad]
+LINK_LIMIT = 0.03  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Frozen:
+    """A stretch in which a channel stood still although it must have moved.
+
+    Attributes:
+        channel: of the encoder.
+        start: [s].
+        end: [s].
+        expected: how far it must have moved by plain odometry, [rad] or [m].
+    """
+
+    channel: Channel
+    start: float
+    end: float
+    expected: float
+
+
+def frozen_channels(recording: Recording) -> tuple[Frozen, ...]:
+    """Return where channels of the linkage stood still although the trucks' wheels say otherwise.
+
+    What the others must do follows from the joints, so that only the first channel to stop is told, and
+    the link only where both joints are sound.
+
+    Raises:
+        RecordingError: the two wheels of a truck are never present together.
+    """
+    joints, link, way = _expected(recording)
+    found = _frozen(recording, "joint_a", joints[0], JOINT_LIMIT, way)
+    found += _frozen(recording, "joint_b", joints[1], JOINT_LIMIT, way)
+    found = found or _frozen(recording, "link", link, LINK_LIMIT, way)
+    first = min(found, key=lambda one: one.start, default=None)
+    return tuple(one for one in found if first is not None and one.channel == first.channel)
+
+
+def _expected(recording: Recording) -> tuple[tuple[Array, Array], Array, Array]:
+    """Return how the joints [rad] and the link [m] must move by the wheels, and the way driven, each `(N,)`.
+
+    The rates follow from rolling without slip: dl = v_A cos - v_B cos, l dtheta_L = v_A sin - v_B sin.
+    """
+    length = recording.link_length()[1:]
+    turns, aheads, asides, ways = [], [], [], []
+    pairs: tuple[tuple[TruckName, Channel], ...] = (("a", "joint_a"), ("b", "joint_b"))
+    for truck, joint in pairs:
+        left, right, _ = truck_travel(recording, truck)
+        step = 0.5 * (np.diff(left) + np.diff(right))
+        angle = recording.joint_angle(joint)[1:]
+        turns.append((np.diff(right) - np.diff(left)) / recording.vehicle.trucks[truck].wheelbase)
+        aheads.append(step * np.cos(angle))
+        asides.append(step * np.sin(angle))
+        ways.append(np.abs(step))
+    swing = (asides[0] - asides[1]) / length
+    joints = _summed(turns[0] - swing), _summed(turns[1] - swing)
+    return joints, _summed(aheads[0] - aheads[1]), _summed(0.5 * (ways[0] + ways[1]))
+
+
+def _summed(steps: Array) -> Array:
+    return np.concatenate(([0.0], np.cumsum(steps)))
+
+
+def _frozen(
+    recording: Recording, channel: Channel, expected: Array, limit: float, way: Array
+) -> list[Frozen]:
+    """Return the stretches of one count, within one metre of the way, in which it must have moved too far."""
+    counts, time = recording.channel_counts(channel), recording.time
+    first = np.concatenate(([0], np.flatnonzero(np.diff(counts) | np.diff(way.astype(np.int64))) + 1))
+    last = np.append(first[1:], len(counts)) - 1
+    moved = np.maximum.reduceat(expected, first) - np.minimum.reduceat(expected, first)
+    bad = np.flatnonzero(moved > limit)
+    return [
+        Frozen(channel, float(time[first[k]]), float(time[last[k]]), float(moved[k])) for k in bad.tolist()
+    ]
+
+
+def check_linkage(recording: Recording) -> None:
+    """Refuse a recording whose linkage cannot correct anything.
+
+    Raises:
+        NoLinkageError: the robot has a single truck.
+        LinkageChannelError: a channel that was never read, or that was frozen.
+    """
+    vehicle = recording.vehicle
+    if vehicle.linkage is None:
+        raise NoLinkageError(recording.source)
+    for channel in LINKAGE:
+        if not recording.is_present(channel).any():
+            raise LinkageChannelError(
+                recording.source,
+                channel,
+                vehicle.encoder(channel).node,
+                "was never read; check that the node answers SYNC, and its cob_id in vehicle.toml",
+            )
+    for one in frozen_channels(recording)[:1]:
+        raise LinkageChannelError(
+            recording.source, one.channel, vehicle.encoder(one.channel).node, _in_words(one, recording)
+        )
+
+
+def _in_words(frozen: Frozen, recording: Recording) -> str:
+    start, end = frozen.start - recording.time[0], frozen.end - recording.time[0]
+    amount = f"{math.degrees(frozen.expected):.1f} degrees"
+    if frozen.channel == "link":
+        amount = f"{1e3 * frozen.expected:.0f} mm"
+    return (
+        f"stands still from {start:.2f} to {end:.2f} s, in which the wheels say that it moved by {amount}; "
+        "check its coupling and its node (is it operational, does its value change when it is moved by "
+        "hand?), and use plain odometry for this stretch"
+    )
