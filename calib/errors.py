@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 
@@ -47,3 +48,20 @@ class ReturnTableError(CalibrationError):
         super().__init__(source, f"{where}: {problem}")
         self.line = line
         self.column = column
+
+
+class UnobservableError(CalibrationError):
+    """Drives that tell nothing about any parameter.
+
+    Attributes:
+        reasons: why, by parameter.
+    """
+
+    def __init__(self, source: str | Path, reasons: Mapping[str, str]) -> None:
+        words = "; ".join(f"{name}: {reason}" for name, reason in reasons.items())
+        super().__init__(
+            source,
+            f"these drives identify no parameter ({words}); drive squares in both directions, or open "
+            "straights and turns on the spot (`omnimate design` compares them)",
+        )
+        self.reasons = dict(reasons)

@@ -1,0 +1,166 @@
+"""Drives for least squares: a truck's wheels and the absolute poses of one unbroken stretch, checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from calib.errors import CalibrationError, FixError
+from vehicle.odometry import truck_travel, wheels_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from vehicle.parameters import TruckName
+    from vehicle.recording import Poses, Recording
+    from vehicle.se2 import Array
+
+_FROZEN = 0.5  # [m] travel of the other wheel from which a wheel that never moves is not believed
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One stretch of driving between whose absolute poses odometry is unbroken.
+
+    Attributes:
+        time: (N,) of the readings [s].
+        readings: (N, 2) of the sensors that move the robot, continuous, as its kinematic model wants them.
+        fix_time: (M,) of the absolute poses [s].
+        pose: (M, 3) absolute: x, y [m], theta [rad]; nan where unknown.
+        sigma: (M, 3) standard deviations likewise; nan where not stated.
+        source: for messages.
+
+    Raises:
+        FixError: fewer than two poses, or poses of another clock.
+    """
+
+    time: Array
+    readings: Array
+    fix_time: Array
+    pose: Array
+    sigma: Array
+    source: str
+
+    def __post_init__(self) -> None:
+        if len(self.fix_time) < 2:
+            raise FixError(
+                self.source,
+                f"{len(self.fix_time)} absolute pose(s); a calibration needs two or more on one drive",
+            )
+        known = np.isfinite(self.pose)
+        if not (known.any(axis=1).all() and np.isfinite(self.readings).all()):
+            raise CalibrationError(self.source, "readings or poses that are not numbers")
+        if np.any(np.diff(self.fix_time) < 0.0):
+            raise FixError(self.source, "absolute poses go back in time; sort poses.csv by t")
+
+
+def drives_of(recordings: Sequence[Recording], truck: TruckName = "a") -> tuple[Drive, ...]:
+    """Return the drives of a truck in recordings of one robot, cut where a wheel's counter was lost.
+
+    Raises:
+        CalibrationError: recordings of different robots, no such truck, no poses, a wheel that never moves.
+        FixError: too few poses, or poses of another clock.
+    """
+    if not recordings:
+        raise CalibrationError("calibration", "no recording given")
+    for recording in recordings:
+        check_truck(recording, truck)
+        if recording.vehicle.trucks[truck] != recordings[0].vehicle.trucks[truck]:
+            raise CalibrationError(
+                recording.source,
+                f"truck {truck} differs from that of {recordings[0].source}; expected recordings of one "
+                "robot with one vehicle.toml",
+            )
+    return tuple(drive for recording in recordings for drive in _drives(recording, truck))
+
+
+def check_truck(recording: Recording, truck: TruckName) -> None:
+    """Refuse a recording without a truck.
+
+    Raises:
+        CalibrationError: it has none.
+    """
+    if truck not in recording.vehicle.trucks:
+        raise CalibrationError(recording.source, f"the robot {recording.vehicle.name} has no truck {truck}")
+
+
+def _drives(recording: Recording, truck: TruckName) -> list[Drive]:
+    left, right, present = truck_travel(recording, truck)
+    _check_wheels(recording, truck, left, right)
+    fixes = _fixes(recording, truck)
+    angles = np.stack([recording.wheel_angle(wheel) for wheel in wheels_of(truck)], axis=-1)[present]
+    time = recording.time[present]
+    cuts = sorted(
+        gap.end
+        for gap in recording.gaps
+        if gap.channel in wheels_of(truck) and gap.reason in {"reboot", "jump"}
+    )
+    pieces = []
+    for start, end in zip([-np.inf, *cuts], [*cuts, np.inf], strict=True):
+        inside = (fixes.time >= start) & (fixes.time < end)
+        mine = (time >= start) & (time < end)
+        if inside.sum() >= 2 and mine.sum() >= 2:
+            moving = _moving(angles[mine])
+            pieces.append(
+                Drive(
+                    time[mine][moving],
+                    angles[mine][moving],
+                    fixes.time[inside],
+                    fixes.pose[inside],
+                    fixes.sigma[inside],
+                    f"{recording.source}, truck {truck}",
+                )
+            )
+    if not pieces:
+        raise FixError(recording.source, f"no two absolute poses of truck {truck} without a reboot between")
+    return pieces
+
+
+def _moving(angles: Array) -> NDArray[np.bool_]:
+    """Return the readings `(N,)` that differ from the one before or after: the rest says nothing more."""
+    changed = np.any(np.diff(angles, axis=0) != 0.0, axis=1)
+    moving = np.concatenate((changed, [True])) | np.concatenate(([True], changed))
+    moving[0] = True
+    return moving
+
+
+def _check_wheels(recording: Recording, truck: TruckName, left: Array, right: Array) -> None:
+    """Refuse a wheel that never moves while the other one drives."""
+    ways = [float(np.abs(np.diff(wheel)).sum()) for wheel in (left, right)]
+    for wheel, way, other in zip(wheels_of(truck), ways, reversed(ways), strict=True):
+        if way == 0.0 and other > _FROZEN:
+            raise CalibrationError(
+                recording.source,
+                f"wheel {wheel} never moves while the other one rolls {other:.1f} m: its channel is frozen; "
+                "check its encoder, and node, cob_id and start_bit in vehicle.toml",
+            )
+    if max(ways) == 0.0:
+        raise CalibrationError(recording.source, f"neither wheel of truck {truck} moves; drive first")
+
+
+def _fixes(recording: Recording, truck: TruckName) -> Poses:
+    """Return the truck's absolute poses inside the recording's time, those with anything known."""
+    if recording.poses is None or not np.any(recording.poses.body == truck):
+        raise FixError(
+            recording.source,
+            f"poses.csv has no pose of truck {truck}; least squares needs absolute poses, dense or at stops",
+        )
+    poses = recording.poses.of(truck)
+    known = np.isfinite(poses.pose).any(axis=1) & np.isfinite(poses.time)
+    first, last = float(recording.time[0]), float(recording.time[-1])
+    margin = 10.0 * recording.vehicle.bus.sync_period
+    inside = known & (poses.time >= first - margin) & (poses.time <= last + margin)
+    if known.any() and inside.sum() < 2:
+        raise FixError(
+            recording.source,
+            f"the poses of truck {truck} lie at {poses.time[known].min():.3f} to "
+            f"{poses.time[known].max():.3f} s, the samples at {first:.3f} to {last:.3f} s; expected one "
+            "clock: put poses.csv on that of can.log",
+        )
+    if inside.sum() < 2:
+        raise FixError(recording.source, f"{inside.sum()} known pose(s) of truck {truck}; two are needed")
+    return type(poses)(poses.time[inside], poses.body[inside], poses.pose[inside], poses.sigma[inside])

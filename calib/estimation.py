@@ -1,0 +1,327 @@
+"""Maximum-likelihood estimation of a calibration: Gauss-Newton on whitened residuals.
+
+Every pass of the filter gives the residuals and their derivatives. The noise's variances follow from the
+same pass by restricted maximum likelihood: what a variance explains of the residuals, against what it should
+explain given the fitted parameters; the ratio is 1 at the maximum. Fixes that lie too far from what all the
+others say get a weight of the square of (threshold / distance), so that a wild one loses its influence and
+good ones keep all of theirs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import chi2, t
+
+from calib.errors import CalibrationError, UnobservableError
+from calib.observability import Held, information_bound, unobservable
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from calib.chains import Chains, Problem
+    from calib.filtering import Filtered, Smoothed
+    from calib.kinematics import Coordinate, Noise
+    from vehicle.se2 import Array
+
+_ROBUST_ROUNDS = 4  # rounds in which variances come from medians, which no outlier can move
+_MOST_ROUNDS = 60
+_GROWTH = 0.05  # of the logarithm of a variance, to see how the rest changes
+_LINEAR = 0.03  # standard deviations by which coordinates may move before the chains are built anew
+_DOUBTFUL = 1e-3  # a good fix lies beyond the threshold with this probability
+_THRESHOLD = np.concatenate(([np.inf], chi2.isf(_DOUBTFUL, [1, 2, 3])))  # by known components
+_NAMED = 0.5  # a fix with a smaller weight is reported
+_MEDIAN = 0.6  # of a chi-square per degree of freedom, for one to three of them
+_FEWEST = 2.0  # degrees of freedom from which a variance is estimated
+
+
+@dataclass(frozen=True, slots=True)
+class DownWeighted:
+    """A fix that the others contradict.
+
+    Attributes:
+        source: of the drive.
+        time: of the fix [s].
+        distance: from what all others predict, in standard deviations.
+        weight: 0 to 1.
+    """
+
+    source: str
+    time: float
+    distance: float
+    weight: float
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseEstimate:
+    """The standard deviation of one kind of noise.
+
+    Attributes:
+        noise: which.
+        value: in its unit.
+        freedom: degrees of freedom of its estimate; 0 where the data hold too few and the guess stands.
+    """
+
+    noise: Noise
+    value: float
+    freedom: float
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What the data say about a problem's coordinates.
+
+    Attributes:
+        names: the coordinates.
+        coordinates: (P,) estimated; 0 where held.
+        covariance: (P, P) their Cramer-Rao bound with the noise estimated; 0 where held.
+        held: coordinates that the data do not tell, and those held by request.
+        condition: number of the free coordinates' information, each scaled by its doubt.
+        noises: of the movements, then of the fixes.
+        freedom: degrees of freedom for intervals.
+        down_weighted: fixes that the others contradict, worst first.
+        fixes: how many measured poses there are.
+        rms: of the whitened residuals; 1 where the noise is described well.
+    """
+
+    names: tuple[Coordinate, ...]
+    coordinates: Array
+    covariance: Array
+    held: tuple[Held, ...]
+    condition: float
+    noises: tuple[NoiseEstimate, ...]
+    freedom: float
+    down_weighted: tuple[DownWeighted, ...]
+    fixes: int
+    rms: float
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations `(P,)` of the coordinates."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def half_width(self, confidence: float = 0.95) -> float:
+        """Return how many standard deviations make an interval of this confidence."""
+        return float(t.ppf(0.5 + 0.5 * confidence, max(self.freedom, 1.0)))
+
+
+def estimate(problem: Problem, hold: Collection[str] = ()) -> Estimate:
+    """Return the estimate of a problem; the coordinates named in `hold` stay nominal.
+
+    Raises:
+        UnobservableError: the data tell nothing about any coordinate.
+        CalibrationError: the fit does not converge.
+    """
+    search = _Search(problem, hold)
+    search.run(_ROBUST_ROUNDS)
+    held = [Held(name, "held by request", float("nan")) for name in hold]
+    found = unobservable(problem.coordinates, search.information, search.free)
+    if found:
+        held += found
+        lost = {one.name for one in found}
+        search.free = search.free & np.array([one.name not in lost for one in problem.coordinates])
+        if not search.free.any():
+            raise UnobservableError(problem.source, {one.name: one.reason for one in found})
+        search.release()
+        search.run(0)
+    return search.result(tuple(held))
+
+
+class _Search:
+    """Coordinates, variances and weights on their way to the maximum of the likelihood."""
+
+    def __init__(self, problem: Problem, hold: Collection[str]) -> None:
+        self.problem = problem
+        self.free = np.array([one.name not in hold for one in problem.coordinates])
+        self.coordinates = self.origin = np.zeros(len(self.free))
+        self.built: Chains | None = None
+        self.variances = np.array([one.guess**2 for one in problem.noises])
+        self.expected = np.zeros(len(self.variances))
+        self.information = np.zeros((len(self.free), len(self.free)))
+        self.prior = np.array([one.doubt**-2.0 for one in problem.coordinates])
+        self.weights = np.ones(0)
+        self.distance = np.ones(0)
+        self.rms = float("nan")
+
+    def release(self) -> None:
+        """Put held coordinates back to nominal."""
+        self.coordinates = np.where(self.free, self.coordinates, 0.0)
+
+    def run(self, robust_rounds: int) -> None:
+        """Iterate to convergence, the first rounds with variances that no outlier can move.
+
+        Raises:
+            CalibrationError: it does not converge.
+        """
+        for number in range(_MOST_ROUNDS):
+            if self._round(robust=number < robust_rounds) and number >= robust_rounds:
+                return
+        raise CalibrationError(
+            self.problem.source,
+            "the least-squares fit does not converge; check that wheels and poses belong to the same drive, "
+            "their units, and which wheel is left",
+        )
+
+    def _round(self, *, robust: bool) -> bool:
+        """Do one pass; return whether nothing changes any more."""
+        chains = self._chains()
+        filtered, smoothed = chains.filtered(self.variances, self.weights)
+        slope = filtered.innovation[:, :, 1:]
+        value = filtered.innovation[:, :, 0] + slope @ (self.coordinates - self.origin)
+        white = filtered.precision @ slope
+        self.information = np.tensordot(slope, white, ((0, 1), (0, 1)))
+        gradient = np.tensordot(white, value, ((0, 1), (0, 1)))
+        bound = information_bound(self.information + np.diag(self._doubt()), self.free)
+        change = -bound @ (gradient + self._doubt() * self.coordinates)
+        change *= min(1.0, 0.3 / max(float(np.abs(change).max()), 1e-12))
+        self.coordinates = self.coordinates + change
+        moved = float(np.sqrt(change @ self.information @ change))
+        self._measure(chains, filtered, value + slope @ change)
+        now = _Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
+        grown = self._scale(now, robust=robust)
+        weighed = self._weigh(now)
+        return moved < 1e-3 and grown < 1e-3 and weighed < 1e-2
+
+    def _chains(self) -> Chains:
+        """Return the chains, anew where the coordinates have left the point at which they are linear."""
+        away = self.coordinates - self.origin
+        if self.built is None or float(np.sqrt(away @ self.information @ away)) > _LINEAR:
+            self.built = self.problem.chains(self.coordinates)
+            self.origin = self.coordinates
+            if len(self.weights) == 0:
+                self.weights, self.distance = np.ones(len(self.built.first)), np.zeros(len(self.built.first))
+        return self.built
+
+    def _doubt(self) -> Array:
+        """Return the information from elsewhere: a whisper, only to keep what no fix tells where it is."""
+        return self.prior * 1e-3
+
+    def _measure(self, chains: Chains, filtered: Filtered, residual: Array) -> None:
+        known = np.isfinite(chains.measured).sum() - 3 * chains.first.sum()
+        square = float(np.einsum("ki,kij,kj->", residual, filtered.precision, residual))
+        self.rms = float(np.sqrt(square / max(known - self.free.sum(), 1)))
+
+    def _scale(self, now: _Residuals, *, robust: bool) -> float:
+        """Scale the variances towards their likeliest values; return by how much at most."""
+        largest = 0.0
+        for number, noise in enumerate(self.problem.noises):
+            found, expected = now.explained(number, self.variances[number], self.weights)
+            self.expected[number] = expected.sum()
+            if self.expected[number] < _FEWEST:
+                continue
+            if robust:
+                some = expected > 1e-9 * expected.max()
+                ratio = float(np.median(found[some] / expected[some])) / _MEDIAN
+            else:
+                ratio = float(found.sum() / self.expected[number])
+            factor = min(max(ratio, 0.02), 50.0)
+            self.variances[number] *= factor
+            if self.variances[number] > 1e-6 * noise.guess**2:  # one that vanishes converges slowly
+                largest = max(largest, abs(float(np.log(factor))) / float(np.sqrt(1.0 + self.expected[number])))
+        return largest
+
+    def _weigh(self, now: _Residuals) -> float:
+        """Weigh every fix by how far it lies from what all others say; return the largest change."""
+        square = now.distances(self.variances, self.weights)
+        components = np.isfinite(now.chains.measured).sum(axis=1)
+        weights = np.minimum(1.0, _THRESHOLD[components] / np.maximum(square, 1e-12))
+        moved = float(np.abs(weights - self.weights).max(initial=0.0))
+        self.weights, self.distance = weights, np.sqrt(square)
+        return moved
+
+    def _freedom(self, number: int) -> float:
+        """Return the degrees of freedom of a variance's estimate: twice the information on its logarithm.
+
+        What it is expected to explain, tr(V^-1 V_j), falls when it grows; how fast is the information.
+        """
+        if self.expected[number] < _FEWEST:
+            return 0.0
+        grown = self.variances.copy()
+        grown[number] *= math.exp(_GROWTH)
+        chains = self._chains()
+        filtered, smoothed = chains.filtered(grown, self.weights)
+        slope = filtered.innovation[:, :, 1:]
+        information = np.tensordot(slope, filtered.precision @ slope, ((0, 1), (0, 1)))
+        bound = information_bound(information, self.free)
+        now = _Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
+        _, expected = now.explained(number, grown[number], self.weights)
+        # explained by V_j grown: with its variance as it was, the growth of the factor itself is taken out
+        slope_of_rest = (float(expected.sum()) * math.exp(-_GROWTH) - self.expected[number]) / _GROWTH
+        return max(-slope_of_rest, 0.0)
+
+    def result(self, held: tuple[Held, ...]) -> Estimate:
+        """Return the estimate."""
+        problem = self.problem
+        covariance = information_bound(self.information, self.free)
+        doubts = np.array([one.doubt for one in problem.coordinates])[self.free]
+        scaled = self.information[np.ix_(self.free, self.free)] * np.outer(doubts, doubts)
+        worst = [int(k) for k in np.argsort(self.weights) if self.weights[k] < _NAMED]
+        freedom = np.array([self._freedom(number) for number in range(len(self.variances))])
+        estimated = freedom > 0.0
+        return Estimate(
+            problem.coordinates,
+            np.where(self.free, self.coordinates, 0.0),
+            covariance,
+            held,
+            float(np.linalg.cond(scaled)),
+            tuple(
+                NoiseEstimate(noise, float(np.sqrt(variance)), float(own))
+                for noise, variance, own in zip(problem.noises, self.variances, freedom, strict=True)
+            ),
+            float(freedom[estimated].min(initial=1e6)),
+            tuple(
+                DownWeighted(*problem.place(k), float(self.distance[k]), float(self.weights[k]))
+                for k in worst
+            ),
+            len(self.weights),
+            self.rms,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Residuals:
+    """Auxiliary residuals of fixes and movements, after the last change of the coordinates."""
+
+    chains: Chains
+    heading: Array
+    smoothed: Smoothed
+    change: Array
+    bound: Array
+
+    def explained(self, number: int, variance: float, weights: Array) -> tuple[Array, Array]:
+        """Return what one noise explains of the residuals, and what it should, each `(M,)`."""
+        kinds = len(self.chains.process)
+        if number < kinds:
+            shape, auxiliary = self.chains.process[number] * variance, self.smoothed.step
+            spread = self.smoothed.step_precision
+        else:
+            scattered = self.chains.scatter[number - kinds] * variance
+            shape = turned(scattered / weights[:, np.newaxis, np.newaxis], self.heading)
+            auxiliary, spread = self.smoothed.fix, self.smoothed.fix_precision
+        residual = auxiliary[:, :, 0] + auxiliary[:, :, 1:] @ self.change
+        found = np.einsum("ki,ki->k", residual, (shape @ residual[:, :, np.newaxis])[:, :, 0])
+        slope = auxiliary[:, :, 1:]
+        mixed = shape @ (spread - slope @ self.bound @ slope.transpose(0, 2, 1))
+        return found, np.trace(mixed, axis1=1, axis2=2)
+
+    def distances(self, variances: Array, weights: Array) -> Array:
+        """Return the squared distance `(M,)` of each fix from what all others say, in its own covariance."""
+        noise = turned(self.chains.noise(variances), self.heading)
+        fix = self.smoothed.fix
+        apart = np.linalg.inv(self.smoothed.fix_precision + 1e-12 * np.eye(3))
+        away = apart @ (fix[:, :, :1] + fix[:, :, 1:] @ self.change[:, np.newaxis])
+        spread = apart + noise * (1.0 - 1.0 / weights)[:, np.newaxis, np.newaxis]
+        square = (away.transpose(0, 2, 1) @ np.linalg.solve(spread, away))[:, 0, 0]
+        return np.asarray(np.maximum(square, 0.0), np.float64)
+
+
+def turned(covariance: Array, angle: Array) -> Array:
+    """Return covariances `(M, 3, 3)` of the world frame in frames turned by angles `(M,)` [rad]."""
+    turn = np.zeros((len(angle), 3, 3))
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
+    turn[:, 0, 1], turn[:, 1, 0] = np.sin(angle), -np.sin(angle)
+    turn[:, 2, 2] = 1.0
+    return np.asarray(turn @ covariance @ turn.transpose(0, 2, 1), np.float64)
