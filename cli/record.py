@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import signal
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -30,6 +30,18 @@ if TYPE_CHECKING:
     from vehicle.sample import Sample
 
 REFRESH = 0.25  # [s] between two looks at the status line
+
+
+class NothingHeardError(OmnimateError):
+    """A recording that ended before its first SYNC.
+
+    Attributes:
+        bus: URL.
+    """
+
+    def __init__(self, bus: str) -> None:
+        super().__init__(f"{bus}: ended before the first SYNC; nothing was recorded")
+        self.bus = bus
 
 
 class ListenOnlyError(OmnimateError):
@@ -80,13 +92,29 @@ def record(
     except BaseException:
         recorder.discard()
         raise
-    with recorder, reader, contextlib.suppress(KeyboardInterrupt):
+    with _kept(recorder, reader), contextlib.suppress(KeyboardInterrupt):
+        out.print(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it", soft_wrap=True)
         if program is not None and not isinstance(reader, PassiveReader):
             drive_program(reader, program, recorder)
         else:
             _follow(reader.samples(), robot, seconds)
+    if reader.report().syncs == 0:
+        recorder.discard()
+        raise NothingHeardError(bus)
     show_report(reader.report())
     out.print(f"recording: {folder}", soft_wrap=True)
+
+
+@contextlib.contextmanager
+def _kept(recorder: Recorder, reader: Driver | PassiveReader) -> Iterator[None]:
+    """Close both in the end; keep nothing of a recording that fails before its first SYNC."""
+    try:
+        with recorder, reader:
+            yield
+    except BaseException:
+        if reader.report().syncs == 0:
+            recorder.discard()
+        raise
 
 
 def _open(

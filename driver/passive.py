@@ -55,18 +55,19 @@ class PassiveReader:
     def __exit__(self, *_error: object) -> None:
         self.close()
 
-    def samples(self, idle: float = 2.0) -> Iterator[Sample]:
+    def samples(self, idle: float = 2.0, patience: float = 30.0) -> Iterator[Sample]:
         """Yield a sample per SYNC, each when the next SYNC shows that it is over.
 
         Args:
             idle: seconds without a SYNC after which the source counts as ended.
+            patience: seconds in which the first SYNC must come.
 
         Raises:
             NoSync: there was not a single one.
             BusError: the bus failed.
         """
         assembler, heard = self._monitor.assembler, time.monotonic()
-        while time.monotonic() - heard < idle:
+        while time.monotonic() - heard < (idle if self._syncs else patience):
             message = self._receive(idle)
             if message is None:
                 continue
@@ -78,7 +79,7 @@ class PassiveReader:
             else:
                 self._monitor.take(message, self._link.arrival)
         if not self._syncs:
-            raise NoSync(idle)
+            raise NoSync(patience)
         yield self._close()
 
     def report(self) -> DriverReport:

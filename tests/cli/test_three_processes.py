@@ -1,0 +1,106 @@
+"""Three processes on one bus: the simulated vehicle, our recorder, and python-can's own tools."""
+
+import re
+import signal
+import subprocess
+import sys
+from collections import Counter
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vehicle.folder import load_recording
+from vehicle.logs import read_log
+
+TOOLS = Path(sys.executable).parent
+PATIENCE = 60.0  # [s] of a wait that normally ends at once
+
+
+@contextmanager
+def started(name, *arguments):
+    """Start a command of this environment, whose output can be read line by line; end it in any case."""
+    process = subprocess.Popen(
+        [TOOLS / name, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env={"PYTHONUNBUFFERED": "1", "COLUMNS": "120"},
+    )
+    with process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def await_line(process, pattern):
+    """Read a process's output up to a line with a pattern; return the match."""
+    for line in process.stdout:
+        if match := re.search(pattern, line):
+            return match
+    raise AssertionError(f"{process.args}: ended without {pattern!r}")
+
+
+@pytest.fixture
+def bus():
+    """The port of a simulated vehicle's bus, whose robot drives by itself."""
+    drive = ("--drive", "umbmark", "--side", 1, "--runs", 1)
+    with started("omnimate", "sim", "--listen", "127.0.0.1:0", *drive) as sim:
+        yield int(await_line(sim, r"listening on 127\.0\.0\.1:(\d+)")[1])
+        sim.send_signal(signal.SIGTERM)
+        assert sim.wait(PATIENCE) == 0
+
+
+def contents(log):
+    return Counter((frame.can_id, frame.data) for frame in read_log(log).frames)
+
+
+def ended(process):
+    """Return what a process still prints until it ends by itself."""
+    return process.communicate(timeout=PATIENCE)[0]
+
+
+def test_our_recorder_and_can_logger_keep_the_same_frames(bus, tmp_path):
+    """can_logger begins earlier and ends later; all that we recorded, sent or received, is in its log."""
+    where = ("--bus-kwargs", "host=127.0.0.1", f"port={bus}")
+    url = f"socketcand://127.0.0.1:{bus}/can0"
+    with started(
+        "can_logger", *where, "-i", "socketcand", "-c", "can0", "-f", tmp_path / "other.log"
+    ) as logger:
+        await_line(logger, "Can Logger")
+        with started("omnimate", "record", tmp_path / "ours", "--bus", url, "--seconds", 3.5) as recorder:
+            assert "recording:" in ended(recorder)
+        assert recorder.returncode == 0
+        logger.send_signal(signal.SIGINT)
+        ended(logger)
+    ours, theirs = contents(tmp_path / "ours/can.log"), contents(tmp_path / "other.log")
+    assert ours.total() > 500
+    assert ours - theirs == Counter(), "frames that only our recorder saw"
+    extra = {can_id for can_id, _ in theirs - ours}
+    assert extra <= {0x700 + node for node in (*range(1, 8), *range(11, 15))}, "only heartbeats came after us"
+    recording = load_recording(tmp_path / "ours")
+    assert recording.channel_counts("a.left")[-1] != recording.channel_counts("a.left")[0], "it drove"
+
+
+def test_can_player_replays_a_log_into_our_recorder(bus, omnimate, tmp_path):
+    """What python-can's player sends is recorded frame by frame, nothing is sent, and it makes samples."""
+    assert omnimate("simulate", tmp_path / "drive", "--protocol", "eight", "--side", 1, "--runs", 1).code == 0
+    source = tmp_path / "source.log"
+    lines = (tmp_path / "drive/can.log").read_text().splitlines(keepends=True)
+    source.write_text("".join(lines[:1600]))
+    where = ("--bus-kwargs", "host=127.0.0.1", f"port={bus}")
+    url = f"socketcand://127.0.0.1:{bus}/can0"
+    with started("omnimate", "record", tmp_path / "ours", "--bus", url, "--listen-only") as recorder:
+        await_line(recorder, "listening")
+        with started("can_player", *where, "-i", "socketcand", "-c", "can0", source) as player:
+            ended(player)
+        assert player.returncode == 0
+        assert "recording:" in ended(recorder)
+    sent, heard = contents(source), contents(tmp_path / "ours/can.log")
+    assert (sent - heard).total() <= 2, "the player may close its connection on its last frames"
+    recording = load_recording(tmp_path / "ours")
+    expected = load_recording(tmp_path / "drive")
+    moved = np.ptp(recording.channel_counts("a.left"))
+    assert moved == np.ptp(expected.channel_counts("a.left")[: len(recording)])
