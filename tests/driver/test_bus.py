@@ -61,6 +61,21 @@ def test_a_virtual_bus_opens_by_name():
     assert message.arbitration_id == 0x123
 
 
+def test_a_virtual_bus_shares_its_channel_with_python_cans_own():
+    ours, theirs = open_bus("virtual://shared"), can.Bus(interface="virtual", channel="shared")
+    data = bytearray(b"\x01\x02")
+    ours.send(can.Message(arbitration_id=0x181, data=data, is_extended_id=False))
+    data[0] = 9
+    theirs.send(can.Message(arbitration_id=0x182, is_extended_id=False))
+    here, there = ours.recv(0), theirs.recv(0)
+    assert ours.recv(0) is None
+    ours.shutdown()
+    theirs.shutdown()
+    assert here is not None
+    assert there is not None
+    assert (here.arbitration_id, there.arbitration_id, bytes(there.data)) == (0x182, 0x181, b"\x01\x02")
+
+
 def test_a_port_on_which_nobody_listens_is_refused_at_once():
     with socket.create_server(("127.0.0.1", 0)) as unused:
         port = unused.getsockname()[1]
