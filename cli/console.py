@@ -14,6 +14,22 @@ def complain(sentence: str) -> None:
     err.print(sentence, markup=False, soft_wrap=True)
 
 
+_flaws: list[str] = []
+
+
+def flaw(sentence: str) -> None:
+    """Print a warning about data that were left out; the exit code will be 1 although the rest goes on."""
+    _flaws.append(sentence)
+    warn(sentence)
+
+
+def take_flaws() -> list[str]:
+    """Return the flaws since the last call, and forget them."""
+    taken = _flaws.copy()
+    _flaws.clear()
+    return taken
+
+
 def warn(sentence: str) -> None:
     """Print one warning sentence."""
     err.print("[bold yellow]warning:[/] ", end="")

@@ -1,6 +1,7 @@
 """The `omnimate` command: its verbs, and what its exit codes mean.
 
-Exit codes: 0 all is well; 1 an error that the message explains; 2 the call itself is wrong.
+Exit codes: 0 all is well; 1 an error that the message explains, or data that had to be left out; 2 the call
+itself is wrong.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import sys
 
 import typer
 
-from cli.console import complain
+from cli.console import complain, take_flaws
 from cli.dbc import dbc
 from cli.demo import demo
 from cli.dump import dump
@@ -33,8 +34,13 @@ for verb in (demo, sim, simulate, record, replay, dump, dbc, umbmark):
 
 def main() -> None:
     """Run one verb; a problem that the user can solve is one sentence on stderr and exit code 1."""
+    take_flaws()
     try:
         app()
+    except SystemExit as ended:
+        if take_flaws() and not ended.code:
+            sys.exit(1)
+        raise
     except OmnimateError as error:
         complain(str(error))
         sys.exit(1)

@@ -15,7 +15,8 @@ from rich.box import SIMPLE_HEAD
 from rich.progress import track
 from rich.table import Table
 
-from cli.console import err, out, warn
+from cli.console import err, out
+from cli.loading import tell_problems
 from cli.robots import nominal_vehicle
 
 if TYPE_CHECKING:
@@ -93,11 +94,7 @@ def _show_log(log: LogReadResult, vehicle: VehicleParameters, assembly: Assembly
     counts = np.bincount(classify(log.frames, vehicle), minlength=len(CLASSES))
     words = [f"{name} {count}" for name, count in zip(CLASSES, counts.tolist(), strict=True) if count]
     out.print(f"{len(log.frames)} frames: {', '.join(words)}", soft_wrap=True)
-    for number, problem in enumerate(log.problems()):
-        if number == MOST_PROBLEMS:
-            warn("and more of the kind")
-            break
-        warn(problem)
+    tell_problems(log)
     if assembly is not None:
         _show_pdos(assembly)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +21,12 @@ if TYPE_CHECKING:
 # The truth of truck a is that of U Fig. 11; truck b errs the other way round.
 WHEELBASE_ERROR: dict[TruckName, float] = {"a": 336.17 / 340.00, "b": 340.00 / 336.17}
 DIAMETER_ERROR: dict[TruckName, float] = {"a": 1.00084, "b": 1.0 / 1.00084}
+
+
+_BUMP = {
+    "wheel": str, "after": float, "lap": int, "x": float, "y": float, "size": float, "height": float,
+    "shape": str,
+}  # fmt: skip
 
 
 class BumpError(OmnimateError):
@@ -76,26 +81,19 @@ def parse_bump(text: str) -> Bump:
     """
     from vcan_sim.bumps import Bump
 
-    kinds = {field.name: str(field.type) for field in fields(Bump)}
     values: dict[str, object] = {}
     for pair in text.split(","):
         key, equals, value = pair.partition("=")
-        if key not in kinds or not equals:
-            raise BumpError(text, f"{pair!r} is not understood; expected key=value with {', '.join(kinds)}")
+        if key not in _BUMP or not equals:
+            raise BumpError(text, f"{pair!r} is not understood; expected key=value with {', '.join(_BUMP)}")
         try:
-            values[key] = _convert(kinds[key], value)
+            values[key] = _BUMP[key](value)
         except ValueError:
             raise BumpError(text, f"{pair}: expected a number") from None
     try:
-        return Bump(**values)  # type: ignore[arg-type]  # converted by the fields' own types above
-    except ValueError as error:
+        return Bump(**values)  # type: ignore[arg-type]  # of the fields' own types, by the table above
+    except OmnimateError as error:
         raise BumpError(text, str(error)) from error
-
-
-def _convert(kind: str, value: str) -> object:
-    if kind == "float":
-        return float(value)
-    return int(value) if kind.startswith("int") else value
 
 
 def program_of(

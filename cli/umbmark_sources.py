@@ -15,7 +15,7 @@ from calib.experiment import (
 )
 from calib.optiodom import is_optiodom
 from calib.recordings import has_fixes
-from vehicle.folder import load_recording
+from cli.loading import load
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,7 +66,7 @@ def load_cases(
         else:
             expected = "a recording folder, a CSV table of return errors, or an OptiOdom folder"
             raise CalibrationError(source, f"expected {expected}")
-    recordings = [_with_trucks(load_recording(folder), vehicle) for folder in folders]
+    recordings = [_with_trucks(load(folder), vehicle) for folder in folders]
     if recordings:
         cases = _recording_cases(recordings, folders[0].resolve().name, truck, side) + cases
         vehicle = vehicle or recordings[0].vehicle

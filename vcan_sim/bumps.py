@@ -78,6 +78,8 @@ class Bump:
     def __post_init__(self) -> None:
         if self.wheel is not None and self.wheel not in WHEELS:
             raise SimulationError(f"bump: {self.wheel!r} is no wheel; expected one of {', '.join(WHEELS)}")
+        if self.shape not in _LOSS:
+            raise SimulationError(f"bump: {self.shape!r} is no shape; expected one of {', '.join(_LOSS)}")
         if not (self.height > 0.0 and self.size > 0.0):
             raise SimulationError(f"bump: height {self.height} m, size {self.size} m; expected more than 0")
 

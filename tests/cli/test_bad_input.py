@@ -1,0 +1,110 @@
+"""What a user gets wrong is said in one sentence, exits with 1, and leaves nothing half-written."""
+
+import socket
+
+import pytest
+
+from vehicle.folder import load_recording
+
+
+@pytest.fixture
+def drive(omnimate, tmp_path):
+    """A small recording folder."""
+    arguments = ("--side", 1, "--runs", 1, "--start", 1700000000, "--speed", 0.4)
+    assert omnimate("simulate", tmp_path / "drive", *arguments).code == 0
+    return tmp_path / "drive"
+
+
+def said(result):
+    """Return the one error of a result, after checking that it failed with a sentence and no traceback."""
+    assert result.code == 1
+    assert "Traceback" not in result.err
+    assert "error: " in result.err
+    return result.err.split("error: ", 1)[1]
+
+
+@pytest.mark.parametrize("verb", [["replay"], ["umbmark"]])
+def test_a_truncated_log_is_used_as_far_as_it_goes_and_marked(omnimate, drive, verb):
+    log = drive / "can.log"
+    content = log.read_bytes()
+    log.write_bytes(content[: -len(content) // 500 - 7])
+    result = omnimate(*verb, drive)
+    assert result.code == 1
+    assert "the log ends early" in result.err
+
+
+@pytest.mark.parametrize("verb", [["replay"], ["umbmark"]])
+def test_a_line_of_garbage_is_skipped_with_its_number(omnimate, drive, verb):
+    log = drive / "can.log"
+    lines = log.read_text().splitlines(keepends=True)
+    lines.insert(41, "segmentation fault (core dumped)\n")
+    log.write_text("".join(lines))
+    result = omnimate(*verb, drive)
+    assert result.code == 1
+    assert "can.log:42: skipped" in result.err
+    assert "truck" in result.out, "what can be said is said all the same"
+
+
+def test_a_file_that_is_no_log_is_refused(omnimate, tmp_path):
+    (tmp_path / "notes.txt").write_text("buy oil\n")
+    assert "notes.txt" in said(omnimate("replay", tmp_path / "notes.txt"))
+
+
+@pytest.mark.parametrize("verb", [["replay"], ["umbmark"]])
+def test_a_wrong_unit_names_file_key_and_what_was_expected(omnimate, drive, verb):
+    toml = drive / "vehicle.toml"
+    toml.write_text(toml.read_text().replace("wheelbase = 0.34", "wheelbase = 340", 1))
+    sentence = said(omnimate(*verb, drive))
+    assert "vehicle.toml: truck.a.wheelbase: 340 is impossible" in sentence
+    assert "write 0.34" in sentence
+
+
+@pytest.mark.parametrize(
+    "url", ["socketcand://127.0.0.1:{port}/can0", "socketcan://nosuchcan9", "canopen://x", "can0"]
+)
+def test_a_bus_that_nobody_answers_is_said_and_no_folder_is_left(omnimate, tmp_path, url):
+    with socket.socket() as closed:
+        closed.bind(("127.0.0.1", 0))
+        url = url.format(port=closed.getsockname()[1])
+        assert url in said(omnimate("record", tmp_path / "out", "--bus", url))
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_silent_bus_names_the_node_that_is_missing(omnimate, tmp_path):
+    sentence = said(omnimate("record", tmp_path / "out", "--bus", "virtual://nobody-here"))
+    assert "node 1" in sentence
+    assert "a.left" in sentence
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_holds_a_recording_is_not_overwritten(omnimate, drive):
+    before = load_recording(drive).counts
+    assert "holds a recording" in said(omnimate("record", drive, "--bus", "virtual://any"))
+    assert (load_recording(drive).counts == before).all()
+
+
+def test_a_table_with_cw_and_ccw_swapped_is_refused(omnimate, tmp_path):
+    table = tmp_path / "tape.csv"
+    rows = ["cw,-290,-220", "cw,-280,-230", "ccw,60,-45", "ccw,70,-50"]
+    swapped = [("ccw" if row.startswith("cw") else "cw") + row[row.index(",") :] for row in rows]
+    nominal = tmp_path / "vehicle.toml"
+    assert omnimate("simulate", tmp_path / "any", "--side", 0.5, "--runs", 1).code == 0
+    (tmp_path / "any/vehicle.toml").rename(nominal)
+    arguments = ("--side", 4, "--vehicle", nominal, "--out", tmp_path / "out.toml")
+    table.write_text("\n".join(["direction,x_mm,y_mm", *rows]))
+    assert omnimate("umbmark", table, *arguments).code == 0
+    (tmp_path / "out.toml").unlink()
+    table.write_text("\n".join(["direction,x_mm,y_mm", *swapped]))
+    assert "swapped" in said(omnimate("umbmark", table, *arguments))
+    assert not (tmp_path / "out.toml").exists()
+
+
+@pytest.mark.parametrize("address", ["29536", "127.0.0.1:", "127.0.0.1:99999", ":1"])
+def test_an_address_that_is_none_is_refused(omnimate, address):
+    assert "expected host:port" in said(omnimate("sim", "--listen", address))
+
+
+@pytest.mark.parametrize("bump", ["wheel=a.rihgt,after=1", "height=tall", "colour=red", "after", "shape=round"])
+def test_a_bump_that_is_none_is_refused(omnimate, tmp_path, bump):
+    assert bump in said(omnimate("simulate", tmp_path / "out", "--bump", bump))
+    assert not (tmp_path / "out").exists()
