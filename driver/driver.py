@@ -273,6 +273,8 @@ class Driver:
         self._monitor.assembler.skip(int(away / self.vehicle.bus.sync_period))
         for node in self._nodes:
             self._recovery.request(node, before + away)
+        for drive in self.vehicle.drives:  # they have missed our heartbeat
+            self.drives.dropped(drive.node, before + away)
 
     def _reopen(self, url: str, lost: BusLost) -> can.BusABC:
         delay, waited = FIRST_DELAY, 0.0

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from driver import driver as module
 from driver.driver import Driver
 from driver.drives import target_velocity
 from driver.errors import BadCommand, DriveError, NodeMissing, NotEnabled
@@ -202,6 +203,24 @@ def test_a_drive_that_drops_out_stops_all_wheels_until_enable(kit, robot, drop_o
     driver.enable()
     driver.command((1.0, 1.0))
     assert targets(bus, 0x212)[-1] == round(-COUNTS)
+
+
+def test_a_bus_that_was_lost_leaves_the_drives_disabled(kit, monkeypatch):
+    """They have missed our heartbeat and stopped by themselves; only `enable` starts them again."""
+    drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
+    devices = [kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)]
+    buses = [kit.Bus(devices), kit.Bus(devices)]
+    monkeypatch.setattr(module, "open_bus", lambda _url: buses[0])
+    with Driver(kit.one_truck(drives=drives), "virtual://fake", clock=kit.Clock()) as driver:
+        driver.configure()
+        driver.enable()
+        driver.cycle()
+        buses.pop(0).is_dead = True
+        driver.cycle()
+        with pytest.raises(NotEnabled, match="dropped out"):
+            driver.command((1.0, 1.0))
+        driver.enable()
+        driver.command((1.0, 1.0))
 
 
 def test_a_vehicle_without_drives_cannot_be_enabled(kit):
