@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from vehicle.parameters import Truck
@@ -27,6 +28,30 @@ def corrected_truck(truck: Truck, e_b: float, e_d: float) -> Truck:
         wheel_diameter_left=2.0 * mean / (ratio + 1.0),
         wheel_diameter_right=2.0 * mean / (1.0 / ratio + 1.0),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Factors:
+    """What separates two sets of parameters of a truck.
+
+    Attributes:
+        e_b: of the wheelbases, U (2.4).
+        e_d: of the ratios D_R / D_L, U (2.3).
+        c_left: of the left diameters, U (4.33).
+        c_right: of the right diameters.
+    """
+
+    e_b: float
+    e_d: float
+    c_left: float
+    c_right: float
+
+
+def factors_between(first: Truck, last: Truck) -> Factors:
+    """Return the factors of all passes together that led from the first parameters to the last."""
+    left = last.wheel_diameter_left / first.wheel_diameter_left
+    right = last.wheel_diameter_right / first.wheel_diameter_right
+    return Factors(last.wheelbase / first.wheelbase, right / left, left, right)
 
 
 def corrected_vehicle(vehicle: VehicleParameters, trucks: Mapping[TruckName, Truck]) -> VehicleParameters:

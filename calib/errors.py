@@ -31,6 +31,18 @@ class FixError(CalibrationError):
     """An absolute pose that is needed before or after a lap, and is not there."""
 
 
+class FrozenChannelError(CalibrationError):
+    """An encoder that stands still while the robot moves.
+
+    Attributes:
+        channel: of the encoder, as far as it is known: a wheel or a joint.
+    """
+
+    def __init__(self, source: str | Path, channel: str, problem: str) -> None:
+        super().__init__(source, f"{channel} {problem}")
+        self.channel = channel
+
+
 class OptiOdomError(CalibrationError):
     """A folder that is no OptiOdom set of squares."""
 

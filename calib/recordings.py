@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from vehicle.parameters import TruckName
     from vehicle.recording import Recording
 
+_STILL = 0.1  # [s] before and after a fix at rest, nothing moves
 _REST = 0.5e-3  # [m] a truck whose wheels stay within this is at rest
 
 
@@ -42,7 +43,7 @@ def square_runs(recording: Recording, truck: TruckName = "a") -> tuple[SquareRun
         raise CalibrationError(
             recording.source, f"poses.csv has no pose of truck {truck}; UMBmark needs fixes"
         )
-    drive = _Drive(recording, truck, recording.poses.of(truck))
+    drive = Drive(recording, truck, recording.poses.of(truck))
     runs = []
     for number, lap in enumerate(recording.run.laps, start=1):
         if lap.direction == "none":
@@ -54,7 +55,7 @@ def square_runs(recording: Recording, truck: TruckName = "a") -> tuple[SquareRun
     return tuple(runs)
 
 
-class _Drive:
+class Drive:
     """One truck's wheels and fixes on the recording's clock."""
 
     def __init__(self, recording: Recording, truck: TruckName, fixes: Poses) -> None:
@@ -65,13 +66,23 @@ class _Drive:
         parameters = recording.vehicle.trucks[truck]
         self.radii = 0.5 * np.array([parameters.wheel_diameter_left, parameters.wheel_diameter_right])
 
-    def travel_at(self, time: float) -> Array:
-        """Return the travel `(2,)` of both wheels at a time [m]."""
-        return np.array([np.interp(time, self.time, wheel) for wheel in self.travel.T])
+    def rests(self) -> list[float]:
+        """Return the time of one fix in each rest that has fixes, in order."""
+        times: list[float] = []
+        before, after = (self._travel_at(self.fixes.time + shift) for shift in (-_STILL, _STILL))
+        still = (np.abs(after - before) <= _REST).all(axis=-1)
+        for time in self.fixes.time[still]:
+            if not times or time > self.rest(times[-1])[1]:
+                times.append(float(time))
+        return times
+
+    def _travel_at(self, time: float | Array) -> Array:
+        """Return the travel `(..., 2)` of both wheels at times [m]."""
+        return np.stack([np.interp(time, self.time, wheel) for wheel in self.travel.T], axis=-1)
 
     def rest(self, time: float) -> tuple[float, float]:
         """Return the stretch of time around `time` in which neither wheel moved."""
-        moved = self.time[(np.abs(self.travel - self.travel_at(time)) > _REST).any(axis=1)]
+        moved = self.time[(np.abs(self.travel - self._travel_at(time)) > _REST).any(axis=1)]
         earlier, later = moved[moved < time], moved[moved > time]
         return (
             float(earlier[-1]) if len(earlier) else -np.inf,
@@ -83,7 +94,7 @@ class _Drive:
         times = self.fixes.time[self.fixes.time < self.rest(time)[1]]
         if len(times) == 0:
             raise FixError(source, "no absolute pose before the lap; measure one at rest before it starts")
-        pose = self._mean_fix(float(times[-1]))
+        pose = self.mean_fix(float(times[-1]))
         if np.isnan(pose[2]):
             raise FixError(
                 source, "the absolute pose before the lap has no theta; return errors need its frame"
@@ -95,9 +106,9 @@ class _Drive:
         times = self.fixes.time[self.fixes.time > self.rest(time)[0]]
         if len(times) == 0:
             raise FixError(source, "no absolute pose after the lap; measure one at rest after it ends")
-        return float(times[0]), self._mean_fix(float(times[0]))
+        return float(times[0]), self.mean_fix(float(times[0]))
 
-    def _mean_fix(self, time: float) -> Array:
+    def mean_fix(self, time: float) -> Array:
         """Return the mean pose `(3,)` of all fixes of the rest that holds `time`."""
         start, end = self.rest(time)
         same = ((self.fixes.time > start) & (self.fixes.time < end)) | (self.fixes.time == time)
@@ -106,7 +117,7 @@ class _Drive:
     def wheel_angles(self, start: float, end: float) -> Array:
         """Return the wheels' angles `(N, 2)` in each step between two times [rad]."""
         inside = (self.time > start) & (self.time < end)
-        travel = np.vstack([self.travel_at(start), self.travel[inside], self.travel_at(end)])
+        travel = np.vstack([self._travel_at(start), self.travel[inside], self._travel_at(end)])
         return np.asarray(np.diff(travel, axis=0) / self.radii, np.float64)
 
 

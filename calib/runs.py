@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from calib.errors import CalibrationError, DirectionError
+from calib.errors import CalibrationError, DirectionError, FrozenChannelError
 from calib.return_errors import ReturnErrors
 from vehicle.odometry import arc, integrate
 from vehicle.se2 import Array, wrap
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 SquareDirection = Literal["cw", "ccw"]
 
 _TURN_TOLERANCE = math.radians(45.0)  # of the total rotation: half a corner
+_FROZEN = 0.05  # [m] that one wheel cannot roll while the other stands
 _LENGTH_TOLERANCE = 0.15  # of the whole way
 
 
@@ -55,9 +56,11 @@ class SquareRun:
         """Refuse a run that is not one square of `side` [m] in the direction stated, by its own wheels.
 
         Raises:
+            FrozenChannelError: a wheel does not count while the other one turns.
             DirectionError: the odometry's total rotation is not -360 degrees (cw) or +360 degrees (ccw).
             CalibrationError: the way is not four sides long.
         """
+        self._check_frozen(truck)
         self._check_rotation(truck)
         travel = self.wheel_angles * (0.5 * np.array([truck.wheel_diameter_left, truck.wheel_diameter_right]))
         length = float(np.abs(travel.mean(axis=1)).sum())
@@ -67,6 +70,20 @@ class SquareRun:
                 f"by its wheels this run is {length:.2f} m long; expected 4 x {side:g} m; "
                 "check the side (one leg, not the whole path) and the diameters",
             )
+
+    def _check_frozen(self, truck: Truck) -> None:
+        radii = 0.5 * np.array([truck.wheel_diameter_left, truck.wheel_diameter_right])
+        travel = np.abs(self.wheel_angles) * radii
+        for wheel, other, name in ((0, 1, "left"), (1, 0, "right")):
+            stands = travel[:, wheel] == 0.0
+            alone = float(np.bincount(np.cumsum(~stands), weights=travel[:, other] * stands).max())
+            if alone > _FROZEN:
+                raise FrozenChannelError(
+                    self.source,
+                    f"{name} wheel:",
+                    f"it did not count while the other one rolled {alone:.2f} m; in a square both turn: "
+                    "check its encoder, its cable and its cob_id",
+                )
 
     def _check_rotation(self, truck: Truck) -> None:
         expected = -2.0 * math.pi if self.direction == "cw" else 2.0 * math.pi

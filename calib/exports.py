@@ -1,0 +1,126 @@
+"""A calibration in the words of those who use it: ROS 2, VDA 5050, JSON.
+
+ros2_controllers' diff_drive_controller multiplies: its left wheel has wheel_radius times
+left_wheel_radius_multiplier, its base wheel_separation times wheel_separation_multiplier. A VDA 5050
+factsheet lists wheelDefinitions: where each wheel stands in the robot's frame, its diameter and its width.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+from calib.errors import CalibrationError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from calib.experiment import Calibration
+    from calib.uncertainty import Interval, Uncertainty
+    from vehicle.parameters import Truck, TruckName, VehicleParameters
+
+
+def ros2_parameters(nominal: Truck, calibrated: Truck) -> dict[str, float]:
+    """Return the parameters of diff_drive_controller: nominal sizes [m] and their multipliers."""
+    radius = 0.25 * (nominal.wheel_diameter_left + nominal.wheel_diameter_right)
+    return {
+        "wheel_separation": nominal.wheelbase,
+        "wheel_radius": radius,
+        "wheel_separation_multiplier": calibrated.wheelbase / nominal.wheelbase,
+        "left_wheel_radius_multiplier": 0.5 * calibrated.wheel_diameter_left / radius,
+        "right_wheel_radius_multiplier": 0.5 * calibrated.wheel_diameter_right / radius,
+    }
+
+
+def ros2_yaml(trucks: Mapping[TruckName, tuple[Truck, Truck]]) -> str:
+    """Return a ROS 2 parameter file for nominal and calibrated trucks; one controller for each truck."""
+    lines = []
+    for name, (nominal, calibrated) in trucks.items():
+        controller = "diff_drive_controller" if len(trucks) == 1 else f"diff_drive_controller_{name}"
+        lines += [f"{controller}:", "  ros__parameters:"]
+        lines += [f"    {key}: {value:.9g}" for key, value in ros2_parameters(nominal, calibrated).items()]
+    return "\n".join(lines) + "\n"
+
+
+def vda5050_wheels(vehicle: VehicleParameters, wheel_width: float) -> list[dict[str, object]]:
+    """Return the wheelDefinitions of a VDA 5050 factsheet; the frame is that of truck a's drive axle.
+
+    Args:
+        vehicle: calibrated.
+        wheel_width: [m], which VDA 5050 wants and a calibration does not know.
+
+    Raises:
+        CalibrationError: no wheel has that width.
+    """
+    if not 0.0 < wheel_width < 1.0:
+        raise CalibrationError("--wheel-width", f"{wheel_width} m; expected the width of a wheel in metres")
+    wheels = []
+    for name, truck in vehicle.trucks.items():
+        behind = 0.0 if name == "a" or vehicle.linkage is None else -vehicle.linkage.length
+        for sign, diameter in ((1.0, truck.wheel_diameter_left), (-1.0, truck.wheel_diameter_right)):
+            wheel: dict[str, object] = {
+                "type": "DRIVE",
+                "isActiveDriven": True,
+                "isActiveSteered": False,
+                "position": {"x": behind, "y": sign * 0.5 * truck.wheelbase, "theta": 0.0},
+                "diameter": diameter,
+                "width": wheel_width,
+            }
+            wheels.append(wheel)
+    return wheels
+
+
+def vda5050_json(vehicle: VehicleParameters, wheel_width: float) -> str:
+    """Return the wheelDefinitions as JSON, for the geometry of a VDA 5050 factsheet."""
+    return _json({"wheelDefinitions": vda5050_wheels(vehicle, wheel_width)})
+
+
+def calibration_json(results: Sequence[tuple[str, Calibration, Uncertainty, Interval]]) -> str:
+    """Return everything that is known about calibrations, as JSON in SI units.
+
+    Args:
+        results: label, calibration, its uncertainty and the floor's roughness [m/sqrt(m)].
+    """
+    return _json([_result(*one) for one in results])
+
+
+def _result(
+    label: str, calibration: Calibration, uncertainty: Uncertainty, roughness: Interval
+) -> dict[str, object]:
+    correction, errors = calibration.correction, calibration.experiment.errors
+    values = ("e_b", "e_d", "wheelbase", "diameter_left", "diameter_right")
+    return {
+        "experiment": label,
+        "method": correction.method,
+        "runs": {"cw": len(errors.cw), "ccw": len(errors.ccw)},
+        "side": errors.side,
+        "alpha": correction.alpha,
+        "beta": correction.beta,
+        "c_left": calibration.c_left,
+        "c_right": calibration.c_right,
+        "confidence": uncertainty.confidence,
+        **{key: _limits(getattr(uncertainty, key)) for key in values},
+        "covariance_of_e_b_and_e_d": uncertainty.covariance.tolist(),
+        "e_max_syst": {"before": errors.e_max_syst, "after": calibration.errors.e_max_syst},
+        "scatter": errors.scatter,
+        "roughness": _limits(roughness),
+        "ros2": ros2_parameters(calibration.experiment.truck, calibration.truck),
+    }
+
+
+def _limits(interval: Interval) -> dict[str, float]:
+    return {"value": interval.value, "low": interval.low, "high": interval.high}
+
+
+def _json(document: object) -> str:
+    """Return JSON in which what is not known is null."""
+    return json.dumps(_known(document), indent=2) + "\n"
+
+
+def _known(item: Any) -> Any:  # noqa: ANN401  # whatever JSON can hold
+    if isinstance(item, dict):
+        return {key: _known(value) for key, value in item.items()}
+    if isinstance(item, list):
+        return [_known(value) for value in item]
+    return None if isinstance(item, float) and not math.isfinite(item) else item
