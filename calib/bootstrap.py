@@ -21,9 +21,12 @@ from calib.scatter import MIRROR, scatter_of, weights_of
 from calib.uncertainty import Uncertainty, between_limits, factors_at
 
 if TYPE_CHECKING:
-    from calib.experiment import Calibration, Experiment
+    from calib.experiment import Calibration
     from calib.return_errors import ReturnErrors
+    from vehicle.parameters import Truck
     from vehicle.se2 import Array
+
+    Logs = tuple[float, float]
 
 RESAMPLES = 10_000
 FEWEST = 3  # runs in each direction; with two the intervals of 95 per cent hold the truth in 88
@@ -64,13 +67,14 @@ def bootstrap(
         )
     inflated = np.nan_to_num(scatter.deviations) * math.sqrt(len(scatter.deviations) / scatter.freedom)
     chance = np.random.default_rng(seed)
-    cw = _draw(chance, inflated, resamples, len(errors.cw)) * MIRROR
-    ccw = _draw(chance, inflated, resamples, len(errors.ccw))
-    centres = np.nan_to_num(errors.centres) + np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
+    middle = np.nan_to_num(errors.centres)
+    cw = middle[0] + _draw(chance, inflated, resamples, len(errors.cw)) * MIRROR
+    ccw = middle[1] + _draw(chance, inflated, resamples, len(errors.ccw))
     start = (math.log(correction.e_b), math.log(correction.e_d))
     if correction.method == "weighted":
-        factors = _weighted(experiment, centres, cw, ccw, start)
+        factors = weighted_factors(experiment.truck, errors.side, cw, ccw, start)
     else:
+        centres = np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
         factors = factors_at(experiment, correction.method, centres, start)
     tail = norm.cdf(student.ppf(0.5 - 0.5 * confidence, scatter.freedom))
     low, high = np.quantile(factors, [tail, 1.0 - tail], axis=0)
@@ -83,14 +87,15 @@ def _draw(chance: np.random.Generator, deviations: Array, resamples: int, runs: 
     return deviations[chance.integers(0, len(deviations), (resamples, runs))]
 
 
-def _weighted(
-    experiment: Experiment, centres: Array, cw: Array, ccw: Array, start: tuple[float, float]
-) -> Array:
-    """Return the factors `(B, 2)` with the weights of each resample's own scatter."""
-    rest = [runs - runs.mean(axis=1, keepdims=True) for runs in (cw, ccw)]
-    variance = sum((part**2).sum(axis=1) for part in rest) / (cw.shape[1] + ccw.shape[1] - 2)
+def weighted_factors(truck: Truck, side: float, cw: Array, ccw: Array, start: Logs = (0.0, 0.0)) -> Array:
+    """Return E_b, E_d `(B, 2)` of the weighted fit to B experiments of runs `(B, n, 3)` at once.
+
+    Each is weighed by the scatter of its own runs; `start` are the logarithms to begin with.
+    """
+    centres = np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
+    squares = sum(((runs - runs.mean(axis=1, keepdims=True)) ** 2).sum(axis=1) for runs in (cw, ccw))
+    variance = squares / (cw.shape[1] + ccw.shape[1] - 2)
     place = variance[:, :2].mean(axis=1)
     sigma = np.sqrt(np.stack([place, place, variance[:, 2]], axis=-1))
-    side = experiment.errors.side
     weights = weights_of(sigma, (cw.shape[1], ccw.shape[1]), side)
-    return np.exp(fit_factors(centres, weights, experiment.truck, side, start)[0])
+    return np.asarray(np.exp(fit_factors(centres, weights, truck, side, start)[0]), np.float64)

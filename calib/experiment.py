@@ -165,11 +165,11 @@ def _experiment(source: str, truck: Truck, side: float, runs: tuple[SquareRun, .
 
 def _side(recordings: Sequence[Recording]) -> float:
     """Return the one side that all recordings state [m]."""
-    sides = {recording.run.side for recording in recordings if recording.run is not None}
-    side = sides.pop()
-    if sides or side is None:
+    stated = {recording.run.side for recording in recordings if recording.run is not None}
+    sides = [side for side in stated if side is not None]
+    if len(sides) != 1:
         raise CalibrationError(recordings[0].source, "run.toml states no side, or not the same one; give it")
-    return side
+    return sides[0]
 
 
 def _less(runs: Array, expected: Array) -> Array:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from calib.errors import CalibrationError
@@ -76,17 +77,18 @@ def vda5050_json(vehicle: VehicleParameters, wheel_width: float) -> str:
     return _json({"wheelDefinitions": vda5050_wheels(vehicle, wheel_width)})
 
 
-def calibration_json(results: Sequence[tuple[str, Calibration, Uncertainty, Interval]]) -> str:
+def calibration_json(results: Sequence[tuple[str, Calibration, Truck, Uncertainty, Interval]]) -> str:
     """Return everything that is known about calibrations, as JSON in SI units.
 
     Args:
-        results: label, calibration, its uncertainty and the floor's roughness [m/sqrt(m)].
+        results: label, calibration, final truck (with E_s where a tape told it), the uncertainty of the
+            calibration, and the floor's roughness [m/sqrt(m)].
     """
     return _json([_result(*one) for one in results])
 
 
 def _result(
-    label: str, calibration: Calibration, uncertainty: Uncertainty, roughness: Interval
+    label: str, calibration: Calibration, truck: Truck, uncertainty: Uncertainty, roughness: Interval
 ) -> dict[str, object]:
     correction, errors = calibration.correction, calibration.experiment.errors
     values = ("e_b", "e_d", "wheelbase", "diameter_left", "diameter_right")
@@ -105,7 +107,9 @@ def _result(
         "e_max_syst": {"before": errors.e_max_syst, "after": calibration.errors.e_max_syst},
         "scatter": errors.scatter,
         "roughness": _limits(roughness),
-        "ros2": ros2_parameters(calibration.experiment.truck, calibration.truck),
+        "e_s": truck.wheelbase / calibration.truck.wheelbase,
+        "truck": asdict(truck),
+        "ros2": ros2_parameters(calibration.experiment.truck, truck),
     }
 
 

@@ -29,6 +29,8 @@ Severity = Literal["note", "warning", "error"]
 
 CHANCE = 1e-3  # that a guard speaks up about healthy data
 _OFF_DIAGONAL = 0.25  # of E_max,syst: an error of another kind that is smaller does no harm
+_FEW = 4  # degrees of freedom: with fewer, the scatter itself is hardly known,
+_FAR = math.radians(4.0)  # and no floor that one may calibrate on does this to a heading
 _QUARTER = 0.5 * math.pi
 _TELLING = math.radians(0.5)  # headings that positions must predict before their ratio means anything
 _RATIOS = (
@@ -176,8 +178,10 @@ def _contradict(experiment: Experiment, rest: Array, factors: tuple[float, float
     """Return whether headings differ from those predicted from positions by more than the runs' scatter."""
     errors, truck = experiment.errors, experiment.truck
     scatter = scatter_of(errors)
+    if scatter.freedom < _FEW and np.abs(rest).max() > _FAR:
+        return True
     if scatter.freedom < 2:
-        return bool(np.abs(rest).max() > math.radians(10.0))
+        return False
     scales, by_logs = factor_scales(truck, np.log(np.array(factors)))
     by_factors = (square_ends(truck, errors.side, scales)[1] @ by_logs)[:, 2, :] / np.array(factors)
     slopes = -by_factors @ factor_slopes(experiment, "exact")

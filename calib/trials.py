@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.apply import corrected_truck
+from calib.bootstrap import weighted_factors
 from calib.bound import factor_bound
-from calib.chain import solve_exact, solve_weighted, square_returns
+from calib.chain import square_returns
 from calib.experiment import Experiment, calibrate
+from calib.fit import fit_factors
 from calib.return_errors import ReturnErrors
 from calib.roughness import Roughness, square_covariance
-from calib.scatter import MIRROR
+from calib.scatter import MIRROR, weights_of
 from calib.uncertainty import uncertainty_of
 from vehicle.parameters import Truck
 
@@ -62,13 +64,20 @@ class Trial:
         """The truck as it is."""
         return corrected_truck(self.truck, self.e_b, self.e_d)
 
+    def runs_of(
+        self, chance: np.random.Generator, direction: int, count: int, believed: Truck | None = None
+    ) -> Array:
+        """Return the return errors `(count, runs, 3)` of so many experiments: 0 cw, 1 ccw."""
+        end = square_returns(believed or self.truck, self.actual, self.side)[direction]
+        noise = chance.multivariate_normal(
+            np.zeros(3), self.covariance, (count, self.runs), method="cholesky"
+        )
+        return np.asarray(end + noise * (MIRROR if direction == 0 else 1.0), np.float64)
+
     def drive(self, chance: np.random.Generator, believed: Truck | None = None) -> Experiment:
         """Return an experiment of a robot that believes in `believed`, or in the nominal truck."""
-        truck = self.truck if believed is None else believed
-        ends = square_returns(truck, self.actual, self.side)
-        noise = chance.multivariate_normal(np.zeros(3), self.covariance, (2, self.runs), method="cholesky")
-        cw, ccw = ends[:, None, :] + noise * np.stack([MIRROR, np.ones(3)])[:, None, :]
-        return Experiment("trial", truck, ReturnErrors(cw, ccw, self.side, "trial"))
+        cw, ccw = (self.runs_of(chance, direction, 1, believed)[0] for direction in (0, 1))
+        return Experiment("trial", believed or self.truck, ReturnErrors(cw, ccw, self.side, "trial"))
 
 
 def after_calibration(trial: Trial, count: int, method: Method = "printed", seed: int = 0) -> Array:
@@ -99,15 +108,14 @@ def efficiency(trial: Trial, count: int, *, own_scatter: bool = True, seed: int 
         seed: of the scatter.
     """
     chance = np.random.default_rng(seed)
-    sigma = np.sqrt(np.diag(trial.covariance))
-    factors = []
-    for _ in range(count):
-        errors = trial.drive(chance).errors
-        found = (
-            solve_weighted(errors, trial.truck) if own_scatter else solve_exact(errors, trial.truck, sigma)
-        )
-        factors.append((found.e_b, found.e_d))
-    square = np.mean((np.array(factors) - [trial.e_b, trial.e_d]) ** 2, axis=0)
+    cw, ccw = (trial.runs_of(chance, direction, count) for direction in (0, 1))
+    if own_scatter:
+        factors = weighted_factors(trial.truck, trial.side, cw, ccw)
+    else:
+        weights = weights_of(np.sqrt(np.diag(trial.covariance)), (trial.runs, trial.runs), trial.side)
+        centres = np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
+        factors = np.exp(fit_factors(centres, weights, trial.truck, trial.side)[0])
+    square = np.mean((factors - [trial.e_b, trial.e_d]) ** 2, axis=0)
     runs = (trial.runs, trial.runs)
     bound = factor_bound(trial.truck, (trial.e_b, trial.e_d), trial.side, runs, trial.covariance)
     return np.asarray(square / np.diag(bound), np.float64)

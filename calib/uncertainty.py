@@ -82,7 +82,8 @@ def uncertainty_of(calibration: Calibration, confidence: float = 0.95) -> Uncert
     if scatter.freedom > 0:
         slopes = factor_slopes(experiment, method)
         centres = scatter.of_centres((len(errors.cw), len(errors.ccw)))
-        covariance = slopes @ np.where(slopes.any(axis=0), centres, 0.0) @ slopes.T
+        used = slopes.any(axis=0)  # headings that no run has are not numbers
+        covariance = slopes @ np.where(np.outer(used, used), centres, 0.0) @ slopes.T
         half = student.ppf(0.5 + 0.5 * confidence, scatter.freedom) * np.sqrt(np.diag(covariance))
     middle = np.array([calibration.correction.e_b, calibration.correction.e_d])
     return between_limits(calibration, covariance, scatter.freedom, confidence, middle - half, middle + half)

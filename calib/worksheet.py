@@ -108,8 +108,8 @@ def _means(by_x: list[Step], by_y: list[Step], truck: Truck) -> list[Step]:
         *steps,
         Step("4.29", "D_L", f"2 / ({ratio:.6f} + 1) x {mean:g}", left, "mm"),
         Step("4.30", "D_R", f"2 / (1 / {ratio:.6f} + 1) x {mean:g}", right, "mm"),
-        Step("4.31", "c_L", f"{left:.5f} / {was[0]:g}", left / was[0]),
-        Step("4.32", "c_R", f"{right:.5f} / {was[1]:g}", right / was[1]),
+        Step("4.31", "c_L", f"{left:.6f} / {was[0]:g}", left / was[0]),
+        Step("4.32", "c_R", f"{right:.6f} / {was[1]:g}", right / was[1]),
         Step("4.33", "U_L", f"{left / was[0]:.6f} x 1000, for 1000 mm of (2.2)", 1e3 * left / was[0], "mm"),
         Step("4.33", "U_R", f"{right / was[1]:.6f} x 1000, for 1000 mm of (2.2)", 1e3 * right / was[1], "mm"),
     ]

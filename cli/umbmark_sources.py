@@ -33,11 +33,13 @@ class Case:
         label: how the tables call it.
         truck: which truck of the robot.
         experiment: its runs.
+        recordings: that it comes from; empty for a table or an OptiOdom folder.
     """
 
     label: str
     truck: TruckName
     experiment: Experiment
+    recordings: tuple[Recording, ...] = ()
 
 
 def load_cases(
@@ -106,6 +108,7 @@ def _recording_cases(
             f"{label}, truck {one}" if len(recordings[0].vehicle.trucks) > 1 else label,
             one,
             experiment_of_recordings(recordings, one, side),
+            tuple(recordings),
         )
         for one in chosen
     ]

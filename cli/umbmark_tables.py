@@ -11,14 +11,15 @@ from rich.table import Table
 from rich.text import Text
 
 from calib.umbmark import angles_from_x, angles_from_y
+from calib.uncertainty import uncertainty_of
 from cli.console import out
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from calib.experiment import Calibration
-    from calib.return_errors import ReturnErrors
     from calib.umbmark import Method
+    from calib.uncertainty import Interval
     from cli.umbmark_sources import Case
 
 METHOD_WORDS: dict[Method, str] = {
@@ -35,7 +36,7 @@ _WIDEST = 400  # characters: any table of ours fits
 
 def errors_table(cases: Sequence[Case]) -> Table:
     """Return the table of what was measured: U (3.2)-(3.4) and the angles of (4.20) and (4.24)."""
-    table = _table("Return errors: absolute minus calculated, millimetres and degrees")
+    table = new_table("Return errors: absolute minus calculated, millimetres and degrees")
     table.add_column("experiment")
     for head in (
         "runs\ncw + ccw",
@@ -59,67 +60,59 @@ def errors_table(cases: Sequence[Case]) -> Table:
             f"{1e3 * ccw[0]:.1f}, {1e3 * ccw[1]:.1f}",
             f"{math.degrees(alpha_x):+.3f}, {math.degrees(alpha_y):+.3f}",
             f"{math.degrees(beta_x):+.3f}, {math.degrees(beta_y):+.3f}",
-            _millimetres(errors.sem),
-            _millimetres(errors.worst),
-            _millimetres(errors.e_max_syst),
+            millimetres(errors.sem),
+            millimetres(errors.worst),
+            millimetres(errors.e_max_syst),
         )
     return table
 
 
 def calibration_table(cases: Sequence[Case], calibrations: Sequence[Sequence[Calibration]]) -> Table:
     """Return the table of what each method makes of it, with the errors of the same runs before and after."""
-    table = _table("Calibration, and the same runs evaluated with it")
-    table.add_column("experiment")
+    table = new_table("Calibration with 95 % confidence, and the same runs evaluated with it")
     table.add_column("method")
     for head in (
         "E_b",
         "E_d",
-        "c_L",
-        "c_R",
         "wheelbase\n[mm]",
-        "diameter\nleft [mm]",
-        "diameter\nright [mm]",
+        "left\n[mm]",
+        "right\n[mm]",
         "worst run\n[mm]",
         "E_max,syst\n[mm]",
     ):
         table.add_column(Text(head), justify="right")
     for case, results in zip(cases, calibrations, strict=True):
-        for number, result in enumerate(results):
-            table.add_row(Text(case.label if number == 0 else ""), *_row(result))
+        table.add_row(Text(case.label, overflow="fold"))
+        for result in results:
+            table.add_row(*_row(result))
         table.add_section()
     return table
 
 
-def _table(title: str) -> Table:
+def new_table(title: str) -> Table:
+    """Return an empty table in the style of all."""
     return Table(title=title, title_justify="left", box=SIMPLE_HEAD, collapse_padding=True, pad_edge=False)
 
 
 def _row(result: Calibration) -> tuple[str, ...]:
     before, after, truck = result.experiment.errors, result.errors, result.truck
+    known = uncertainty_of(result)
     return (
-        METHOD_WORDS[result.correction.method],
-        f"{result.correction.e_b:.5f}",
-        f"{result.correction.e_d:.5f}",
-        f"{result.c_left:.5f}",
-        f"{result.c_right:.5f}",
+        f"  {METHOD_WORDS[result.correction.method]}",
+        within(known.e_b),
+        within(known.e_d),
         f"{1e3 * truck.wheelbase:.2f}",
         f"{1e3 * truck.wheel_diameter_left:.3f}",
         f"{1e3 * truck.wheel_diameter_right:.3f}",
-        f"{_millimetres(before.worst)} -> {_millimetres(after.worst)}",
-        f"{_millimetres(before.e_max_syst)} -> {_millimetres(after.e_max_syst)}",
+        f"{millimetres(before.worst)} -> {millimetres(after.worst)}",
+        f"{millimetres(before.e_max_syst)} -> {millimetres(after.e_max_syst)}",
     )
 
 
-def stop_rule(errors: ReturnErrors) -> str:
-    """Return what U section V says about calibrating: E_max,syst against 3 SEM."""
-    size = f"E_max,syst {_millimetres(errors.e_max_syst)} mm"
-    helps = errors.second_pass_helps
-    if helps is None:
-        return f"{size}; SEM unknown with one run in each direction: drive five"
-    limit = f"3 SEM = {_millimetres(3.0 * errors.sem)} mm"
-    if helps:
-        return f"{size} > {limit}: the systematic errors stand out, calibrating helps"
-    return f"{size} <= {limit}: the runs' scatter explains it, calibrating again is unlikely to help"
+def within(interval: Interval, factor: float = 1.0, digits: int = 5) -> str:
+    """Return a value with half the width of its interval, times a factor; without it where it is unknown."""
+    value = f"{factor * interval.value:.{digits}f}"
+    return value if math.isnan(interval.half) else f"{value} ± {factor * interval.half:.{digits}f}"
 
 
 def show(table: Table) -> None:
@@ -129,5 +122,6 @@ def show(table: Table) -> None:
     out.print(table, soft_wrap=True)
 
 
-def _millimetres(metres: float) -> str:
+def millimetres(metres: float) -> str:
+    """Return a length in millimetres, or a dash where it is unknown."""
     return "-" if math.isnan(metres) else f"{1e3 * metres:.1f}"

@@ -1,5 +1,7 @@
 """`omnimate umbmark`: sources in, tables and files out."""
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,9 +9,12 @@ import typer
 from typer.testing import CliRunner
 
 from calib.errors import CalibrationError, DirectionError, ReturnTableError
+from calib.profiles import load_profiles
 from cli.plots import PlotError
 from cli.umbmark import umbmark
 from motion.paths import umbmark as squares
+from vcan_sim.bumps import Bump
+from vcan_sim.floor import Floor
 from vcan_sim.reference import reference_single, reference_vehicle
 from vcan_sim.simulate import simulate
 from vcan_sim.truth import Truth, with_errors
@@ -69,8 +74,10 @@ def test_four_sets_in_one_table(shared_data: Path) -> None:
     """Several folders make one table with a line for each method and folder, none of it cut off."""
     folders = sorted((shared_data / SETS).iterdir())
     lines = call(*folders).output.splitlines()
-    assert sum("exact chain" in line for line in lines) == len(folders) == 4
+    assert sum("exact chain  " in line for line in lines) == len(folders) == 4
     assert all(sum(line.strip().startswith(folder.name) for line in lines) == 3 for folder in folders)
+    tables = [line for line in lines if "exact chain  " in line or "printed, x  " in line]
+    assert max(len(line) for line in tables) <= 120
     assert "…" not in "".join(lines)
 
 
@@ -198,3 +205,142 @@ def test_another_robot_s_vehicle_is_refused(recording: Path, nominal: Path) -> N
     result = call(recording, "--vehicle", nominal)
     assert isinstance(result.exception, CalibrationError)
     assert "another robot" in str(result.exception)
+
+
+def test_intervals_and_stop_rule(table: Path, nominal: Path) -> None:
+    """Every method has its limits, and the chosen one says what a pass will do."""
+    output = call(table, "--side", 4, "--vehicle", nominal).output
+    assert sum(" ± " in line and "->" in line for line in output.splitlines()) == 7
+    assert "wheelbase 335.15 ± " in output
+    assert "this pass will help" in output
+
+
+def test_resamples_are_shown_where_there_are_runs_enough(shared_data: Path) -> None:
+    """Three in each direction are."""
+    assert "10000 resamples: E_b 1.0" in call(shared_data / SETS / "230620202042").output
+
+
+def test_check_my_numbers(table: Path, nominal: Path) -> None:
+    """--check prints every formula with its numbers."""
+    output = call(table, "--side", 4, "--vehicle", nominal, "--check").output
+    assert [number in output for number in ("(3.2)", "(4.24b)", "(4.33)")] == [True] * 3
+    assert "(+150.0 +148.0) / 2" in output
+
+
+def test_a_tape_scales_wheels_and_wheelbase(table: Path, nominal: Path, tmp_path: Path) -> None:
+    """--tape 10.1 10 writes all three 1 per cent larger than without."""
+    trucks = []
+    for number, tape in enumerate(([], ["--tape", 10.1, 10])):
+        out = tmp_path / f"{number}.toml"
+        assert call(table, "--side", 4, "--vehicle", nominal, "--out", out, *tape).exit_code == 0
+        trucks.append(load_vehicle(out).trucks["a"])
+    plain, scaled = trucks
+    assert scaled.wheelbase == pytest.approx(1.01 * plain.wheelbase)
+    assert scaled.wheel_diameter_left == pytest.approx(1.01 * plain.wheel_diameter_left)
+
+
+def test_a_second_pass_multiplies(tmp_path: Path) -> None:
+    """The second recording is driven with the first result; --previous tells the factors of both together."""
+    nominal = reference_single()
+    true = with_errors(nominal, {"a": 0.95}, {"a": 1.004})
+    first, vehicle, believed = tmp_path / "nominal.toml", tmp_path / "vehicle.toml", nominal
+    save_vehicle(nominal, first)
+    for number in (1, 2):
+        folder = tmp_path / f"pass{number}"
+        save_recording(simulate(believed, Truth(true, seed=number), squares(4.0, 3)), folder)
+        result = call(folder, "--out", vehicle, "--previous", first, "--method", "printed")
+        assert result.exit_code == 0
+        believed = load_vehicle(vehicle)
+    assert believed.trucks["a"].wheelbase == pytest.approx(0.95 * 0.34, rel=2e-3)
+    assert "all passes together: E_b 0.9" in result.output
+    (line,) = (line for line in result.output.splitlines() if "all passes" in line)
+    assert float(line.split("E_b ")[1].split(",")[0]) == pytest.approx(0.95, rel=2e-3)
+
+
+def test_profiles_are_kept_by_name(table: Path, nominal: Path, tmp_path: Path) -> None:
+    """--profile FILE NAME, one floor after the other."""
+    path = tmp_path / "floors.toml"
+    for name in ("concrete", "carpet"):
+        assert call(table, "--side", 4, "--vehicle", nominal, "--profile", path, name).exit_code == 0
+    assert set(load_profiles(path)) == {"concrete", "carpet"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [("ros2", "wheel_separation_multiplier: 0.98"), ("vda5050", '"wheelDefinitions"'), ("json", '"e_b"')],
+)
+def test_exports_print_nothing_else(table: Path, nominal: Path, kind: str, words: str) -> None:
+    """What stands on stdout is the document, so that it can be piped."""
+    result = call(table, "--side", 4, "--vehicle", nominal, "--export", kind, "--wheel-width", 0.03)
+    assert result.exit_code == 0
+    assert words in result.stdout
+    assert "E_max,syst" not in result.stdout
+    if kind != "ros2":
+        json.loads(result.stdout)
+
+
+def test_a_factsheet_needs_the_width_of_the_wheels(table: Path, nominal: Path) -> None:
+    """VDA 5050 requires it, and it is not made up."""
+    assert "--wheel-width" in str(
+        call(table, "--side", 4, "--vehicle", nominal, "--export", "vda5050").exception
+    )
+
+
+def test_one_run_each_way_is_refused_unless_forced(table: Path, nominal: Path, tmp_path: Path) -> None:
+    """n = 1: the tables are shown, nothing is written, the exit code is not 0; --force writes."""
+    lines = TABLE.splitlines()
+    table.write_text("\n".join([lines[0], lines[1], lines[3]]), encoding="utf-8")
+    out = tmp_path / "out.toml"
+    result = call(table, "--side", 4, "--vehicle", nominal, "--out", out)
+    assert result.exit_code != 0
+    assert "n = 1" in str(result.exception)
+    assert "drive the square five times" in str(result.exception)
+    assert not out.exists()
+    assert call(table, "--side", 4, "--vehicle", nominal, "--out", out, "--force").exit_code == 0
+    assert out.exists()
+
+
+def test_a_missing_direction_and_a_number_that_is_none_are_refused(table: Path, nominal: Path) -> None:
+    """Each sentence says what is wrong and what to do."""
+    lines = TABLE.splitlines()
+    for rows, words in ((lines[:3], "drive the square in both"), ([*lines, "cw,nan,1,0"], "check the unit")):
+        table.write_text("\n".join(rows), encoding="utf-8")
+        result = call(table, "--side", 4, "--vehicle", nominal)
+        assert isinstance(result.exception, CalibrationError)
+        assert words in str(result.exception)
+
+
+def test_recordings_of_two_robots_are_refused(recording: Path, tmp_path: Path) -> None:
+    """The same truck with other parameters is another robot, or the same one after a first pass."""
+    other = tmp_path / "other"
+    believed = with_errors(reference_vehicle(), {"a": 0.99}, {})
+    save_recording(simulate(believed, Truth(believed, seed=2), squares(4.0, 1, link_length=1.0)), other)
+    result = call(recording, other)
+    assert isinstance(result.exception, CalibrationError)
+    assert "expected one robot" in str(result.exception)
+
+
+def test_a_frozen_channel_of_the_linkage_is_refused(tmp_path: Path) -> None:
+    """The squares are fine, but the robot is not: exit code not 0, and which encoder to look at."""
+    vehicle = reference_vehicle()
+    driven = simulate(vehicle, Truth(vehicle, seed=3), squares(2.0, 2, link_length=1.0))
+    counts = driven.counts.copy()
+    column = vehicle.channels.index("joint_b")
+    counts[:, column] = counts[0, column]
+    save_recording(replace(driven, counts=counts), tmp_path / "frozen")
+    result = call(tmp_path / "frozen")
+    assert isinstance(result.exception, CalibrationError)
+    assert "joint_b is frozen" in str(result.exception)
+
+
+def test_the_extended_umbmark(tmp_path: Path) -> None:
+    """Ten bumps of 10 mm under the right wheel turn the return heading by about 6 degrees."""
+    vehicle = reference_single()
+    smooth, bumpy = tmp_path / "smooth", tmp_path / "bumpy"
+    put = [(lap, 0.5 + 1.2 * number) for lap in (0, 1) for number in range(10)]
+    floor = Floor(bumps=tuple(Bump(0.01, wheel="a.right", after=after, lap=lap) for lap, after in put))
+    save_recording(simulate(vehicle, Truth(vehicle, seed=1), squares(4.0, 2)), smooth)
+    save_recording(simulate(vehicle, Truth(vehicle, floor=floor, seed=2), squares(4.0, 1)), bumpy)
+    (line,) = (one for one in call(smooth, "--bumps", bumpy).output.splitlines() if "extended UMBmark" in one)
+    worst = float(line.split("differs by ")[1].split(" ")[0])
+    assert 3.0 < worst < 9.0
