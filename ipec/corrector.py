@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
+from ipec.health import check_linkage
 from ipec.readings import SampleReader, scales_of, table_of
 from ipec.records import CLAPPER, OMNIMATE, PLAIN, Settings, State
 from ipec.stepping import advance_all, advance_one
@@ -142,7 +143,10 @@ def correct(recording: Recording, start: ArrayLike = ORIGIN, *, method: Method =
 
     Raises:
         NoLinkageError: the robot has a single truck.
+        LinkageChannelError: a channel of the linkage was never read, or was frozen; not for plain.
     """
+    if method != "plain":
+        check_linkage(recording)
     counts, present = table_of(recording)
     corrector = Corrector(recording.vehicle, method)
     state = corrector.start(start).record.copy()

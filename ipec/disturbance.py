@@ -64,7 +64,7 @@ def find_disturbed(settings: FilterSettings, state: FilterState) -> None:
         information = inverted(spread(settings, state))
         pull = information @ offsets
         if attempt == 0:
-            state.nis = pull @ offsets
+            state.nis = float(pull @ offsets)
         for wheel in range(4):
             scores[wheel] = explain(state, wheel, information, pull)
         best = scores.max()

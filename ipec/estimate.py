@@ -9,18 +9,21 @@ import numpy as np
 
 from ipec.corrector import ORIGIN
 from ipec.filter import Filter, SlowParameters, slow_parameters
+from ipec.filter_records import FilterState
+from ipec.health import check_linkage
 from ipec.readings import table_of
-from ipec.tracing import Fix, trace_filter
-from vehicle.compiled import Array, Record, layout
+from ipec.tracing import BLOCK, Fix, trace_filter
+from vehicle.compiled import Array, IntArray, Record, layout
 from vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from ipec.filter import Noise, Prior
     from vehicle.parameters import Channel
     from vehicle.recording import Poses, Recording
 
+NOTABLE = 7e-4  # [m] lost travel from which on a disturbance is told; false alarms make 0.2 mm
 SMALLEST_SIGMA = 1e-7  # [m], [rad] of a fix: one that were exact would leave nothing to invert
 
 
@@ -53,7 +56,7 @@ class Estimate:
         sigma_b: (N, 3) likewise.
         lost: (N, 4) travel that each disturbed wheel lost [m], in the order of `WHEELS`.
         nis: (N,) normalised innovation squared, 3 degrees of freedom; nan where nothing was compared.
-        disturbances: in order of time.
+        disturbances: those that cost 0.7 mm or more, in order of time.
         slow: what makes the encoders err, as known at the end.
     """
 
@@ -89,26 +92,54 @@ def estimate(
 
     Raises:
         NoLinkageError: the robot has a single truck.
+        LinkageChannelError: a channel of the linkage was never read, or was frozen.
     """
+    return run_forward(recording, start, sigma, fixes, noise, prior).estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Forward:
+    """A run of the filter, and what a backward run needs of it.
+
+    Attributes:
+        estimate: its result.
+        settings: of the filter.
+        counts: `(N, 7)`, in the order of `CHANNELS`.
+        present: likewise.
+        fixes: `(K,)` as the compiled loops take them.
+        marks: the filter's state before each block.
+    """
+
+    estimate: Estimate
+    settings: Record
+    counts: IntArray
+    present: NDArray[np.bool_]
+    fixes: Record
+    marks: Record
+
+
+def run_forward(
+    recording: Recording,
+    start: ArrayLike,
+    sigma: ArrayLike,
+    fixes: Poses | None,
+    noise: Noise | None,
+    prior: Prior | None,
+) -> Forward:
+    """Run the filter over a recording; the arguments are those of `estimate`."""
+    check_linkage(recording)
     counts, present = table_of(recording)
     filter_ = Filter(recording.vehicle, noise, prior)
     state = filter_.start(start, sigma).record.copy()
-    count = len(counts)
+    count, given = len(counts), fix_records(recording, fixes)
+    marks = np.zeros(-(-count // BLOCK), layout(FilterState))
     poses, sigmas = np.empty((2, count, 3)), np.empty((2, count, 3))
     lost, alert, nis = np.empty((count, 4)), np.empty((count, 4)), np.empty(count)
-    given = fix_records(recording, fixes)
-    trace_filter(filter_.settings, state, counts, present, given, poses, sigmas, lost, alert, nis)
-    return Estimate(
-        recording.time,
-        poses[0],
-        poses[1],
-        sigmas[0],
-        sigmas[1],
-        lost,
-        nis,
-        find_disturbances(recording.time, alert, lost),
-        slow_parameters(state["mean"][0], np.sqrt(np.diag(state["covariance"][0]))),
-    )
+    trace_filter(filter_.settings, state, counts, present, given, marks, poses, sigmas, lost, alert, nis)
+    found = find_disturbances(recording.time, alert, lost)
+    slow = slow_parameters(state["mean"][0], np.sqrt(np.diag(state["covariance"][0])))
+    result = Estimate(recording.time, poses[0], poses[1], sigmas[0], sigmas[1], lost, nis, found, slow)
+    return Forward(result, filter_.settings, counts, present, given, marks)
 
 
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
@@ -133,5 +164,6 @@ def find_disturbances(time: Array, alert: Array, lost: Array) -> tuple[Disturban
         starts, ends = np.flatnonzero(marks > 0).tolist(), (np.flatnonzero(marks < 0) - 1).tolist()
         for first, last in zip(starts, ends, strict=True):
             total = float(lost[first : last + 1, number].sum())
-            found.append(Disturbance(wheel, float(time[first]), float(time[last]), total))
+            if total >= NOTABLE:
+                found.append(Disturbance(wheel, float(time[first]), float(time[last]), total))
     return tuple(sorted(found, key=lambda one: one.start))

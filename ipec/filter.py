@@ -10,7 +10,6 @@ import numpy as np
 
 from ipec.corrector import ORIGIN
 from ipec.filter_records import (
-    JOINT_A,
     JOINT_BIAS,
     LENGTH_BIAS,
     LINK,
@@ -52,8 +51,8 @@ class Noise:
     joint: float = 0.0
     link: float = 0.0
     drift: float = 1e-5
-    gate: float = 4.0
-    hold: float = 0.06
+    gate: float = 3.0
+    hold: float = 0.1
     distrust: float = 0.3
 
 
@@ -186,7 +185,7 @@ class Filter:
         self._reader = SampleReader(vehicle)
 
     def start(self, pose_a: ArrayLike = ORIGIN, sigma: ArrayLike = (0.0, 0.0, 0.0)) -> FilteredState:
-        """Return the state before the first sample, truck a at a pose `(3,)` with standard deviations `(3,)`."""
+        """Return the state before the first sample, truck a at a pose `(3,)`, known to `sigma` `(3,)`."""
         state = record(FilterState)
         own = state[0]
         own["mean"][[X, Y, LINK]] = pose_a

@@ -13,6 +13,8 @@ from vehicle.odometry import truck_travel
 from vehicle.parameters import CHANNELS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from vehicle.parameters import Channel, TruckName
     from vehicle.recording import Recording
     from vehicle.se2 import Array
@@ -20,7 +22,8 @@ if TYPE_CHECKING:
 LINKAGE: tuple[Channel, ...] = CHANNELS[4:]
 
 # A channel counts as frozen where it shows one value while the wheels say that it moves by more than this
-# within a metre of the way, or in a turn on the spot. A bump makes an error of 0.6 degrees and 2 mm.
+# within a metre of the way, or in a turn on the spot, and by three times as much in all: a wheel that
+# spins once is no frozen joint. A bump makes an error of 0.6 degrees and 2 mm.
 JOINT_LIMIT = math.radians(5.0)  # [rad]
 LINK_LIMIT = 0.03  # [m]
 
@@ -45,16 +48,20 @@ class Frozen:
 def frozen_channels(recording: Recording) -> tuple[Frozen, ...]:
     """Return where channels of the linkage stood still although the trucks' wheels say otherwise.
 
-    What the others must do follows from the joints, so that only the first channel to stop is told, and
+    Only samples in which every encoder was read are compared. What the others must do follows from the
+    joints, so that only the first channel to stop is told, and
     the link only where both joints are sound.
 
     Raises:
         RecordingError: the two wheels of a truck are never present together.
     """
     joints, link, way = _expected(recording)
-    found = _frozen(recording, "joint_a", joints[0], JOINT_LIMIT, way)
-    found += _frozen(recording, "joint_b", joints[1], JOINT_LIMIT, way)
-    found = found or _frozen(recording, "link", link, LINK_LIMIT, way)
+    whole = np.flatnonzero(recording.present.all(axis=1))
+    if len(whole) == 0:
+        return ()
+    found = _frozen(recording, "joint_a", joints[0], JOINT_LIMIT, way, whole)
+    found += _frozen(recording, "joint_b", joints[1], JOINT_LIMIT, way, whole)
+    found = found or _frozen(recording, "link", link, LINK_LIMIT, way, whole)
     first = min(found, key=lambda one: one.start, default=None)
     return tuple(one for one in found if first is not None and one.channel == first.channel)
 
@@ -85,14 +92,22 @@ def _summed(steps: Array) -> Array:
 
 
 def _frozen(
-    recording: Recording, channel: Channel, expected: Array, limit: float, way: Array
+    recording: Recording,
+    channel: Channel,
+    expected: Array,
+    limit: float,
+    way: Array,
+    whole: NDArray[np.intp],
 ) -> list[Frozen]:
     """Return the stretches of one count, within one metre of the way, in which it must have moved too far."""
-    counts, time = recording.channel_counts(channel), recording.time
+    counts, time = recording.channel_counts(channel)[whole], recording.time[whole]
+    expected, way = expected[whole], way[whole]
     first = np.concatenate(([0], np.flatnonzero(np.diff(counts) | np.diff(way.astype(np.int64))) + 1))
     last = np.append(first[1:], len(counts)) - 1
     moved = np.maximum.reduceat(expected, first) - np.minimum.reduceat(expected, first)
     bad = np.flatnonzero(moved > limit)
+    if moved[bad].sum() < 3.0 * limit:
+        return []
     return [
         Frozen(channel, float(time[first[k]]), float(time[last[k]]), float(moved[k])) for k in bad.tolist()
     ]

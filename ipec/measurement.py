@@ -58,7 +58,7 @@ def cut(offset: float, variance: float, half: float) -> tuple[float, float]:
 @compiled
 def innovation(state: FilterState, number: int) -> float:
     """Return reading minus prediction of joint_a, joint_b or link [rad] or [m]."""
-    expected = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
+    expected: float = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
     if number < 2:
         return wrap(state.joint[number] - expected)
     return state.length - expected

@@ -7,6 +7,7 @@ import numpy as np
 from ipec.filter_records import (
     INPUTS,
     JOINT_A,
+    JOINT_BIAS,
     LENGTH,
     LINK,
     POSE,
@@ -18,7 +19,7 @@ from ipec.filter_records import (
     X,
     Y,
 )
-from vehicle.compiled import compiled
+from vehicle.compiled import Array, compiled
 
 
 @compiled
@@ -130,28 +131,34 @@ def find_input_variance(settings: FilterSettings, state: FilterState) -> None:
 def predict_covariance(settings: FilterSettings, state: FilterState) -> None:
     """Propagate the covariance: F P F' + G Q G' and the drift of the slow factors, in place."""
     covariance, transition = state.covariance, state.transition
-    moved = np.zeros((POSE, STATES))
+    carried = carry(state)
     for row in range(POSE):
-        for middle in range(JOINT_A + 9):  # the biases move nothing
+        for column in range(row + 1):
+            total = 0.0
+            for middle in range(JOINT_BIAS):
+                total += carried[row, middle] * transition[column, middle]
+            covariance[row, column] = covariance[column, row] = total
+        for column in range(POSE, STATES):
+            covariance[row, column] = covariance[column, row] = carried[row, column]
+    for number in range(INPUTS):
+        add_input(state, number, state.input_variance[number])
+    way = 0.25 * np.abs(state.travel).sum()
+    for number in range(WHEEL, JOINT_BIAS):
+        covariance[number, number] += settings.drift * way
+
+
+@compiled
+def carry(state: FilterState) -> Array:
+    """Return F P `(6, 15)`; the biases, which come last, move nothing."""
+    covariance, transition = state.covariance, state.transition
+    out = np.zeros((POSE, STATES))
+    for row in range(POSE):
+        for middle in range(JOINT_BIAS):
             factor = transition[row, middle]
             if factor != 0.0:
                 for column in range(STATES):
-                    moved[row, column] += factor * covariance[middle, column]
-    for row in range(POSE):
-        for column in range(POSE):
-            total = 0.0
-            for middle in range(JOINT_A + 9):
-                total += moved[row, middle] * transition[column, middle]
-            covariance[row, column] = total
-        for column in range(POSE, STATES):
-            covariance[row, column] = moved[row, column]
-            covariance[column, row] = moved[row, column]
-    way = 0.0
-    for number in range(INPUTS):
-        add_input(state, number, state.input_variance[number])
-        way += 0.25 * abs(state.travel[number]) if number < 4 else 0.0
-    for number in range(WHEEL, WHEELBASE + 2):
-        covariance[number, number] += settings.drift * way
+                    out[row, column] += factor * covariance[middle, column]
+    return out
 
 
 @compiled

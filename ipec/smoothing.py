@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+EVERY = 8  # samples for which one covariance stands: it changes slowly
+
+
 class Adjoint:
     """What runs backward.
 
@@ -32,25 +35,6 @@ class Adjoint:
 
     vector: Annotated[Array, 15]
     information: Annotated[Array, (15, 15)]
-
-
-@compiled
-def mark_blocks(
-    settings: Record,
-    states: Record,
-    counts: IntArray,
-    present: NDArray[np.bool_],
-    fixes: Record,
-    marks: Record,
-    size: int,
-) -> None:
-    """Run the filter over all samples; keep its state before each block of `size` samples."""
-    following = 0
-    for sample in range(len(counts)):
-        if sample % size == 0:
-            marks[sample // size] = states[0]
-        advance(settings[0], states[0], counts[sample], present[sample])
-        following = take_fixes(states[0], fixes, sample, following)
 
 
 @compiled
@@ -97,33 +81,44 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
 
 @compiled
-def undo_step(adjoint: Adjoint, step: FilterState) -> None:
-    """Take the adjoint back through one prediction."""
-    vector, information, transition = adjoint.vector, adjoint.information, step.transition
-    before = np.zeros(STATES)
-    half = np.zeros((STATES, STATES))  # L F
-    for column in range(POSE, STATES):
-        before[column] = vector[column]
+def undo_step(adjoint: Adjoint, transition: Array) -> None:
+    """Take the adjoint back through one prediction: F' r and F' L F; F is `transition` over a unit matrix."""
+    vector, information = adjoint.vector, adjoint.information
+    top = np.empty((POSE, STATES))  # the first rows of L F; the others follow from symmetry
     for row in range(POSE):
         for column in range(STATES):
-            before[column] += transition[row, column] * vector[row]
-    for row in range(STATES):
-        for column in range(POSE, STATES):
-            half[row, column] = information[row, column]
+            top[row, column] = information[row, column] if column >= POSE else 0.0
         for middle in range(POSE):
             factor = information[row, middle]
             for column in range(STATES):
-                half[row, column] += factor * transition[middle, column]
-    for row in range(STATES):
-        vector[row] = before[row]
+                top[row, column] += factor * transition[middle, column]
+    spread_information(information, top, transition)
+    before = np.zeros(STATES)
+    before[POSE:] = vector[POSE:]
+    for row in range(POSE):
         for column in range(STATES):
-            information[row, column] = half[row, column] if row >= POSE else 0.0
+            before[column] += transition[row, column] * vector[row]
+    vector[:] = before
+
+
+@compiled
+def spread_information(information: Array, top: Array, transition: Array) -> None:
+    """Fill F' L F from the first rows of L F, in place."""
+    side = np.zeros((STATES, STATES))  # what F adds to the last rows of L from its first columns
+    for row in range(POSE, STATES):
+        for middle in range(POSE):
+            factor = information[row, middle]
+            for column in range(STATES):
+                side[row, column] += factor * transition[middle, column]
+    information[:POSE] = 0.0
+    information[POSE:, :POSE] = 0.0
+    information[POSE:] += side[POSE:]
     for middle in range(POSE):
         for row in range(STATES):
             factor = transition[middle, row]
             if factor != 0.0:
                 for column in range(STATES):
-                    information[row, column] += factor * half[middle, column]
+                    information[row, column] += factor * top[middle, column]
 
 
 @compiled
@@ -138,14 +133,19 @@ def undo_linkage(adjoint: Adjoint, step: FilterState) -> None:
 
 
 @compiled
-def smoothed(adjoint: Adjoint, step: FilterState, mean: Array, covariance: Array) -> None:
-    """Fill the smoothed mean `(15,)` and the covariance `(6, 6)` of the first six states."""
-    rows = step.covariance
-    carried = np.zeros((POSE, STATES))
-    for row in range(STATES):
+def smoothed_mean(adjoint: Adjoint, step: FilterState, mean: Array) -> None:
+    """Fill the smoothed mean of the first six states: x + P r."""
+    for row in range(POSE):
         mean[row] = step.mean[row]
         for column in range(STATES):
-            mean[row] += rows[row, column] * adjoint.vector[column]
+            mean[row] += step.covariance[row, column] * adjoint.vector[column]
+
+
+@compiled
+def smoothed_covariance(adjoint: Adjoint, step: FilterState, covariance: Array) -> None:
+    """Fill the smoothed covariance `(6, 6)` of the first six states: P - P L P."""
+    rows = step.covariance
+    carried = np.zeros((POSE, STATES))
     for row in range(POSE):
         for middle in range(STATES):
             for column in range(STATES):
@@ -168,9 +168,13 @@ def smooth_block(
     last = len(fixes) - 1
     for place in range(len(steps) - 1, -1, -1):
         step, sample = steps[place], first + place
-        smoothed(adjoint, step, mean, covariance)
+        smoothed_mean(adjoint, step, mean)
+        if sample % EVERY == 0 or place == len(steps) - 1:
+            smoothed_covariance(adjoint, step, covariance)
         for truck in range(2):
             look(mean, covariance, truck, poses[truck, sample], sigmas[truck, sample])
+        if not step.placed:
+            poses[1, sample], sigmas[1, sample] = math.nan, math.nan
         while last >= 0 and fixes[last].sample > sample:
             last -= 1
         while last >= 0 and fixes[last].sample == sample:
@@ -179,10 +183,15 @@ def smooth_block(
             last -= 1
         if step.predicted:
             undo_linkage(adjoint, step)
-            for wheel in range(4):
-                drawn = 0.0
-                for row in range(POSE):
-                    drawn += step.inputs[row, wheel] * adjoint.vector[row]
-                way = math.copysign(1.0, step.travel[wheel])
-                lost[sample, wheel] = -way * step.input_variance[wheel] * drawn
-            undo_step(adjoint, step)
+            find_lost(adjoint, step, lost[sample])
+            undo_step(adjoint, step.transition)
+
+
+@compiled
+def find_lost(adjoint: Adjoint, step: FilterState, lost: Array) -> None:
+    """Fill what each wheel lost in one sample [m] `(4,)`: Q G' r against the travel."""
+    for wheel in range(4):
+        drawn = 0.0
+        for row in range(POSE):
+            drawn += step.inputs[row, wheel] * adjoint.vector[row]
+        lost[wheel] = -math.copysign(step.input_variance[wheel], step.travel[wheel]) * drawn

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
-from ipec.filter_records import FilterState
 from ipec.filtering import advance, fill_pose_rows, fix_one, look
 from vehicle.compiled import Array, IntArray, Record, compiled
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from ipec.filter_records import FilterState
+
+
+BLOCK = 1024  # samples after which the filter's state is kept
 
 
 class Fix:
@@ -52,17 +57,25 @@ def trace_filter(
     counts: IntArray,
     present: NDArray[np.bool_],
     fixes: Record,
+    marks: Record,
     poses: Array,
     sigmas: Array,
     lost: Array,
     alert: Array,
     nis: Array,
 ) -> None:
-    """Run the filter over all samples; fill poses and sigmas `(2, N, 3)`, `(N, 4)` of wheels, nis `(N,)`."""
+    """Run the filter over all samples, and keep its state before each block of `BLOCK` samples.
+
+    Fills poses and sigmas `(2, N, 3)`, lost and alert `(N, 4)`, nis `(N,)` and marks `(N / BLOCK,)`.
+    """
     state, following = states[0], 0
     for sample in range(len(counts)):
+        if sample % BLOCK == 0:
+            marks[sample // BLOCK] = state
         advance(settings[0], state, counts[sample], present[sample])
         following = take_fixes(state, fixes, sample, following)
         for truck in range(2):
             look(state.mean, state.covariance, truck, poses[truck, sample], sigmas[truck, sample])
+        if not state.placed:
+            poses[1, sample], sigmas[1, sample] = math.nan, math.nan
         lost[sample], alert[sample], nis[sample] = state.lost, state.alert, state.nis

@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ipec.corrector import correct
 from ipec.errors import LinkageChannelError, NoLinkageError
+from ipec.estimate import estimate
 from ipec.health import LINKAGE, check_linkage, frozen_channels
+from ipec.smoother import smooth
 from motion.paths import free, out_and_back, squares
 from vcan_sim.bumps import bumps_under
 from vcan_sim.floor import Floor
@@ -52,14 +55,14 @@ def test_a_frozen_joint_is_named_with_its_node_and_time(robot, channel, program)
 
 
 def test_a_frozen_link_is_named(robot):
-    """Truck b stands while a pulls the slider out by 60 mm."""
+    """Truck b stands while a pulls the slider out by 120 mm."""
     count = 200
     counts = np.zeros((count, 7), np.int64)
     counts[:, 4:] = [one.zero for one in robot.encoders[4:]]
-    counts[:, 0] = np.round(0.06 / robot.metres_per_count("a.left") * np.arange(count) / count)
-    counts[:, 1] = np.round(0.06 / robot.metres_per_count("a.right") * np.arange(count) / count)
+    counts[:, 0] = np.round(0.12 / robot.metres_per_count("a.left") * np.arange(count) / count)
+    counts[:, 1] = np.round(0.12 / robot.metres_per_count("a.right") * np.arange(count) / count)
     recording = Recording(robot, 0.015 * np.arange(count), counts, np.ones(counts.shape, bool))
-    with pytest.raises(LinkageChannelError, match=r"link \(node 7\) stands still .* 60 mm"):
+    with pytest.raises(LinkageChannelError, match=r"link \(node 7\) stands still .* 119 mm"):
         check_linkage(recording)
 
 
@@ -79,3 +82,17 @@ def test_a_robot_with_one_truck_has_no_linkage():
     )
     with pytest.raises(NoLinkageError):
         check_linkage(recording)
+
+
+@pytest.mark.parametrize("method", [correct, estimate, smooth])
+def test_every_method_refuses_a_frozen_channel(robot, method):
+    recording = frozen_from(bumpy(robot, PROGRAMS[0]), "joint_a", 500)
+    with pytest.raises(LinkageChannelError, match="joint_a"):
+        method(recording)
+
+
+def test_a_wheel_that_spins_once_is_no_frozen_joint(coarse):
+    recording = bumpy(coarse, PROGRAMS[2])
+    counts = recording.counts.copy()
+    counts[1000:, 0] += round(0.05 / coarse.metres_per_count("a.left"))
+    check_linkage(replace(recording, counts=counts))
