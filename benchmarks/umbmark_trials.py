@@ -1,0 +1,51 @@
+"""UMBmark's statistics, counted: `python benchmarks/umbmark_trials.py` prints them in about two minutes."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from calib.bootstrap import bootstrap
+from calib.experiment import calibrate
+from calib.guards import advise
+from calib.trials import (
+    Trial,
+    after_calibration,
+    coverage,
+    efficiency,
+    floor_covariance,
+    left_over,
+    plain_covariance,
+)
+
+FIGURE_11 = (0.98874, 1.00084)
+TRIAL = Trial(*FIGURE_11, floor_covariance(0.025))
+
+
+def main() -> None:
+    sizes = 1e3 * after_calibration(TRIAL, 4000)
+    low, high = np.percentile(sizes, [5, 95])
+    print(f'"after" with 25 mm of scatter: mean {sizes.mean():.1f} mm, 5 to 95 % {low:.1f} to {high:.1f} mm')
+    for factors in (FIGURE_11, (0.95, 1.005)):
+        for method in ("printed", "exact", "weighted"):
+            left = 1e3 * left_over(Trial(*factors, floor_covariance(0.022)), 1000, method).mean()
+            print(f"left over at {factors} with 22 mm of scatter, {method}: {left:.1f} mm")
+    plain = Trial(*FIGURE_11, plain_covariance(0.022))
+    print("variance over bound, true weights:", efficiency(plain, 100_000, own_scatter=False).round(3))
+    print("variance over bound, own weights, 5 + 5:", efficiency(plain, 100_000).round(3))
+    print("variance over bound, own weights, 20 + 20:", efficiency(replace(plain, runs=20), 50_000).round(3))
+    for runs in (2, 5):
+        for method in ("printed", "heading", "exact", "weighted"):
+            held = 100.0 * coverage(replace(TRIAL, runs=runs), 2000, method)
+            print(f"95 % intervals, {runs} + {runs} runs, {method}, hold E_b, E_d in {held.round(1)} %")
+    experiment = TRIAL.drive(np.random.default_rng(0))
+    start = time.perf_counter()
+    bootstrap(calibrate(experiment))
+    print(f"solve and 10 000 resamples: {time.perf_counter() - start:.2f} s")
+    chance = np.random.default_rng(5)
+    alarms = sum(bool(advise(TRIAL.drive(chance))) for _ in range(3000))
+    print(f"guards speak up about {alarms} of 3000 healthy experiments")
+
+
+if __name__ == "__main__":
+    main()
