@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from calib.filtering import Filtered, Smoothed, backwards, forwards
-from calib.kinematics import Coordinate, Noise
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from calib.kinematics import Coordinate, Noise
     from vehicle.se2 import Array
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -76,6 +76,23 @@ def drives_of(recordings: Sequence[Recording], truck: TruckName = "a") -> tuple[
                 "robot with one vehicle.toml",
             )
     return tuple(drive for recording in recordings for drive in _drives(recording, truck))
+
+
+def thinned(drive: Drive, spacing: float) -> Drive:
+    """Return a drive whose absolute poses lie at least a time [s] apart, its last one kept.
+
+    A dense reference errs alike for a while: markers sway, the heading differs from that of the wheels from
+    place to place, clocks slip. On the OptiOdom squares, such errors of the heading fade within 1 to 2 s.
+    Closer poses would be taken for independent ones, and their common error for roughness of the floor.
+    """
+    kept = [0]
+    for number in range(1, len(drive.fix_time)):
+        if drive.fix_time[number] - drive.fix_time[kept[-1]] >= spacing * (1.0 - 1e-6):
+            kept.append(number)
+    last = len(drive.fix_time) - 1
+    if kept[-1] != last:
+        kept = [*kept[:-1], last] if len(kept) > 1 else [*kept, last]
+    return replace(drive, fix_time=drive.fix_time[kept], pose=drive.pose[kept], sigma=drive.sigma[kept])
 
 
 def check_truck(recording: Recording, truck: TruckName) -> None:

@@ -29,6 +29,12 @@ if TYPE_CHECKING:
 
 _ROBUST_ROUNDS = 4  # rounds in which variances come from medians, which no outlier can move
 _MOST_ROUNDS = 60
+_STILL = 1e-3  # standard deviations by which coordinates still move when all is done
+_SETTLED = 2e-2  # change of a weight, or of a variance in its standard deviations, likewise
+_PATIENCE = 25  # rounds after which a noise that hardly matters, and so creeps, is not waited for
+_SLOW = 3e-2  # standard deviations by which coordinates may then still move
+_HASTE = 1.5  # power of the factors, until one overshoots: variances that tell little converge slowly
+_CALM = 0.3  # that power when patience is at its end
 _GROWTH = 0.05  # of the logarithm of a variance, to see how the rest changes
 _LINEAR = 0.03  # standard deviations by which coordinates may move before the chains are built anew
 _DOUBTFUL = 1e-3  # a good fix lies beyond the threshold with this probability
@@ -140,6 +146,8 @@ class _Search:
         self.built: Chains | None = None
         self.variances = np.array([one.guess**2 for one in problem.noises])
         self.expected = np.zeros(len(self.variances))
+        self.growth = np.zeros(len(self.variances))
+        self.haste = np.full(len(self.variances), _HASTE)
         self.information = np.zeros((len(self.free), len(self.free)))
         self.prior = np.array([one.doubt**-2.0 for one in problem.coordinates])
         self.weights = np.ones(0)
@@ -157,7 +165,10 @@ class _Search:
             CalibrationError: it does not converge.
         """
         for number in range(_MOST_ROUNDS):
-            if self._round(robust=number < robust_rounds) and number >= robust_rounds:
+            self.haste = np.minimum(self.haste, _HASTE if number < _PATIENCE else _CALM)
+            moved, settled = self._round(robust=number < robust_rounds)
+            enough = settled or number > _PATIENCE
+            if number >= robust_rounds and enough and moved < (_STILL if settled else _SLOW):
                 return
         raise CalibrationError(
             self.problem.source,
@@ -165,8 +176,8 @@ class _Search:
             "their units, and which wheel is left",
         )
 
-    def _round(self, *, robust: bool) -> bool:
-        """Do one pass; return whether nothing changes any more."""
+    def _round(self, *, robust: bool) -> tuple[float, bool]:
+        """Do one pass; return by how many sigma the coordinates moved, and whether the noise is settled."""
         chains = self._chains()
         filtered, smoothed = chains.filtered(self.variances, self.weights)
         slope = filtered.innovation[:, :, 1:]
@@ -183,7 +194,7 @@ class _Search:
         now = _Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
         grown = self._scale(now, robust=robust)
         weighed = self._weigh(now)
-        return moved < 1e-3 and grown < 1e-3 and weighed < 1e-2
+        return moved, grown < _SETTLED and weighed < _SETTLED
 
     def _chains(self) -> Chains:
         """Return the chains, anew where the coordinates have left the point at which they are linear."""
@@ -207,7 +218,7 @@ class _Search:
     def _scale(self, now: _Residuals, *, robust: bool) -> float:
         """Scale the variances towards their likeliest values; return by how much at most."""
         largest = 0.0
-        for number, noise in enumerate(self.problem.noises):
+        for number in range(len(self.variances)):
             found, expected = now.explained(number, self.variances[number], self.weights)
             self.expected[number] = expected.sum()
             if self.expected[number] < _FEWEST:
@@ -217,10 +228,12 @@ class _Search:
                 ratio = float(np.median(found[some] / expected[some])) / _MEDIAN
             else:
                 ratio = float(found.sum() / self.expected[number])
-            factor = min(max(ratio, 0.02), 50.0)
-            self.variances[number] *= factor
-            if self.variances[number] > 1e-6 * noise.guess**2:  # one that vanishes converges slowly
-                largest = max(largest, abs(float(np.log(factor))) / float(np.sqrt(1.0 + self.expected[number])))
+            growth = math.log(min(max(ratio, 0.02), 50.0))
+            overshot = growth * self.growth[number] < 0.0
+            self.haste[number] = max(0.5 * self.haste[number], 0.2) if overshot else self.haste[number]
+            self.growth[number] = growth
+            self.variances[number] *= math.exp(growth * self.haste[number])
+            largest = max(largest, abs(growth) * math.sqrt(self.expected[number]))
         return largest
 
     def _weigh(self, now: _Residuals) -> float:
@@ -229,7 +242,7 @@ class _Search:
         components = np.isfinite(now.chains.measured).sum(axis=1)
         weights = np.minimum(1.0, _THRESHOLD[components] / np.maximum(square, 1e-12))
         moved = float(np.abs(weights - self.weights).max(initial=0.0))
-        self.weights, self.distance = weights, np.sqrt(square)
+        self.weights, self.distance = np.sqrt(weights * self.weights), np.sqrt(square)
         return moved
 
     def _freedom(self, number: int) -> float:
@@ -250,7 +263,7 @@ class _Search:
         _, expected = now.explained(number, grown[number], self.weights)
         # explained by V_j grown: with its variance as it was, the growth of the factor itself is taken out
         slope_of_rest = (float(expected.sum()) * math.exp(-_GROWTH) - self.expected[number]) / _GROWTH
-        return max(-slope_of_rest, 0.0)
+        return float(max(-slope_of_rest, 0.0))
 
     def result(self, held: tuple[Held, ...]) -> Estimate:
         """Return the estimate."""

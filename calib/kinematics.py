@@ -78,6 +78,9 @@ class Kinematics(Protocol):
     def steps(self, readings: Array, coordinates: Array) -> Steps:
         """Return the steps between readings `(G, 2)` at coordinates `(P,)`."""
 
+    def corrected(self, coordinates: Array) -> Kinematics:
+        """Return the model whose nominal parameters are those at coordinates `(P,)`."""
+
     def values(self, coordinates: Array) -> dict[str, float]:
         """Return the robot's parameters in SI units."""
 
@@ -113,7 +116,11 @@ class Differential:
         """The roughness of the floor."""
         return (ROUGHNESS,)
 
-    def corrected(self, coordinates: Array) -> Truck:
+    def corrected(self, coordinates: Array) -> Differential:
+        """Return the robot at coordinates `(3,)`."""
+        return Differential(self.truck_at(coordinates))
+
+    def truck_at(self, coordinates: Array) -> Truck:
         """Return the truck at coordinates `(3,)`."""
         truck = self.truck
         mean = 0.5 * (truck.wheel_diameter_left + truck.wheel_diameter_right) * math.exp(coordinates[1])
@@ -123,7 +130,7 @@ class Differential:
 
     def steps(self, readings: Array, coordinates: Array) -> Steps:
         """Return the steps between wheel angles `(G, 2)` [rad]; U (2.2) along exact arcs."""
-        truck = self.corrected(coordinates)
+        truck = self.truck_at(coordinates)
         turned = np.diff(readings, axis=0)
         left = turned[:, 0] * (0.5 * truck.wheel_diameter_left)
         right = turned[:, 1] * (0.5 * truck.wheel_diameter_right)
@@ -144,7 +151,7 @@ class Differential:
 
     def values(self, coordinates: Array) -> dict[str, float]:
         """Return wheelbase and diameters [m], with the ratio."""
-        truck = self.corrected(coordinates)
+        truck = self.truck_at(coordinates)
         return {
             "wheelbase": truck.wheelbase,
             "left wheel diameter": truck.wheel_diameter_left,

@@ -49,25 +49,32 @@ def read_optiodom(folder: Path | str) -> OptiOdomSet:
         OptiOdomError: it is no such folder, or a file in it is damaged.
     """
     folder = Path(folder)
-    metadata = _metadata(folder)
+    metadata = read_metadata(folder)
     kind = metadata.get("type", [""])[0]
     if kind != "diff":
         raise OptiOdomError(folder, f"robot type {kind!r}; UMBmark needs the differential robot, diff")
-    side = _numbers(folder, metadata, "L", 1)[0]
-    ticks_per_turn = _numbers(folder, metadata, "ngear", 1)[0] * _numbers(folder, metadata, "encRes", 1)[0]
-    right, left = _numbers(folder, metadata, "Di", 2)
+    side = read_numbers(folder, metadata, "L", 1)[0]
+    ticks_per_turn = (
+        read_numbers(folder, metadata, "ngear", 1)[0] * read_numbers(folder, metadata, "encRes", 1)[0]
+    )
+    right, left = read_numbers(folder, metadata, "Di", 2)
     try:
-        truck = Truck(_numbers(folder, metadata, "Li", 1)[0], left, right)
+        truck = Truck(read_numbers(folder, metadata, "Li", 1)[0], left, right)
     except ParameterError as error:
         raise OptiOdomError(folder, str(error)) from error
-    count = int(_numbers(folder, metadata, "N", 1)[0])
+    count = int(read_numbers(folder, metadata, "N", 1)[0])
     files = sorted(folder.glob("*_run-[0-9][0-9].csv*"))
     if len(files) != count:
         raise OptiOdomError(folder, f"{len(files)} runs; expected N = {count} as the metadata says")
     return OptiOdomSet(truck, side, tuple(_run(path, ticks_per_turn) for path in files))
 
 
-def _metadata(folder: Path) -> dict[str, list[str]]:
+def read_metadata(folder: Path) -> dict[str, list[str]]:
+    """Return the cells of a folder's metadata by their keys.
+
+    Raises:
+        OptiOdomError: there is not one readable file of them.
+    """
     files = sorted(folder.glob("*_metadata.csv"))
     if len(files) != 1:
         raise OptiOdomError(folder, f"{len(files)} files *_metadata.csv; expected one")
@@ -78,7 +85,12 @@ def _metadata(folder: Path) -> dict[str, list[str]]:
         raise OptiOdomError(files[0], f"cannot be read: {error}") from error
 
 
-def _numbers(folder: Path, metadata: dict[str, list[str]], key: str, count: int) -> list[float]:
+def read_numbers(folder: Path, metadata: dict[str, list[str]], key: str, count: int) -> list[float]:
+    """Return the first positive numbers of a key.
+
+    Raises:
+        OptiOdomError: there are fewer.
+    """
     cells = metadata.get(key, [])[:count]
     try:
         values = [float(cell) for cell in cells]
@@ -91,7 +103,7 @@ def _numbers(folder: Path, metadata: dict[str, list[str]], key: str, count: int)
 
 
 def _run(path: Path, ticks_per_turn: float) -> SquareRun:
-    rows = _rows(path)
+    rows = read_rows(path)
     poses = rows[:, 1:4].copy()
     poses[:, 2] = np.unwrap(poses[:, 2])
     wheel_angles = rows[:, [5, 4]] * (2.0 * math.pi / ticks_per_turn)
@@ -100,7 +112,12 @@ def _run(path: Path, ticks_per_turn: float) -> SquareRun:
     return SquareRun(direction, between(poses[0], poses[-1]), wheel_angles, str(path))
 
 
-def _rows(path: Path) -> Array:
+def read_rows(path: Path) -> Array:
+    """Return the rows `(N, 6)` of a run.
+
+    Raises:
+        OptiOdomError: it is damaged.
+    """
     try:
         rows = np.loadtxt(path, delimiter=",", ndmin=2, dtype=np.float64)
     except (OSError, EOFError, ValueError) as error:

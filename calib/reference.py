@@ -19,6 +19,8 @@ from vehicle.odometry import integrate
 from vehicle.se2 import between, compose, inverse
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from calib.drives import Drive
     from calib.kinematics import Kinematics
     from vehicle.se2 import Array
@@ -31,6 +33,7 @@ OFFSETS = (
 TIME_OFFSET = Coordinate("reference time", "s", 0.1)
 POSITION = Noise("pose position", "m", 2e-3)
 HEADING = Noise("pose heading", "rad", 4e-3)
+STAMP = Noise("pose time stamp", "s", 1e-2)
 ABSENT = 1e6  # [m^2, rad^2] variance of what was not measured
 _EXACT = 1e-6  # [m, rad] a smaller sigma is none
 _MOMENT = 0.05  # [s] half the time over which the speed at a fix is taken
@@ -67,7 +70,7 @@ class ReferenceProblem:
     @property
     def noises(self) -> tuple[Noise, ...]:
         """Those of the kinematics, then position and heading of poses without a stated sigma."""
-        return (*self.kinematics.noises, POSITION, HEADING)
+        return (*self.kinematics.noises, POSITION, HEADING, STAMP)
 
     def place(self, number: int) -> tuple[str, float]:
         """Return the drive and the time [s] of a fix."""
@@ -102,6 +105,7 @@ class ReferenceProblem:
         start = np.zeros((count, 3))
         start[0] = _start(drive, moved, lever)
         stated, scatter = pose_noise(drive.pose, drive.sigma)
+        speed = self._speed(drive, times, own)
         return Chains(
             first,
             start,
@@ -111,27 +115,44 @@ class ReferenceProblem:
             process,
             drive.pose,
             stated,
-            scatter,
+            np.concatenate([scatter, late(drive, speed)[np.newaxis]]),
             lever,
-            self._effect(drive, times, own, lever, size),
+            self._effect(speed, lever, size),
         )
 
-    def _effect(self, drive: Drive, times: Array, own: Array, lever: Array, size: int) -> Array:
+    def _speed(self, drive: Drive, times: Array, own: Array) -> Array:
+        """Return the robot's speed `(M, 3)` at times [m/s, m/s, rad/s], body frame."""
+        around = np.stack([times - _MOMENT, times + _MOMENT], axis=-1).reshape(-1)
+        moved = self.kinematics.steps(_readings(drive, around), own).increment[::2]
+        return np.asarray(moved / (2.0 * _MOMENT), np.float64)
+
+    def _effect(self, speed: Array, lever: Array, size: int) -> Array:
         """Return how the reference's coordinates move the measured pose `(M, 3, P)`, body frame."""
-        effect = np.zeros((len(times), 3, size))
+        effect = np.zeros((len(speed), 3, size))
         if self.with_offset:
             effect[:, :, self._place_of(OFFSETS[0])] = np.eye(3)
         if self.with_time:
-            around = np.stack([times - _MOMENT, times + _MOMENT], axis=-1).reshape(-1)
-            moved = self.kinematics.steps(_readings(drive, around), own).increment[::2] / (2.0 * _MOMENT)
-            turning = moved[:, 2]
-            effect[:, :, -1] = moved + np.outer(turning, [-lever[1], lever[0], 0.0])
+            effect[:, :, -1] = speed + np.outer(speed[:, 2], [-lever[1], lever[0], 0.0])
         return effect
 
 
+def late(drive: Drive, speed: Array) -> Array:
+    """Return the covariance `(M, 3, 3)` of poses per unit variance of their time [s^2], world frame.
+
+    It is there only for poses without a stated sigma and with a known heading.
+    """
+    heading = drive.pose[:, 2]
+    unstated = np.isnan(drive.sigma).any(axis=1) & np.isfinite(drive.pose).all(axis=1)
+    cos, sin = np.cos(heading), np.sin(heading)
+    east, north = cos * speed[:, 0] - sin * speed[:, 1], sin * speed[:, 0] + cos * speed[:, 1]
+    moving = np.where(unstated[:, np.newaxis], np.stack([east, north, speed[:, 2]], axis=-1), 0.0)
+    return np.asarray(moving[:, :, np.newaxis] * moving[:, np.newaxis, :], np.float64)
+
+
 def pose_noise(pose: Array, sigma: Array) -> tuple[Array, Array]:
-    """Return the stated covariance `(M, 3, 3)` of poses, and where it is not stated, shapes `(2, M, 3, 3)`."""
-    known, said = np.isfinite(pose), np.isfinite(sigma)
+    """Return the stated covariance `(M, 3, 3)` of poses; where it is not stated, shapes `(2, M, 3, 3)`."""
+    known: NDArray[np.bool_] = np.isfinite(pose)
+    said: NDArray[np.bool_] = np.isfinite(sigma)
     variance = np.where(said, np.maximum(np.nan_to_num(sigma), _EXACT) ** 2, 0.0)
     stated, scatter = np.zeros((len(pose), 3, 3)), np.zeros((2, len(pose), 3, 3))
     for axis in range(3):
@@ -143,13 +164,17 @@ def pose_noise(pose: Array, sigma: Array) -> tuple[Array, Array]:
 def joined(chains: list[Chains], lever: Array) -> Chains:
     """Return chains one after the other."""
     return Chains(
-        *(np.concatenate([getattr(one, name) for one in chains]) for name in Chains._fields[:5]),
-        np.concatenate([one.process for one in chains], axis=1),
-        np.concatenate([one.measured for one in chains]),
-        np.concatenate([one.stated for one in chains]),
-        np.concatenate([one.scatter for one in chains], axis=1),
-        lever,
-        np.concatenate([one.effect for one in chains]),
+        first=np.concatenate([one.first for one in chains]),
+        start=np.concatenate([one.start for one in chains]),
+        left=np.concatenate([one.left for one in chains]),
+        right=np.concatenate([one.right for one in chains]),
+        sensitivity=np.concatenate([one.sensitivity for one in chains]),
+        process=np.concatenate([one.process for one in chains], axis=1),
+        measured=np.concatenate([one.measured for one in chains]),
+        stated=np.concatenate([one.stated for one in chains]),
+        scatter=np.concatenate([one.scatter for one in chains], axis=1),
+        lever=lever,
+        effect=np.concatenate([one.effect for one in chains]),
     )
 
 

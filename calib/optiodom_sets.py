@@ -1,0 +1,108 @@
+"""Any set of the OptiOdom data as drives for least squares: differential robot or tricycle, any path.
+
+See `calib.optiodom` for the format. A row's ticks are those of its cycle, so they lead to its pose.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from calib.drives import Drive
+from calib.errors import OptiOdomError
+from calib.kinematics import Differential, Kinematics, Tricycle
+from calib.optiodom import is_optiodom, read_metadata, read_numbers, read_rows
+from vehicle.odometry import integrate
+from vehicle.parameters import ParameterError, Truck
+from vehicle.se2 import compose
+
+if TYPE_CHECKING:
+    from vehicle.se2 import Array
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSet:
+    """All runs of one folder.
+
+    Attributes:
+        name: robot/path/date, as in the data.
+        robot: diff or tricyc.
+        path: circular, free, ivanjko, square.
+        kinematics: the nominal robot.
+        drives: one per run.
+    """
+
+    name: str
+    robot: str
+    path: str
+    kinematics: Kinematics
+    drives: tuple[Drive, ...]
+
+
+def find_sets(root: Path | str) -> tuple[Path, ...]:
+    """Return the folders of all sets under a root, in order.
+
+    Raises:
+        OptiOdomError: there is none.
+    """
+    root = Path(root)
+    found = sorted({file.parent for file in root.rglob("*_metadata.csv") if is_optiodom(file.parent)})
+    if not found:
+        raise OptiOdomError(
+            root, "no *_metadata.csv under it; expected folders such as diff/square/230620202042"
+        )
+    return tuple(found)
+
+
+def read_set(folder: Path | str) -> DriveSet:
+    """Return the runs of an OptiOdom folder.
+
+    Raises:
+        OptiOdomError: it is no such folder, or a file in it is damaged.
+    """
+    folder = Path(folder).resolve()
+    metadata = read_metadata(folder)
+    ticks_per_turn = (
+        read_numbers(folder, metadata, "ngear", 1)[0] * read_numbers(folder, metadata, "encRes", 1)[0]
+    )
+    kinematics = _kinematics(folder, metadata)
+    files = sorted(folder.glob("*_run-[0-9][0-9].csv*"))
+    if not files:
+        raise OptiOdomError(folder, "no *_run-NN.csv in it")
+    drives = tuple(_drive(file, ticks_per_turn, kinematics) for file in files)
+    return DriveSet("/".join(folder.parts[-3:]), metadata["type"][0], folder.parts[-2], kinematics, drives)
+
+
+def _kinematics(folder: Path, metadata: dict[str, list[str]]) -> Kinematics:
+    kind = metadata.get("type", [""])[0]
+    wheelbase = read_numbers(folder, metadata, "Li", 1)[0]
+    try:
+        if kind == "diff":
+            right, left = read_numbers(folder, metadata, "Di", 2)
+            return Differential(Truck(wheelbase, left, right))
+        if kind == "tricyc":
+            return Tricycle(wheelbase, read_numbers(folder, metadata, "Di", 1)[0])
+    except ParameterError as error:
+        raise OptiOdomError(folder, str(error)) from error
+    raise OptiOdomError(folder, f"robot type {kind!r}; expected diff or tricyc")
+
+
+def _drive(path: Path, ticks_per_turn: float, kinematics: Kinematics) -> Drive:
+    rows = read_rows(path)
+    radians = 2.0 * math.pi / ticks_per_turn
+    if isinstance(kinematics, Differential):
+        readings = np.cumsum(rows[:, [5, 4]] * radians, axis=0)
+    else:
+        readings = np.stack([np.cumsum(rows[:, 4] * radians), rows[:, 5]], axis=-1)
+    return Drive(rows[:, 0], readings, rows[:, 0], rows[:, 1:4], np.full((len(rows), 3), np.nan), str(path))
+
+
+def dead_reckoned(drive: Drive, kinematics: Kinematics) -> Array:
+    """Return the poses `(N, 3)` that a model's odometry gives at every reading, from the first known pose."""
+    nominal = np.zeros(len(kinematics.coordinates))
+    steps = kinematics.steps(drive.readings, nominal)
+    return np.asarray(compose(drive.pose[0], integrate(steps.increment)), np.float64)
