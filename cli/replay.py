@@ -76,18 +76,20 @@ def _read(source: Path, vehicle: Path | None) -> Recording:
 
     if source.is_dir():
         loaded = read_recording(source)
-        _show_log(loaded.log, loaded.recording.vehicle, loaded.assembly)
-        recording = loaded.recording
-        return recording if vehicle is None else replace(recording, vehicle=load_vehicle(vehicle))
-    robot = nominal_vehicle(vehicle)
-    log = read_log(source)
-    _show_log(log, robot, None)
-    assembly = assemble(log.frames, robot, str(source))
+        log, assembly, poses, run = loaded.log, loaded.assembly, loaded.recording.poses, loaded.recording.run
+        robot = loaded.recording.vehicle if vehicle is None else load_vehicle(vehicle)
+        _show_log(log, robot)
+        if vehicle is not None:
+            assembly = assemble(log.frames, robot, str(source))
+    else:
+        robot, log, poses, run = nominal_vehicle(vehicle), read_log(source), None, None
+        _show_log(log, robot)
+        assembly = assemble(log.frames, robot, str(source))
     _show_pdos(assembly)
-    return assembly.recording
+    return replace(assembly.recording, poses=poses, run=run)
 
 
-def _show_log(log: LogReadResult, vehicle: VehicleParameters, assembly: Assembly | None) -> None:
+def _show_log(log: LogReadResult, vehicle: VehicleParameters) -> None:
     """Print how many frames of each class a log holds, and what could not be read."""
     from vehicle.traffic import CLASSES, classify
 
@@ -95,8 +97,6 @@ def _show_log(log: LogReadResult, vehicle: VehicleParameters, assembly: Assembly
     words = [f"{name} {count}" for name, count in zip(CLASSES, counts.tolist(), strict=True) if count]
     out.print(f"{len(log.frames)} frames: {', '.join(words)}", soft_wrap=True)
     tell_problems(log)
-    if assembly is not None:
-        _show_pdos(assembly)
 
 
 def _show_pdos(assembly: Assembly) -> None:
@@ -145,10 +145,13 @@ def _show_paths(recording: Recording, paths: dict[TruckName, Array]) -> None:
     for truck, path in paths.items():
         length = float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
         table.add_row(truck, "odometry at the end", f"{length:.3f}", *_words(path[-1]))
-        fixes = recording.poses.of(truck) if recording.poses is not None else None
-        if fixes is not None and len(fixes.time):
-            last = fixes.pose[-1]
-            row = min(int(np.searchsorted(recording.time, fixes.time[-1])), len(path) - 1)
+        known = recording.poses.of(truck) if recording.poses is not None else None
+        if known is None:
+            continue
+        rows = np.flatnonzero(np.isfinite(known.pose).all(axis=1))
+        if len(rows):
+            last = known.pose[rows[-1]]
+            row = min(int(np.searchsorted(recording.time, known.time[rows[-1]])), len(path) - 1)
             error = last - path[row]
             table.add_row("", "last absolute fix", "", *_words(last))
             table.add_row("", "fix minus odometry", "", *_words((error[0], error[1], float(wrap(error[2])))))

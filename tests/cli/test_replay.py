@@ -1,0 +1,109 @@
+"""`omnimate replay`: what a recording holds, and real logs of strangers, frame by frame."""
+
+import re
+
+import can
+import numpy as np
+import pytest
+
+from driver.bus import open_bus
+from driver.errors import NoSync
+from driver.passive import PassiveReader
+from vcan_sim.reference import reference_vehicle
+from vehicle.folder import load_recording
+from vehicle.foreign_logs import frame_of_message
+from vehicle.frames import ERROR, EXTENDED, REMOTE
+from vehicle.logs import read_log
+from vehicle.odometry import dead_reckon
+
+REAL_LOGS = [
+    "canopen_traces_hilch/ixxat1.trc.gz",
+    "canopen_traces_hilch/pcan1.trc.gz",
+    "comma2k19_rav4/can_bus0.candump.log.gz",
+]
+
+
+@pytest.fixture
+def drive(omnimate, tmp_path):
+    arguments = ("--protocol", "rectangle", "--side", 2, "--runs", 1, "--start", 1700000000, "--speed", 0.4)
+    assert omnimate("simulate", tmp_path / "drive", *arguments).code == 0
+    return tmp_path / "drive"
+
+
+def test_the_trajectories_are_those_of_dead_reckoning(omnimate, drive, tmp_path):
+    table, figure = tmp_path / "paths.csv", tmp_path / "plan.svg"
+    result = omnimate("replay", drive, "--csv", table, "--plot", figure)
+    assert result.code == 0, result.err
+    recording = load_recording(drive)
+    written = np.genfromtxt(table, delimiter=",", skip_header=1, usecols=(0, 2, 3, 4))
+    first = recording.poses.of("a").pose[0]
+    assert np.allclose(written[: len(recording), 1:], dead_reckon(recording, "a", first), atol=1e-6)
+    assert len(written) == 2 * len(recording)
+    assert figure.read_text().startswith("<?xml")
+    assert "fix minus odometry" in result.out
+
+
+def test_a_calibrated_vehicle_changes_the_trajectory_and_not_the_recording(omnimate, drive, tmp_path):
+    before = omnimate("replay", drive).out
+    other = tmp_path / "other.toml"
+    other.write_text((drive / "vehicle.toml").read_text().replace("wheelbase = 0.34", "wheelbase = 0.33"))
+    assert omnimate("replay", drive, "--vehicle", other).out != before
+    assert omnimate("replay", drive).out == before
+
+
+def test_a_vehicle_with_other_encoders_reads_the_log_anew(omnimate, drive, tmp_path):
+    other = tmp_path / "other.toml"
+    text = (drive / "vehicle.toml").read_text()
+    other.write_text(text.replace("node = 2\ncob_id = 386", "node = 9\ncob_id = 999"))
+    result = omnimate("replay", drive, "--vehicle", other)
+    assert result.code == 1
+    assert "a.left and a.right are never there in the same sample" in result.err
+
+
+def test_frames_go_onto_a_bus_unchanged_and_in_order(omnimate, drive):
+    frames = read_log(drive / "can.log").frames
+    with open_bus("virtual://replayed") as bus:
+        assert omnimate("replay", drive, "--bus", "virtual://replayed", "--pace", 0).code == 0
+        heard = [bus.recv(0.0) for _ in range(len(frames))]
+        assert bus.recv(0.0) is None
+    sent = [(frame.can_id, frame.data) for frame in frames]
+    assert [(message.arbitration_id, bytes(message.data)) for message in heard] == sent
+
+
+@pytest.mark.parametrize("name", REAL_LOGS)
+def test_every_frame_of_a_strangers_log_is_called_something(omnimate, shared_data, name):
+    path = shared_data / "real" / name
+    result = omnimate("replay", path)
+    total, classes = re.search(r"(\d+) frames: (.*)", result.out).groups()
+    numbers = [int(number) for number in re.findall(r" (\d+)(?:,|$)", classes)]
+    assert sum(numbers) == int(total) == len(read_log(path).frames)
+    assert result.code == 1
+    assert "error: " in result.err
+
+
+@pytest.mark.parametrize("name", REAL_LOGS)
+def test_a_strangers_log_on_the_bus_is_heard_without_an_unhandled_frame(shared_data, name):
+    """Frame by frame through the live reader: nothing raises, and no frame enters a sample."""
+    frames = read_log(shared_data / "real" / name).frames
+    url = "virtual://strangers"
+    with open_bus(url) as sender, PassiveReader(reference_vehicle(), url) as ear:
+        for frame in frames:
+            kind = {
+                "is_extended_id": bool(frame.flags & EXTENDED),
+                "is_remote_frame": bool(frame.flags & REMOTE),
+                "is_error_frame": bool(frame.flags & ERROR),
+            }
+            sender.send(can.Message(arbitration_id=frame.can_id, data=frame.data, **kind))
+        try:
+            samples = list(ear.samples(idle=0.0, patience=0.2))
+        except NoSync:
+            samples = []
+        report = ear.report()
+    assert not any(any(sample.present) for sample in samples)
+    assert sum(node.received for node in report.nodes) == 0
+    assert report.strangers
+
+
+def test_a_message_of_python_can_is_a_frame_of_ours():
+    message = can.Message(timestamp=1.5, arbitration_id=0x181, data=b"\1\2", is_extended_id=False)
+    assert frame_of_message(message).data == b"\1\2"
