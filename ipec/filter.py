@@ -87,6 +87,11 @@ class Prior:
         return out
 
 
+CALIBRATED = Prior()
+NOMINAL = Prior(5e-3, 5e-3, 2e-2, math.radians(0.5), 3e-3)
+"""What a data sheet leaves."""
+
+
 @dataclass(frozen=True, slots=True)
 class FilteredState:
     """The estimate after a sample; never changed, each step returns another.
@@ -180,7 +185,7 @@ class Filter:
     def __init__(
         self, vehicle: VehicleParameters, noise: Noise | None = None, prior: Prior | None = None
     ) -> None:
-        self.noise, self.prior = noise or Noise(), prior or Prior()
+        self.noise, self.prior = noise or Noise(), prior or CALIBRATED
         self.settings = filter_settings(vehicle, self.noise)
         self._reader = SampleReader(vehicle)
 

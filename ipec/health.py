@@ -49,8 +49,7 @@ def frozen_channels(recording: Recording) -> tuple[Frozen, ...]:
     """Return where channels of the linkage stood still although the trucks' wheels say otherwise.
 
     Only samples in which every encoder was read are compared. What the others must do follows from the
-    joints, so that only the first channel to stop is told, and
-    the link only where both joints are sound.
+    joints, so that only the first channel to stop is told, and the link only where both joints are sound.
 
     Raises:
         RecordingError: the two wheels of a truck are never present together.
@@ -133,17 +132,20 @@ def check_linkage(recording: Recording) -> None:
             )
     for one in frozen_channels(recording)[:1]:
         raise LinkageChannelError(
-            recording.source, one.channel, vehicle.encoder(one.channel).node, _in_words(one, recording)
+            recording.source,
+            one.channel,
+            vehicle.encoder(one.channel).node,
+            f"{in_words(one, float(recording.time[0]))}, and use plain odometry for this stretch",
         )
 
 
-def _in_words(frozen: Frozen, recording: Recording) -> str:
-    start, end = frozen.start - recording.time[0], frozen.end - recording.time[0]
+def in_words(frozen: Frozen, first: float) -> str:
+    """Say when a channel stood still, what it should have done, and what to check; `first` is time 0 [s]."""
     amount = f"{math.degrees(frozen.expected):.1f} degrees"
     if frozen.channel == "link":
         amount = f"{1e3 * frozen.expected:.0f} mm"
     return (
-        f"stands still from {start:.2f} to {end:.2f} s, in which the wheels say that it moved by {amount}; "
-        "check its coupling and its node (is it operational, does its value change when it is moved by "
-        "hand?), and use plain odometry for this stretch"
+        f"stands still from {frozen.start - first:.2f} to {frozen.end - first:.2f} s, while the wheels say "
+        f"that it moved by {amount}; check its coupling and its node (is it operational, does its value "
+        "change when it is moved by hand?)"
     )

@@ -1,0 +1,173 @@
+"""Plain odometry, IPEC and the filter side by side: straight, rectangle and laps, over many robots and floors.
+
+Each robot is one that a calibration has left behind: its errors are drawn anew (ratio of diameters
+2e-4, wheelbase 1e-3, joints 0.01 degrees, link 0.3 mm, standard deviations). The bound is the posterior
+standard deviation of the filter that knows these, on a floor without sideways slip: the linearised
+Cramer-Rao bound of what the encoders can tell.
+
+Usage: python -m benchmarks.ipec_accuracy [seeds]
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ipec.corrector import correct
+from ipec.estimate import estimate
+from ipec.filter import Noise, Prior
+from motion.paths import out_and_back, rounded_rectangle
+from vcan_sim.bumps import Bump, bumps_under
+from vcan_sim.floor import Floor
+from vcan_sim.reference import reference_vehicle
+from vcan_sim.simulate import simulate
+from vcan_sim.sonar import Sonar
+from vcan_sim.truth import Truth, with_errors
+from vehicle.recording import Poses
+from vehicle.se2 import between, compose, wrap
+
+if TYPE_CHECKING:
+    from motion.program import Program
+    from vehicle.parameters import Channel
+    from vehicle.recording import Recording
+    from vehicle.se2 import Array
+
+ROBOT = reference_vehicle()
+LEFT_BEHIND = Prior(1e-9, 2e-4, 1e-3, math.radians(0.01), 3e-4)
+SONAR = np.array([0.002, 0.002, math.radians(0.2)])
+
+
+def drive(seed: int, program: Program, bumps: tuple[Bump, ...]) -> Recording:
+    chance = np.random.default_rng(1000 + seed)
+    base = {
+        "a": 1.0 + chance.normal() * LEFT_BEHIND.wheelbase,
+        "b": 1.0 + chance.normal() * LEFT_BEHIND.wheelbase,
+    }
+    ratio = {"a": 1.0 + chance.normal() * LEFT_BEHIND.ratio, "b": 1.0 + chance.normal() * LEFT_BEHIND.ratio}
+    joints = chance.normal(size=2) * LEFT_BEHIND.joint
+    truth = Truth(
+        with_errors(ROBOT, base, ratio),  # type: ignore[arg-type]  # the keys are truck names
+        joint_bias=(float(joints[0]), float(joints[1])),
+        link_bias=chance.normal() * LEFT_BEHIND.link,
+        floor=Floor(bumps=bumps),
+        sonar=Sonar(sigma=0.0),
+        seed=seed,
+    )
+    return simulate(ROBOT, truth, program)
+
+
+def under(
+    wheels: tuple[Channel, ...], count: int, start: float, end: float, **how: float
+) -> tuple[Bump, ...]:
+    several = [bumps_under(wheel, count, start, end, **how) for wheel in wheels]  # type: ignore[arg-type]
+    return tuple(bump for one in several for bump in one)
+
+
+def straight(seed: int, *, bumps: bool) -> Recording:
+    """C 6.1: 18 m out and back in reverse, 20 bumps on the way back."""
+    obstacles = under(("a.right", "b.right"), 10, 18.5, 35.5) if bumps else ()
+    return drive(seed, out_and_back(18.0, 1, speed=0.45, link_length=1.0), obstacles)
+
+
+def rectangle(seed: int, *, bumps: bool) -> Recording:
+    """C 6.2: 7 x 4 m, 10 bumps under the wheels of one side."""
+    wheels: tuple[Channel, ...] = ("a.left", "b.left") if seed % 2 else ("a.right", "b.right")
+    program = rounded_rectangle(7.0, 4.0, ["cw" if seed % 4 < 2 else "ccw"], tolerance=0.2, speed=0.45)
+    return drive(seed, program, under(wheels, 5, 1.0, 19.0) if bumps else ())
+
+
+def lap(seed: int, *, bumps: bool) -> Recording:
+    """O 3: 18.5 m, 20 cables of 9 mm under one wheel of the front truck."""
+    wheels: tuple[Channel, ...] = ("a.left",) if seed % 2 else ("a.right",)
+    program = rounded_rectangle(6.0, 3.25, ["cw" if seed % 4 < 2 else "ccw"])
+    return drive(seed, program, under(wheels, 20, 1.0, 16.0, height=0.009) if bumps else ())
+
+
+def return_error(recording: Recording, path: Array) -> Array:
+    """Return the true minus the estimated last pose of truck a, from the fix before the drive on."""
+    fixes = recording.poses.of("a").pose  # type: ignore[union-attr]  # simulations have poses
+    error = fixes[-1] - compose(fixes[0], between(path[0], path[-1]))
+    return np.array([*error[:2], wrap(error[2])])
+
+
+def interval(values: Array) -> str:
+    """Return root mean square, its 95 % interval by bootstrap, and the largest."""
+    chance = np.random.default_rng(0)
+    again = chance.choice(values, (1000, len(values)))
+    low, high = np.percentile(np.sqrt(np.mean(again**2, axis=1)), [2.5, 97.5])
+    return f"{np.sqrt(np.mean(values**2)):7.3f} ({low:6.3f} to {high:6.3f}) worst {np.abs(values).max():7.3f}"
+
+
+def show(name: str, errors: Array) -> None:
+    place, heading = 1e3 * np.hypot(errors[:, 0], errors[:, 1]), np.degrees(errors[:, 2])
+    print(f"  {name:<10} position [mm] {interval(place)}   heading [degrees] {interval(heading)}")
+
+
+def single_drives(seeds: int) -> None:
+    for make in (straight, rectangle, lap):
+        for bumps in (False, True):
+            print(
+                f"{(make.__doc__ or '').splitlines()[0]} {'with' if bumps else 'without'} bumps; rms of {seeds}"
+            )
+            errors: dict[str, list[Array]] = {}
+            squares, bound = [], []
+            for seed in range(seeds):
+                recording = make(seed, bumps=bumps)
+                for name, method in (("plain", "plain"), ("CLAPPER", "clapper"), ("OmniMate", "omnimate")):
+                    path = correct(recording, method=method).pose_a  # type: ignore[arg-type]  # literals
+                    errors.setdefault(name, []).append(return_error(recording, path))
+                found = estimate(recording, prior=LEFT_BEHIND)
+                errors.setdefault("filter", []).append(return_error(recording, found.pose_a))
+                squares.append((errors["filter"][-1] / found.sigma_a[-1]) ** 2)
+                bound.append(estimate(recording, noise=Noise(sideways=0.0), prior=LEFT_BEHIND).sigma_a[-1])
+            for name, several in errors.items():
+                show(name, np.array(several))
+            show("bound", np.array(bound))
+            print(f"  NEES per axis {np.mean(squares, axis=0).round(2)} (1 if consistent)")
+
+
+def ten_laps(seed: int) -> dict[str, Array]:
+    """O 3: laps 1-5 without, 6-10 with bumps; each method is given the same noisy fix before each lap."""
+    ccw = seed % 2 == 0
+    inside, outside = ("left", "right") if ccw else ("right", "left")
+    bumps: tuple[Bump, ...] = ()
+    plan = [(f"a.{inside}", 20, 5), (f"a.{outside}", 20, 6)]
+    plan += [(f"{truck}.{inside}", 10, 7) for truck in "ab"] + [
+        (f"{truck}.{outside}", 10, 8) for truck in "ab"
+    ]
+    plan += [(f"{truck}.{side}", 5, 9) for truck in "ab" for side in ("left", "right")]
+    for wheel, count, number in plan:
+        bumps += bumps_under(wheel, count, 1.0, 15.0, lap=number, height=0.009)  # type: ignore[arg-type]
+    recording = drive(seed, rounded_rectangle(6.0, 3.25, ["ccw" if ccw else "cw"] * 10), bumps)
+    fixes = recording.poses.of("a")  # type: ignore[union-attr]
+    noise = np.random.default_rng(seed).normal(size=fixes.pose.shape) * SONAR
+    seen = Poses(fixes.time, fixes.body, fixes.pose + noise, np.tile(SONAR, (len(fixes.time), 1)))
+    marks = [(lap.start, lap.end) for lap in recording.run.laps]  # type: ignore[union-attr]
+    first, last = np.searchsorted(recording.time, np.array(marks).T - 1e-6)
+    out = {}
+    for name, method in (("plain", "plain"), ("CLAPPER", "clapper"), ("OmniMate", "omnimate")):
+        path = correct(recording, method=method).pose_a  # type: ignore[arg-type]  # literals
+        out[name] = compose(seen.pose[:-1], between(path[first], path[last]))
+    out["filter"] = estimate(recording, seen.pose[0], (1.0, 1.0, 1.0), fixes=seen, prior=LEFT_BEHIND).pose_a[
+        last
+    ]
+    errors = {name: fixes.pose[1:] - poses for name, poses in out.items()}
+    return {name: np.stack([*one[:, :2].T, wrap(one[:, 2])], axis=1) for name, one in errors.items()}
+
+
+def main() -> None:
+    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+    single_drives(seeds)
+    several = [ten_laps(seed) for seed in range(seeds // 2)]
+    print(f"O 3: ten laps, a fix (2 mm, 0.2 degrees) before each; rms of {seeds // 2} runs")
+    for laps, which in (("1-5, no bumps", slice(0, 5)), ("6-10, bumps", slice(5, 10))):
+        print(f" laps {laps}")
+        for name in several[0]:
+            show(name, np.concatenate([one[name][which] for one in several]))
+
+
+if __name__ == "__main__":
+    main()

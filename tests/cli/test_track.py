@@ -1,0 +1,112 @@
+"""`omnimate track`: a recording or a robot in, poses, rows and words out."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from cli.rows import RowFileError, open_rows
+from cli.track import SourceError, follow, track
+from ipec.errors import LinkageChannelError, NoLinkageError
+from ipec.tracker import Tracker
+from motion.paths import rounded_rectangle
+from motion.paths import umbmark as squares
+from vcan_sim.bumps import bumps_under
+from vcan_sim.floor import Floor
+from vcan_sim.reference import reference_single, reference_vehicle
+from vcan_sim.simulate import simulate
+from vcan_sim.truth import Truth
+from vehicle.folder import save_recording
+from vehicle.sample import Sample
+
+
+def call(*arguments):
+    app = typer.Typer()
+    app.command()(track)
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def drive():
+    robot = reference_vehicle()
+    truth = Truth(robot, floor=Floor(bumps=bumps_under("a.right", 2, 1.0, 5.0)), seed=1)
+    return simulate(robot, truth, rounded_rectangle(3.0, 2.0, ["cw"]))
+
+
+@pytest.fixture(scope="module")
+def folder(drive, tmp_path_factory):
+    place = tmp_path_factory.mktemp("track") / "drive"
+    save_recording(drive, place)
+    return place
+
+
+def frozen(drive):
+    counts = drive.counts.copy()
+    counts[500:, 4] = counts[500, 4]
+    return replace(drive, counts=counts)
+
+
+def samples(recording):
+    nan = (float("nan"),) * 7
+    for index, time in enumerate(recording.time):
+        yield Sample(index, float(time), tuple(recording.counts[index].tolist()), (True,) * 7, nan, nan)
+
+
+def test_a_recording_shows_the_poses_and_each_bump_with_its_wheel(folder):
+    result = call(folder)
+    assert result.exit_code == 0
+    for word in ("plain", "IPEC", "filter", "joint_a bias"):
+        assert word in result.stdout
+    assert result.stderr.count("a.right lost") == 2
+    assert "lost 3." in result.stderr
+
+
+def test_json_lines_on_standard_output_are_nothing_but_json(folder):
+    result = call(folder, "--jsonl", "-", "--every", 1.0)
+    rows = [json.loads(line) for line in result.stdout.splitlines()]
+    assert len(rows) > 30
+    assert {"t", "plain_x", "ipec_theta", "filter_y", "sigma_theta", "lost_a_right"} <= set(rows[0])
+    assert sum(row["lost_a_right"] for row in rows) == pytest.approx(0.0068, abs=0.0015)
+    assert "filter" in result.stderr
+
+
+def test_csv_holds_a_row_for_every_sample_if_asked(folder, drive, tmp_path):
+    assert call(folder, "--csv", tmp_path / "rows.csv", "--every", 0).exit_code == 0
+    with (tmp_path / "rows.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(drive)
+    assert float(rows[-1]["t"]) == pytest.approx(drive.time[-1])
+
+
+def test_a_live_stream_gives_the_rows_of_the_recording_until_the_time_is_up(drive, tmp_path, capsys):
+    path = tmp_path / "rows.jsonl"
+    with open_rows(None, str(path)) as writer:
+        follow(samples(drive), Tracker(drive.vehicle), writer, seconds=20.0, every=0.1)
+    rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    assert rows[-1]["t"] - rows[0]["t"] == pytest.approx(20.0, abs=0.11)
+    assert np.diff([row["t"] for row in rows]).min() >= 0.1 - 1e-9
+    assert "a.right lost 3." in capsys.readouterr().err
+
+
+def test_a_joint_that_freezes_live_is_told_once_with_its_node(drive, capsys):
+    broken = frozen(drive)
+    with open_rows(None, None) as writer:
+        follow(samples(broken), Tracker(broken.vehicle), writer, seconds=None, every=1.0)
+    told = capsys.readouterr().err
+    assert told.count("joint_a (node 5) stands still") == 1
+    assert "check its coupling" in told
+
+
+def test_bad_sources_are_refused(folder, drive, tmp_path):
+    assert isinstance(call().exception, SourceError)
+    assert isinstance(call(folder, "--bus", "virtual://x").exception, SourceError)
+    assert isinstance(call(folder, "--csv", tmp_path / "no" / "rows.csv").exception, RowFileError)
+    save_recording(frozen(drive), tmp_path / "frozen")
+    assert isinstance(call(tmp_path / "frozen").exception, LinkageChannelError)
+    single = reference_single()
+    save_recording(simulate(single, Truth(single), squares(1.0, 1)), tmp_path / "single")
+    assert isinstance(call(tmp_path / "single").exception, NoLinkageError)
