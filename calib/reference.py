@@ -142,7 +142,7 @@ def late(drive: Drive, speed: Array) -> Array:
     It is there only for poses without a stated sigma and with a known heading.
     """
     heading = drive.pose[:, 2]
-    unstated = np.isnan(drive.sigma).any(axis=1) & np.isfinite(drive.pose).all(axis=1)
+    unstated = np.asarray(np.isnan(drive.sigma).any(axis=1) & np.isfinite(drive.pose).all(axis=1), np.bool_)
     cos, sin = np.cos(heading), np.sin(heading)
     east, north = cos * speed[:, 0] - sin * speed[:, 1], sin * speed[:, 0] + cos * speed[:, 1]
     moving = np.where(unstated[:, np.newaxis], np.stack([east, north, speed[:, 2]], axis=-1), 0.0)
