@@ -1,4 +1,4 @@
-"""Plain odometry, IPEC and the filter side by side: straight, rectangle and laps, over many robots and floors.
+"""Plain odometry, IPEC and the filter in the papers' drives, over many robots and floors.
 
 Each robot is one that a calibration has left behind: its errors are drawn anew (ratio of diameters
 2e-4, wheelbase 1e-3, joints 0.01 degrees, link 0.3 mm, standard deviations). The bound is the posterior
@@ -109,9 +109,8 @@ def show(name: str, errors: Array) -> None:
 def single_drives(seeds: int) -> None:
     for make in (straight, rectangle, lap):
         for bumps in (False, True):
-            print(
-                f"{(make.__doc__ or '').splitlines()[0]} {'with' if bumps else 'without'} bumps; rms of {seeds}"
-            )
+            what = (make.__doc__ or "").splitlines()[0].split(",")[0]
+            print(f"{what}, {'with' if bumps else 'without'} bumps; rms of {seeds}")
             errors: dict[str, list[Array]] = {}
             squares, bound = [], []
             for seed in range(seeds):
