@@ -1,0 +1,46 @@
+"""What the driver hands on live is what its recording gives back, whatever the devices do."""
+
+import numpy as np
+import pytest
+
+from cli.robots import truth_of
+from cli.simulated import simulated_robot
+from motion.drive import drive
+from motion.journal import Journal
+from motion.paths import umbmark
+from motion.runner import Runner
+from vcan_sim.faults import parse_fault
+from vcan_sim.reference import reference_vehicle
+from vehicle.folder import load_recording
+
+FAULTS = [
+    "silence:node=2,at=3,duration=1",
+    "reboot:node=1,at=4",
+    "length:node=4,at=5,duration=0.5",
+    "frozen:node=2,at=6,duration=0.5",
+    "babbling:node=3,at=6,duration=0.5",
+    "jitter:node=5,at=7,duration=1",
+]
+
+
+@pytest.mark.parametrize("faults", [[], *[[fault] for fault in FAULTS], FAULTS], ids=str)
+def test_live_samples_equal_the_recording(tmp_path, faults):
+    vehicle = reference_vehicle()
+    program = umbmark(0.5, 1, speed=0.4, link_length=1.0)
+    samples = []
+    parsed = [parse_fault(text) for text in faults]
+    with simulated_robot(vehicle, truth_of(vehicle, None, (), 1), tmp_path / "r", program, parsed) as robot:
+        robot.driver.configure()
+        robot.driver.enable()
+        runner = Runner(program, vehicle)
+        for moment in drive(robot.driver, runner, vehicle, Journal(program)):
+            samples.append(moment.sample)
+            if len(samples) == 700:
+                break
+    recording = load_recording(tmp_path / "r")
+    assert len(recording) == 700
+    assert np.array_equal([sample.present for sample in samples], recording.present)
+    believed = recording.present
+    live = np.array([sample.counts for sample in samples])
+    assert np.array_equal(live[believed], recording.counts[believed])
+    assert np.allclose([sample.time for sample in samples], recording.time, atol=2e-6)
