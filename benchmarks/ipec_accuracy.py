@@ -5,7 +5,7 @@ Each robot is one that a calibration has left behind: its errors are drawn anew 
 standard deviation of the filter that knows these, on a floor without sideways slip: the linearised
 Cramer-Rao bound of what the encoders can tell.
 
-Usage: python -m benchmarks.ipec_accuracy [seeds]
+Usage: python -m benchmarks.ipec_accuracy [seeds [first seed]]
 """
 
 from __future__ import annotations
@@ -106,14 +106,14 @@ def show(name: str, errors: Array) -> None:
     print(f"  {name:<10} position [mm] {interval(place)}   heading [degrees] {interval(heading)}")
 
 
-def single_drives(seeds: int) -> None:
+def single_drives(seeds: range) -> None:
     for make in (straight, rectangle, lap):
         for bumps in (False, True):
             what = (make.__doc__ or "").splitlines()[0].split(",")[0]
-            print(f"{what}, {'with' if bumps else 'without'} bumps; rms of {seeds}")
+            print(f"{what}, {'with' if bumps else 'without'} bumps; rms of {len(seeds)}")
             errors: dict[str, list[Array]] = {}
             squares, bound = [], []
-            for seed in range(seeds):
+            for seed in seeds:
                 recording = make(seed, bumps=bumps)
                 for name, method in (("plain", "plain"), ("CLAPPER", "clapper"), ("OmniMate", "omnimate")):
                     path = correct(recording, method=method).pose_a  # type: ignore[arg-type]  # literals
@@ -158,10 +158,12 @@ def ten_laps(seed: int) -> dict[str, Array]:
 
 
 def main() -> None:
-    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+    seeds = range(first, first + count)
     single_drives(seeds)
-    several = [ten_laps(seed) for seed in range(seeds // 2)]
-    print(f"O 3: ten laps, a fix (2 mm, 0.2 degrees) before each; rms of {seeds // 2} runs")
+    several = [ten_laps(seed) for seed in seeds[: count // 2]]
+    print(f"O 3: ten laps, a fix (2 mm, 0.2 degrees) before each; rms of {count // 2} runs")
     for laps, which in (("1-5, no bumps", slice(0, 5)), ("6-10, bumps", slice(5, 10))):
         print(f" laps {laps}")
         for name in several[0]:
