@@ -18,6 +18,7 @@ from cli.record import record
 from cli.replay import replay
 from cli.sim import sim
 from cli.simulate import simulate
+from cli.track import track
 from cli.umbmark import umbmark
 from vehicle.errors import OmnimateError
 
@@ -28,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (demo, sim, simulate, record, replay, dump, dbc, umbmark):
+for verb in (demo, sim, simulate, record, replay, track, dump, dbc, umbmark):
     app.command()(verb)
 
 
