@@ -79,3 +79,20 @@ class Problem(Protocol):
 
     def place(self, number: int) -> tuple[str, float]:
         """Return the source and the time [s] of a measured pose."""
+
+
+def joined(chains: list[Chains], lever: Array) -> Chains:
+    """Return chains one after the other."""
+    return Chains(
+        first=np.concatenate([one.first for one in chains]),
+        start=np.concatenate([one.start for one in chains]),
+        left=np.concatenate([one.left for one in chains]),
+        right=np.concatenate([one.right for one in chains]),
+        sensitivity=np.concatenate([one.sensitivity for one in chains]),
+        process=np.concatenate([one.process for one in chains], axis=1),
+        measured=np.concatenate([one.measured for one in chains]),
+        stated=np.concatenate([one.stated for one in chains]),
+        scatter=np.concatenate([one.scatter for one in chains], axis=1),
+        lever=lever,
+        effect=np.concatenate([one.effect for one in chains]),
+    )

@@ -171,7 +171,7 @@ def _fixes(recording: Recording, truck: TruckName) -> Poses:
     first, last = float(recording.time[0]), float(recording.time[-1])
     margin = 10.0 * recording.vehicle.bus.sync_period
     inside = known & (poses.time >= first - margin) & (poses.time <= last + margin)
-    if known.any() and inside.sum() < 2:
+    if known.any() and not inside.any():
         raise FixError(
             recording.source,
             f"the poses of truck {truck} lie at {poses.time[known].min():.3f} to "
@@ -179,5 +179,5 @@ def _fixes(recording: Recording, truck: TruckName) -> Poses:
             "clock: put poses.csv on that of can.log",
         )
     if inside.sum() < 2:
-        raise FixError(recording.source, f"{inside.sum()} known pose(s) of truck {truck}; two are needed")
+        raise FixError(recording.source, f"{inside.sum()} known pose(s) of truck {truck}; two are needed, one before and one after a drive")
     return type(poses)(poses.time[inside], poses.body[inside], poses.pose[inside], poses.sigma[inside])

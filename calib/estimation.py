@@ -114,14 +114,19 @@ class Estimate:
         return float(t.ppf(0.5 + 0.5 * confidence, max(self.freedom, 1.0)))
 
 
-def estimate(problem: Problem, hold: Collection[str] = ()) -> Estimate:
-    """Return the estimate of a problem; the coordinates named in `hold` stay nominal.
+def estimate(problem: Problem, hold: Collection[str] = (), known: Array | None = None) -> Estimate:
+    """Return the estimate of a problem.
+
+    Args:
+        problem: with its data.
+        hold: names of coordinates that stay nominal.
+        known: (P, P) information on the coordinates from elsewhere, about nominal; None for none.
 
     Raises:
         UnobservableError: the data tell nothing about any coordinate.
         CalibrationError: the fit does not converge.
     """
-    search = _Search(problem, hold)
+    search = _Search(problem, hold, known)
     search.run(_ROBUST_ROUNDS)
     held = [Held(name, "held by request", float("nan")) for name in hold]
     found = unobservable(problem.coordinates, search.information, search.free)
@@ -139,7 +144,13 @@ def estimate(problem: Problem, hold: Collection[str] = ()) -> Estimate:
 class _Search:
     """Coordinates, variances and weights on their way to the maximum of the likelihood."""
 
-    def __init__(self, problem: Problem, hold: Collection[str]) -> None:
+    def __init__(self, problem: Problem, hold: Collection[str], known: Array | None) -> None:
+        unknown = set(hold) - {one.name for one in problem.coordinates}
+        if unknown:
+            names = ", ".join(one.name for one in problem.coordinates)
+            raise CalibrationError(
+                problem.source, f"cannot hold {', '.join(unknown)}; expected one of {names}"
+            )
         self.problem = problem
         self.free = np.array([one.name not in hold for one in problem.coordinates])
         self.coordinates = self.origin = np.zeros(len(self.free))
@@ -149,6 +160,7 @@ class _Search:
         self.growth = np.zeros(len(self.variances))
         self.haste = np.full(len(self.variances), _HASTE)
         self.information = np.zeros((len(self.free), len(self.free)))
+        self.known = self.information if known is None else known
         self.prior = np.array([one.doubt**-2.0 for one in problem.coordinates])
         self.weights = np.ones(0)
         self.distance = np.ones(0)
@@ -183,8 +195,8 @@ class _Search:
         slope = filtered.innovation[:, :, 1:]
         value = filtered.innovation[:, :, 0] + slope @ (self.coordinates - self.origin)
         white = filtered.precision @ slope
-        self.information = np.tensordot(slope, white, ((0, 1), (0, 1)))
-        gradient = np.tensordot(white, value, ((0, 1), (0, 1)))
+        self.information = np.tensordot(slope, white, ((0, 1), (0, 1))) + self.known
+        gradient = np.tensordot(white, value, ((0, 1), (0, 1))) + self.known @ self.coordinates
         bound = information_bound(self.information + np.diag(self._doubt()), self.free)
         change = -bound @ (gradient + self._doubt() * self.coordinates)
         change *= min(1.0, 0.3 / max(float(np.abs(change).max()), 1e-12))
@@ -257,7 +269,7 @@ class _Search:
         chains = self._chains()
         filtered, smoothed = chains.filtered(grown, self.weights)
         slope = filtered.innovation[:, :, 1:]
-        information = np.tensordot(slope, filtered.precision @ slope, ((0, 1), (0, 1)))
+        information = np.tensordot(slope, filtered.precision @ slope, ((0, 1), (0, 1))) + self.known
         bound = information_bound(information, self.free)
         now = _Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
         _, expected = now.explained(number, grown[number], self.weights)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.chains import Chains
+from calib.chains import Chains, joined
 from calib.filtering import accumulate
 from calib.kinematics import Coordinate, Noise
 from vehicle.odometry import integrate
@@ -142,7 +142,7 @@ def late(drive: Drive, speed: Array) -> Array:
     It is there only for poses without a stated sigma and with a known heading.
     """
     heading = drive.pose[:, 2]
-    unstated = np.asarray(np.isnan(drive.sigma).any(axis=1) & np.isfinite(drive.pose).all(axis=1), np.bool_)
+    unstated = np.isnan(drive.sigma @ np.ones(3)) & np.isfinite(drive.pose @ np.ones(3))
     cos, sin = np.cos(heading), np.sin(heading)
     east, north = cos * speed[:, 0] - sin * speed[:, 1], sin * speed[:, 0] + cos * speed[:, 1]
     moving = np.where(unstated[:, np.newaxis], np.stack([east, north, speed[:, 2]], axis=-1), 0.0)
@@ -159,23 +159,6 @@ def pose_noise(pose: Array, sigma: Array) -> tuple[Array, Array]:
         stated[:, axis, axis] = np.where(known[:, axis], variance[:, axis], ABSENT)
         scatter[int(axis == 2), :, axis, axis] = known[:, axis] & ~said[:, axis]
     return stated, scatter
-
-
-def joined(chains: list[Chains], lever: Array) -> Chains:
-    """Return chains one after the other."""
-    return Chains(
-        first=np.concatenate([one.first for one in chains]),
-        start=np.concatenate([one.start for one in chains]),
-        left=np.concatenate([one.left for one in chains]),
-        right=np.concatenate([one.right for one in chains]),
-        sensitivity=np.concatenate([one.sensitivity for one in chains]),
-        process=np.concatenate([one.process for one in chains], axis=1),
-        measured=np.concatenate([one.measured for one in chains]),
-        stated=np.concatenate([one.stated for one in chains]),
-        scatter=np.concatenate([one.scatter for one in chains], axis=1),
-        lever=lever,
-        effect=np.concatenate([one.effect for one in chains]),
-    )
 
 
 def _readings(drive: Drive, times: Array) -> Array:
