@@ -67,6 +67,7 @@ def demo(
     truth = truth_of(nominal, None, (), seed)
     another_day = replace(truth, seed=seed + OTHER_CHANCE)
     folder.mkdir(parents=True, exist_ok=True)
+    _introduce(nominal, settings)
     out.rule("1  the robot as its owner believes it to be", align="left")
     before, path = _drive(nominal, truth, settings, folder / "before", faults)
     calibrations = _calibrations(before)
@@ -87,6 +88,18 @@ def demo(
         out.print(f"  {folder}/{name:<20} {what}", soft_wrap=True)
 
 
+def _introduce(vehicle: VehicleParameters, settings: Settings) -> None:
+    """Say what is about to be seen."""
+    out.print(
+        f"A simulated {vehicle.name} on a virtual CAN bus: two trucks on a compliant linkage, "
+        f"{len(vehicle.encoders)} CANopen encoders, {len(vehicle.drives)} drives.\n"
+        f"UMBmark, {settings.side:g} m squares, {settings.runs} each way at {settings.speed:g} m/s, read and "
+        "driven through the bus alone. Its wheelbases and\nwheels are not what vehicle.toml says: the return "
+        "errors tell by how much. Then once more, calibrated.\n",
+        soft_wrap=True,
+    )
+
+
 def _drive(
     vehicle: VehicleParameters, truth: Truth, settings: Settings, folder: Path, faults: tuple[Fault, ...] = ()
 ) -> tuple[Recording, Array]:
@@ -95,6 +108,7 @@ def _drive(
     from cli.reports import show_configuration, show_report
     from cli.simulated import simulated_robot
     from motion.paths import umbmark
+    from vcan_sim.reference import reference_vehicle
     from vehicle.folder import load_recording
 
     assert vehicle.linkage is not None  # the reference vehicle has two trucks
@@ -102,7 +116,11 @@ def _drive(
     if folder.exists():
         shutil.rmtree(folder)
     with simulated_robot(vehicle, truth, folder, program, faults) as robot:
-        show_configuration(robot.driver.configure())
+        configured = robot.driver.configure()
+        if vehicle.trucks == reference_vehicle().trucks:
+            show_configuration(configured)
+        else:
+            out.print(f"  {len(configured.nodes)} encoders found and configured as before")
         path = _TruePath(robot.plant)
         drive_program(robot.driver, program, robot.recorder, robot.plant.fix, path.watch)
         show_report(robot.driver.report())

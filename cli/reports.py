@@ -30,8 +30,8 @@ COUNTERS = {
 
 def show_configuration(report: ConfigurationReport, *, verbose: bool = False) -> None:
     """Print the bus load, what was changed at each node, and what to read; all that was found if verbose."""
-    out.print(f"bus load: {report.load.in_words()}", soft_wrap=True)
-    table = Table("node", "channel", "", "", box=SIMPLE_HEAD)
+    out.print(report.load.in_words(), soft_wrap=True)
+    table = Table("node", "channel", "", "what", box=SIMPLE_HEAD)
     for one in report.nodes:
         kinds = [("found", one.found if verbose else ()), ("changed", one.changed), ("remark", one.remarks)]
         lines = [(kind, line) for kind, lines in kinds for line in lines] or [("", "as it must be")]
