@@ -179,5 +179,7 @@ def _fixes(recording: Recording, truck: TruckName) -> Poses:
             "clock: put poses.csv on that of can.log",
         )
     if inside.sum() < 2:
-        raise FixError(recording.source, f"{inside.sum()} known pose(s) of truck {truck}; two are needed, one before and one after a drive")
+        raise FixError(
+            recording.source, f"{inside.sum()} known pose(s) of truck {truck} in its time; two are needed"
+        )
     return type(poses)(poses.time[inside], poses.body[inside], poses.pose[inside], poses.sigma[inside])
