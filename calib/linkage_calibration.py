@@ -9,22 +9,24 @@ joints show as a difference of their biases, C 5.2: no drive tells these two apa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calib.apply import corrected_vehicle
 from calib.errors import CalibrationError
 from calib.estimation import Estimate, estimate
 from calib.kinematics import Differential
 from calib.least_squares import PathCalibration, Quantity, quantities
 from calib.linkage_drive import linkage_drive
 from calib.linkage_problem import BIASES, COORDINATES, SEPARATE, LinkageProblem
+from vehicle.parameters import JOINTS, Linkage
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from vehicle.parameters import Truck, TruckName
+    from vehicle.parameters import Truck, TruckName, VehicleParameters
     from vehicle.recording import Recording
     from vehicle.se2 import Array
 
@@ -107,6 +109,24 @@ def calibrate_from_corrections(recordings: Sequence[Recording], window: float = 
         CalibrationError: as `calibrate_linkage`.
     """
     return calibrate_linkage(recordings, closures=False, hold=BIASES, window=window)
+
+
+def corrected_linkage(vehicle: VehicleParameters, found: LinkageCalibration) -> VehicleParameters:
+    """Return the same robot with calibrated trucks, its joints' zeros and its link's length shifted.
+
+    A zero is a whole number of counts, so half a count of a bias may remain.
+    """
+    assert vehicle.linkage is not None  # or it could not have been calibrated
+    linkage = Linkage(vehicle.linkage.length - found.link_bias)
+    vehicle = corrected_vehicle(vehicle, found.trucks)
+    biases = dict(zip(JOINTS, found.joint_bias, strict=True))
+    encoders = tuple(
+        replace(encoder, zero=encoder.zero + round(biases[encoder.channel] / encoder.scale))
+        if encoder.channel in biases
+        else encoder
+        for encoder in vehicle.encoders
+    )
+    return replace(vehicle, linkage=linkage, encoders=encoders)
 
 
 def _known(found: Mapping[TruckName, PathCalibration]) -> Array:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from calib.kinematics import Coordinate
     from vehicle.se2 import Array
 
+_HOPELESS = 1e3  # doubts
 _INVOLVED = 0.3  # share of an eigenvector from which a coordinate belongs to it
 
 
@@ -67,7 +68,7 @@ def unobservable(
         others = " and ".join(coordinates[place].name for place in inside)
         for place in inside:
             one = coordinates[place]
-            reason = f"these drives tell it to {_size(one, bound)} only"
+            reason = _reason(one, bound)
             if len(inside) > 1:
                 reason = f"these drives tell only a combination of {others}"
             held.append(Held(one.name, reason, bound))
@@ -75,8 +76,9 @@ def unobservable(
     return tuple(held)
 
 
-def _size(one: Coordinate, bound: float) -> str:
+def _reason(one: Coordinate, bound: float) -> str:
     size = one.doubt * bound
-    if size > 1e3 * one.doubt:
-        return "nothing" if one.unit != "1" else "no per cent"
-    return f"{1e2 * size:.1f} %" if one.unit == "1" else f"{size:.3g} {one.unit}"
+    if bound > _HOPELESS:
+        return "these drives do not tell it at all"
+    words = f"{1e2 * size:.1f} %" if one.unit == "1" else f"{size:.3g} {one.unit}"
+    return f"these drives tell it to {words} only"

@@ -15,7 +15,8 @@ from calib.errors import OptiOdomError
 from calib.kinematics import Differential
 from calib.least_squares import PathCalibration, calibrate_path
 from calib.optiodom import read_optiodom
-from calib.optiodom_sets import DriveSet, dead_reckoned, find_sets, read_set
+from calib.optiodom_sets import DriveSet, find_sets, read_set
+from calib.reference import dead_reckoned
 from calib.runs import return_errors
 from calib.umbmark import solve_printed
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,12 +15,7 @@ from calib.drives import Drive
 from calib.errors import OptiOdomError
 from calib.kinematics import Differential, Kinematics, Tricycle
 from calib.optiodom import is_optiodom, read_metadata, read_numbers, read_rows
-from vehicle.odometry import integrate
 from vehicle.parameters import ParameterError, Truck
-from vehicle.se2 import compose
-
-if TYPE_CHECKING:
-    from vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,10 +93,3 @@ def _drive(path: Path, ticks_per_turn: float, kinematics: Kinematics) -> Drive:
     else:
         readings = np.stack([np.cumsum(rows[:, 4] * radians), rows[:, 5]], axis=-1)
     return Drive(rows[:, 0], readings, rows[:, 0], rows[:, 1:4], np.full((len(rows), 3), np.nan), str(path))
-
-
-def dead_reckoned(drive: Drive, kinematics: Kinematics) -> Array:
-    """Return the poses `(N, 3)` that a model's odometry gives at every reading, from the first known pose."""
-    nominal = np.zeros(len(kinematics.coordinates))
-    steps = kinematics.steps(drive.readings, nominal)
-    return np.asarray(compose(drive.pose[0], integrate(steps.increment)), np.float64)

@@ -182,3 +182,14 @@ def _start(drive: Drive, moved: Array, lever: Array) -> Array:
     turn = float(np.angle(np.sum((seen - seen.mean()) * np.conj(gone - gone.mean()))))
     origin = seen[0] - gone[0] * complex(math.cos(turn), math.sin(turn))
     return np.array([origin.real, origin.imag, turn])
+
+
+def dead_reckoned(drive: Drive, kinematics: Kinematics) -> Array:
+    """Return the poses `(N, 3)` that a model's odometry gives at every reading, from the first fix."""
+    nominal = np.zeros(len(kinematics.coordinates))
+    steps = kinematics.steps(drive.readings, nominal)
+    path = integrate(steps.increment)
+    at = np.clip(np.searchsorted(drive.time, drive.fix_time), 0, len(path) - 1)
+    passed = np.vstack([np.zeros((1, 3)), between(path[at[:-1]], path[at[1:]])])
+    start = _start(drive, passed, np.zeros(3))
+    return np.asarray(compose(compose(start, inverse(path[at[0]])), path), np.float64)
