@@ -10,9 +10,11 @@ import sys
 
 import typer
 
+from cli.calibrate import calibrate
 from cli.console import complain, take_flaws
 from cli.dbc import dbc
 from cli.demo import demo
+from cli.design import design
 from cli.dump import dump
 from cli.record import record
 from cli.replay import replay
@@ -29,7 +31,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (demo, sim, simulate, record, replay, track, dump, dbc, umbmark):
+for verb in (demo, sim, simulate, record, replay, track, dump, dbc, umbmark, calibrate, design):
     app.command()(verb)
 
 
