@@ -257,13 +257,15 @@ class _Search:
         self.weights, self.distance = np.sqrt(weights * self.weights), np.sqrt(square)
         return moved
 
-    def _freedom(self, number: int) -> float:
-        """Return the degrees of freedom of a variance's estimate: twice the information on its logarithm.
+    def _freedom(self, number: int, covariance: Array) -> tuple[float, float]:
+        """Return the degrees of freedom of a variance's estimate, and what hangs on it.
 
-        What it is expected to explain, tr(V^-1 V_j), falls when it grows; how fast is the information.
+        The first is twice the information on its logarithm: what it is expected to explain, tr(V^-1 V_j),
+        falls when it grows; how fast is the information. The second is the largest change of the logarithm
+        of a coordinate's variance by its own.
         """
         if self.expected[number] < _FEWEST:
-            return 0.0
+            return 0.0, 0.0
         grown = self.variances.copy()
         grown[number] *= math.exp(_GROWTH)
         chains = self._chains()
@@ -275,17 +277,19 @@ class _Search:
         _, expected = now.explained(number, grown[number], self.weights)
         # explained by V_j grown: with its variance as it was, the growth of the factor itself is taken out
         slope_of_rest = (float(expected.sum()) * math.exp(-_GROWTH) - self.expected[number]) / _GROWTH
-        return float(max(-slope_of_rest, 0.0))
+        before, after = np.diag(covariance)[self.free], np.diag(bound)[self.free]
+        return float(max(-slope_of_rest, 0.0)), float(np.abs(np.log(after / before)).max()) / _GROWTH
 
     def result(self, held: tuple[Held, ...]) -> Estimate:
         """Return the estimate."""
         problem = self.problem
         covariance = information_bound(self.information, self.free)
+        known = [self._freedom(number, covariance) for number in range(len(self.variances))]
+        # Satterthwaite (1946): variances add, each by what hangs on it
+        doubtful = sum(hangs**2 / own for own, hangs in known if own > 0.0)
         doubts = np.array([one.doubt for one in problem.coordinates])[self.free]
         scaled = self.information[np.ix_(self.free, self.free)] * np.outer(doubts, doubts)
         worst = [int(k) for k in np.argsort(self.weights) if self.weights[k] < _NAMED]
-        freedom = np.array([self._freedom(number) for number in range(len(self.variances))])
-        estimated = freedom > 0.0
         return Estimate(
             problem.coordinates,
             np.where(self.free, self.coordinates, 0.0),
@@ -294,9 +298,9 @@ class _Search:
             float(np.linalg.cond(scaled)),
             tuple(
                 NoiseEstimate(noise, float(np.sqrt(variance)), float(own))
-                for noise, variance, own in zip(problem.noises, self.variances, freedom, strict=True)
+                for noise, variance, (own, _) in zip(problem.noises, self.variances, known, strict=True)
             ),
-            float(freedom[estimated].min(initial=1e6)),
+            1.0 / max(doubtful, 1e-6),
             tuple(
                 DownWeighted(*problem.place(k), float(self.distance[k]), float(self.weights[k]))
                 for k in worst
