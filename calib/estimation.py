@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from calib.kinematics import Coordinate, Noise
     from vehicle.se2 import Array
 
-_ROBUST_ROUNDS = 4  # rounds in which variances come from medians, which no outlier can move
+_ROBUST_ROUNDS = 7  # rounds in which variances come from medians, which no outlier can move
+_FIRST_WEIGHTS = 3  # of them, in which only the weights follow, so that an outlier is not taken for noise
 _MOST_ROUNDS = 60
 _STILL = 1e-3  # standard deviations by which coordinates still move when all is done
 _SETTLED = 2e-2  # change of a weight, or of a variance in its standard deviations, likewise
@@ -130,14 +131,13 @@ def estimate(problem: Problem, hold: Collection[str] = (), known: Array | None =
     search.run(_ROBUST_ROUNDS)
     held = [Held(name, "held by request", float("nan")) for name in hold]
     found = unobservable(problem.coordinates, search.information, search.free)
-    if found:
-        held += found
-        lost = {one.name for one in found}
-        search.free = search.free & np.array([one.name not in lost for one in problem.coordinates])
-        if not search.free.any():
-            raise UnobservableError(problem.source, {one.name: one.reason for one in found})
-        search.release()
-        search.run(0)
+    lost = {one.name: one.reason for one in found}
+    search.free = search.free & np.array([one.name not in lost for one in problem.coordinates])
+    if not search.free.any():
+        raise UnobservableError(problem.source, lost)
+    search.release()
+    search.run(0)
+    held += found
     return search.result(tuple(held))
 
 
@@ -167,7 +167,8 @@ class _Search:
         self.rms = float("nan")
 
     def release(self) -> None:
-        """Put held coordinates back to nominal."""
+        """Put held coordinates back to nominal, and forget what was known of the others without a drive."""
+        self.prior = np.zeros_like(self.prior)
         self.coordinates = np.where(self.free, self.coordinates, 0.0)
 
     def run(self, robust_rounds: int) -> None:
@@ -178,7 +179,7 @@ class _Search:
         """
         for number in range(_MOST_ROUNDS):
             self.haste = np.minimum(self.haste, _HASTE if number < _PATIENCE else _CALM)
-            moved, settled = self._round(robust=number < robust_rounds)
+            moved, settled = self._round(number, robust=number < robust_rounds)
             enough = settled or number > _PATIENCE
             if number >= robust_rounds and enough and moved < (_STILL if settled else _SLOW):
                 return
@@ -188,7 +189,7 @@ class _Search:
             "their units, and which wheel is left",
         )
 
-    def _round(self, *, robust: bool) -> tuple[float, bool]:
+    def _round(self, number: int, *, robust: bool) -> tuple[float, bool]:
         """Do one pass; return by how many sigma the coordinates moved, and whether the noise is settled."""
         chains = self._chains()
         filtered, smoothed = chains.filtered(self.variances, self.weights)
@@ -197,14 +198,14 @@ class _Search:
         white = filtered.precision @ slope
         self.information = np.tensordot(slope, white, ((0, 1), (0, 1))) + self.known
         gradient = np.tensordot(white, value, ((0, 1), (0, 1))) + self.known @ self.coordinates
-        bound = information_bound(self.information + np.diag(self._doubt()), self.free)
-        change = -bound @ (gradient + self._doubt() * self.coordinates)
+        bound = information_bound(self.information + np.diag(self.prior), self.free)
+        change = -bound @ (gradient + self.prior * self.coordinates)
         change *= min(1.0, 0.3 / max(float(np.abs(change).max()), 1e-12))
         self.coordinates = self.coordinates + change
         moved = float(np.sqrt(change @ self.information @ change))
         self._measure(chains, filtered, value + slope @ change)
         now = _Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
-        grown = self._scale(now, robust=robust)
+        grown = self._scale(now, robust=robust) if number >= _FIRST_WEIGHTS or not robust else 1.0
         weighed = self._weigh(now)
         return moved, grown < _SETTLED and weighed < _SETTLED
 
@@ -217,10 +218,6 @@ class _Search:
             if len(self.weights) == 0:
                 self.weights, self.distance = np.ones(len(self.built.first)), np.zeros(len(self.built.first))
         return self.built
-
-    def _doubt(self) -> Array:
-        """Return the information from elsewhere: a whisper, only to keep what no fix tells where it is."""
-        return self.prior * 1e-3
 
     def _measure(self, chains: Chains, filtered: Filtered, residual: Array) -> None:
         known = np.isfinite(chains.measured).sum() - 3 * chains.first.sum()
