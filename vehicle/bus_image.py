@@ -105,7 +105,7 @@ def _size(encoders: list[Encoder]) -> int:
 def _frames(time: NDArray[np.float64], can_id: int, words: NDArray[np.uint64], size: int) -> Frames:
     count = len(time)
     return Frames(
-        np.asarray(time, np.float64).copy(),
+        np.maximum(np.asarray(time, np.float64), 0.0),  # what comes before the first SYNC, on a clock from 0
         np.full(count, can_id, np.uint32),
         np.full(count, size, np.uint8),
         words.astype("<u8").view(np.uint8).reshape(count, 8),

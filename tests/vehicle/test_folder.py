@@ -126,6 +126,17 @@ def test_a_restart_survives_the_bus(vehicle, tmp_path):
     assert loaded.assembly.pdos[0].restarts == 1
 
 
+def test_a_drive_on_a_clock_from_zero_survives_too(robot_toml, tmp_path):
+    drives = (Drive("a.left", 11, 0x20B, 1, 40000.0),)
+    vehicle = replace(parse_vehicle(robot_toml), drives=drives)
+    time = recording_of(vehicle).time - START
+    commands = np.ones((SAMPLES, 4))
+    save_recording(recording_of(vehicle, time=time, commands=commands, poses=None, run=None), tmp_path)
+    loaded = read_recording(tmp_path)
+    assert loaded.log.is_whole
+    assert loaded.recording.time[0] == 0.0
+
+
 def test_commands_survive_the_bus_to_the_drives_resolution(robot_toml, tmp_path):
     drives = tuple(
         Drive(wheel, 10 + index, 0x20A + index, (-1) ** index, 40000.0)
