@@ -18,6 +18,7 @@ from cli.design import design
 from cli.dump import dump
 from cli.record import record
 from cli.replay import replay
+from cli.reproduce import reproduce
 from cli.sim import sim
 from cli.simulate import simulate
 from cli.track import track
@@ -31,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (demo, sim, simulate, record, replay, track, dump, dbc, umbmark, calibrate, design):
+for verb in (demo, sim, simulate, record, replay, track, dump, dbc, umbmark, calibrate, design, reproduce):
     app.command()(verb)
 
 

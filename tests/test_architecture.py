@@ -13,7 +13,8 @@ MAY_IMPORT = {
     "ipec": {"vehicle"},
     "calib": {"ipec", "vehicle"},
     "vcan_sim": {"motion", "vehicle"},
-    "cli": {"vehicle", "motion", "driver", "calib", "ipec", "vcan_sim"},
+    "reproduction": {"vehicle", "motion", "calib", "ipec", "vcan_sim"},
+    "cli": {"vehicle", "motion", "driver", "calib", "ipec", "vcan_sim", "reproduction"},
 }
 ONLY_IN = {
     "canopen": {"driver", "vcan_sim"},

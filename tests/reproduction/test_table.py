@@ -1,0 +1,34 @@
+"""The papers' numbers: what needs no chance agrees to the digits given, and the protocols have their rows."""
+
+import pytest
+
+from reproduction.linkage_numbers import linkage_numbers
+from reproduction.protocols import omnimate_laps
+from reproduction.square_numbers import square_numbers
+from reproduction.squares import statistics
+from reproduction.table import stages
+
+
+@pytest.mark.parametrize("rows", [square_numbers, linkage_numbers])
+def test_every_number_without_chance_agrees_or_is_a_known_error_of_the_print(rows):
+    for row in rows():
+        assert row.verdict in {"agrees", "print is wrong"}, row
+
+
+def test_the_method_leaves_what_its_scatter_makes_of_it():
+    by_what = {row.what: row for row in statistics(400)}
+    assert by_what["mean E_max after, 25 mm of scatter [mm]"].verdict == "agrees"
+    assert by_what["5 to 95 % of it [mm]"].verdict == "agrees"
+    assert by_what["variance of E_b, E_d over the bound, true weights"].verdict == "agrees"
+
+
+def test_the_omnimate_with_bumps_keeps_the_papers_bounds():
+    rows = {row.what: row for row in omnimate_laps(2)}
+    assert rows["worst position, bumps [mm], OmniMate"].verdict == "agrees"
+    assert rows["mean |heading|, bumps [degrees], without over with IPEC"].verdict == "agrees"
+
+
+def test_the_full_table_has_every_experiment_of_table_i():
+    names = [name for name, _ in stages(quick=False)]
+    assert sum(name.startswith("U: Table I") for name in names) == 8
+    assert len(stages(quick=True)) < len(names)
