@@ -30,12 +30,13 @@ if TYPE_CHECKING:
 _ROBUST_ROUNDS = 7  # rounds in which variances come from medians, which no outlier can move
 _FIRST_WEIGHTS = 3  # of them, in which only the weights follow, so that an outlier is not taken for noise
 _MOST_ROUNDS = 60
-_STILL = 1e-3  # standard deviations by which coordinates still move when all is done
-_SETTLED = 2e-2  # change of a weight, or of a variance in its standard deviations, likewise
+_STILL = 5e-3  # standard deviations by which coordinates still move when all is done
+_SETTLED = 0.1  # change of a weight, or of a variance in its standard deviations, likewise
 _PATIENCE = 25  # rounds after which a noise that hardly matters, and so creeps, is not waited for
 _SLOW = 3e-2  # standard deviations by which coordinates may then still move
 _HASTE = 1.5  # power of the factors, until one overshoots: variances that tell little converge slowly
 _CALM = 0.3  # that power when patience is at its end
+_LEAST = 1e-6  # of the guess: a smaller variance is none
 _GROWTH = 0.05  # of the logarithm of a variance, to see how the rest changes
 _LINEAR = 0.03  # standard deviations by which coordinates may move before the chains are built anew
 _DOUBTFUL = 1e-3  # a good fix lies beyond the threshold with this probability
@@ -130,14 +131,17 @@ def estimate(problem: Problem, hold: Collection[str] = (), known: Array | None =
     search = _Search(problem, hold, known)
     search.run(_ROBUST_ROUNDS)
     held = [Held(name, "held by request", float("nan")) for name in hold]
-    found = unobservable(problem.coordinates, search.information, search.free)
-    lost = {one.name: one.reason for one in found}
-    search.free = search.free & np.array([one.name not in lost for one in problem.coordinates])
-    if not search.free.any():
-        raise UnobservableError(problem.source, lost)
-    search.release()
-    search.run(0)
-    held += found
+    while True:
+        found = unobservable(problem.coordinates, search.information, search.free)
+        lost = {one.name: one.reason for one in found}
+        search.free = search.free & np.array([one.name not in lost for one in problem.coordinates])
+        held += found
+        if not search.free.any():
+            raise UnobservableError(problem.source, {one.name: one.reason for one in held})
+        if not found and not search.prior.any():
+            break
+        search.release()
+        search.run(0)
     return search.result(tuple(held))
 
 
@@ -241,7 +245,12 @@ class _Search:
             overshot = growth * self.growth[number] < 0.0
             self.haste[number] = max(0.5 * self.haste[number], 0.2) if overshot else self.haste[number]
             self.growth[number] = growth
-            self.variances[number] *= math.exp(growth * self.haste[number])
+            least = _LEAST * self.problem.noises[number].guess ** 2
+            if growth < 0.0 and self.variances[number] <= least:
+                continue  # data without this noise, as simulations have
+            self.variances[number] = max(
+                self.variances[number] * math.exp(growth * self.haste[number]), least
+            )
             largest = max(largest, abs(growth) * math.sqrt(self.expected[number]))
         return largest
 

@@ -35,7 +35,8 @@ def test_a_drive_holds_the_wheels_and_all_poses(recording):
     (drive,) = drives_of([recording])
     assert len(drive.fix_time) == 3
     travelled = drive.readings[-1] - drive.readings[0]
-    np.testing.assert_allclose(travelled, recording.wheel_angle("a.left")[-1] - recording.wheel_angle("a.left")[0])
+    left, right = recording.wheel_angle("a.left"), recording.wheel_angle("a.right")
+    np.testing.assert_allclose(travelled, [left[-1] - left[0], right[-1] - right[0]])
 
 
 def test_readings_at_rest_are_left_out(recording):
@@ -46,9 +47,10 @@ def test_readings_at_rest_are_left_out(recording):
 def test_a_reboot_cuts_the_drive(recording):
     end = float(recording.poses.time[1]) - 0.05
     more = with_poses(recording, keep=[0, 1, 1, 2])
+    time = more.poses.time - np.array([0.0, 1.0, 0.0, 0.0])
     cut = replace(
         more,
-        poses=Poses(more.poses.time + [0.0, -1.0, 0.0, 0.0], more.poses.body, more.poses.pose, more.poses.sigma),
+        poses=Poses(time, more.poses.body, more.poses.pose, more.poses.sigma),
         gaps=(Gap("a.left", end - 0.1, end, "reboot"),),
     )
     assert [len(drive.fix_time) for drive in drives_of([cut])] == [2, 2]
@@ -82,7 +84,9 @@ def test_a_robot_that_stands_is_refused(recording):
 
 
 def test_recordings_of_two_robots_are_refused(recording):
-    other = replace(recording, vehicle=recording.vehicle.with_truck("a", Truck(0.4, 0.15, 0.15)), source="other")
+    other = replace(
+        recording, vehicle=recording.vehicle.with_truck("a", Truck(0.4, 0.15, 0.15)), source="other"
+    )
     with pytest.raises(CalibrationError, match=r"other: truck a differs.*one robot"):
         drives_of([recording, other])
 

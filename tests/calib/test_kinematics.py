@@ -23,7 +23,9 @@ def test_derivatives_are_those_of_differences(model, coordinate):
     step[coordinate] = 1e-6
     ahead, behind = model.steps(READINGS, step).increment, model.steps(READINGS, -step).increment
     slope = between(behind, ahead) / 2e-6
-    np.testing.assert_allclose(model.steps(READINGS, np.zeros(3)).jacobian[:, :, coordinate], slope, atol=1e-8)
+    np.testing.assert_allclose(
+        model.steps(READINGS, np.zeros(3)).jacobian[:, :, coordinate], slope, atol=1e-8
+    )
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-1.0, 1.0), st.sampled_from([1e-9, 1e-5, 1.0]))
@@ -33,7 +35,9 @@ def test_the_derivative_of_an_arc_holds_for_turns_of_any_size(way, turn, size):
     wheels = [(way - turn / 2, way + turn / 2), (way - (turn + step) / 2, way + (turn + step) / 2)]
     here, there = (arc(*pair, 1.0) for pair in wheels)
     expected = between(here, there) / step
-    np.testing.assert_allclose(arc_derivative(np.array([way]), np.array([turn]))[0, :, 1], expected, atol=2e-6)
+    np.testing.assert_allclose(
+        arc_derivative(np.array([way]), np.array([turn]))[0, :, 1], expected, atol=2e-6
+    )
 
 
 def test_the_differential_robot_is_that_of_the_odometry():
@@ -50,7 +54,9 @@ def test_e_s_scales_both_wheels_and_e_d_holds_their_mean():
     assert scaled.wheel_diameter_right == pytest.approx(0.15251)
     apart = Differential(truck).truck_at(np.array([0.0, 0.0, 0.02]))
     assert apart.wheel_diameter_left + apart.wheel_diameter_right == pytest.approx(0.301)
-    assert apart.wheel_diameter_right / apart.wheel_diameter_left == pytest.approx(0.151 / 0.15 * math.exp(0.02))
+    assert apart.wheel_diameter_right / apart.wheel_diameter_left == pytest.approx(
+        0.151 / 0.15 * math.exp(0.02)
+    )
 
 
 def test_each_wheel_scatters_with_the_root_of_its_own_way():

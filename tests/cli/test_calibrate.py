@@ -1,0 +1,85 @@
+"""`omnimate calibrate` and `omnimate design`: what they print and write."""
+
+import re
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from calib.errors import FixError
+from cli.calibrate import calibrate
+from cli.design import design
+from motion.paths import umbmark
+from vcan_sim.reference import reference_vehicle
+from vcan_sim.simulate import simulate
+from vcan_sim.truth import Truth, with_errors
+from vehicle.file import load_vehicle
+from vehicle.folder import save_recording
+
+app = typer.Typer()
+app.command()(calibrate)
+app.command()(design)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    robot = reference_vehicle()
+    true = with_errors(robot, {"a": 336.17 / 340.0, "b": 340.0 / 336.17}, {"a": 1.00084, "b": 1.0 / 1.00084})
+    path = tmp_path_factory.mktemp("drive") / "recording"
+    truth = Truth(true, joint_bias=(0.01, -0.004), link_bias=0.002, seed=1)
+    save_recording(simulate(robot, truth, umbmark(4.0, 2, link_length=1.0)), path)
+    return path
+
+
+def run(*words):
+    result = CliRunner().invoke(app, [str(word) for word in words], env={"COLUMNS": "200"})
+    if result.exception and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+def test_both_trucks_are_calibrated_and_written(folder, tmp_path):
+    result = run("calibrate", folder, "--out", tmp_path / "new.toml", "--plot", tmp_path / "way.svg")
+    assert result.exit_code == 0
+    assert "Truck a" in result.output
+    assert "Truck b" in result.output
+    assert "held: these drives tell it" in result.output
+    assert re.search(r"roughness 0\.000\d+ m/sqrt\(m\) \(estimated", result.output)
+    trucks = load_vehicle(tmp_path / "new.toml").trucks
+    assert trucks["a"].wheelbase == pytest.approx(0.33617, abs=1e-3)
+    assert trucks["b"].wheelbase == pytest.approx(0.34387, abs=1e-3)
+    assert (tmp_path / "way.svg").stat().st_size > 1000
+
+
+def test_one_truck_may_be_chosen(folder):
+    result = run("calibrate", folder, "--truck", "b")
+    assert "Truck b" in result.output
+    assert "Truck a" not in result.output
+
+
+def test_the_linkage_is_calibrated_and_its_zeros_are_written(folder, tmp_path):
+    result = run("calibrate", folder, "--linkage", "--out", tmp_path / "new.toml")
+    assert "joint_a bias" in result.output
+    before, after = reference_vehicle(), load_vehicle(tmp_path / "new.toml")
+    shift = (after.encoder("joint_a").zero - before.encoder("joint_a").zero) * before.encoder("joint_a").scale
+    assert shift == pytest.approx(0.010, abs=2e-3)
+
+
+def test_poses_that_are_missing_are_an_error_of_one_sentence(folder, tmp_path):
+    for file in folder.iterdir():
+        if file.name != "poses.csv":
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+    with pytest.raises(FixError, match=r"poses\.csv has no pose of truck a"):
+        run("calibrate", tmp_path)
+
+
+def test_nothing_to_calibrate_is_an_error_of_the_call():
+    assert run("calibrate").exit_code == 2
+
+
+def test_designs_are_compared(tmp_path):
+    result = run("design", "--length", 14, "--width", 4, "--metres", 160, "--heading")
+    assert result.exit_code == 0
+    assert re.search(r"open straights of 14 m plus counted spins .* 8\.\d", result.output)
+    assert re.search(r"one direction .* not told", result.output)
+    assert "--heading" in run("design").output
