@@ -10,21 +10,21 @@ good ones keep all of theirs.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import chi2, t
+from scipy.stats import chi2
 
 from calib.errors import CalibrationError, UnobservableError
+from calib.estimates import DownWeighted, Estimate, NoiseEstimate
 from calib.observability import Held, information_bound, unobservable
+from calib.residuals import Residuals
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from calib.chains import Chains, Problem
-    from calib.filtering import Filtered, Smoothed
-    from calib.kinematics import Coordinate, Noise
+    from calib.filtering import Filtered
     from vehicle.se2 import Array
 
 _ROBUST_ROUNDS = 7  # rounds in which variances come from medians, which no outlier can move
@@ -44,76 +44,6 @@ _THRESHOLD = np.concatenate(([np.inf], chi2.isf(_DOUBTFUL, [1, 2, 3])))  # by kn
 _NAMED = 0.5  # a fix with a smaller weight is reported
 _MEDIAN = 0.6  # of a chi-square per degree of freedom, for one to three of them
 _FEWEST = 2.0  # degrees of freedom from which a variance is estimated
-
-
-@dataclass(frozen=True, slots=True)
-class DownWeighted:
-    """A fix that the others contradict.
-
-    Attributes:
-        source: of the drive.
-        time: of the fix [s].
-        distance: from what all others predict, in standard deviations.
-        weight: 0 to 1.
-    """
-
-    source: str
-    time: float
-    distance: float
-    weight: float
-
-
-@dataclass(frozen=True, slots=True)
-class NoiseEstimate:
-    """The standard deviation of one kind of noise.
-
-    Attributes:
-        noise: which.
-        value: in its unit.
-        freedom: degrees of freedom of its estimate; 0 where the data hold too few and the guess stands.
-    """
-
-    noise: Noise
-    value: float
-    freedom: float
-
-
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """What the data say about a problem's coordinates.
-
-    Attributes:
-        names: the coordinates.
-        coordinates: (P,) estimated; 0 where held.
-        covariance: (P, P) their Cramer-Rao bound with the noise estimated; 0 where held.
-        held: coordinates that the data do not tell, and those held by request.
-        condition: number of the free coordinates' information, each scaled by its doubt.
-        noises: of the movements, then of the fixes.
-        freedom: degrees of freedom for intervals.
-        down_weighted: fixes that the others contradict, worst first.
-        fixes: how many measured poses there are.
-        rms: of the whitened residuals; 1 where the noise is described well.
-    """
-
-    names: tuple[Coordinate, ...]
-    coordinates: Array
-    covariance: Array
-    held: tuple[Held, ...]
-    condition: float
-    noises: tuple[NoiseEstimate, ...]
-    freedom: float
-    down_weighted: tuple[DownWeighted, ...]
-    fixes: int
-    rms: float
-
-    @property
-    def sigma(self) -> Array:
-        """Standard deviations `(P,)` of the coordinates."""
-        return np.sqrt(np.diag(self.covariance))
-
-    def half_width(self, confidence: float = 0.95) -> float:
-        """Return how many standard deviations make an interval of this confidence."""
-        return float(t.ppf(0.5 + 0.5 * confidence, max(self.freedom, 1.0)))
 
 
 def estimate(problem: Problem, hold: Collection[str] = (), known: Array | None = None) -> Estimate:
@@ -208,7 +138,7 @@ class _Search:
         self.coordinates = self.coordinates + change
         moved = float(np.sqrt(change @ self.information @ change))
         self._measure(chains, filtered, value + slope @ change)
-        now = _Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
+        now = Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
         grown = self._scale(now, robust=robust) if number >= _FIRST_WEIGHTS or not robust else 1.0
         weighed = self._weigh(now)
         return moved, grown < _SETTLED and weighed < _SETTLED
@@ -228,7 +158,7 @@ class _Search:
         square = float(np.einsum("ki,kij,kj->", residual, filtered.precision, residual))
         self.rms = float(np.sqrt(square / max(known - self.free.sum(), 1)))
 
-    def _scale(self, now: _Residuals, *, robust: bool) -> float:
+    def _scale(self, now: Residuals, *, robust: bool) -> float:
         """Scale the variances towards their likeliest values; return by how much at most."""
         largest = 0.0
         for number in range(len(self.variances)):
@@ -254,7 +184,7 @@ class _Search:
             largest = max(largest, abs(growth) * math.sqrt(self.expected[number]))
         return largest
 
-    def _weigh(self, now: _Residuals) -> float:
+    def _weigh(self, now: Residuals) -> float:
         """Weigh every fix by how far it lies from what all others say; return the largest change."""
         square = now.distances(self.variances, self.weights)
         components = np.isfinite(now.chains.measured).sum(axis=1)
@@ -279,7 +209,7 @@ class _Search:
         slope = filtered.innovation[:, :, 1:]
         information = np.tensordot(slope, filtered.precision @ slope, ((0, 1), (0, 1))) + self.known
         bound = information_bound(information, self.free)
-        now = _Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
+        now = Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
         _, expected = now.explained(number, grown[number], self.weights)
         # explained by V_j grown: with its variance as it was, the growth of the factor itself is taken out
         slope_of_rest = (float(expected.sum()) * math.exp(-_GROWTH) - self.expected[number]) / _GROWTH
@@ -314,49 +244,3 @@ class _Search:
             len(self.weights),
             self.rms,
         )
-
-
-@dataclass(frozen=True, slots=True)
-class _Residuals:
-    """Auxiliary residuals of fixes and movements, after the last change of the coordinates."""
-
-    chains: Chains
-    heading: Array
-    smoothed: Smoothed
-    change: Array
-    bound: Array
-
-    def explained(self, number: int, variance: float, weights: Array) -> tuple[Array, Array]:
-        """Return what one noise explains of the residuals, and what it should, each `(M,)`."""
-        kinds = len(self.chains.process)
-        if number < kinds:
-            shape, auxiliary = self.chains.process[number] * variance, self.smoothed.step
-            spread = self.smoothed.step_precision
-        else:
-            scattered = self.chains.scatter[number - kinds] * variance
-            shape = turned(scattered / weights[:, np.newaxis, np.newaxis], self.heading)
-            auxiliary, spread = self.smoothed.fix, self.smoothed.fix_precision
-        residual = auxiliary[:, :, 0] + auxiliary[:, :, 1:] @ self.change
-        found = np.einsum("ki,ki->k", residual, (shape @ residual[:, :, np.newaxis])[:, :, 0])
-        slope = auxiliary[:, :, 1:]
-        mixed = shape @ (spread - slope @ self.bound @ slope.transpose(0, 2, 1))
-        return found, np.trace(mixed, axis1=1, axis2=2)
-
-    def distances(self, variances: Array, weights: Array) -> Array:
-        """Return the squared distance `(M,)` of each fix from what all others say, in its own covariance."""
-        noise = turned(self.chains.noise(variances), self.heading)
-        fix = self.smoothed.fix
-        apart = np.linalg.inv(self.smoothed.fix_precision + 1e-12 * np.eye(3))
-        away = apart @ (fix[:, :, :1] + fix[:, :, 1:] @ self.change[:, np.newaxis])
-        spread = apart + noise * (1.0 - 1.0 / weights)[:, np.newaxis, np.newaxis]
-        square = (away.transpose(0, 2, 1) @ np.linalg.solve(spread, away))[:, 0, 0]
-        return np.asarray(np.maximum(square, 0.0), np.float64)
-
-
-def turned(covariance: Array, angle: Array) -> Array:
-    """Return covariances `(M, 3, 3)` of the world frame in frames turned by angles `(M,)` [rad]."""
-    turn = np.zeros((len(angle), 3, 3))
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
-    turn[:, 0, 1], turn[:, 1, 0] = np.sin(angle), -np.sin(angle)
-    turn[:, 2, 2] = 1.0
-    return np.asarray(turn @ covariance @ turn.transpose(0, 2, 1), np.float64)

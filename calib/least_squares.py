@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.drives import drives_of, thinned
-from calib.estimation import Estimate, estimate
+from calib.estimates import Estimate
+from calib.estimation import estimate
 from calib.kinematics import Differential, Kinematics
 from calib.reference import ReferenceProblem
 

@@ -16,7 +16,8 @@ import numpy as np
 
 from calib.apply import corrected_vehicle
 from calib.errors import CalibrationError
-from calib.estimation import Estimate, estimate
+from calib.estimates import Estimate
+from calib.estimation import estimate
 from calib.kinematics import Differential
 from calib.least_squares import PathCalibration, Quantity, quantities
 from calib.linkage_drive import linkage_drive

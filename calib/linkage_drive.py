@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.estimation import turned
+from calib.residuals import turned
 from vehicle.odometry import truck_travel
 from vehicle.parameters import JOINTS, WHEELS
 from vehicle.se2 import between

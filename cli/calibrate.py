@@ -14,7 +14,7 @@ from cli.umbmark import TruckChoice
 from cli.umbmark_tables import show
 
 if TYPE_CHECKING:
-    from calib.estimation import Estimate
+    from calib.estimates import Estimate
     from calib.least_squares import PathCalibration, Quantity
     from vehicle.parameters import TruckName
     from vehicle.recording import Recording

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from calib.design import Design
-    from calib.estimation import DownWeighted, Estimate
+    from calib.estimates import DownWeighted, Estimate
     from calib.kinematics import Coordinate
     from calib.least_squares import Quantity
     from calib.optiodom_score import RobotScores, Score
