@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.drives import drives_of, thinned
-from calib.estimates import Estimate
 from calib.estimation import estimate
 from calib.kinematics import Differential, Kinematics
 from calib.reference import ReferenceProblem
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
     from calib.drives import Drive
+    from calib.estimates import Estimate
     from vehicle.parameters import Truck, TruckName
     from vehicle.recording import Recording
     from vehicle.se2 import Array

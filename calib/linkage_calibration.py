@@ -16,7 +16,6 @@ import numpy as np
 
 from calib.apply import corrected_vehicle
 from calib.errors import CalibrationError
-from calib.estimates import Estimate
 from calib.estimation import estimate
 from calib.kinematics import Differential
 from calib.least_squares import PathCalibration, Quantity, quantities
@@ -27,6 +26,7 @@ from vehicle.parameters import JOINTS, Linkage
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
+    from calib.estimates import Estimate
     from vehicle.parameters import Truck, TruckName, VehicleParameters
     from vehicle.recording import Recording
     from vehicle.se2 import Array
