@@ -13,8 +13,9 @@ MAY_IMPORT = {
     "ipec": {"vehicle"},
     "calib": {"ipec", "vehicle"},
     "vcan_sim": {"motion", "vehicle"},
+    "mismatch": {"vehicle", "calib", "ipec", "vcan_sim"},
     "reproduction": {"vehicle", "motion", "calib", "ipec", "vcan_sim"},
-    "cli": {"vehicle", "motion", "driver", "calib", "ipec", "vcan_sim", "reproduction"},
+    "cli": {"vehicle", "motion", "driver", "calib", "ipec", "vcan_sim", "mismatch", "reproduction"},
 }
 ONLY_IN = {
     "canopen": {"driver", "vcan_sim"},

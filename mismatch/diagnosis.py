@@ -1,0 +1,276 @@
+"""What `diagnose` answers: one object, written as JSON by a fixed contract and as a report for people.
+
+The JSON is read by other people's programs; fields are added, never taken away or renamed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from vehicle.se2 import Array
+
+Verdict = Literal["agreement", "mismatch", "insufficient"]
+
+ASSERTED = 0.5  # a finding of this probability or more is an assertion, one of less a possibility
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter of an effect, as estimated.
+
+    Attributes:
+        name: as in the vocabulary.
+        value: a number, or one for each event.
+        sigma: standard deviation(s) of the estimate, likewise.
+        unit: SI; "1" for a ratio.
+    """
+
+    name: str
+    value: float | tuple[float, ...]
+    sigma: float | tuple[float, ...]
+    unit: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the contract's object of a parameter."""
+        return {"value": _plain(self.value), "sigma": _plain(self.sigma), "unit": self.unit}
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Another effect that would explain what a finding explains."""
+
+    effect: str
+    component: str
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """Where a mismatch is seen.
+
+    Attributes:
+        channels: on which it shows, strongest first.
+        intervals: (start, end) on the recording's clock [s]; empty where it acts all the time.
+        regime: of the drive in which it shows, in words.
+        laps: numbers of the laps from 0, over all recordings in their order, in which it acts; empty for all.
+        places: (x, y) on the floor [m] in the middle of each interval.
+    """
+
+    channels: tuple[str, ...] = ()
+    intervals: tuple[tuple[float, float], ...] = ()
+    regime: str = ""
+    laps: tuple[int, ...] = ()
+    places: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One piece of physics that the simulation leaves out.
+
+    Attributes:
+        effect: of the vocabulary, or "unknown".
+        component: on which it acts.
+        probability: of this effect on this component, against all others considered.
+        alternatives: what the recording cannot tell from it, likeliest first.
+        where: it is seen.
+        parameters: of its model.
+        explained: share of the mismatch's chi-square that it takes away, 0 to 1.
+        says: it in a sentence that one engineer says to another.
+        depends_on: for "unknown", the quantities on which the leftover depends.
+        separates: which drive would tell it from its alternatives; empty where there are none.
+    """
+
+    effect: str
+    component: str
+    probability: float
+    alternatives: tuple[Alternative, ...] = ()
+    where: Where = field(default_factory=Where)
+    parameters: tuple[Parameter, ...] = ()
+    explained: float = 0.0
+    says: str = ""
+    depends_on: tuple[str, ...] = ()
+    separates: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the contract's object of a finding."""
+        answer: dict[str, Any] = {
+            "effect": self.effect,
+            "component": self.component,
+            "probability": self.probability,
+            "alternatives": [
+                {"effect": one.effect, "component": one.component, "probability": one.probability}
+                for one in self.alternatives
+            ],
+            "where": {
+                "channels": list(self.where.channels),
+                "intervals": [list(interval) for interval in self.where.intervals],
+                "regime": self.where.regime,
+                "laps": list(self.where.laps),
+                "places": [list(place) for place in self.where.places],
+            },
+            "parameters": {one.name: one.as_json() for one in self.parameters},
+            "explained": self.explained,
+            "says": self.says,
+            "separates": self.separates,
+        }
+        if self.effect == "unknown":
+            answer["depends_on"] = list(self.depends_on)
+        return answer
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A normalised residual without and with what was found; 1.0 is the sensors' own noise."""
+
+    before: float
+    after: float
+
+    def as_json(self) -> dict[str, float]:
+        """Return the contract's object of a change."""
+        return {"before": self.before, "after": self.after}
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """How far the found effects bring simulation and recording together.
+
+    Attributes:
+        metric: what the numbers are, in words.
+        train: on the data that were fitted.
+        heldout: on laps or blocks whose data no parameter saw.
+        channels: of each channel, held out.
+        gain: held-out decrease of half the chi-square, and its standard deviation.
+        rerun: of each channel, open-loop mismatch of the simulator run over the held-out laps from
+            the effects file alone [m, rad]: without and with the effects.
+        noise: levels used, by name, with unit in the name.
+    """
+
+    metric: str
+    train: Change
+    heldout: Change
+    channels: dict[str, Change] = field(default_factory=dict)
+    gain: tuple[float, float] = (0.0, 0.0)
+    rerun: dict[str, Change] = field(default_factory=dict)
+    noise: dict[str, float] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the contract's object of a fit."""
+        return {
+            "metric": self.metric,
+            "train": self.train.as_json(),
+            "heldout": self.heldout.as_json(),
+            "channels": {name: change.as_json() for name, change in self.channels.items()},
+            "gain": {"value": self.gain[0], "sigma": self.gain[1]},
+            "rerun": {name: change.as_json() for name, change in self.rerun.items()},
+            "noise": dict(self.noise),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """The mismatch of one recording over its windows, for plots.
+
+    Attributes:
+        recording: its name.
+        time: (K,) end of each window on the recording's clock [s].
+        path: (K, 2) where truck a was [m].
+        lap: (K,) number of the lap, -1 between laps.
+        before: (K, C) whitened residual of each channel without the effects; nan where not read.
+        after: (K, C) likewise with them.
+    """
+
+    recording: str
+    time: Array
+    path: Array
+    lap: Array
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """What a finding looks like: the mismatch against the quantity on which it depends.
+
+    Attributes:
+        finding: number of the finding.
+        quantity: on the horizontal axis, with its unit as shown.
+        channel: on the vertical axis.
+        at: (B,) middle of each bin.
+        found: (B,) mean of what was recorded minus everything else that was found, in sigma.
+        sigma: (B,) standard error of it.
+        predicted: (B,) by the effect's model.
+    """
+
+    finding: int
+    quantity: str
+    channel: str
+    at: Array
+    found: Array
+    sigma: Array
+    predicted: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What a report draws; not part of the JSON.
+
+    Attributes:
+        channels: names of the columns of the traces.
+        traces: one for each recording.
+        signatures: of the findings.
+        candidates: every effect and component considered, with the gain in log likelihood of adding it
+            alone and its probability of being in the right set, likeliest first.
+    """
+
+    channels: tuple[str, ...] = ()
+    traces: tuple[Trace, ...] = ()
+    signatures: tuple[Signature, ...] = ()
+    candidates: tuple[tuple[str, str, float, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """The answer to recordings of one robot.
+
+    Attributes:
+        verdict: agreement, mismatch or insufficient.
+        says: it in a sentence; for "insufficient", what to record.
+        findings: most of the mismatch first.
+        fit: residuals without and with the findings, or None where nothing could be held against.
+        unexplained: share of the mismatch's chi-square that is left, 0 to 1.
+        depends_on: quantities on which the leftover depends.
+        robot: name of the vehicle.
+        recordings: names, in order.
+        drive_next: which drives would tell more, in words.
+        evidence: for the report.
+    """
+
+    verdict: Verdict
+    says: str
+    findings: tuple[Finding, ...] = ()
+    fit: Fit | None = None
+    unexplained: float = 0.0
+    depends_on: tuple[str, ...] = ()
+    robot: str = ""
+    recordings: tuple[str, ...] = ()
+    drive_next: tuple[str, ...] = ()
+    evidence: Evidence = field(default_factory=Evidence)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the contract's object."""
+        return {
+            "verdict": self.verdict,
+            "says": self.says,
+            "robot": self.robot,
+            "recordings": list(self.recordings),
+            "findings": [finding.as_json() for finding in self.findings],
+            "fit": None if self.fit is None else self.fit.as_json(),
+            "unexplained": {"fraction": self.unexplained, "depends_on": list(self.depends_on)},
+            "drive_next": list(self.drive_next),
+        }
+
+
+def _plain(value: float | tuple[float, ...]) -> float | list[float]:
+    return list(value) if isinstance(value, tuple) else value

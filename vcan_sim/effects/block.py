@@ -1,0 +1,94 @@
+"""The signals of successive steps of a robot, which effects change on their way.
+
+A step leads from one sample to the next. The simulator passes blocks of one step, the diagnosis the
+whole of a recording; an effect that remembers something gets its state handed back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from vehicle.parameters import WHEELS
+
+if TYPE_CHECKING:
+    from vehicle.parameters import Channel
+    from vehicle.se2 import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """K steps of a robot with T trucks and W = 2 T wheels, in the order of `WHEELS`.
+
+    Attributes:
+        time: (K,) at the end of each step [s].
+        period: (K,) how long each step takes [s].
+        angle: (K, W) of each wheel at the end of the step, from its raw counter's zero [rad].
+        turned: (K, W) by each wheel in the step [rad].
+        speed: (K, W) nominal rolling speed of each wheel [m/s].
+        acceleration: (K, W) its rate of change [m/s^2].
+        wheelbase: (T,) nominal [m].
+        heading: (K, T) of each truck in the world, in the middle of the step [rad].
+        travel: (K, W) of each wheel over the ground in the step [m].
+        twist: (K, T, 3) of each truck in the step, in its own frame: way forward [m], creep to the left
+            [m], yaw [rad].
+        reading: (K, 3) of joint_a [rad], joint_b [rad] and link [m] at the end of the step; no columns
+            with a single truck. The link's reading is its length.
+        rest: length at which the link reads its zero [m].
+    """
+
+    time: Array
+    period: Array
+    angle: Array
+    turned: Array
+    speed: Array
+    acceleration: Array
+    wheelbase: Array
+    heading: Array
+    travel: Array
+    twist: Array
+    reading: Array
+    rest: float = 0.0
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def with_travel(self, wheel: int, travel: Array) -> Self:
+        """Return the block with another travel `(K,)` of one wheel [m]."""
+        changed = self.travel.copy()
+        changed[:, wheel] = travel
+        return replace(self, travel=changed)
+
+    def with_twist(self, truck: int, twist: Array) -> Self:
+        """Return the block with another twist `(K, 3)` of one truck."""
+        changed = self.twist.copy()
+        changed[:, truck] = twist
+        return replace(self, twist=changed)
+
+    def with_reading(self, channel: int, reading: Array) -> Self:
+        """Return the block with another reading `(K,)` of joint_a, joint_b or link, 0 to 2."""
+        changed = self.reading.copy()
+        changed[:, channel] = reading
+        return replace(self, reading=changed)
+
+    def rolled(self) -> Self:
+        """Return the block with the twists that the wheels' travel makes on exact arcs, U (2.4)-(2.6)."""
+        left, right = self.travel[:, 0::2], self.travel[:, 1::2]
+        yaw = (right - left) / self.wheelbase
+        return replace(self, twist=np.stack([0.5 * (left + right), np.zeros_like(yaw), yaw], axis=-1))
+
+
+LINKAGE = ("joint_a", "joint_b", "link")
+
+
+def wheel_number(component: str) -> int:
+    """Return the column of a wheel."""
+    wheels: tuple[Channel, ...] = WHEELS
+    return [str(wheel) for wheel in wheels].index(component)
+
+
+def truck_number(component: str) -> int:
+    """Return the column of a truck, "a" or "b"."""
+    return ("a", "b").index(component)

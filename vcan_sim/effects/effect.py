@@ -1,0 +1,92 @@
+"""What an effect is: a piece of physics on one component, at one stage of the signal's path.
+
+    wheel turns -> [encoder] -> counts
+         \\-> [travel] of the wheel over the ground -> [body] of the truck -> linkage -> [reading] -> counts
+                                                          \\-> [poses] as measured from outside
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from vcan_sim.errors import SimulationError
+
+if TYPE_CHECKING:
+    from vcan_sim.effects.block import Block
+
+Stage = Literal["encoder", "travel", "body", "reading", "poses"]
+STAGES: tuple[Stage, ...] = ("encoder", "travel", "body", "reading", "poses")
+
+WHEEL = ("a.left", "a.right", "b.left", "b.right")
+TRUCK = ("a", "b")
+JOINT = ("joint_a", "joint_b")
+LINK = ("link",)
+POSES = ("poses",)
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """What one parameter of an effect is.
+
+    Attributes:
+        name: field of the effect, as in the vocabulary.
+        unit: SI; "1" for a ratio.
+        null: value at which the effect does nothing; None where no value alone does that.
+        scale: how far from null it is in robots that work, one standard deviation.
+        low: least value that makes sense.
+        high: greatest.
+    """
+
+    name: str
+    unit: str
+    null: float | None
+    scale: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """An effect on one component; each kind is a subclass in a file of its own.
+
+    Attributes:
+        component: a wheel, "a" or "b", a joint, "link", or "poses".
+    """
+
+    component: str
+
+    name: ClassVar[str]
+    stage: ClassVar[Stage]
+    components: ClassVar[tuple[str, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]]
+
+    def __post_init__(self) -> None:
+        if self.component not in self.components:
+            raise SimulationError(
+                f"{self.name}: component {self.component!r}; expected one of {', '.join(self.components)}"
+            )
+        for parameter in self.parameters:
+            self._check(parameter)
+
+    def _check(self, parameter: Parameter) -> None:
+        value = getattr(self, parameter.name)
+        for one in value if isinstance(value, tuple) else (value,):
+            if not parameter.low <= one <= parameter.high:
+                raise SimulationError(
+                    f"{self.name} of {self.component}: {parameter.name} = {one} {parameter.unit}; "
+                    f"expected {parameter.low:g} to {parameter.high:g}"
+                )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401  each effect has its own
+        """Return the block with the effect in it, and what the next block has to know.
+
+        Args:
+            block: as the stage before left it.
+            state: what `act` returned for the block before; None at the start.
+        """
+        raise NotImplementedError
+
+    def values(self) -> dict[str, Any]:
+        """Return the parameters by name."""
+        return {one.name: getattr(self, one.name) for one in fields(self) if one.name != "component"}

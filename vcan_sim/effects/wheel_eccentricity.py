@@ -1,0 +1,50 @@
+"""Wheel eccentricity: the rolling radius varies once per turn of the wheel.
+
+A tyre that is out of round, or an axle bore off centre: radius R + amplitude cos(angle + phase), the
+angle as counted from the encoder's zero. Seen as a wave in heading and link once per turn of that wheel,
+zero on average. Confused with a gear harmonic of order 1, of which it is the derivative by another name.
+
+Source: the eccentric circle rolling on a plane, to first order in amplitude / R.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from vcan_sim.effects.block import Block, wheel_number
+from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+
+if TYPE_CHECKING:
+    from vcan_sim.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class WheelEccentricity(Effect):
+    """Radius R + amplitude cos(angle + phase).
+
+    Attributes:
+        amplitude: [m].
+        phase: [rad].
+    """
+
+    amplitude: float = 0.0
+    phase: float = 0.0
+
+    name: ClassVar[str] = "wheel_eccentricity"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("amplitude", "m", null=0.0, scale=3e-4, low=0.0, high=0.02),
+        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Add the integral of the changed radius over the step."""
+        wheel = wheel_number(self.component)
+        end = block.angle[:, wheel]
+        begin = end - block.turned[:, wheel]
+        gained = self.amplitude * (np.sin(end + self.phase) - np.sin(begin + self.phase))
+        return block.with_travel(wheel, block.travel[:, wheel] + gained), state
