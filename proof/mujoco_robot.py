@@ -1,0 +1,192 @@
+"""The two-truck robot as a MuJoCo model: bodies, wheels and castors that touch the floor, and nothing else.
+
+A wheel's tread is a sphere of the wheel's radius, so that it meets the floor in one point below its centre;
+each wheel and castor has a plane of its own that `mujoco_floor` keeps tangent to the rough floor below it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+
+WHEELS = ("a.left", "a.right", "b.left", "b.right")
+FEET = (*WHEELS, "a.castor", "b.castor")
+GRIP, CASTOR_GRIP, CASTOR_RADIUS = 1.0, 0.02, 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class Tyre:
+    """One driven wheel: radius and eccentricity [m], phase at counter zero [rad], contact time constant [s]."""
+
+    radius: float
+    eccentricity: float = 0.0
+    phase: float = 0.0
+    softness: float = 0.006
+    creep: float | None = None  # time constant [s] of the friction; None: the contact's own
+
+
+@dataclass(frozen=True, slots=True)
+class Truck:
+    """One truck: track [m], axle turned by toe [rad], masses [kg], castor's place [m] and trail [m]."""
+
+    track: float
+    mass: float
+    castor: float
+    toe: float = 0.0
+    trail: float = 0.0
+    payload: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Cable:
+    """A round cable on the floor, met by one wheel: place [m], direction [rad], height and length [m]."""
+
+    wheel: str
+    x: float
+    y: float
+    direction: float
+    height: float
+    length: float = 0.12
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """Everything that the physics is built from; `link` is the linkage's length at rest [m]."""
+
+    tyres: dict[str, Tyre]
+    trucks: dict[str, Truck]
+    link: float
+    spring: float
+    damper: float
+    timestep: float = 0.0015
+    cables: tuple[Cable, ...] = field(default=())
+    tilt: tuple[float, float] = (0.0, 0.0)
+
+
+def random_robot(rng: np.random.Generator) -> Robot:
+    """Return a healthy robot of the CLAPPER's and OmniMate's size, its tyres a little unlike each other."""
+    radius, track = rng.uniform(0.065, 0.085), rng.uniform(0.30, 0.42)
+    tyres = {name: Tyre(radius * (1 + rng.normal(0, 5e-4))) for name in WHEELS}
+    trucks = {
+        name: Truck(
+            track * (1 + rng.normal(0, 2e-3)), rng.uniform(18, 30), castor * rng.uniform(0.16, 0.22)
+        )
+        for name, castor in (("a", 1.0), ("b", -1.0))
+    }
+    return Robot(tyres, trucks, rng.uniform(0.85, 1.15), rng.uniform(10, 40), rng.uniform(10, 30))
+
+
+def model_xml(robot: Robot) -> str:
+    """Return the MJCF of a robot on its floor."""
+    planes = "\n".join(
+        f'<body name="floor {foot}" mocap="true"><geom name="floor {foot}" type="plane" size="9 9 1"/></body>'
+        for foot in FEET
+    )
+    cables = "\n".join(_cable_xml(number, cable) for number, cable in enumerate(robot.cables))
+    contacts = "\n".join(
+        [_pair_xml(robot, foot, f"floor {foot}") for foot in FEET]
+        + [_pair_xml(robot, cable.wheel, f"cable {number}") for number, cable in enumerate(robot.cables)]
+    )
+    servos = "\n".join(
+        f'<velocity name="{wheel}" joint="{wheel}" kv="4" forcerange="-15 15"/>' for wheel in WHEELS
+    )
+    loads = "\n".join(
+        f'<position name="{name}.load" joint="{name}.load" kp="400" kv="150"/>'
+        for name, truck in robot.trucks.items()
+        if truck.payload
+    )
+    gx, gy = (9.81 * tilt for tilt in robot.tilt)
+    radius = sum(tyre.radius for tyre in robot.tyres.values()) / 4
+    return f"""
+<mujoco model="two trucks">
+  <compiler angle="radian" inertiafromgeom="auto"/>
+  <option timestep="{robot.timestep}" integrator="implicitfast" cone="elliptic" impratio="10"
+          gravity="{gx} {gy} -9.81"/>
+  <default><geom contype="0" conaffinity="0" condim="3"/></default>
+  <worldbody>
+    {planes}
+    {cables}
+    <body name="a" pos="0 0 {radius}"><freejoint/>
+      {_truck_xml("a", robot, radius)}
+      <body name="link" pos="0 0 0">
+        <inertial pos="-0.3 0 0" mass="0.5" diaginertia="0.001 0.01 0.01"/>
+        <joint name="joint_a" axis="0 0 1" damping="0.02"/><joint name="pitch_a" axis="0 1 0" damping="0.02"/>
+        <body name="slider" pos="{-robot.link} 0 0">
+          <inertial pos="0.3 0 0" mass="0.5" diaginertia="0.001 0.01 0.01"/>
+          <joint name="link" type="slide" axis="-1 0 0" stiffness="{robot.spring}" damping="{robot.damper}"/>
+          <body name="b">
+            <joint name="pitch_b" axis="0 1 0" damping="0.02"/><joint name="roll_b" axis="1 0 0" damping="0.02"/>
+            <joint name="joint_b" axis="0 0 1" damping="0.02"/>
+            {_truck_xml("b", robot, radius)}
+          </body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <contact>{contacts}</contact>
+  <actuator>{servos}{loads}</actuator>
+</mujoco>"""
+
+
+def _truck_xml(name: str, robot: Robot, height: float) -> str:
+    truck = robot.trucks[name]
+    deck = f'<geom type="box" size="0.25 0.18 0.08" pos="{truck.castor * 0.15} 0 0.05" mass="{truck.mass}"/>'
+    wheels = "\n".join(
+        _wheel_xml(f"{name}.{side}", robot.tyres[f"{name}.{side}"], truck.track / 2 * sign)
+        for side, sign in (("left", 1.0), ("right", -1.0))
+    )
+    axle = f'<body name="{name} axle" euler="0 0 {truck.toe}">{wheels}</body>'
+    load = (
+        f'<body pos="0 0 0.15"><joint name="{name}.load" type="slide" axis="0 1 0" damping="20"/>'
+        f'<geom type="box" size="0.05 0.05 0.05" mass="{truck.payload}"/></body>'
+        if truck.payload
+        else ""
+    )
+    return f"{deck}{axle}{_castor_xml(name, truck, height)}{load}"
+
+
+def _wheel_xml(name: str, tyre: Tyre, y: float) -> str:
+    """Return a wheel whose tread's centre stands off its axle: below it when the wheel's angle is -phase."""
+    x, z = -tyre.eccentricity * math.sin(tyre.phase), -tyre.eccentricity * math.cos(tyre.phase)
+    return (
+        f'<body name="{name}" pos="0 {y} 0"><joint name="{name}" axis="0 1 0" armature="0.02"/>'
+        f'<inertial pos="0 0 0" mass="1" diaginertia="0.002 0.004 0.002"/>'
+        f'<geom name="{name}" type="sphere" size="{tyre.radius}" pos="{x} 0 {z}"/></body>'
+    )
+
+
+def _castor_xml(name: str, truck: Truck, height: float) -> str:
+    """Return a ball castor, or where there is trail a wheel that swivels behind its pin, with friction."""
+    z = CASTOR_RADIUS - height
+    if not truck.trail:
+        return f'<geom name="{name}.castor" type="sphere" size="{CASTOR_RADIUS}" pos="{truck.castor} 0 {z}" mass="0.1"/>'
+    return (
+        f'<body pos="{truck.castor} 0 {z}"><joint name="{name}.swivel" axis="0 0 1" damping="0.02" frictionloss="0.15"/>'
+        f'<inertial pos="0 0 0" mass="0.2" diaginertia="0.001 0.001 0.001"/>'
+        f'<body pos="{-truck.trail} 0 0"><joint axis="0 1 0" damping="0.0005"/>'
+        f'<geom name="{name}.castor" type="sphere" size="{CASTOR_RADIUS}" mass="0.3"/></body></body>'
+    )
+
+
+def _cable_xml(number: int, cable: Cable) -> str:
+    radius, half = cable.height / 2, cable.length / 2
+    dx, dy = half * math.cos(cable.direction), half * math.sin(cable.direction)
+    ends = f"{cable.x - dx} {cable.y - dy} {radius} {cable.x + dx} {cable.y + dy} {radius}"
+    return f'<geom name="cable {number}" type="capsule" size="{radius}" fromto="{ends}"/>'
+
+
+def _pair_xml(robot: Robot, foot: str, ground: str) -> str:
+    tyre = robot.tyres.get(foot)
+    rolling_castor = tyre is None and robot.trucks[foot[0]].trail > 0
+    grip = GRIP if tyre or rolling_castor else CASTOR_GRIP
+    softness = tyre.softness if tyre else 0.006
+    hold = 1.5 / robot.timestep if not tyre or tyre.creep is None else 1 / tyre.creep
+    creep = f'solreffriction="-1 {-hold}"'
+    return (
+        f'<pair geom1="{foot}" geom2="{ground}" condim="3" friction="{grip} {grip} 0.001 0.0001 0.0001"'
+        f' solref="{softness} 1" solimp="0.95 0.99 0.001" {creep}/>'
+    )
