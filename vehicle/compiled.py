@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Record = NDArray[np.void]
 
-COMPILING_ROOMS = ("vehicle", "motion", "ipec", "calib", "vcan_sim")
+COMPILING_ROOMS = ("vehicle", "motion", "ipec", "calib", "vcan_sim", "mismatch")
 
 Function = TypeVar("Function", bound="Callable[..., object]")
 

@@ -1,0 +1,216 @@
+"""From a search and its refined effects to the answer: findings in words, residuals, what is left."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mismatch.choose import inclusion, rivals
+from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
+from mismatch.evidence import evidence_of
+from mismatch.heldout import METRIC, held_out, size
+from mismatch.refine import sigmas
+from mismatch.regression import Regression
+from mismatch.rerun import rerun
+from mismatch.where import channels_of, crossings, laps_at, places_at, row_names
+from mismatch.words import drives_for, part, regime, sentence, separating
+
+if TYPE_CHECKING:
+    from mismatch.heldout import HeldOut
+    from mismatch.investigate import Investigation
+    from mismatch.refine import Refined
+    from mismatch.terms import Term
+    from vcan_sim.effects.effect import Effect
+
+POSSIBLE = 0.01  # probability below which an alternative is not worth a word
+_MANY = 6
+# What a drive must be able to show before "agreement" means something: coefficients with a standard
+# deviation of less than this share of what robots in use are off by.
+_SEEN = 0.7
+_NEEDED = ("wheelbase", "wheel_diameter")
+
+
+def answer(found: Investigation, refined: Refined) -> Diagnosis:
+    """Return the diagnosis."""
+    fitted = refined.regression
+    nominal = Regression(fitted.windows, fitted.noise, (), fitted.folds)
+    residuals = held_out(nominal, refined)
+    findings = _findings(found, refined, nominal)
+    fit = _fit(fitted, residuals)
+    signals = found.regression.windows[0].signals
+    names = tuple(one.signals.recording.source for one in found.regression.windows)
+    excess = max(_excess(nominal.white[:, 0]), 1e-9)
+    left = min(1.0, max(0.0, _excess(residuals.train)) / excess) if findings else 0.0
+    asserted = [one for one in findings if one.probability >= ASSERTED]
+    blind = _blind(found)
+    robot = signals.recording.vehicle.name
+    evidence = evidence_of(found, refined, nominal, residuals, findings)
+    if asserted:
+        says = _headline(asserted, fit)
+        advice = tuple(dict.fromkeys(one.separates for one in asserted if one.separates))
+        unknown = [one for one in asserted if one.effect == "unknown"]
+        depends = tuple(dict.fromkeys(quantity for one in unknown for quantity in one.depends_on))
+        return Diagnosis("mismatch", says, findings, fit, left, depends, robot, names, advice, evidence)
+    if blind:
+        drives = drives_for(sorted({effect for effect, _ in blind}))
+        what = ", ".join(
+            f"the {effect.replace('_', ' ')} of {part(component)}" for effect, component in blind[:4]
+        )
+        says = f"Nothing stands out, but this drive cannot show {what}. Drive: {'; '.join(drives)}."
+        return Diagnosis("insufficient", says, findings, fit, left, (), robot, names, drives, evidence)
+    says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
+    return Diagnosis("agreement", says, findings, fit, left, (), robot, names, (), evidence)
+
+
+def _excess(rows: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+    """Return the chi-square beyond that of noise."""
+    return float(rows @ rows) - len(rows)
+
+
+def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tuple[Finding, ...]:
+    """Return the members of the best set as findings, most of the mismatch first."""
+    probable = inclusion(found.choice)
+    before = float(nominal.white[:, 0] @ nominal.white[:, 0])
+    after = float(refined.regression.white[:, 0] @ refined.regression.white[:, 0])
+    whole = max(before - after, 1e-9)
+    findings = []
+    chosen = sorted(found.chosen)
+    named = 0
+    for member in chosen:
+        term = found.choice.terms[member]
+        others = tuple(
+            Alternative(*key, probability=share)
+            for key, share in rivals(found.choice, found.chosen, member)[:_MANY]
+            if share >= POSSIBLE
+        )
+        if term.effect == "unknown":
+            findings.append(_unknown(found, member, probable[term.key], others))
+            continue
+        findings.append(_finding(refined, named, probable[term.key], others, whole))
+        named += 1
+    return tuple(sorted(findings, key=lambda one: -one.explained))
+
+
+def _finding(
+    refined: Refined, number: int, probability: float, others: tuple[Alternative, ...], whole: float
+) -> Finding:
+    term, effect = refined.terms[number], refined.effects[number]
+    own = refined.regression.white[:, refined.places[number]]
+    part_of = own @ refined.values[number]
+    without = refined.regression.white[:, 0] + part_of
+    drop = float(without @ without - refined.regression.white[:, 0] @ refined.regression.white[:, 0])
+    signals = [one.signals for one in refined.regression.windows]
+    vehicle = signals[0].recording.vehicle
+    intervals = crossings(effect, signals)
+    separates = ""
+    if any(one.probability > 0.05 for one in others):
+        separates = separating([effect.name, *(one.effect for one in others)])
+    return Finding(
+        effect.name,
+        effect.component,
+        min(probability, 0.999),
+        others,
+        Where(
+            channels_of(refined.regression, part_of),
+            intervals,
+            regime(effect),
+            laps_at(intervals, signals),
+            places_at(intervals, signals),
+        ),
+        _parameters(term, effect, refined, number),
+        min(1.0, max(0.0, drop / whole)),
+        sentence(effect, vehicle),
+        (),
+        separates,
+    )
+
+
+def _parameters(term: Term, effect: Effect, refined: Refined, number: int) -> tuple[Parameter, ...]:
+    known = sigmas(term, effect, refined.covariances[number])
+    found = []
+    for spec in effect.parameters:
+        value = getattr(effect, spec.name)
+        if spec.name == "intervals":
+            continue
+        sample = refined.regression.windows[0].signals.recording.vehicle.bus.sync_period
+        loose: float | tuple[float, ...] = sample if spec.unit == "s" else 0.0
+        sigma = known.get(spec.name, (loose,) * len(value) if isinstance(value, tuple) else loose)
+        found.append(Parameter(spec.name, value, sigma, spec.unit))
+    return tuple(found)
+
+
+def _unknown(
+    found: Investigation, member: int, probability: float, others: tuple[Alternative, ...]
+) -> Finding:
+    """Return a finding that no effect of the library explains."""
+    term = found.choice.terms[member]
+    columns = found.choice.columns([member])
+    rest = found.chosen - {member}
+    with_it, _ = found.choice.solved(found.chosen)
+    everything = found.choice.columns(found.chosen)
+    part_of = found.regression.white[:, columns] @ with_it[[everything.index(one) for one in columns]]
+    base = found.choice.columns(rest)
+    coefficients, _ = found.choice.solved(rest)
+    before = found.regression.white[:, 0] - found.regression.white[:, base] @ coefficients
+    after = found.regression.white[:, 0] - found.regression.white[:, everything] @ with_it
+    nothing = float(found.regression.white[:, 0] @ found.regression.white[:, 0])
+    whole = max(nothing - float(after @ after), 1e-9)
+    quantity = term.fixed["quantity"]
+    return Finding(
+        "unknown",
+        term.component,
+        min(probability, 0.999),
+        others,
+        Where(channels_of(found.regression, part_of), (), quantity),
+        (),
+        min(1.0, max(0.0, float(before @ before - after @ after) / whole)),
+        f"Something that no effect of the library explains acts on {part(term.component)}: "
+        f"what is left depends on {quantity}.",
+        (quantity,),
+        "",
+    )
+
+
+def _fit(fitted: Regression, residuals: HeldOut) -> Fit:
+    names = row_names(fitted.windows[0])
+    channels = {}
+    for number, name in enumerate(names):
+        mine = fitted.channel == number
+        if mine.any():
+            channels[name] = Change(size(residuals.before[mine]), size(residuals.after[mine]))
+    gain = residuals.gain
+    spread = float(gain.std(ddof=1) * np.sqrt(len(gain))) if len(gain) > 1 else 0.0
+    return Fit(
+        METRIC,
+        Change(size(residuals.before), size(residuals.train)),
+        Change(size(residuals.before), size(residuals.after)),
+        channels,
+        (float(gain.sum()), spread),
+        rerun(fitted, residuals.effects),
+        fitted.noise.named(),
+    )
+
+
+def _headline(asserted: list[Finding], fit: Fit) -> str:
+    first = asserted[0]
+    what = (
+        f"unknown physics on {part(first.component)}" if first.effect == "unknown" else first.says.rstrip(".")
+    )
+    more = f", and {len(asserted) - 1} more" if len(asserted) > 1 else ""
+    return (
+        f"{what}{more}. Residual on data that no fit has seen: {fit.heldout.before:.2f} before, "
+        f"{fit.heldout.after:.2f} after (1.00 is the sensors' own noise)."
+    )
+
+
+def _blind(found: Investigation) -> list[tuple[str, str]]:
+    """Return which of an owner's numbers this drive would not show to be wrong, were they."""
+    blind = []
+    total = found.regression.total
+    for number, term in enumerate(found.choice.terms):
+        if term.effect in _NEEDED:
+            place = found.choice.places[number].start
+            if 1.0 / np.sqrt(total[place, place] + 1.0) > _SEEN:
+                blind.append(term.key)
+    return blind

@@ -1,0 +1,157 @@
+"""Which effects are in a recording: sets of terms compared by their evidence.
+
+With coefficients of unit normal prior and white noise of size one, a set's log evidence is
+b'(A + I)^-1 b / 2 - log det(A + I) / 2, with A and b the products of its columns with each other and
+with the data (Bayes factor against no effect; the determinant is Occam's factor). Sets are grown,
+swapped and thinned until nothing is better; the probability of a finding is the share of all sets
+that were compared which hold it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from mismatch.terms import Term
+    from vehicle.se2 import Array
+
+Set = frozenset[int]
+EMPTY: Set = frozenset()
+
+MOST = 6  # effects in one answer
+DOUBT = 2.5  # log odds against any one effect, beyond one among all candidates
+
+
+@dataclass(slots=True)
+class Choice:
+    """Sets of terms and what they are worth.
+
+    Attributes:
+        terms: all candidates so far.
+        places: where each one's columns are.
+        total: (C, C) products of all columns, the data first.
+        spread: by which the noise's squares are larger than they should be; 1 where it is as stated.
+        known: log posterior of every set compared so far.
+        repeats: whether a set may hold an effect and component twice.
+    """
+
+    terms: list[Term]
+    places: list[slice]
+    total: Array
+    spread: float = 1.0
+    known: dict[Set, float] = field(default_factory=dict)
+    repeats: bool = False
+
+    def columns(self, members: Iterable[int]) -> list[int]:
+        """Return the columns of a set, in the order of its sorted members."""
+        return [
+            column
+            for one in sorted(members)
+            for column in range(self.places[one].start, self.places[one].stop)
+        ]
+
+    def solved(self, members: Iterable[int]) -> tuple[Array, Array]:
+        """Return the coefficients `(k,)` of a set and their covariance `(k, k)`."""
+        columns = self.columns(members)
+        precision = self.total[np.ix_(columns, columns)] / self.spread + np.eye(len(columns))
+        covariance = np.linalg.inv(precision)
+        return covariance @ self.total[columns, 0] / self.spread, covariance
+
+    def worth(self, members: Set) -> float:
+        """Return a set's log posterior, up to a constant; minus infinity where a coefficient has no sense."""
+        if members not in self.known:
+            self.known[members] = self._worth(members)
+        return self.known[members]
+
+    def _worth(self, members: Set) -> float:
+        if not members:
+            return 0.0
+        keys = [self.terms[one].key for one in members]
+        if len(set(keys)) < len(keys) and not self.repeats:
+            return -math.inf
+        columns = self.columns(members)
+        products = self.total[np.ix_(columns, columns)] / self.spread
+        precision = products + np.eye(len(columns))
+        own = self.total[columns, 0] / self.spread
+        coefficients = np.linalg.solve(precision, own)
+        at = 0
+        for one in sorted(members):
+            width = self.places[one].stop - self.places[one].start
+            if self.terms[one].positive and np.any(coefficients[at : at + width] < 0.0):
+                return -math.inf
+            at += width
+        evidence = 0.5 * float(own @ coefficients) - 0.5 * float(np.linalg.slogdet(precision)[1])
+        return evidence + sum(self.prior(one) for one in members)
+
+    def prior(self, one: int) -> float:
+        """Return the log odds of a term before anything is seen."""
+        names = len({term.key for term in self.terms})
+        return self.terms[one].plausibility - math.log(names) - DOUBT
+
+    def best(self, members: Set) -> Set:
+        """Return the best set that growing, swapping and thinning lead to from a set."""
+        everything = range(len(self.terms))
+        while True:
+            moves = [members | {one} for one in everything if one not in members and len(members) < MOST]
+            moves += [members - {one} for one in members]
+            moves += [members - {old} | {new} for old in members for new in everything if new not in members]
+            if not members:
+                moves += self._pairs()
+            better = max(moves, key=self.worth, default=members)
+            if self.worth(better) <= self.worth(members) + 1e-9:
+                return members
+            members = better
+
+    def _pairs(self) -> list[Set]:
+        """Return the pairs of the likeliest terms, for effects that hide each other."""
+        singles = sorted(range(len(self.terms)), key=lambda one: -self.worth(frozenset({one})))
+        return [frozenset(pair) for pair in combinations(singles[:40], 2)]
+
+    def probabilities(self) -> dict[Set, float]:
+        """Return the posterior probabilities of all sets compared."""
+        top = max(self.known.values())
+        weights = {one: math.exp(value - top) for one, value in self.known.items() if value > top - 30.0}
+        whole = sum(weights.values())
+        return {one: weight / whole for one, weight in weights.items()}
+
+
+def inclusion(choice: Choice) -> dict[tuple[str, str], float]:
+    """Return the probability of every effect on every component to be in the right set."""
+    found: dict[tuple[str, str], float] = {}
+    for members, probability in choice.probabilities().items():
+        for key in {choice.terms[one].key for one in members}:
+            found[key] = found.get(key, 0.0) + probability
+    return found
+
+
+def rivals(choice: Choice, chosen: Set, member: int) -> list[tuple[tuple[str, str], float]]:
+    """Return what stands in a member's place in the sets that do without it, likeliest first."""
+    own = choice.terms[member].key
+    rest = {choice.terms[one].key for one in chosen} - {own}
+    found: dict[tuple[str, str], float] = {}
+    for members, probability in choice.probabilities().items():
+        keys = {choice.terms[one].key for one in members}
+        if own in keys:
+            continue
+        for key in keys - rest:
+            found[key] = found.get(key, 0.0) + probability
+    return sorted(found.items(), key=lambda item: -item[1])
+
+
+def decoded(choice: Choice, chosen: Sequence[int] | Set) -> list[tuple[int, Array, Array]]:
+    """Return of each member its number, coefficients and their covariance, in sorted order."""
+    coefficients, covariance = choice.solved(chosen)
+    found, at = [], 0
+    for one in sorted(chosen):
+        width = choice.places[one].stop - choice.places[one].start
+        own = slice(at, at + width)
+        found.append((one, coefficients[own], covariance[own, own]))
+        at += width
+    return found

@@ -1,0 +1,51 @@
+"""`diagnose`: from recordings of one robot to what its simulation leaves out, and how sure that is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mismatch.answer import answer
+from mismatch.diagnosis import Diagnosis
+from mismatch.folds import folds_of
+from mismatch.investigate import STEPS, investigate
+from mismatch.refine import refine
+from mismatch.signals import signals_of
+from mismatch.validate import check, too_little
+from mismatch.windows import windows_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from mismatch.investigate import Progress
+    from vehicle.recording import Recording
+
+
+def diagnose(
+    recordings: Sequence[Recording],
+    *,
+    without: Iterable[str] = (),
+    progress: Progress = lambda _done, _all, _doing: None,
+) -> Diagnosis:
+    """Return where a simulation of the robot and recordings of it differ, and which physics that is.
+
+    Args:
+        recordings: of one robot, all with the same `vehicle.toml`.
+        without: effects to leave out of the library.
+        progress: is told how much is done, of how much, and what is being done.
+
+    Raises:
+        RecordingError: recordings of two robots, a clock that jumps, a channel or poses that do not fit.
+    """
+    check(recordings)
+    names = tuple(one.source for one in recordings)
+    robot = recordings[0].vehicle.name
+    reason = too_little(recordings)
+    if reason:
+        return Diagnosis("insufficient", reason, robot=robot, recordings=names, drive_next=(reason,))
+    windows = [windows_of(signals_of(one)) for one in recordings]
+    found = investigate(windows, folds_of(windows), without=without, progress=progress)
+    progress(STEPS - 1, STEPS, "fitting what was found")
+    refined = refine(found)
+    diagnosis = answer(found, refined)
+    progress(STEPS, STEPS, "done")
+    return diagnosis

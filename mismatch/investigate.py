@@ -1,0 +1,117 @@
+"""The search for what a simulation leaves out of recordings: noise, candidates, proposals, in turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from mismatch.bank import add_bank
+from mismatch.choose import EMPTY, Choice
+from mismatch.noise import Noise, estimate_noise
+from mismatch.refine import settle
+from mismatch.regression import Regression
+from mismatch.scan import merged, proposals
+from mismatch.terms import smooth_terms
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from mismatch.choose import Set
+    from mismatch.terms import Term
+    from mismatch.windows import Windows
+    from vcan_sim.effects.effect import Effect
+
+    Progress = Callable[[int, int, str], None]
+
+ROUNDS = 4  # of proposals; a recording with one bump under each wheel needs as many
+# Effects that stand for what may be wrong with any robot, while nothing is chosen yet.
+_USUAL = {"wheel_diameter", "wheelbase", "joint_bias", "link_bias", "wheel_eccentricity", "latency"}
+COARSE = 0.09  # [s] to which moments are settled while the search goes on
+STEPS = 10  # that a progress bar sees
+
+
+@dataclass(slots=True)
+class Investigation:
+    """What the search came to.
+
+    Attributes:
+        regression: the whitened recordings, with the columns of all candidates.
+        choice: the candidates and the sets of them that were compared.
+        chosen: the best set.
+    """
+
+    regression: Regression
+    choice: Choice
+    chosen: Set
+
+    def members(self) -> list[Term]:
+        """Return the terms of the best set, in order."""
+        return [self.choice.terms[one] for one in sorted(self.chosen)]
+
+
+def investigate(
+    windows: Sequence[Windows],
+    folds: Sequence[NDArray[np.int64]],
+    *,
+    without: Iterable[str] = (),
+    base: Sequence[Effect] = (),
+    progress: Progress = lambda _done, _all, _doing: None,
+) -> Investigation:
+    """Return the set of effects that explains recordings best.
+
+    Args:
+        windows: of each recording.
+        folds: of each recording, as `folds_of` gives them.
+        without: effects to leave out of the library.
+        base: effects about which the model is linear.
+        progress: is told how much is done, of how much, and what is being done.
+    """
+    left_out = set(without)
+    progress(0, STEPS, "signatures of all effects")
+    terms = [one for one in smooth_terms([own.signals for own in windows]) if one.effect not in left_out]
+    regression = Regression(windows, Noise(), base, folds)
+    places = regression.add(terms)
+    progress(2, STEPS, "noise levels")
+    usual = [number for number, one in enumerate(terms) if one.effect in _USUAL]
+    _estimate(regression, places, usual)
+    choice = Choice(terms, places, regression.total)
+    progress(4, STEPS, "comparing sets of effects")
+    chosen = choice.best(EMPTY)
+    for turn in range(ROUNDS):
+        progress(5 + turn, STEPS, "looking for events")
+        proposed = proposals(regression, choice, chosen)
+        new = [one for one in merged(terms, proposed) if one.effect not in left_out]
+        places += regression.add(new)
+        terms += new
+        before = {terms[one].key for one in chosen}
+        choice = Choice(terms, places, regression.total)
+        chosen = choice.best(chosen)
+        settled = settle(regression, [terms[one] for one in sorted(chosen)], COARSE)
+        moved = merged(terms, settled)
+        places += regression.add(moved)
+        terms += moved
+        chosen = frozenset(number for number, one in enumerate(terms) if any(one is own for own in moved)) | {
+            one for one in chosen if terms[one].key not in {own.key for own in moved}
+        }
+        _estimate(regression, places, chosen)
+        choice = Choice(terms, places, regression.total)
+        chosen = choice.best(chosen)
+        if turn > 0 and (not new or {terms[one].key for one in chosen} == before):
+            break
+    progress(9, STEPS, "what no effect explains")
+    if "unknown" not in left_out:
+        unknown, at = add_bank(regression)
+        terms, places = [*terms, *unknown], [*places, *at]
+        choice = Choice(terms, places, regression.total)
+        chosen = choice.best(chosen)
+    return Investigation(regression, choice, chosen)
+
+
+def _estimate(regression: Regression, places: Sequence[slice], nuisances: Iterable[int]) -> None:
+    """Estimate the noise with some terms as nuisances, and whiten with it."""
+    columns = [0, *(column for one in nuisances for column in range(places[one].start, places[one].stop))]
+    picked = [(push[:, :, columns], seen[:, :, columns]) for push, seen in regression.raw]
+    regression.whiten(estimate_noise(regression.windows, picked, regression.noise))

@@ -1,0 +1,91 @@
+"""The robot with effects in it, driven by the wheel motion that was recorded: what it would have shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mismatch.windows import pushed
+from vcan_sim.effects.effect import stage_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mismatch.signals import Signals
+    from mismatch.windows import Windows
+    from vcan_sim.effects.block import Block
+    from vcan_sim.effects.effect import Effect
+    from vehicle.se2 import Array
+
+Columns = tuple["Array", "Array"]
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What a set of effects does to one recording.
+
+    Attributes:
+        inputs: (M, n) what the robot does otherwise than the trajectory.
+        offset: (M + 1, R) what its sensors show beyond what is there.
+    """
+
+    inputs: Array
+    offset: Array
+
+
+def replayed(signals: Signals, effects: Sequence[Effect]) -> Block:
+    """Return the recording's steps with effects in them, stage after stage."""
+    block = signals.block
+    for effect in effects:
+        if stage_of(effect) == "encoder":
+            block = effect.recover(block)[0]
+    for effect in effects:
+        if stage_of(effect) == "travel":
+            block = effect.act(block)[0]
+    block = block.rolled()
+    for stage in ("body", "reading"):
+        for effect in effects:
+            if stage_of(effect) == stage:
+                block = effect.act(block)[0]
+    return block
+
+
+def response(windows: Windows, effects: Sequence[Effect]) -> Response:
+    """Return what effects do to one recording, beyond the nominal robot."""
+    signals = windows.signals
+    block = replayed(signals, effects)
+    more = block.twist - signals.block.twist
+    states = windows.transition.shape[1]
+    inputs = windows.drift + (pushed(signals, windows.ends, more, states) if np.any(more) else 0.0)
+    offset = np.zeros(windows.measured.shape)
+    if windows.linkage:
+        shown = block.reading - signals.block.reading
+        offset[:, :3] = np.concatenate((shown[:1], shown))[windows.ends]
+    _age_poses(windows, effects, offset)
+    return Response(inputs, offset)
+
+
+def _age_poses(windows: Windows, effects: Sequence[Effect], offset: Array) -> None:
+    """Let poses be of an earlier time than they say."""
+    signals = windows.signals
+    for effect in effects:
+        if stage_of(effect) != "poses":
+            continue
+        for truck in range(len(signals.trucks)):
+            for axis in range(3):
+                row = windows.linkage + 3 * truck + axis
+                when, own = windows.when[:, row], signals.path[:, truck, axis]
+                then = when - effect.age(when, signals.time[0])
+                offset[:, row] += np.interp(then, signals.time, own) - np.interp(when, signals.time, own)
+
+
+def data(windows: Windows, base: Response) -> Columns:
+    """Return the data's column: inputs `(M, n)` and measurements `(M + 1, R)`, about a base of effects."""
+    return base.inputs, windows.measured - base.offset
+
+
+def column(base: Response, changed: Response, step: float) -> Columns:
+    """Return an effect's column, by the difference to the base over a step of its parameter."""
+    return (base.inputs - changed.inputs) / step, (changed.offset - base.offset) / step

@@ -1,0 +1,212 @@
+"""From the linear search to the effects themselves: moments to the sample, parameters by Gauss-Newton."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mismatch.choose import Choice, decoded
+from mismatch.folds import folds_of
+from mismatch.regression import Regression
+from mismatch.terms import WAVES, Term, term
+from mismatch.windows import windows_of
+from vcan_sim.effects import effect_named
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mismatch.investigate import Investigation
+    from vcan_sim.effects.effect import Effect
+    from vehicle.se2 import Array
+
+AROUND = 0.6  # [s] before and after an event in which every sample is measured
+_PATIENCE = 12  # moves in one direction
+TURNS = 2  # of Gauss-Newton: the effects are small, and the second turn changes them by their square
+
+
+@dataclass(frozen=True, slots=True)
+class Refined:
+    """Effects as they fit best.
+
+    Attributes:
+        terms: of the best set, with what is not linear refined.
+        effects: one for each term.
+        values: of each term's coefficients `(k,)`.
+        covariances: of them `(k, k)`.
+        regression: about the effects, with the terms' columns.
+        places: of the columns.
+    """
+
+    terms: tuple[Term, ...]
+    effects: tuple[Effect, ...]
+    values: tuple[Array, ...]
+    covariances: tuple[Array, ...]
+    regression: Regression
+    places: tuple[slice, ...]
+
+
+def refine(found: Investigation) -> Refined:
+    """Return the best set's effects with all of their parameters fitted to the recordings."""
+    members = found.members()
+    windows = [
+        windows_of(
+            one.signals, [(at - AROUND, at + AROUND) for member in members for at in events_of(member)]
+        )
+        for one in found.regression.windows
+    ]
+    noise, folds = found.regression.noise, folds_of(windows)
+    regression = Regression(windows, noise, (), folds)
+    terms = settle(regression, members)
+    choice = Choice(terms, regression.add(terms), regression.total)
+    values = [coefficients for _, coefficients, _ in decoded(choice, range(len(terms)))]
+    effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
+    for _ in range(TURNS):
+        regression = Regression(windows, noise, effects, folds)
+        choice = Choice(terms, regression.add(terms), regression.total)
+        moved = decoded(choice, range(len(terms)))
+        values = [own + step for own, (_, step, _) in zip(values, moved, strict=True)]
+        effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
+    regression = Regression(windows, noise, effects, folds)
+    places = regression.add(terms)
+    last = decoded(Choice(terms, places, regression.total), range(len(terms)))
+    return Refined(
+        tuple(terms),
+        tuple(effects),
+        tuple(values),
+        tuple(covariance for _, _, covariance in last),
+        regression,
+        tuple(places),
+    )
+
+
+def events_of(member: Term) -> list[float]:
+    """Return the moments [s] at which something happens in a term."""
+    if "times" in member.fixed:
+        return list(member.fixed["times"])
+    if "time" in member.fixed:
+        return [member.fixed["time"]]
+    return [edge for interval in member.fixed.get("intervals", ()) for edge in interval]
+
+
+def settle(regression: Regression, members: Sequence[Term], finest: float = 0.0) -> list[Term]:
+    """Return members with moments, intervals and thresholds where they fit best, one after the other.
+
+    Args:
+        regression: to whose recordings they are to fit; it is left as it was.
+        members: of a set of terms.
+        finest: step below which to stop.
+    """
+    split = [part for member in members for part in _parts(member)]
+    places = regression.add(split)
+    for number, member in enumerate(split):
+        for step in _steps(regression, member):
+            for _ in range(_PATIENCE if step >= finest else 0):
+                best = _best(regression, split, places, number, _moved(member, step))
+                if best is None:
+                    break
+                split[number] = best
+    if places:
+        regression.drop(places[0].start)
+    settled = []
+    for member in members:
+        own = [one for one in split if one.key == member.key]
+        if member.effect == "bump":
+            times = tuple(sorted({time for one in own for time in one.fixed["times"]}))
+            settled.append(term("bump", member.component, _tries(regression), times=times))
+        else:
+            settled.append(replace(own[0], plausibility=member.plausibility))
+    return settled
+
+
+def _tries(regression: Regression) -> int:
+    return sum(len(one.ends) for one in regression.windows)
+
+
+def _parts(member: Term) -> list[Term]:
+    """Return a term for each of a member's bumps, or the member."""
+    if member.effect != "bump":
+        return [member]
+    return [term("bump", member.component, times=(time,)) for time in member.fixed["times"]]
+
+
+def _best(
+    regression: Regression,
+    terms: Sequence[Term],
+    places: Sequence[slice],
+    number: int,
+    offers: Sequence[Term],
+) -> Term | None:
+    """Return the offer that beats a term in its set, its columns in the term's place, or None."""
+    if not offers:
+        return None
+    columns = regression.add(offers)
+    choice = Choice([*terms, *offers], [*places, *columns], regression.total, repeats=True)
+    chosen = frozenset(range(len(terms)))
+    worths = [choice.worth(chosen - {number} | {len(terms) + at}) for at in range(len(offers))]
+    at = int(np.argmax(worths))
+    better = worths[at] > choice.worth(chosen) + 1e-6
+    if better:
+        regression.replace(places[number], columns[at])
+    regression.drop(columns[0].start)
+    return offers[at] if better else None
+
+
+def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
+    """Return by how much to move what is not linear, coarse to fine [s, m/s]."""
+    sample = float(regression.windows[0].signals.recording.vehicle.bus.sync_period)
+    if member.effect == "bump":
+        return 0.3, 0.1, 0.04, sample
+    if member.effect == "count_loss":
+        return 0.05, 0.02, 0.005
+    if member.effect in {"radius_step", "slip_patch"}:
+        return 4.0, 1.5, 0.5, 0.2, 0.06, sample
+    return ()
+
+
+def _moved(member: Term, step: float) -> list[Term]:
+    """Return a term with what is not linear moved by a step to either side."""
+    found = []
+    for sign in (-step, step):
+        if "times" in member.fixed:
+            found.append({"times": tuple(time + sign for time in member.fixed["times"])})
+        elif "time" in member.fixed:
+            found.append({"time": member.fixed["time"] + sign})
+        elif "above" in member.fixed:
+            found.append({"above": max(0.01, member.fixed["above"] + sign)})
+        else:
+            start, end = member.fixed["intervals"][0]
+            found += [{"intervals": ((start + sign, end),)}, {"intervals": ((start, end + sign),)}]
+    spans = [one["intervals"][0] for one in found if "intervals" in one]
+    if any(end <= start for start, end in spans):
+        return []
+    return [term(member.effect, member.component, **fixed) for fixed in found]
+
+
+def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
+    """Return the standard deviations of the parameters that a term's coefficients tell.
+
+    Args:
+        member: the term.
+        effect: that was built of it.
+        covariance: (k, k) of its coefficients.
+    """
+    scale = next(one.scale for one in effect_named(member.effect).parameters if one.name == member.linear)
+    if member.linear in WAVES:
+        angle_name = WAVES[member.linear]
+        size = max(getattr(effect, member.linear) / scale, 1e-9)
+        angle = getattr(effect, angle_name)
+        along, across = (
+            np.array([math.cos(angle), math.sin(angle)]),
+            np.array([-math.sin(angle), math.cos(angle)]),
+        )
+        return {
+            member.linear: scale * math.sqrt(float(along @ covariance @ along)),
+            angle_name: min(math.sqrt(float(across @ covariance @ across)) / size, math.pi),
+        }
+    deviations = scale * np.sqrt(np.diag(covariance))
+    if member.linear == "lost":
+        return {"lost": tuple(deviations.tolist())}
+    return {member.linear: float(deviations[0])}

@@ -1,0 +1,254 @@
+"""Looking for effects at a place: where and when a wheel lost way, changed its size, or beats.
+
+Proposals only: each is a term that then has to stand against all others. Bumps come from the filter's
+adjoint, window by window; patches, steps and harmonics from columns at the windows' own pace.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mismatch.terms import term
+from mismatch.whitening import adjoint
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from mismatch.choose import Choice, Set
+    from mismatch.regression import Regression
+    from mismatch.terms import Term
+    from mismatch.windows import Windows
+    from vehicle.se2 import Array
+
+EVENT = 4.0  # sigma from which one window among a thousand is worth a look
+ORDERS = tuple(range(2, 41))
+_SHORTEST = 1.5  # [s] of a patch
+_CHUNK = 256
+
+
+@dataclass(frozen=True, slots=True)
+class Leftover:
+    """What a set of terms leaves.
+
+    Attributes:
+        rows: (V,) whitened residual.
+        columns: (V, k) whitened columns of the set.
+        inverse: (k, k) inverse of their products, with the prior.
+    """
+
+    rows: Array
+    columns: Array
+    inverse: Array
+
+    def strength(self, added: Array) -> Array:
+        """Return by how many sigma (C,) each of added columns (V, C) would be estimated, signed."""
+        shared = self.columns.T @ added
+        free = np.einsum("vc,vc->c", added, added) - np.einsum("kc,kl,lc->c", shared, self.inverse, shared)
+        return np.asarray((self.rows @ added) / np.sqrt(np.maximum(free, 1e-12)))
+
+
+def leftover(regression: Regression, choice: Choice, chosen: Set) -> Leftover:
+    """Return what a set of terms leaves of a recording."""
+    columns = choice.columns(chosen)
+    coefficients, covariance = choice.solved(chosen)
+    own = regression.white[:, columns]
+    return Leftover(regression.white[:, 0] - own @ coefficients, own, covariance / choice.spread)
+
+
+def proposals(regression: Regression, choice: Choice, chosen: Set) -> list[Term]:
+    """Return terms that a leftover calls for: bumps, patches, steps of the radius, gear harmonics."""
+    left = leftover(regression, choice, chosen)
+    found = _bumps(regression, left)
+    for build in (_patches, _steps, _harmonics):
+        found += build(regression, left)
+    return found
+
+
+def shocks(regression: Regression, left: Leftover) -> list[tuple[Array, Array]]:
+    """Return of each recording the scores `(M, n)` and informations `(M, n, n)` of a push in each window."""
+    answers = []
+    for number, (windows, run) in enumerate(zip(regression.windows, regression.filters, strict=True)):
+        white = np.full(run.spread.shape, np.nan)
+        mine = regression.owner == number
+        white[regression.moment[mine], regression.channel[mine]] = left.rows[mine]
+        answers.append(adjoint(run.transition, windows.observe, run.gains, run.spread, white))
+    return answers
+
+
+def lost_way(windows: Windows, scores: Array, informations: Array) -> tuple[Array, Array]:
+    """Return the way (M, W) that each wheel lost in each window [m], and by how many sigma."""
+    rolled = np.add.reduceat(windows.signals.block.travel, windows.ends[:-1], axis=0)
+    lever = -np.sign(rolled)[:, :, None] * windows.lever
+    score = np.einsum("mwn,mn->mw", lever, scores)
+    information = np.einsum("mwi,mij,mwj->mw", lever, informations, lever)
+    sure = information > 0.0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(sure, score / information, 0.0), np.where(sure, score / np.sqrt(information), 0.0)
+
+
+def _bumps(regression: Regression, left: Leftover) -> list[Term]:
+    """Propose bumps under each wheel: all windows that stand out, and the strongest few of them."""
+    peaks: dict[str, list[tuple[float, float]]] = {}
+    for windows, (scores, informations) in zip(regression.windows, shocks(regression, left), strict=True):
+        _, sigmas = lost_way(windows, scores, informations)
+        for number, wheel in enumerate(windows.signals.recording.vehicle.wheels):
+            own = sigmas[:, number]
+            best_of_all = own >= sigmas.max(axis=1) - 1e-9
+            high = np.flatnonzero((own > EVENT) & best_of_all)
+            for window in _apart(high, own):
+                peaks.setdefault(wheel, []).append((float(own[window]), float(windows.time[window])))
+    windows_in_all = sum(len(windows.ends) for windows in regression.windows)
+    found = []
+    for wheel, own in peaks.items():
+        ranked = sorted(own, reverse=True)[:24]
+        for count in sorted({1, 2, 4, 8, len(ranked)}):
+            if count <= len(ranked):
+                times = tuple(sorted(time for _, time in ranked[:count]))
+                found.append(term("bump", wheel, windows_in_all, times=times))
+    return found
+
+
+def _apart(high: Array, sigmas: Array) -> list[int]:
+    """Return the strongest of windows that lie next to each other."""
+    chosen: list[int] = []
+    for window in sorted(high.tolist(), key=lambda one: -sigmas[one]):
+        if all(abs(window - other) > 2 for other in chosen):
+            chosen.append(window)
+    return chosen
+
+
+def strengths(regression: Regression, left: Leftover, build: Callable[[Windows], Array], count: int) -> Array:
+    """Return by how many sigma each of many columns would be estimated, `(C,)`.
+
+    Args:
+        regression: whose recordings to look at.
+        left: what is left of them.
+        build: the inputs (M, n, C) of the columns for one recording.
+        count: C.
+    """
+    inputs = [build(windows) for windows in regression.windows]
+    answer = np.zeros(count)
+    for first in range(0, count, _CHUNK):
+        own = slice(first, min(first + _CHUNK, count))
+        rows = []
+        for number, (windows, push) in enumerate(zip(regression.windows, inputs, strict=True)):
+            still = np.zeros((*windows.measured.shape, own.stop - own.start))
+            white = regression.filters[number].whiten(-push[:, :, own], still)
+            mine = regression.owner == number
+            rows.append(white[regression.moment[mine], regression.channel[mine]])
+        answer[own] = left.strength(np.concatenate(rows))
+    return answer
+
+
+def _travelled(windows: Windows) -> Array:
+    """Return the way (M, W) of each wheel in each window [m]."""
+    return np.add.reduceat(windows.signals.block.travel, windows.ends[:-1], axis=0)
+
+
+def _patches(regression: Regression, left: Leftover) -> list[Term]:
+    """Propose a stretch of time in which a wheel slipped, of any length, at any place."""
+    spans = [
+        (number, start, start + length)
+        for number, windows in enumerate(regression.windows)
+        for start, length in _stretches(windows.time[0], windows.time[-1])
+    ]
+    wheels = regression.windows[0].signals.recording.vehicle.wheels
+
+    def build(windows: Windows) -> Array:
+        way = _travelled(windows)
+        middle = 0.5 * (windows.time[1:] + windows.time[:-1])
+        inputs = np.zeros((*windows.transition.shape[:2], len(spans) * len(wheels)))
+        for at, (number, start, end) in enumerate(spans):
+            if regression.windows[number] is windows:
+                inside = np.flatnonzero((middle > start) & (middle < end))
+                for wheel in range(len(wheels)):
+                    inputs[inside, :, at * len(wheels) + wheel] = (
+                        -way[inside, wheel, None] * windows.lever[inside, wheel]
+                    )
+        return inputs
+
+    sigmas = strengths(regression, left, build, len(spans) * len(wheels)).reshape(len(spans), len(wheels))
+    found = []
+    for number, wheel in enumerate(wheels):
+        for at in np.argsort(-sigmas[:, number])[:2]:
+            if sigmas[at, number] > EVENT:
+                interval = (float(spans[at][1]), float(spans[at][2]))
+                found.append(term("slip_patch", wheel, len(spans), intervals=(interval,)))
+    return found
+
+
+def _stretches(start: float, end: float) -> list[tuple[float, float]]:
+    """Return starts and lengths that overlap by half, each length twice the one before."""
+    found, length = [], _SHORTEST
+    while length < 0.6 * (end - start):
+        found += [(float(at), length) for at in np.arange(start, end - 0.5 * length, 0.5 * length)]
+        length *= 2.0
+    return found
+
+
+def _steps(regression: Regression, left: Leftover) -> list[Term]:
+    """Propose a moment at which a wheel's radius changed."""
+    wheels = regression.windows[0].signals.recording.vehicle.wheels
+    moments = [
+        float(moment)
+        for windows in regression.windows
+        for moment in np.linspace(windows.time[0], windows.time[-1], 18)[1:-1]
+    ]
+
+    def build(windows: Windows) -> Array:
+        way = _travelled(windows)
+        middle = 0.5 * (windows.time[1:] + windows.time[:-1])
+        inputs = np.zeros((*windows.transition.shape[:2], len(moments) * len(wheels)))
+        for at, moment in enumerate(moments):
+            late = middle > moment
+            for wheel in range(len(wheels)):
+                inputs[late, :, at * len(wheels) + wheel] = (
+                    way[late, wheel, None] * windows.lever[late, wheel]
+                )
+        return inputs
+
+    sigmas = np.abs(strengths(regression, left, build, len(moments) * len(wheels))).reshape(-1, len(wheels))
+    found = []
+    for number, wheel in enumerate(wheels):
+        at = int(np.argmax(sigmas[:, number]))
+        if sigmas[at, number] > EVENT:
+            found.append(term("radius_step", wheel, len(moments), time=moments[at]))
+    return found
+
+
+def _harmonics(regression: Regression, left: Leftover) -> list[Term]:
+    """Propose an order at which a wheel's travel beats."""
+    wheels = regression.windows[0].signals.recording.vehicle.wheels
+
+    def build(windows: Windows) -> Array:
+        angle = windows.signals.recording
+        inputs = np.zeros((*windows.transition.shape[:2], 2 * len(ORDERS) * len(wheels)))
+        at = 0
+        for number, wheel in enumerate(wheels):
+            turned = angle.wheel_angle(wheel)[windows.ends]
+            for order in ORDERS:
+                for quarter in (0.0, 0.5 * np.pi):
+                    gained = np.diff(np.cos(order * turned + quarter))
+                    inputs[:, :, at] = gained[:, None] * windows.lever[:, number]
+                    at += 1
+        return inputs
+
+    sigmas = strengths(regression, left, build, 2 * len(ORDERS) * len(wheels))
+    power = (sigmas.reshape(len(wheels), len(ORDERS), 2) ** 2).sum(axis=2)
+    found = []
+    for number, wheel in enumerate(wheels):
+        found += [
+            term("gear_harmonic", wheel, len(ORDERS), order=float(ORDERS[at]))
+            for at in np.argsort(-power[number])[:2]
+            if power[number, at] > EVENT**2
+        ]
+    return found
+
+
+def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:
+    """Return the new terms that are not among the known ones."""
+    seen = [(one.key, one.fixed) for one in known]
+    return [one for one in new if (one.key, one.fixed) not in seen]

@@ -1,0 +1,218 @@
+"""A recording as the signals that effects act on, and the trajectory about which the model is linear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vcan_sim.effects.block import Block
+from vehicle.linkage import follower, linkage_of
+from vehicle.se2 import Array, between, compose, wrap
+
+if TYPE_CHECKING:
+    from vehicle.parameters import TruckName
+    from vehicle.recording import Poses, Recording
+
+AHEAD = 0.25  # [s] that odometry looks ahead for what a linkage is about to read
+SMOOTHING = 0.2  # [s] over which a wheel's speed is taken: long against a count, short against a servo
+_COARSE = 0.5  # [s] into which dense poses are averaged before the trajectory follows them
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """One recording on its way through the diagnosis.
+
+    Attributes:
+        recording: itself.
+        name: for people.
+        block: its N - 1 steps, as the nominal robot would have driven them. Its readings are those that
+            odometry foresees from a moment before: what the floor's roughness adds to a reading would
+            otherwise stand on both sides of a regression on readings.
+        path: (N, T, 3) poses of the trucks about which the model is linear, headings unwrapped.
+        reading: (N, 3) of joint_a, joint_b [rad] and link [m]; no columns with a single truck.
+        resolution: (3,) one count of each of them [rad, rad, m]; empty likewise.
+        poses: measured from outside, in order of time and within the samples; empty without.
+    """
+
+    recording: Recording
+    name: str
+    block: Block
+    path: Array
+    reading: Array
+    resolution: Array
+    poses: Poses | None
+
+    @property
+    def trucks(self) -> tuple[TruckName, ...]:
+        """Names of the trucks."""
+        return tuple(self.recording.vehicle.trucks)
+
+    @property
+    def time(self) -> Array:
+        """Times of the samples, `(N,)` [s]."""
+        return self.recording.time
+
+
+def signals_of(recording: Recording, name: str = "") -> Signals:
+    """Return a recording's signals, with all of its effects still in it."""
+    vehicle, time = recording.vehicle, recording.time
+    period = np.diff(time)
+    angle = np.stack([recording.wheel_angle(wheel) for wheel in vehicle.wheels], axis=1)
+    radius = np.array([0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels])
+    wheelbase = np.array([truck.wheelbase for truck in vehicle.trucks.values()])
+    turned = np.diff(angle, axis=0)
+    speed, acceleration = _rates(radius * angle, time)
+    reading = _readings(recording)
+    poses = _usable(recording)
+    travel = radius * turned
+    yaw = (travel[:, 1::2] - travel[:, 0::2]) / wheelbase
+    forward = 0.5 * (travel[:, 1::2] + travel[:, 0::2])
+    path = _path(recording, np.stack([forward, np.zeros_like(yaw), yaw], axis=-1), reading, poses)
+    block = Block(
+        time=time[1:],
+        period=period,
+        angle=angle[1:],
+        turned=turned,
+        speed=speed,
+        acceleration=acceleration,
+        wheelbase=wheelbase,
+        heading=0.5 * (path[1:, :, 2] + path[:-1, :, 2]),
+        travel=travel,
+        twist=np.zeros((len(period), len(wheelbase), 3)),
+        reading=_foreseen(path, travel, wheelbase, time)[1:],
+        rest=0.0 if vehicle.linkage is None else vehicle.linkage.length,
+    )
+    resolution = np.array(
+        [abs(vehicle.encoder(name).scale) for name in vehicle.channels if name not in vehicle.wheels]
+    )
+    return Signals(recording, name or recording.source, block.rolled(), path, reading, resolution, poses)
+
+
+def _foreseen(path: Array, travel: Array, wheelbase: Array, time: Array) -> Array:
+    """Return the readings (N, 3) that odometry foresees from the last of evenly spaced moments."""
+    if path.shape[1] == 1:
+        return np.zeros((len(path), 0))
+    moments = np.searchsorted(time, np.arange(time[0], time[-1], AHEAD))
+    index = np.arange(len(time))
+    origin = moments[np.maximum(np.searchsorted(moments, index, side="left") - 1, 0)]
+    ahead = []
+    for truck in range(2):
+        left, right = travel[:, 2 * truck], travel[:, 2 * truck + 1]
+        yaw = (right - left) / wheelbase[truck]
+        twist = np.stack([0.5 * (left + right), np.zeros_like(yaw), yaw], axis=1)
+        driven = integrated(twist, path[0, truck])
+        ahead.append(compose(path[origin, truck], between(driven[origin], driven)))
+    foreseen = expected_reading(np.stack(ahead, axis=1))
+    actual = expected_reading(path)
+    foreseen[:, :2] = actual[:, :2] + wrap(foreseen[:, :2] - actual[:, :2])
+    return foreseen
+
+
+def _rates(way: Array, time: Array) -> tuple[Array, Array]:
+    """Return the smoothed speed [m/s] and acceleration [m/s^2] of wheels in each step, `(N - 1, W)`."""
+    period = float(np.median(np.diff(time)))
+    half = max(1, round(0.5 * SMOOTHING / period))
+    index = np.arange(len(time))
+    before, after = np.maximum(index - half, 0), np.minimum(index + half, len(time) - 1)
+    speed = (way[after] - way[before]) / np.maximum(time[after] - time[before], period)[:, None]
+    acceleration = (speed[after] - speed[before]) / np.maximum(time[after] - time[before], period)[:, None]
+    return 0.5 * (speed[1:] + speed[:-1]), 0.5 * (acceleration[1:] + acceleration[:-1])
+
+
+def _readings(recording: Recording) -> Array:
+    if recording.vehicle.linkage is None:
+        return np.zeros((len(recording), 0))
+    joints = [recording.joint_angle("joint_a"), recording.joint_angle("joint_b")]
+    return np.stack([*joints, recording.link_length()], axis=1)
+
+
+def _usable(recording: Recording) -> Poses | None:
+    """Return the poses within the recording's time of which something is known."""
+    poses, time = recording.poses, recording.time
+    if poses is None:
+        return None
+    known = np.isfinite(poses.pose).any(axis=1)
+    known &= (
+        (poses.time >= time[0])
+        & (poses.time <= time[-1])
+        & np.isin(poses.body, list(recording.vehicle.trucks))
+    )
+    if not known.any():
+        return None
+    order = np.flatnonzero(known)[np.argsort(poses.time[known], kind="stable")]
+    return type(poses)(poses.time[order], poses.body[order], poses.pose[order], poses.sigma[order])
+
+
+def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | None) -> Array:
+    """Return poses (N, T, 3): odometry of truck a drawn to the poses, truck b where the linkage has it."""
+    time = recording.time
+    own = None if poses is None else _averaged(poses.of("a"))
+    first = np.zeros(3) if own is None else _start(own)
+    lead = integrated(twist[:, 0], first)
+    if own is not None and len(own.time) > 0:
+        heading = np.isfinite(own.pose[:, 2])
+        if heading.any():
+            at = own.time[heading]
+            off = np.unwrap(wrap(own.pose[heading, 2] - np.interp(at, time, lead[:, 2])))
+            turn = np.interp(time, at, off)
+            lead = _along(lead, twist[:, 0], turn)
+        for axis in range(2):
+            known = np.isfinite(own.pose[:, axis])
+            if known.any():
+                at = own.time[known]
+                off = own.pose[known, axis] - np.interp(at, time, lead[:, axis])
+                lead[:, axis] += np.interp(time, at, off)
+    if reading.shape[1] == 0:
+        return lead[:, None, :]
+    return np.stack([lead, follower(lead, reading[:, 0], reading[:, 1], reading[:, 2])], axis=1)
+
+
+def _averaged(poses: Poses) -> Poses:
+    """Return poses no denser than the trajectory needs to follow them: means over short stretches."""
+    if len(poses.time) < 2:
+        return poses
+    stretch = np.floor((poses.time - poses.time[0]) / _COARSE).astype(int)
+    _, group = np.unique(stretch, return_inverse=True)
+    if group[-1] + 1 == len(poses.time):
+        return poses
+    middle = np.searchsorted(group, np.arange(group[-1] + 1))
+    last = np.append(middle[1:], len(group))
+    pick = (middle + last) // 2
+    return type(poses)(poses.time[pick], poses.body[pick], poses.pose[pick], poses.sigma[pick])
+
+
+def _start(poses: Poses) -> Array:
+    """Return a start (3,) that is near the first poses; zero where nothing is known."""
+    if len(poses.time) == 0:
+        return np.zeros(3)
+    return np.where(np.isfinite(poses.pose[0]), poses.pose[0], 0.0)
+
+
+def integrated(twist: Array, start: Array) -> Array:
+    """Return poses `(N, 3)` along N - 1 twists (forward [m], left [m], yaw [rad]) on exact arcs."""
+    heading = np.concatenate(([start[2]], start[2] + np.cumsum(twist[:, 2])))
+    return _ways(start, twist, heading)
+
+
+def _along(path: Array, twist: Array, turn: Array) -> Array:
+    """Return a path turned at every sample by an angle (N,) [rad]."""
+    return _ways(path[0], twist, path[:, 2] + turn)
+
+
+def _ways(start: Array, twist: Array, heading: Array) -> Array:
+    half = 0.5 * np.diff(heading)
+    middle = heading[:-1] + half
+    chord = np.sinc(half / np.pi)
+    x = chord * (np.cos(middle) * twist[:, 0] - np.sin(middle) * twist[:, 1])
+    y = chord * (np.sin(middle) * twist[:, 0] + np.cos(middle) * twist[:, 1])
+    return np.stack(
+        [start[0] + np.append(0.0, np.cumsum(x)), start[1] + np.append(0.0, np.cumsum(y)), heading], axis=-1
+    )
+
+
+def expected_reading(path: Array) -> Array:
+    """Return what a perfect linkage reads along a path `(N, 2, 3)`: joint_a, joint_b [rad], link [m]."""
+    joint_a, joint_b, length = linkage_of(path[:, 0], path[:, 1])
+    return np.stack([joint_a, joint_b, length], axis=-1)

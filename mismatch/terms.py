@@ -1,0 +1,149 @@
+"""The candidates: every effect of the library on every component that a robot has.
+
+A term is one candidate as columns of a linear model. Its columns are probes: the effect at the size of
+one a-priori standard deviation, so that coefficients have a normal prior of unit size. A wave has two,
+a quarter of a turn apart. What is not linear (an order, a moment, intervals) is fixed in the term, and
+several terms may stand for the same effect and component.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vcan_sim.effects import EFFECTS, effect_named
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mismatch.signals import Signals
+    from vcan_sim.effects.effect import Effect
+    from vehicle.se2 import Array
+
+WAVES = {"amplitude": "phase", "rate": "direction"}  # what is linear, and the angle that goes with it
+SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
+# What is likelier before anything is seen, as a difference of log probabilities: an owner's numbers are
+# off in every robot, while the others are faults that a few have.
+_COMMON = {"wheel_diameter": 1.0, "wheelbase": 1.0, "joint_bias": 0.7, "link_bias": 0.7, "bump": 0.5}
+_RARE = {
+    "clock_drift": -1.0,
+    "count_loss": -0.7,
+    "link_eccentricity": -0.3,
+    "radius_vs_speed": -0.5,
+    "turn_scrub": -0.3,
+    "gear_harmonic": -0.5,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """A candidate at fixed values of what is not linear.
+
+    Attributes:
+        effect: of the vocabulary.
+        component: on which it acts.
+        probes: effects of a-priori size, one for each column.
+        fixed: parameters that the coefficients do not tell.
+        plausibility: log probability a priori, up to a constant.
+        positive: a coefficient below zero makes no sense.
+    """
+
+    effect: str
+    component: str
+    probes: tuple[Effect, ...]
+    fixed: dict[str, Any]
+    plausibility: float
+    positive: bool
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """What it is called."""
+        return self.effect, self.component
+
+    def built(self, coefficients: Array) -> Effect:
+        """Return the effect that has these coefficients `(k,)`."""
+        kind = effect_named(self.effect)
+        linear = self.linear
+        spec = {one.name: one for one in kind.parameters}
+        if linear in WAVES:
+            size = spec[linear].scale * math.hypot(coefficients[0], coefficients[1])
+            angle = math.atan2(coefficients[1], coefficients[0])
+            values = {linear: min(size, spec[linear].high), WAVES[linear]: angle}
+        elif linear == "lost":
+            lost = np.clip(coefficients * spec["lost"].scale, spec["lost"].low, spec["lost"].high)
+            values = {"lost": tuple(lost.tolist())}
+        else:
+            own = spec[linear]
+            value = (own.null or 0.0) + own.scale * float(coefficients[0])
+            values = {linear: min(max(value, own.low), own.high)}
+        return kind(component=self.component, **self.fixed, **values)
+
+    @property
+    def linear(self) -> str:
+        """The parameter that its coefficients tell."""
+        return effect_named(self.effect).parameters[0].name if self.effect != "bump" else "lost"
+
+
+def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # noqa: ANN401  values of whatever the effect takes
+    """Return a term; `tries` is among how many fixed values its own were looked for."""
+    kind = effect_named(effect)
+    linear = next(
+        one
+        for one in kind.parameters
+        if one.name == ("lost" if effect == "bump" else kind.parameters[0].name)
+    )
+    null = linear.null or 0.0
+    if effect == "bump":
+        times = fixed["times"]
+        probes = tuple(kind(component=component, times=(time,), lost=(linear.scale,)) for time in times)
+    elif linear.name in WAVES:
+        probes = tuple(
+            kind(component=component, **{linear.name: linear.scale, WAVES[linear.name]: angle}, **fixed)
+            for angle in (0.0, 0.5 * math.pi)
+        )
+    else:
+        probes = (kind(component=component, **{linear.name: null + linear.scale}, **fixed),)
+    plausibility = (
+        _COMMON.get(effect, 0.0) + _RARE.get(effect, 0.0) - math.log(tries) * len(fixed.get("times", (0,)))
+    )
+    positive = linear.low >= null and linear.name not in WAVES
+    return Term(effect, component, probes, dict(fixed), plausibility, positive)
+
+
+def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
+    """Return the terms of all effects that need not be looked for at a place or time."""
+    present = components_of(signals[0])
+    if not any(one.poses is not None for one in signals):
+        present -= {"poses"}
+    terms = []
+    for kind in EFFECTS:
+        for component in kind.components:
+            if component not in present or kind.name in SCANNED:
+                continue
+            if kind.name == "count_loss":
+                speeds = _speeds(signals, component)
+                terms += [term(kind.name, component, len(speeds), above=speed) for speed in speeds]
+            else:
+                terms.append(term(kind.name, component))
+    return terms
+
+
+def components_of(signals: Signals) -> set[str]:
+    """Return the components that a robot has."""
+    vehicle = signals.recording.vehicle
+    return {*vehicle.wheels, *vehicle.trucks, *vehicle.channels, "poses"}
+
+
+def _speeds(signals: Sequence[Signals], component: str) -> list[float]:
+    """Return speeds [m/s] between those that a wheel was driven at, for a loss of counts above one."""
+    number = signals[0].recording.vehicle.wheels.index(component)  # type: ignore[arg-type]
+    speed = np.concatenate([np.abs(one.block.speed[:, number]) for one in signals])
+    speed = speed[speed > 0.02]
+    if len(speed) == 0:
+        return [0.05]
+    return sorted(
+        {round(float(value), 3) for value in np.quantile(speed, [0.02, 0.15, 0.35, 0.6, 0.8, 0.92])}
+    )

@@ -1,0 +1,131 @@
+"""The Kalman filter that makes a linear model's residuals white, and its adjoint that finds disturbances.
+
+State and measurement are errors about a trajectory:
+
+    x[m + 1] = F[m] x[m] + u[m] + w[m],  w ~ (0, Q[m]);   z[m] = H[m] x[m] + v[m],  v ~ (0, diag R[m])
+
+Many columns go through one filter at once: the data, and what each effect adds to u and z. The
+innovations, divided by their standard deviations, are a regression with white noise of size one
+(Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, 1989, section 3.4.2). The
+adjoint is the disturbance smoother of de Jong (Biometrika 1988; de Jong & Penzer, JASA 1998).
+"""
+
+import numpy as np
+
+from vehicle.compiled import Array, compiled
+
+
+@compiled
+def gains_of(
+    transition: Array, process: Array, observe: Array, variance: Array, start: Array
+) -> tuple[Array, Array]:
+    """Return the filter's gains `(M + 1, R, n)` and its innovations' variances `(M + 1, R)`.
+
+    Args:
+        transition: F, (M, n, n).
+        process: Q, (M, n, n).
+        observe: H, (M + 1, R, n).
+        variance: R, (M + 1, R); nan where nothing was measured, and so is the innovation's.
+        start: (n, n) covariance of the first state, whose mean is zero.
+    """
+    moments, rows, states = observe.shape
+    gains, spread = np.zeros((moments, rows, states)), np.full((moments, rows), np.nan)
+    covariance = start.copy()
+    for moment in range(moments):
+        if moment > 0:
+            step = transition[moment - 1]
+            covariance = np.dot(np.dot(step, covariance), step.T) + process[moment - 1]
+        for row in range(rows):
+            if np.isnan(variance[moment, row]):
+                continue
+            seen = observe[moment, row]
+            carried = np.dot(covariance, seen)
+            size = np.dot(seen, carried) + variance[moment, row]
+            for one in range(states):
+                gains[moment, row, one] = carried[one] / size
+                for other in range(states):
+                    covariance[one, other] -= carried[one] * carried[other] / size
+            spread[moment, row] = size
+    return gains, spread
+
+
+@compiled
+def whiten(
+    transition: Array, inputs: Array, observe: Array, measured: Array, gains: Array, spread: Array
+) -> Array:
+    """Return whitened innovations `(M + 1, R, C)` of C columns; rows that were not measured are nan.
+
+    Args:
+        transition: F, (M, n, n).
+        inputs: u, (M, n, C).
+        observe: H, (M + 1, R, n).
+        measured: z, (M + 1, R, C).
+        gains: as `gains_of` returns them.
+        spread: likewise.
+    """
+    moments, rows, states = observe.shape
+    columns = measured.shape[2]
+    white = np.full((moments, rows, columns), np.nan)
+    state = np.zeros((states, columns))
+    for moment in range(moments):
+        if moment > 0:
+            state = np.dot(transition[moment - 1], state) + inputs[moment - 1]
+        for row in range(rows):
+            size = spread[moment, row]
+            if np.isnan(size):
+                continue
+            innovation = measured[moment, row] - np.dot(observe[moment, row], state)
+            white[moment, row] = innovation / np.sqrt(size)
+            for one in range(states):
+                gain = gains[moment, row, one]
+                if gain != 0.0:
+                    state[one] += gain * innovation
+    return white
+
+
+@compiled
+def adjoint(
+    transition: Array, observe: Array, gains: Array, spread: Array, white: Array
+) -> tuple[Array, Array]:
+    """Return the score `(M, n)` and information `(M, n, n)` of an input added in each step.
+
+    An input u = theta b in step m alone is estimated by theta = b' score / (b' information b), with
+    variance 1 / (b' information b).
+
+    Args:
+        transition: as in `whiten`.
+        observe: likewise.
+        gains: as `gains_of` returns them.
+        spread: likewise.
+        white: (M + 1, R) whitened innovations of one column.
+    """
+    moments, rows, states = observe.shape
+    scores = np.zeros((moments - 1, states))
+    informations = np.zeros((moments - 1, states, states))
+    score = np.zeros(states)
+    information = np.zeros((states, states))
+    for moment in range(moments - 1, 0, -1):
+        for row in range(rows - 1, -1, -1):
+            size = spread[moment, row]
+            if np.isnan(size):
+                continue
+            seen, gain = observe[moment, row], gains[moment, row]
+            # with L = I - gain seen': score = seen v / s + L' score,
+            # information = seen seen' / s + L' information L
+            along = np.dot(gain, score)
+            pulled = np.dot(information, gain)
+            twice = np.dot(gain, pulled)
+            for one in range(states):
+                score[one] += seen[one] * (white[moment, row] / np.sqrt(size) - along)
+                for other in range(states):
+                    information[one, other] += (
+                        seen[one] * seen[other] * (1.0 / size + twice)
+                        - seen[one] * pulled[other]
+                        - pulled[one] * seen[other]
+                    )
+        scores[moment - 1] = score
+        informations[moment - 1] = information
+        step = transition[moment - 1]
+        score = np.dot(step.T, score)
+        information = np.dot(np.dot(step.T, information), step)
+    return scores, informations
