@@ -73,7 +73,9 @@ def residuals(drive: Drive, nominal: Nominal, rows: int = WINDOW) -> NDArray[np.
     return np.column_stack([ways, own[..., 1], linkage.reshape(-1, rows, 3).mean(axis=1)])
 
 
-def above_noise(fault: NDArray[np.float64], healthy: NDArray[np.float64], floor: NDArray[np.float64]) -> float:
+def above_noise(
+    fault: NDArray[np.float64], healthy: NDArray[np.float64], floor: NDArray[np.float64]
+) -> float:
     """Return by how many standard deviations a fault's residuals differ from the healthy robot's.
 
     Args:
@@ -84,4 +86,8 @@ def above_noise(fault: NDArray[np.float64], healthy: NDArray[np.float64], floor:
     n = min(len(fault), len(healthy))
     sigma = np.hypot(healthy.std(axis=0), floor)
     z = (fault[:n] - healthy[:n].mean(axis=0)) / sigma
-    return float(np.sqrt(max(0.0, float((z**2).sum()) - float((((healthy - healthy.mean(axis=0)) / sigma) ** 2).sum()))))
+    return float(
+        np.sqrt(
+            max(0.0, float((z**2).sum()) - float((((healthy - healthy.mean(axis=0)) / sigma) ** 2).sum()))
+        )
+    )

@@ -83,7 +83,13 @@ class Controller:
     wheels: NDArray[np.float64] | None = None
 
     def speeds(
-        self, v: float, w: float, leader: int, wheels: NDArray[np.float64], joints: NDArray[np.float64], link: float
+        self,
+        v: float,
+        w: float,
+        leader: int,
+        wheels: NDArray[np.float64],
+        joints: NDArray[np.float64],
+        link: float,
     ) -> NDArray[np.float64]:
         """Return the wheel speeds [rad/s], shape (4,), that follow from readings and the program's v, w."""
         self._reckon(wheels)
@@ -103,14 +109,18 @@ class Controller:
         """Make the other truck's place the one from which the program goes on."""
         self.goal = self.pose[leader].copy()
 
-    def _follow(self, command: NDArray[np.float64], leader: int, joints: NDArray[np.float64], link: float) -> None:
+    def _follow(
+        self, command: NDArray[np.float64], leader: int, joints: NDArray[np.float64], link: float
+    ) -> None:
         """Keep the slider at rest and the following truck in line with the link."""
         other, stretch = 1 - leader, link - self.nominal.link
         along = command[leader, 0] * np.cos(joints[leader])
         pull = along + (KLINK * stretch if other == 1 else -KLINK * stretch)
         command[other, 0] = np.clip(pull / np.cos(joints[other]), -0.8, 0.8)
         across = command[:, 0] * np.sin(joints)
-        command[other, 1] = (across[0] - across[1]) / link - KJOINT * (joints[other] - self.weave * np.sin(2 * np.pi * self.time / WEAVING))
+        command[other, 1] = (across[0] - across[1]) / link - KJOINT * (
+            joints[other] - self.weave * np.sin(2 * np.pi * self.time / WEAVING)
+        )
 
     def _reckon(self, wheels: NDArray[np.float64]) -> None:
         last = wheels if self.wheels is None else self.wheels
@@ -122,7 +132,12 @@ class Controller:
 
 
 def drive(
-    robot: Robot, floor: Floor, program: Program, nominal: Nominal, hooks: tuple[Hook, ...] = (), weave: float = 0.0
+    robot: Robot,
+    floor: Floor,
+    program: Program,
+    nominal: Nominal,
+    hooks: tuple[Hook, ...] = (),
+    weave: float = 0.0,
 ) -> Drive:
     """Return the robot's drive of a program; `weave` [rad] swings the following truck about the link."""
     scene = _scene(robot)
@@ -148,7 +163,9 @@ def drive(
             leader = new
             controller.switch(leader)
         seen = np.floor(readings / RESOLUTION) * RESOLUTION
-        data.ctrl[:4] = controller.speeds(program.v[row], program.w[row], leader, seen[:4], seen[4:6], seen[6])
+        data.ctrl[:4] = controller.speeds(
+            program.v[row], program.w[row], leader, seen[:4], seen[4:6], seen[6]
+        )
         for hook in hooks:
             hook(scene, row * dt)
         for _ in range(2):

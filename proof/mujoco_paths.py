@@ -28,6 +28,13 @@ class Program:
     leader: NDArray[np.str_]
     laps: tuple[tuple[str, int, int], ...]
 
+    def first(self, laps: int) -> Program:
+        """Return the program up to the end of its first laps."""
+        end = self.laps[laps - 1][2]
+        return Program(
+            self.protocol, self.side, self.v[:end], self.w[:end], self.leader[:end], self.laps[:laps]
+        )
+
 
 class Pace:
     """Speeds and accelerations of a program, and its control period [s]."""

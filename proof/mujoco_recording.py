@@ -49,7 +49,11 @@ class Encoder:
 def random_encoders(rng: np.random.Generator) -> tuple[Encoder, ...]:
     """Return a robot's seven encoders, as four nodes with one PDO each."""
     nodes = rng.choice(np.arange(1, 60), 4, replace=False)
-    wheel, joint, link = rng.choice([8192, 20000, 40000]), rng.choice([16384, 36000, 65536]), rng.choice([10000, 50000])
+    wheel, joint, link = (
+        rng.choice([8192, 20000, 40000]),
+        rng.choice([16384, 36000, 65536]),
+        rng.choice([10000, 50000]),
+    )
     bits = int(rng.choice([24, 32]))
     out = []
     for node, group in zip(nodes, GROUPS, strict=True):
@@ -99,7 +103,12 @@ def _vehicle(nominal: Nominal, encoders: tuple[Encoder, ...], period: float) -> 
     lines += ["\n[linkage]", f"length = {nominal.link:.6f}"]
     lines += ["\n[bus]", "bitrate = 500000", f"sync_period = {period:.4f}"]
     for e in encoders:
-        lines += ["\n[[encoder]]", f'channel = "{e.channel}"', f"node = {e.node}", f"cob_id = {0x180 + e.node:#x}"]
+        lines += [
+            "\n[[encoder]]",
+            f'channel = "{e.channel}"',
+            f"node = {e.node}",
+            f"cob_id = {0x180 + e.node:#x}",
+        ]
         lines += [f"start_bit = {e.start_bit}", f"bits = {e.bits}", "signed = true", f"sign = {e.sign}"]
         lines += [f"counts_per_{'metre' if e.channel == 'link' else 'turn'} = {e.counts}"]
         lines += [] if e.channel in WHEELS else [f"zero = {e.start}"]
@@ -107,7 +116,10 @@ def _vehicle(nominal: Nominal, encoders: tuple[Encoder, ...], period: float) -> 
 
 
 def _log(
-    time: NDArray[np.float64], values: dict[str, NDArray[np.float64]], encoders: tuple[Encoder, ...], rng: np.random.Generator
+    time: NDArray[np.float64],
+    values: dict[str, NDArray[np.float64]],
+    encoders: tuple[Encoder, ...],
+    rng: np.random.Generator,
 ) -> str:
     words: dict[int, NDArray[np.object_]] = {}
     bits: dict[int, int] = {}
@@ -121,7 +133,9 @@ def _log(
         size = bits[node] // 8
         late = sync + 1.3e-4 * place + rng.uniform(0, 5e-5, len(sync))
         data = (int(word).to_bytes(size, "little").hex().upper() for word in words[node])
-        blocks.append([f"({t:.6f}) can0 {0x180 + node:03X}#{word}" for t, word in zip(late, data, strict=True)])
+        blocks.append(
+            [f"({t:.6f}) can0 {0x180 + node:03X}#{word}" for t, word in zip(late, data, strict=True)]
+        )
     return "\n".join([*(line for row in zip(*blocks, strict=True) for line in row), ""])
 
 
@@ -129,7 +143,12 @@ def _run(program: Program, time: NDArray[np.float64]) -> str:
     lines = [f'protocol = "{program.protocol}"']
     lines += [f"side = {program.side}"] if program.side else []
     for direction, first, last in program.laps:
-        lines += ["\n[[lap]]", f'direction = "{direction}"', f"start = {time[first]:.3f}", f"end = {time[last]:.3f}"]
+        lines += [
+            "\n[[lap]]",
+            f'direction = "{direction}"',
+            f"start = {time[first]:.3f}",
+            f"end = {time[last]:.3f}",
+        ]
     return "\n".join([*lines, ""])
 
 

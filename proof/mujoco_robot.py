@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 WHEELS = ("a.left", "a.right", "b.left", "b.right")
 FEET = (*WHEELS, "a.castor", "b.castor")
+# The part of a step's slip that friction takes back at the next one. At 1 the heading lags by half a step in bends,
+# at 2 it does not but rings. Sliding castors must not have it: a drag that rings changes how far the wheels roll.
+HOLD = 1.7
 GRIP, CASTOR_GRIP, CASTOR_RADIUS = 1.0, 0.02, 0.03
 
 
@@ -26,7 +29,8 @@ class Tyre:
     eccentricity: float = 0.0
     phase: float = 0.0
     softness: float = 0.006
-    creep: float | None = None  # time constant [s] of the friction; None: the contact's own
+    creep: float | None = None  # time constant [s] of the friction; None: as stiff as the time step allows
+    impedance: float = 0.95  # of the contact in MuJoCo's sense; lower gives way to forces
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +69,7 @@ class Robot:
     timestep: float = 0.0015
     cables: tuple[Cable, ...] = field(default=())
     tilt: tuple[float, float] = (0.0, 0.0)
+    impratio: float = 10.0  # stiffness of friction by that of the normal force
 
 
 def random_robot(rng: np.random.Generator) -> Robot:
@@ -72,9 +77,7 @@ def random_robot(rng: np.random.Generator) -> Robot:
     radius, track = rng.uniform(0.065, 0.085), rng.uniform(0.30, 0.42)
     tyres = {name: Tyre(radius * (1 + rng.normal(0, 5e-4))) for name in WHEELS}
     trucks = {
-        name: Truck(
-            track * (1 + rng.normal(0, 2e-3)), rng.uniform(18, 30), castor * rng.uniform(0.16, 0.22)
-        )
+        name: Truck(track * (1 + rng.normal(0, 2e-3)), rng.uniform(18, 30), castor * rng.uniform(0.16, 0.22))
         for name, castor in (("a", 1.0), ("b", -1.0))
     }
     return Robot(tyres, trucks, rng.uniform(0.85, 1.15), rng.uniform(10, 40), rng.uniform(10, 30))
@@ -92,7 +95,7 @@ def model_xml(robot: Robot) -> str:
         + [_pair_xml(robot, cable.wheel, f"cable {number}") for number, cable in enumerate(robot.cables)]
     )
     servos = "\n".join(
-        f'<velocity name="{wheel}" joint="{wheel}" kv="4" forcerange="-15 15"/>' for wheel in WHEELS
+        f'<velocity name="{wheel}" joint="{wheel}" kv="40" forcerange="-15 15"/>' for wheel in WHEELS
     )
     loads = "\n".join(
         f'<position name="{name}.load" joint="{name}.load" kp="400" kv="150"/>'
@@ -104,7 +107,7 @@ def model_xml(robot: Robot) -> str:
     return f"""
 <mujoco model="two trucks">
   <compiler angle="radian" inertiafromgeom="auto"/>
-  <option timestep="{robot.timestep}" integrator="implicitfast" cone="elliptic" impratio="10"
+  <option timestep="{robot.timestep}" integrator="Euler" cone="elliptic" impratio="{robot.impratio}"
           gravity="{gx} {gy} -9.81"/>
   <default><geom contype="0" conaffinity="0" condim="3"/></default>
   <worldbody>
@@ -153,7 +156,7 @@ def _wheel_xml(name: str, tyre: Tyre, y: float) -> str:
     """Return a wheel whose tread's centre stands off its axle: below it when the wheel's angle is -phase."""
     x, z = -tyre.eccentricity * math.sin(tyre.phase), -tyre.eccentricity * math.cos(tyre.phase)
     return (
-        f'<body name="{name}" pos="0 {y} 0"><joint name="{name}" axis="0 1 0" armature="0.02"/>'
+        f'<body name="{name}" pos="0 {y} 0"><joint name="{name}" axis="0 1 0" armature="0.1"/>'
         f'<inertial pos="0 0 0" mass="1" diaginertia="0.002 0.004 0.002"/>'
         f'<geom name="{name}" type="sphere" size="{tyre.radius}" pos="{x} 0 {z}"/></body>'
     )
@@ -165,7 +168,7 @@ def _castor_xml(name: str, truck: Truck, height: float) -> str:
     if not truck.trail:
         return f'<geom name="{name}.castor" type="sphere" size="{CASTOR_RADIUS}" pos="{truck.castor} 0 {z}" mass="0.1"/>'
     return (
-        f'<body pos="{truck.castor} 0 {z}"><joint name="{name}.swivel" axis="0 0 1" damping="0.02" frictionloss="0.15"/>'
+        f'<body pos="{truck.castor} 0 {z}"><joint name="{name}.swivel" axis="0 0 1" damping="0.02" frictionloss="0.5"/>'
         f'<inertial pos="0 0 0" mass="0.2" diaginertia="0.001 0.001 0.001"/>'
         f'<body pos="{-truck.trail} 0 0"><joint axis="0 1 0" damping="0.0005"/>'
         f'<geom name="{name}.castor" type="sphere" size="{CASTOR_RADIUS}" mass="0.3"/></body></body>'
@@ -181,12 +184,13 @@ def _cable_xml(number: int, cable: Cable) -> str:
 
 def _pair_xml(robot: Robot, foot: str, ground: str) -> str:
     tyre = robot.tyres.get(foot)
-    rolling_castor = tyre is None and robot.trucks[foot[0]].trail > 0
-    grip = GRIP if tyre or rolling_castor else CASTOR_GRIP
-    softness = tyre.softness if tyre else 0.006
-    hold = 1.5 / robot.timestep if not tyre or tyre.creep is None else 1 / tyre.creep
-    creep = f'solreffriction="-1 {-hold}"'
+    rolling = tyre is not None or robot.trucks[foot[0]].trail > 0
+    grip = GRIP if rolling else CASTOR_GRIP
+    softness, impedance = (tyre.softness, tyre.impedance) if tyre else (0.006, 0.95)
+    hold = ""
+    if tyre and ground.startswith("floor"):
+        hold = f'solreffriction="-1 {-HOLD / robot.timestep if tyre.creep is None else -1 / tyre.creep}"'
     return (
         f'<pair geom1="{foot}" geom2="{ground}" condim="3" friction="{grip} {grip} 0.001 0.0001 0.0001"'
-        f' solref="{softness} 1" solimp="0.95 0.99 0.001" {creep}/>'
+        f' solref="{softness} 1" solimp="{impedance} {impedance + 0.04} 0.001" {hold}/>'
     )

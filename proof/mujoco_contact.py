@@ -1,0 +1,113 @@
+"""Faults where a MuJoCo robot meets the floor: soft tyres, oil, a tilted floor, castors that swivel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from proof.mujoco_labels import creep, downhill, label, lost_in, rolling_ratios
+from proof.mujoco_robot import HOLD, WHEELS
+from proof.mujoco_setting import Fault, pull, with_truck, with_tyre, yielding
+
+if TYPE_CHECKING:
+    from proof.mujoco_drive import Drive, Scene
+    from proof.mujoco_setting import Setting
+
+
+def tyre_loses_air(at: Setting) -> Fault:
+    """A tyre that goes soft at one moment; the wheel then stands, and rolls, lower."""
+    wheel, time = at.wheel(), float(at.healthy.time[-1] * at.rng.uniform(0.35, 0.65))
+    softness = at.rng.uniform(0.035, 0.055)
+
+    def hook(scene: Scene, now: float) -> None:
+        if now >= time:
+            scene.model.pair_solref[scene.pair(wheel), 0] = softness
+
+    return Fault(at.robot, lambda drive: [_step(at, drive, wheel, time)], (hook,))
+
+
+def payload_moves(at: Setting) -> Fault:
+    """A payload that slides across a truck whose one tyre is soft."""
+    truck, side = at.truck(), str(at.rng.choice(["left", "right"]))
+    wheel, time = f"{truck}.{side}", float(at.healthy.time[-1] * at.rng.uniform(0.35, 0.65))
+    way = at.sign() * 0.12
+    robot = with_truck(with_tyre(at.robot, wheel, softness=0.03), truck, payload=25.0)
+
+    def hook(scene: Scene, now: float) -> None:
+        scene.data.actuator(f"{truck}.load").ctrl = np.clip((now - time) * 0.12, -1, 1) * way
+
+    def tell(drive: Drive) -> list[dict[str, Any]]:
+        ratio = rolling_ratios(drive, at.nominal, wheel, time)[0]
+        soft = label("wheel_diameter", wheel, {"ratio": ratio}, (("radius_step", wheel),))
+        return [_step(at, drive, wheel, time), soft]
+
+    return Fault(robot, tell, (hook,), kind="multi")
+
+
+def _step(at: Setting, drive: Drive, wheel: str, time: float) -> dict[str, Any]:
+    before, after = rolling_ratios(drive, at.nominal, wheel, time)
+    values = {"ratio": after / before, "time": time + at.start}
+    until = [time + at.start, float(drive.time[-1] + at.start)]
+    return label("radius_step", wheel, values, (("slip_patch", wheel), ("wheel_diameter", wheel)), [until])
+
+
+def slippery(at: Setting) -> Fault:
+    """A film of oil under one wheel while its truck drags something on that side: it turns without full way."""
+    wheel, mid = at.wheel(), float(at.healthy.time[-1] * at.rng.uniform(0.3, 0.6))
+    span = (mid, mid + at.rng.uniform(4, 8))
+    side, force = 1 if wheel.endswith("left") else -1, at.rng.uniform(10, 25)
+    robot = at.robot
+
+    def hook(scene: Scene, now: float) -> None:
+        inside = span[0] <= now < span[1]
+        pair = scene.pair(wheel)
+        scene.model.pair_solimp[pair, :2] = 0.6 if inside else (0.95, 0.99)
+        scene.model.pair_solreffriction[pair, 1] = -100.0 if inside else -HOLD / robot.timestep
+        pull(scene, wheel[0], force if inside else 0.0, side)
+
+    def tell(drive: Drive) -> list[dict[str, Any]]:
+        rolled, lost = lost_in(drive, at.nominal, wheel, span)
+        values = {"fraction": lost / rolled if rolled else None}
+        interval = [[span[0] + at.start, span[1] + at.start]]
+        others = (("bump", wheel), ("unknown", wheel), ("unknown", wheel[0]))
+        return [label("slip_patch", wheel, values, others, interval)]
+
+    return Fault(robot, tell, (hook,))
+
+
+def spongy_tyres(at: Setting) -> Fault:
+    """Tyres that give way under every force, on one truck: it creeps outwards in bends."""
+    truck, tau = at.truck(), at.rng.uniform(0.003, 0.01)
+    robot = yielding(at.robot, truck, tau)
+
+    def tell(drive: Drive) -> list[dict[str, Any]]:
+        values = {"compliance": float(creep(drive)["ab".index(truck)])}
+        others = (("traction_slip", truck), ("wheelbase", truck), ("turn_scrub", truck))
+        return [label("lateral_slip", truck, values, others)]
+
+    return Fault(robot, tell)
+
+
+def floor_slope(at: Setting) -> Fault:
+    """A tilted floor; the tyres are of the kind that gives way (`mujoco_corpus.PREPARED`)."""
+    tilt, direction = at.rng.uniform(0.03, 0.06), at.rng.uniform(-np.pi, np.pi)
+    robot = replace(at.robot, tilt=(tilt * np.cos(direction), tilt * np.sin(direction)))
+
+    def tell(drive: Drive) -> list[dict[str, Any]]:
+        values = {"rate": downhill(drive, at.nominal, at.healthy), "direction": direction}
+        return [
+            label("floor_slope", t, values, (("lateral_slip", t), ("traction_slip", t), ("unknown", t)))
+            for t in "ab"
+        ]
+
+    return Fault(robot, tell)
+
+
+def castor_kick(at: Setting) -> Fault:
+    """A castor wheel with trail and a stiff pin, over tyres that give way: a yaw at each reversal."""
+    truck = at.truck()
+    robot = with_truck(at.robot, truck, trail=0.04)
+    others = (("unknown", truck), ("traction_slip", truck))
+    return Fault(robot, lambda _: [label("castor_kick", truck, {"yaw": None}, others)])
