@@ -1,6 +1,4 @@
-"""Where a MuJoCo drive and its own odometry part: what a healthy robot's nominal values are, and how far a
-fault stands above the floor's scatter.
-"""
+"""Where a MuJoCo drive and its own odometry part: a robot's nominal values, and how clear a fault is."""
 
 from __future__ import annotations
 
@@ -8,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proof.mujoco_drive import Nominal
+from proof.mujoco_control import Nominal
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

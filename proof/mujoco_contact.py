@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proof.mujoco_labels import creep, downhill, label, lost_in, rolling_ratios
-from proof.mujoco_robot import HOLD, WHEELS
+from proof.mujoco_labels import creep, downhill, kicks, label, lost_in, rolling_ratios
+from proof.mujoco_model import HOLD
 from proof.mujoco_setting import Fault, pull, with_truck, with_tyre, yielding
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def _step(at: Setting, drive: Drive, wheel: str, time: float) -> dict[str, Any]:
 
 
 def slippery(at: Setting) -> Fault:
-    """A film of oil under one wheel while its truck drags something on that side: it turns without full way."""
+    """A film of oil under one wheel while its truck drags something there: it turns without full way."""
     wheel, mid = at.wheel(), float(at.healthy.time[-1] * at.rng.uniform(0.3, 0.6))
     span = (mid, mid + at.rng.uniform(4, 8))
     side, force = 1 if wheel.endswith("left") else -1, at.rng.uniform(10, 25)
@@ -79,8 +79,8 @@ def slippery(at: Setting) -> Fault:
 
 def spongy_tyres(at: Setting) -> Fault:
     """Tyres that give way under every force, on one truck: it creeps outwards in bends."""
-    truck, tau = at.truck(), at.rng.uniform(0.003, 0.01)
-    robot = yielding(at.robot, truck, tau)
+    truck, tau = at.truck(), at.rng.uniform(0.001, 0.004)
+    robot = yielding(at.robot, tau, truck)
 
     def tell(drive: Drive) -> list[dict[str, Any]]:
         values = {"compliance": float(creep(drive)["ab".index(truck)])}
@@ -110,4 +110,9 @@ def castor_kick(at: Setting) -> Fault:
     truck = at.truck()
     robot = with_truck(at.robot, truck, trail=0.04)
     others = (("unknown", truck), ("traction_slip", truck))
-    return Fault(robot, lambda _: [label("castor_kick", truck, {"yaw": None}, others)])
+
+    def tell(drive: Drive) -> list[dict[str, Any]]:
+        yaw = float(kicks(drive, at.nominal, "ab".index(truck)).mean())
+        return [label("castor_kick", truck, {"yaw": yaw}, others)]
+
+    return Fault(robot, tell)

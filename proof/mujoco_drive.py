@@ -1,7 +1,4 @@
-"""Driving the MuJoCo robot: a truck that follows its program by odometry, a truck that follows it, and a log.
-
-The controller knows the encoders' readings alone; the world is what the contacts make of its wheel speeds.
-"""
+"""Driving the MuJoCo robot: what the contacts make of the controller's wheel speeds, as a log."""
 
 from __future__ import annotations
 
@@ -11,13 +8,16 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from proof.mujoco_robot import FEET, WHEELS, model_xml
+from proof.mujoco_control import Controller
+from proof.mujoco_model import model_xml
+from proof.mujoco_robot import FEET, WHEELS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
+    from proof.mujoco_control import Nominal
     from proof.mujoco_floor import Floor
     from proof.mujoco_paths import Program
     from proof.mujoco_robot import Robot
@@ -26,17 +26,6 @@ if TYPE_CHECKING:
 
 SUBSTEPS = 10
 RESOLUTION = 1.5e-4  # of the readings that the controller sees [rad, m]
-WEAVING = 9.0  # [s] in which the following truck turns to one side of the link and the other
-KX, KY, KTHETA, KLINK, KJOINT = 1.0, 6.0, 2.5, 1.5, 1.5
-
-
-@dataclass(frozen=True, slots=True)
-class Nominal:
-    """The robot as its owner believes it to be: radii [m] in the order of WHEELS, tracks [m], link [m]."""
-
-    radii: NDArray[np.float64]
-    tracks: NDArray[np.float64]
-    link: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,67 +57,6 @@ class Scene:
     def pair(self, foot: str) -> int:
         """Return the number of the contact pair of a wheel or castor with its floor."""
         return FEET.index(foot)
-
-
-@dataclass(slots=True)
-class Controller:
-    """Odometry of the leading truck and the wheel speeds that keep both on their way."""
-
-    nominal: Nominal
-    dt: float
-    weave: float = 0.0
-    time: float = 0.0
-    goal: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    pose: NDArray[np.float64] = field(default_factory=lambda: np.zeros((2, 3)))
-    wheels: NDArray[np.float64] | None = None
-
-    def speeds(
-        self,
-        v: float,
-        w: float,
-        leader: int,
-        wheels: NDArray[np.float64],
-        joints: NDArray[np.float64],
-        link: float,
-    ) -> NDArray[np.float64]:
-        """Return the wheel speeds [rad/s], shape (4,), that follow from readings and the program's v, w."""
-        self._reckon(wheels)
-        self.time += self.dt
-        self.goal = _advance(self.goal, v * self.dt, w * self.dt)
-        x, y, theta = _seen_from(self.pose[leader], self.goal)
-        command = np.zeros((2, 2))
-        command[leader] = v * np.cos(theta) + KX * x, w + abs(v) * KTHETA * theta + v * KY * y + 1.0 * theta
-        self._follow(command, leader, joints, link)
-        out = np.empty(4)
-        for i, (speed, turn) in enumerate(command):
-            half = turn * self.nominal.tracks[i] / 2
-            out[2 * i : 2 * i + 2] = (speed - half, speed + half) / self.nominal.radii[2 * i : 2 * i + 2]
-        return out
-
-    def switch(self, leader: int) -> None:
-        """Make the other truck's place the one from which the program goes on."""
-        self.goal = self.pose[leader].copy()
-
-    def _follow(
-        self, command: NDArray[np.float64], leader: int, joints: NDArray[np.float64], link: float
-    ) -> None:
-        """Keep the slider at rest and the following truck in line with the link."""
-        other, stretch = 1 - leader, link - self.nominal.link
-        along = command[leader, 0] * np.cos(joints[leader])
-        pull = along + (KLINK * stretch if other == 1 else -KLINK * stretch)
-        command[other, 0] = np.clip(pull / np.cos(joints[other]), -0.8, 0.8)
-        across = command[:, 0] * np.sin(joints)
-        command[other, 1] = (across[0] - across[1]) / link - KJOINT * (
-            joints[other] - self.weave * np.sin(2 * np.pi * self.time / WEAVING)
-        )
-
-    def _reckon(self, wheels: NDArray[np.float64]) -> None:
-        last = wheels if self.wheels is None else self.wheels
-        rolled = (wheels - last) * self.nominal.radii
-        self.wheels = wheels
-        for i in range(2):
-            left, right = rolled[2 * i : 2 * i + 2]
-            self.pose[i] = _advance(self.pose[i], (left + right) / 2, (right - left) / self.nominal.tracks[i])
 
 
 def drive(
@@ -172,11 +100,11 @@ def drive(
             floor.lay(scene.feet, data)
             mujoco.mj_step(model, data, SUBSTEPS // 2)
             mujoco.mj_kinematics(model, data)  # a step leaves the places of its beginning behind
-    table = np.array(rows)
-    return Drive(
-        np.arange(len(rows)) * dt, table[:, :4], table[:, 4:6], table[:, 6], np.array(poses), np.array(heights),
-        _crossings(np.array(touches)),
-    )  # fmt: skip
+    table = np.array(rows, dtype=np.float64)
+    time = np.arange(len(rows), dtype=np.float64) * dt
+    crossed = _crossings(np.array(touches))
+    places = np.array(poses), np.array(heights)
+    return Drive(time, table[:, :4], table[:, 4:6], table[:, 6], *places, crossed)
 
 
 def _scene(robot: Robot) -> Scene:
@@ -215,17 +143,6 @@ def _crossings(touches: NDArray[np.bool_]) -> tuple[tuple[int, int, int], ...]:
     for cable in range(touches.shape[1] if touches.ndim == 2 else 0):
         rows = np.flatnonzero(touches[:, cable])
         if len(rows):
-            for part in np.split(rows, np.flatnonzero(np.diff(rows) > 33) + 1):
-                out.append((cable, int(part[0]), int(part[-1]) + 1))
+            parts = np.split(rows, np.flatnonzero(np.diff(rows) > 33) + 1)
+            out.extend((cable, int(part[0]), int(part[-1]) + 1) for part in parts)
     return tuple(sorted(out, key=lambda crossing: crossing[1]))
-
-
-def _advance(pose: NDArray[np.float64], way: float, turn: float) -> NDArray[np.float64]:
-    middle = pose[2] + turn / 2
-    return np.array([pose[0] + way * np.cos(middle), pose[1] + way * np.sin(middle), pose[2] + turn])
-
-
-def _seen_from(pose: NDArray[np.float64], goal: NDArray[np.float64]) -> tuple[float, float, float]:
-    dx, dy = goal[:2] - pose[:2]
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    return c * dx + s * dy, c * dy - s * dx, goal[2] - pose[2]

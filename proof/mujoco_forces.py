@@ -1,4 +1,4 @@
-"""What happens to a MuJoCo robot that has no name among the effects: pushes, a jammed slider, a dragged load."""
+"""What has no name among the effects: a MuJoCo robot is pushed, its slider is wedged, it drags a load."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from proof.mujoco_labels import label
 from proof.mujoco_robot import WHEELS
-from proof.mujoco_setting import Fault, pull, yielding
+from proof.mujoco_setting import Fault, pull
 
 if TYPE_CHECKING:
     from proof.mujoco_drive import Scene
@@ -33,14 +33,16 @@ def pushed(at: Setting) -> Fault:
     )
 
 
-def stuck_slider(at: Setting) -> Fault:
-    """The linkage's slider is jammed for a while: the trucks push and drag each other."""
+def wedged_slider(at: Setting) -> Fault:
+    """Something is wedged into the slider for a while: the trucks push or drag each other over the floor."""
     first = float(at.healthy.time[-1] * at.rng.uniform(0.3, 0.5))
-    last = first + float(at.healthy.time[-1] * 0.25)
+    last, wedge = first + float(at.healthy.time[-1] * 0.2), at.sign() * 0.03
 
     def hook(scene: Scene, now: float) -> None:
-        dof = scene.model.joint("link").dofadr[0]
-        scene.model.dof_damping[dof] = 1e5 if first <= now < last else at.robot.damper
+        joint = scene.model.joint("link")
+        inside = first <= now < last
+        scene.model.jnt_stiffness[joint.id] = 2e4 if inside else at.robot.spring
+        scene.model.qpos_spring[joint.qposadr[0]] = wedge * np.clip(now - first, 0, 1) if inside else 0
 
     return Fault(at.robot, lambda _: [_unknown(at, "link", [(first, last)])], (hook,), kind="unknown")
 
@@ -48,16 +50,14 @@ def stuck_slider(at: Setting) -> Fault:
 def dragging(at: Setting) -> Fault:
     """Truck b drags a cable that has caught on one side, under tyres that give way, and loses it again."""
     first = float(at.healthy.time[-1] * at.rng.uniform(0.3, 0.6))
-    span, side, force = (first, first + 6.0), at.sign(), at.rng.uniform(30, 60)
+    span, side, force = (first, first + 6.0), at.sign(), at.rng.uniform(50, 90)
 
     def hook(scene: Scene, now: float) -> None:
         scene.data.body("b").xfrc_applied[:] = 0
         if span[0] <= now < span[1]:
             pull(scene, "b", force, side)
 
-    return Fault(
-        yielding(at.robot, "b", 0.004), lambda _: [_unknown(at, "b", [span])], (hook,), kind="unknown"
-    )
+    return Fault(at.robot, lambda _: [_unknown(at, "b", [span])], (hook,), kind="unknown")
 
 
 def _unknown(at: Setting, component: str, spans: list[tuple[float, float]]) -> dict[str, Any]:

@@ -12,11 +12,12 @@ from proof.mujoco_robot import WHEELS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from proof.mujoco_drive import Drive, Nominal
+    from proof.mujoco_control import Nominal
+    from proof.mujoco_drive import Drive
 
 UNITS = {
-    "ratio": "1", "amplitude": "m", "phase": "rad", "angle": "rad", "bias": "m", "lost": "m", "times": "s", "time": "s",
-    "compliance": "s", "rate": "1", "direction": "rad", "fraction": "1", "yaw": "rad",
+    "ratio": "1", "amplitude": "m", "phase": "rad", "angle": "rad", "bias": "m", "lost": "m", "times": "s",
+    "time": "s", "compliance": "s", "rate": "1", "direction": "rad", "fraction": "1", "yaw": "rad",
 }  # fmt: skip
 
 
@@ -48,7 +49,7 @@ def crossings(
     left = -residuals(drive, nominal, 1)[:, column] * np.sign(np.diff(drive.wheels[:, column]))
     spans = [(first, last) for _, first, last in drive.crossings]
     times = [[float(drive.time[a] + start), float(drive.time[min(b, len(left))] + start)] for a, b in spans]
-    return times, [float(left[max(0, a - 4) : b + 4].sum()) for a, b in spans]
+    return times, [float(left[max(0, a - 14) : b + 14].sum()) for a, b in spans]
 
 
 def lost_in(drive: Drive, nominal: Nominal, wheel: str, span: tuple[float, float]) -> tuple[float, float]:
@@ -75,7 +76,7 @@ def rolling_ratios(drive: Drive, nominal: Nominal, wheel: str, time: float) -> t
 
 
 def creep(drive: Drive) -> NDArray[np.float64]:
-    """Return both trucks' sideways way for centripetal acceleration, the compliance [s] of each, shape (2,)."""
+    """Return the trucks' sideways way for centripetal acceleration: each one's compliance [s], shape (2,)."""
     own, _ = motion(drive, 33)
     seconds = 33 * drive.time[1]
     pull = own[..., 0] * own[..., 2] / seconds**2
@@ -95,3 +96,14 @@ def _reckoned(drive: Drive, nominal: Nominal) -> NDArray[np.float64]:
     rolled = (motion(drive)[1][:, :2] * nominal.radii[:2]).mean(axis=1)
     step = np.diff(drive.poses[:, 0, :2], axis=0)
     return np.asarray((step - rolled[:, None] * np.stack([np.cos(theta), np.sin(theta)], axis=1)).sum(axis=0))
+
+
+def kicks(drive: Drive, nominal: Nominal, truck: int) -> NDArray[np.float64]:
+    """Return a truck's yaw [rad] over 1.5 s after each reversal, less what its wheels say."""
+    left = residuals(drive, nominal, 1)[:, 2 * truck : 2 * truck + 2]
+    yaw = np.concatenate([[0.0], np.cumsum(left[:, 1] - left[:, 0]) / nominal.tracks[truck]])
+    rate = np.diff(drive.wheels[:, 2 * truck])
+    moving = np.flatnonzero(np.abs(rate) > 0.02 * np.abs(rate).max())
+    turned = np.flatnonzero(np.diff(np.sign(rate[moving])))
+    after = moving[turned + 1]
+    return np.asarray(yaw[np.minimum(after + 100, len(yaw) - 1)] - yaw[after])

@@ -19,7 +19,7 @@ EIGHT = 2.404825557695773  # first zero of the Bessel function J0: the eight clo
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What to drive: rows of v [m/s], w [rad/s]; the truck that leads; laps as (direction, first, last) rows."""
+    """What to drive: rows of v [m/s], w [rad/s]; the truck that leads; laps (direction, first, last row)."""
 
     protocol: str
     side: float | None

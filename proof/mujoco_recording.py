@@ -1,4 +1,4 @@
-"""A MuJoCo drive as a recording folder: encoders and their counts, frames on the bus, measured poses, laps."""
+"""A MuJoCo drive as a recording folder: encoders, frames on the bus, measured poses, laps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from proof.mujoco_drive import Drive, Nominal
+    from proof.mujoco_control import Nominal
+    from proof.mujoco_drive import Drive
     from proof.mujoco_paths import Program
 
 CHANNELS = (*WHEELS, "joint_a", "joint_b", "link")
@@ -85,7 +86,7 @@ def write_recording(
     start: float,
     rng: np.random.Generator,
 ) -> None:
-    """Write the four files; `start` is the clock's time at the first SYNC, `poses` is none, sonar or mocap."""
+    """Write the four files; `start` is the time of the first SYNC, `poses` is none, sonar or mocap."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "vehicle.toml").write_text(_vehicle(nominal, encoders, drive.time[1] - drive.time[0]))
     (folder / "can.log").write_text(_log(drive.time + start, values, encoders, rng))

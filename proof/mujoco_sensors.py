@@ -25,7 +25,7 @@ def joint_bias(at: Setting) -> Fault:
 
 
 def joint_eccentricity(at: Setting) -> Fault:
-    """A joint encoder's disc off the joint's centre: the head reads the disc's angle as seen from the joint."""
+    """A joint encoder's disc off the joint's centre: the head reads the angle seen from the joint."""
     offset, bearing = at.rng.uniform(0.003, 0.01), at.rng.uniform(-np.pi, np.pi)
 
     def sense(values: Values) -> Values:

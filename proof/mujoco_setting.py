@@ -14,11 +14,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from proof.mujoco_drive import Drive, Hook, Nominal, Scene
+    from proof.mujoco_control import Nominal
+    from proof.mujoco_drive import Drive, Hook, Scene
     from proof.mujoco_recording import Encoder
 
     Values = dict[str, NDArray[np.float64]]
     Labels = Callable[[Drive], list[dict[str, Any]]]
+
+
+def _as_they_are(values: Values) -> Values:
+    return values
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +62,13 @@ class Fault:
     robot: Robot
     tell: Labels
     hooks: tuple[Hook, ...] = ()
-    sense: Callable[[Values], Values] = staticmethod(lambda values: values)
+    sense: Callable[[Values], Values] = _as_they_are
     kind: str = "single"
 
 
 def with_tyre(robot: Robot, wheel: str, **changes: float) -> Robot:
     """Return a robot with one wheel changed."""
-    return replace(robot, tyres=robot.tyres | {wheel: replace(robot.tyres[wheel], **changes)})  # type: ignore[arg-type]
+    return replace(robot, tyres=robot.tyres | {wheel: replace(robot.tyres[wheel], **changes)})
 
 
 def with_truck(robot: Robot, truck: str, **changes: float) -> Robot:
@@ -81,9 +86,12 @@ def pull(scene: Scene, truck: str, force: float, side: float) -> None:
     body.xfrc_applied[3:] = (0, 0, -push * side * 0.2)
 
 
-def yielding(robot: Robot, truck: str, creep: float) -> Robot:
-    """Return a robot with tyres on one truck that give way to forces, the more the longer the time constant [s]."""
+def yielding(robot: Robot, creep: float | None, trucks: str = "ab") -> Robot:
+    """Return a robot with tyres that give way to forces, the more the longer the time constant [s].
+
+    Without one the tyres hold, and only a film under them (`mujoco_contact.slippery`) lets them slide.
+    """
     for wheel in WHEELS:
-        if wheel[0] == truck:
+        if wheel[0] in trucks and creep is not None:
             robot = with_tyre(robot, wheel, creep=creep, impedance=0.6)
     return replace(robot, impratio=0.2)

@@ -1,0 +1,1 @@
+"""The proof: recordings with known faults, from engines that share nothing with the simulator."""
