@@ -36,12 +36,12 @@ def pushed(at: Setting) -> Fault:
 def wedged_slider(at: Setting) -> Fault:
     """Something is wedged into the slider for a while: the trucks push or drag each other over the floor."""
     first = float(at.healthy.time[-1] * at.rng.uniform(0.3, 0.5))
-    last, wedge = first + float(at.healthy.time[-1] * 0.2), at.sign() * 0.03
+    last, wedge = first + float(at.healthy.time[-1] * 0.2), at.sign() * 0.02
 
     def hook(scene: Scene, now: float) -> None:
         joint = scene.model.joint("link")
         inside = first <= now < last
-        scene.model.jnt_stiffness[joint.id] = 2e4 if inside else at.robot.spring
+        scene.model.jnt_stiffness[joint.id] = 4e3 if inside else at.robot.spring
         scene.model.qpos_spring[joint.qposadr[0]] = wedge * np.clip(now - first, 0, 1) if inside else 0
 
     return Fault(at.robot, lambda _: [_unknown(at, "link", [(first, last)])], (hook,), kind="unknown")

@@ -13,6 +13,7 @@ from proof.mujoco_setting import Fault, with_truck, with_tyre
 
 if TYPE_CHECKING:
     from proof.mujoco_drive import Drive
+    from proof.mujoco_robot import Robot
     from proof.mujoco_setting import Setting
 
 
@@ -39,9 +40,17 @@ def wheel_eccentricity(at: Setting) -> Fault:
     """A wheel whose axle is off its centre."""
     wheel, amplitude, phase = at.wheel(), at.rng.uniform(3e-4, 1e-3), at.rng.uniform(-np.pi, np.pi)
     robot = with_tyre(at.robot, wheel, eccentricity=amplitude, phase=phase)
-    counted = float(np.angle(np.exp(1j * (phase - at.zero_angle(wheel)))))
-    values = {"amplitude": amplitude, "phase": counted}
+    seen = amplitude * nodding(at.robot, wheel) * np.exp(1j * (phase - at.zero_angle(wheel)))
+    values = {"amplitude": float(np.abs(seen)), "phase": float(np.angle(seen))}
     return Fault(robot, lambda _: [label("wheel_eccentricity", wheel, values, (("gear_harmonic", wheel),))])
+
+
+def nodding(robot: Robot, wheel: str) -> complex:
+    """Return what an eccentric wheel's wave becomes, as a factor, because its truck nods.
+
+    The wheel lifts its end of the axle, the truck turns about its castor, and the wheels turn with it.
+    """
+    return 1 + 0.5j * robot.tyres[wheel].radius / robot.trucks[wheel[0]].castor
 
 
 def wheelbase(at: Setting) -> Fault:

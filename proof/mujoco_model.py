@@ -131,7 +131,7 @@ def _pair_xml(robot: Robot, foot: str, ground: str) -> str:
     grip = GRIP if rolling else CASTOR_GRIP
     softness, impedance = (tyre.softness, tyre.impedance) if tyre else (0.006, 0.95)
     hold = ""
-    if tyre and ground.startswith("floor"):
+    if tyre:
         hold = f'solreffriction="-1 {-HOLD / robot.timestep if tyre.creep is None else -1 / tyre.creep}"'
     return (
         f'<pair geom1="{foot}" geom2="{ground}" condim="3" friction="{grip} {grip} 0.001 0.0001 0.0001"'

@@ -81,7 +81,7 @@ def pull(scene: Scene, truck: str, force: float, side: float) -> None:
     body = scene.data.body(truck)
     ahead = body.xmat.reshape(3, 3)[:, 0]
     speed = float(scene.data.joint(f"{truck}.left").qvel[0] + scene.data.joint(f"{truck}.right").qvel[0])
-    push = -force * np.tanh(speed * 2)
+    push = -force * np.tanh(speed * 0.2)
     body.xfrc_applied[:3] = push * ahead
     body.xfrc_applied[3:] = (0, 0, -push * side * 0.2)
 
