@@ -61,6 +61,12 @@ class Block:
         changed[:, wheel] = travel
         return replace(self, travel=changed)
 
+    def with_counted(self, wheel: int, angle: Array, turned: Array) -> Self:
+        """Return the block with another counted angle and turn `(K,)` of one wheel [rad]."""
+        angles, turns = self.angle.copy(), self.turned.copy()
+        angles[:, wheel], turns[:, wheel] = angle, turned
+        return replace(self, angle=angles, turned=turns)
+
     def with_twist(self, truck: int, twist: Array) -> Self:
         """Return the block with another twist `(K, 3)` of one truck."""
         changed = self.twist.copy()
@@ -92,3 +98,13 @@ def wheel_number(component: str) -> int:
 def truck_number(component: str) -> int:
     """Return the column of a truck, "a" or "b"."""
     return ("a", "b").index(component)
+
+
+def wheels_of(component: str) -> tuple[int, ...]:
+    """Return the columns of a wheel, or of both wheels of a truck."""
+    if component in LINKAGE:
+        return ()
+    if "." in component:
+        return (wheel_number(component),)
+    truck = truck_number(component)
+    return 2 * truck, 2 * truck + 1

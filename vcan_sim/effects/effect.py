@@ -1,8 +1,8 @@
-"""What an effect is: a piece of physics on one component, at one stage of the signal's path.
+r"""What an effect is: a piece of physics on one component, at one stage of the signal's path.
 
-    wheel turns -> [encoder] -> counts
-         \\-> [travel] of the wheel over the ground -> [body] of the truck -> linkage -> [reading] -> counts
-                                                          \\-> [poses] as measured from outside
+wheel turns -> [encoder] -> counts
+     \-> [travel] of the wheel over the ground -> [body] of the truck -> linkage -> [reading] -> counts
+                                                      \-> [poses] as measured from outside
 """
 
 from __future__ import annotations
@@ -70,8 +70,7 @@ class Effect:
             self._check(parameter)
 
     def _check(self, parameter: Parameter) -> None:
-        value = getattr(self, parameter.name)
-        for one in value if isinstance(value, tuple) else (value,):
+        for one in _flat(getattr(self, parameter.name)):
             if not parameter.low <= one <= parameter.high:
                 raise SimulationError(
                     f"{self.name} of {self.component}: {parameter.name} = {one} {parameter.unit}; "
@@ -87,6 +86,27 @@ class Effect:
         """
         raise NotImplementedError
 
+    def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Return the block with what the wheels really rolled, where angle and turn are as counted.
+
+        Only effects on wheel encoders do that; for all others nothing is to be recovered.
+        """
+        return block, state
+
     def values(self) -> dict[str, Any]:
         """Return the parameters by name."""
         return {one.name: getattr(self, one.name) for one in fields(self) if one.name != "component"}
+
+
+def _flat(value: Any) -> tuple[float, ...]:  # noqa: ANN401  a number, or tuples of them
+    """Return all numbers in a parameter."""
+    if isinstance(value, tuple):
+        return tuple(number for part in value for number in _flat(part))
+    return (value,)
+
+
+def stage_of(effect: Effect) -> Stage:
+    """Return the stage that an effect acts at: aged samples do so at their own channel's."""
+    if effect.stage != "reading" or effect.component in (*JOINT, *LINK):
+        return effect.stage
+    return "poses" if effect.component in POSES else "encoder"

@@ -1,0 +1,59 @@
+"""Gear backlash: the wheel stands still through the play when its motor reverses.
+
+The encoder sits on the motor's side of a gear with play. Seen as way lost at each reversal of the motor,
+and nowhere else; confused with a castor's kick. Source: the play operator (Visintin, Differential Models
+of Hysteresis, 1994).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from vcan_sim.effects.block import wheel_number
+from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from vcan_sim.effects.play import follow
+
+if TYPE_CHECKING:
+    from vcan_sim.effects.block import Block
+    from vcan_sim.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class GearBacklash(Effect):
+    """The wheel follows its motor through a play.
+
+    Attributes:
+        width: the whole play [m of the wheel].
+    """
+
+    width: float = 0.0
+
+    name: ClassVar[str] = "gear_backlash"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("width", "m", null=0.0, scale=5e-4, low=0.0, high=0.1),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Let the wheel follow its motor through the play; remember both."""
+        wheel = wheel_number(self.component)
+        travel = block.travel[:, wheel]
+        if state is None:
+            first = travel[np.flatnonzero(travel)[:1]]
+            state = (0.0, -0.5 * self.width * float(np.sign(first[0])) if len(first) else None)
+        motor, output = state
+        if output is None:
+            moved = travel[np.flatnonzero(travel)[:1]]
+            output = -0.5 * self.width * float(np.sign(moved[0])) if len(moved) else None
+        if output is None:
+            return block, (motor, None)
+        rolled = motor + np.cumsum(travel)
+        wheels = follow(rolled, output, self.width)
+        return block.with_travel(wheel, np.diff(wheels, prepend=output)), (
+            float(rolled[-1]),
+            float(wheels[-1]),
+        )

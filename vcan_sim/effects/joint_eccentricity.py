@@ -1,0 +1,47 @@
+"""Joint eccentricity: a once-per-turn error of a joint's encoder.
+
+The disc is mounted off centre: reading + amplitude cos(angle + phase). Seen as an offset that changes
+with the joint's angle; confused with a bias where the joint hardly moves. Source: eccentricity of
+graduated circles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from vcan_sim.effects.block import LINKAGE
+from vcan_sim.effects.effect import JOINT, Effect, Parameter
+
+if TYPE_CHECKING:
+    from vcan_sim.effects.block import Block
+    from vcan_sim.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class JointEccentricity(Effect):
+    """A once-per-turn error of a joint.
+
+    Attributes:
+        amplitude: [rad].
+        phase: [rad].
+    """
+
+    amplitude: float = 0.0
+    phase: float = 0.0
+
+    name: ClassVar[str] = "joint_eccentricity"
+    stage: ClassVar[Stage] = "reading"
+    components: ClassVar[tuple[str, ...]] = JOINT
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("amplitude", "rad", null=0.0, scale=0.005, low=0.0, high=1.0),
+        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Add the error."""
+        channel = LINKAGE.index(self.component)
+        reading = block.reading[:, channel]
+        return block.with_reading(channel, reading + self.amplitude * np.cos(reading + self.phase)), state

@@ -1,0 +1,48 @@
+"""Link eccentricity: an error of the link's length that depends on a joint's angle.
+
+The link is not hinged at the joint's axis: reading + amplitude cos(angle of joint_a + phase). Seen in
+car-like turns; confused with an eccentric joint. Source: geometry, to first order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from vcan_sim.effects.block import LINKAGE
+from vcan_sim.effects.effect import LINK, Effect, Parameter
+
+if TYPE_CHECKING:
+    from vcan_sim.effects.block import Block
+    from vcan_sim.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class LinkEccentricity(Effect):
+    """An error of the link that depends on the angle of joint a.
+
+    Attributes:
+        amplitude: [m].
+        phase: [rad].
+    """
+
+    amplitude: float = 0.0
+    phase: float = 0.0
+
+    name: ClassVar[str] = "link_eccentricity"
+    stage: ClassVar[Stage] = "reading"
+    components: ClassVar[tuple[str, ...]] = LINK
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("amplitude", "m", null=0.0, scale=0.002, low=0.0, high=1.0),
+        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Add the error."""
+        channel = LINKAGE.index(self.component)
+        reading = block.reading[:, channel]
+        return block.with_reading(
+            channel, reading + self.amplitude * np.cos(block.reading[:, 0] + self.phase)
+        ), state

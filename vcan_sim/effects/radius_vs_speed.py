@@ -1,0 +1,43 @@
+"""Radius against speed: the rolling radius changes with the speed of the wheel.
+
+A soft tyre grows or creeps as it turns faster. Seen as a heading error that differs between slow and
+fast laps; confused with the diameter where all is driven at one speed. Source: first order in speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from vcan_sim.effects.block import wheel_number
+from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+
+if TYPE_CHECKING:
+    from vcan_sim.effects.block import Block
+    from vcan_sim.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class RadiusVsSpeed(Effect):
+    """Radius R (1 + slope |speed|).
+
+    Attributes:
+        slope: relative change of the radius per speed [1/(m/s)].
+    """
+
+    slope: float = 0.0
+
+    name: ClassVar[str] = "radius_vs_speed"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("slope", "1/(m/s)", null=0.0, scale=0.01, low=-1.0, high=1.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Scale the wheel's travel with its speed."""
+        wheel = wheel_number(self.component)
+        factor = 1.0 + self.slope * np.abs(block.speed[:, wheel])
+        return block.with_travel(wheel, factor * block.travel[:, wheel]), state

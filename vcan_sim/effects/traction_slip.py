@@ -1,0 +1,47 @@
+"""Traction slip: a driven wheel slips in proportion to its acceleration.
+
+Rubber needs slip to pass force on: travelled speed v - compliance a |v|, a the acceleration of the wheel
+along its motion. Seen where the robot starts and stops; confused with latency of a wheel's encoder.
+Source: linear part of the tyre's slip curve (Pacejka, Tire and Vehicle Dynamics, 2012, chapter 1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from vcan_sim.effects.block import wheels_of
+from vcan_sim.effects.effect import TRUCK, WHEEL, Effect, Parameter
+
+if TYPE_CHECKING:
+    from vcan_sim.effects.block import Block
+    from vcan_sim.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class TractionSlip(Effect):
+    """Travelled speed v - compliance a |v|.
+
+    Attributes:
+        compliance: slip per acceleration [s^2/m].
+    """
+
+    compliance: float = 0.0
+
+    name: ClassVar[str] = "traction_slip"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = (*WHEEL, *TRUCK)
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("compliance", "s^2/m", null=0.0, scale=0.05, low=0.0, high=10.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Take the slip away from the travel of the wheel, or of both wheels of the truck."""
+        for wheel in wheels_of(self.component):
+            slipped = (
+                self.compliance * block.acceleration[:, wheel] * np.abs(block.speed[:, wheel]) * block.period
+            )
+            block = block.with_travel(wheel, block.travel[:, wheel] - slipped)
+        return block, state

@@ -1,0 +1,47 @@
+"""Wheel misalignment: the truck travels at a small angle to its own straight ahead.
+
+Its axle is turned in the frame, against which joints and headings are read; it travels along the axle's
+normal. Seen as a sideways way in proportion to the way forward; the linkage alone cannot tell it from a
+biased joint encoder. Source: geometry.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from vcan_sim.effects.block import truck_number
+from vcan_sim.effects.effect import TRUCK, Effect, Parameter
+
+if TYPE_CHECKING:
+    from vcan_sim.effects.block import Block
+    from vcan_sim.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class WheelMisalignment(Effect):
+    """The truck travels at an angle to its straight ahead.
+
+    Attributes:
+        angle: of the axle in the frame, counter-clockwise [rad].
+    """
+
+    angle: float = 0.0
+
+    name: ClassVar[str] = "wheel_misalignment"
+    stage: ClassVar[Stage] = "body"
+    components: ClassVar[tuple[str, ...]] = TRUCK
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("angle", "rad", null=0.0, scale=0.01, low=-1.0, high=1.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Turn the way into the direction of the axle's normal."""
+        truck = truck_number(self.component)
+        twist = block.twist[:, truck].copy()
+        forward = twist[:, 0].copy()
+        twist[:, 0] = forward * np.cos(self.angle)
+        twist[:, 1] += forward * np.sin(self.angle)
+        return block.with_twist(truck, twist), state
