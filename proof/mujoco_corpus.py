@@ -107,7 +107,7 @@ def calibrated(robot: Robot, program: Program) -> Nominal:
 def _case(folder: Path, name: str, rng: np.random.Generator) -> tuple[str, dict[str, Any]]:
     began = time.monotonic()
     key = rng.bytes(4).hex()
-    robot, floor = random_robot(rng), Floor(rng, rng.uniform(0.003, 0.008))
+    robot, floor = random_robot(rng), Floor(rng, rng.uniform(0.003, 0.006))
     if name in PREPARED:
         robot = yielding(robot, PREPARED[name])
     speed = rng.uniform(0.2, 0.27) if name in CABLES else rng.uniform(0.3, 0.42)

@@ -1,7 +1,9 @@
 """A rough floor for MuJoCo: under each wheel and castor, the plane that touches the floor's surface there.
 
-The surface is a sum of waves of 0.06 to 1 m. A wheel on its tangent plane meets the same point, with the same
-normal, as on the surface itself, as long as the surface is flatter than the wheel is round.
+The surface is a sum of waves of 0.05 to 0.3 m. A wheel on its tangent plane meets the same point, with the
+same normal, as on the surface itself, as long as the surface is flatter than the wheel is round. Longer waves
+are left out: a truck that turns on them has its axle tilted the same way at each lap, and tilt times turn is
+rolled by both wheels, so that the floor would look like other wheels.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ class Floor:
     """A random surface of a given slope, the same for the same generator state."""
 
     def __init__(self, rng: np.random.Generator, slope: float) -> None:
-        wavelength = np.exp(rng.uniform(np.log(0.06), np.log(1.0), WAVES))
+        wavelength = np.exp(rng.uniform(np.log(0.05), np.log(0.3), WAVES))
         direction = rng.uniform(0, 2 * np.pi, WAVES)
         self.k = 2 * np.pi / wavelength * np.stack([np.cos(direction), np.sin(direction)])
         self.phase = rng.uniform(0, 2 * np.pi, WAVES)

@@ -91,9 +91,11 @@ def _places(at: Setting, wheel: str, count: int) -> list[tuple[float, float, flo
     x, y = pose[:, 0] - half * np.sin(pose[:, 2]), pose[:, 1] + half * np.cos(pose[:, 2])
     speed = np.diff(at.healthy.wheels[:, WHEELS.index(wheel)]) * at.nominal.radii[0] / at.healthy.time[1]
     yaw = np.diff(np.unwrap(pose[:, 2])) / at.healthy.time[1]
-    steady = np.flatnonzero((speed > 0.15) & (np.abs(yaw) < 0.35))[30:]
+    rolling = (speed > 0.15) & (np.abs(yaw) < 0.35)
+    steady = np.flatnonzero(np.convolve(~rolling, np.ones(121), "same") < 0.5)  # and 0.9 s before and after
+    steady = steady if len(steady) > 500 else np.flatnonzero(rolling)
     rows = steady[
-        np.linspace(0, len(steady) - 1, count + 2).astype(int)[1:-1] + at.rng.integers(-40, 40, count)
+        np.linspace(0, len(steady) - 1, count + 2).astype(int)[1:-1] + at.rng.integers(-20, 20, count)
     ]
     return [(float(x[row]), float(y[row]), float(pose[row, 2] + np.pi / 2)) for row in rows]
 
