@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import inclusion, rivals
+from mismatch.choose import EMPTY, inclusion, rivals
 from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
 from mismatch.evidence import evidence_of
-from mismatch.heldout import METRIC, held_out, size
+from mismatch.heldout import HELD, METRIC, held_out, size
 from mismatch.refine import sigmas
 from mismatch.regression import Regression
 from mismatch.rerun import rerun
@@ -17,6 +17,8 @@ from mismatch.where import channels_of, crossings, laps_at, places_at, row_names
 from mismatch.words import drives_for, part, regime, sentence, separating
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mismatch.heldout import HeldOut
     from mismatch.investigate import Investigation
     from mismatch.refine import Refined
@@ -42,14 +44,14 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
     names = tuple(one.signals.recording.source for one in found.regression.windows)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
     left = min(1.0, max(0.0, _excess(residuals.train)) / excess) if findings else 0.0
-    asserted = [one for one in findings if one.probability >= ASSERTED]
+    nothing = found.choice.probabilities().get(EMPTY, 0.0)
     blind = _blind(found)
     robot = signals.recording.vehicle.name
     evidence = evidence_of(found, refined, nominal, residuals, findings)
-    if asserted:
-        says = _headline(asserted, fit)
-        advice = tuple(dict.fromkeys(one.separates for one in asserted if one.separates))
-        unknown = [one for one in asserted if one.effect == "unknown"]
+    if findings and nothing < 1.0 - ASSERTED:
+        says = _headline(findings, fit)
+        advice = tuple(dict.fromkeys(one.separates for one in findings if one.separates))
+        unknown = [one for one in findings if one.effect == "unknown"]
         depends = tuple(dict.fromkeys(quantity for one in unknown for quantity in one.depends_on))
         return Diagnosis("mismatch", says, findings, fit, left, depends, robot, names, advice, evidence)
     if blind:
@@ -75,9 +77,8 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
     after = float(refined.regression.white[:, 0] @ refined.regression.white[:, 0])
     whole = max(before - after, 1e-9)
     findings = []
-    chosen = sorted(found.chosen)
-    named = 0
-    for member in chosen:
+    numbers = {term.key: number for number, term in enumerate(refined.terms)}
+    for member in sorted(found.chosen):
         term = found.choice.terms[member]
         others = tuple(
             Alternative(*key, probability=share)
@@ -86,9 +87,8 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
         )
         if term.effect == "unknown":
             findings.append(_unknown(found, member, probable[term.key], others))
-            continue
-        findings.append(_finding(refined, named, probable[term.key], others, whole))
-        named += 1
+        elif term.key in numbers:
+            findings.append(_finding(refined, numbers[term.key], probable[term.key], others, whole))
     return tuple(sorted(findings, key=lambda one: -one.explained))
 
 
@@ -182,24 +182,24 @@ def _fit(fitted: Regression, residuals: HeldOut) -> Fit:
     gain = residuals.gain
     spread = float(gain.std(ddof=1) * np.sqrt(len(gain))) if len(gain) > 1 else 0.0
     return Fit(
-        METRIC,
+        METRIC.format(HELD[residuals.kind]),
         Change(size(residuals.before), size(residuals.train)),
         Change(size(residuals.before), size(residuals.after)),
         channels,
         (float(gain.sum()), spread),
-        rerun(fitted, residuals.effects),
+        rerun(fitted, residuals),
         fitted.noise.named(),
     )
 
 
-def _headline(asserted: list[Finding], fit: Fit) -> str:
-    first = asserted[0]
+def _headline(findings: Sequence[Finding], fit: Fit) -> str:
+    first = findings[0]
     what = (
         f"unknown physics on {part(first.component)}" if first.effect == "unknown" else first.says.rstrip(".")
     )
-    more = f", and {len(asserted) - 1} more" if len(asserted) > 1 else ""
+    more = f", and {len(findings) - 1} more" if len(findings) > 1 else ""
     return (
-        f"{what}{more}. Residual on data that no fit has seen: {fit.heldout.before:.2f} before, "
+        f"{maybe}{what}{more}. Residual on data that no fit has seen: {fit.heldout.before:.2f} before, "
         f"{fit.heldout.after:.2f} after (1.00 is the sensors' own noise)."
     )
 

@@ -78,7 +78,7 @@ def _standard(values: Array) -> Array:
 
 
 def bank(windows: Windows) -> Iterator[tuple[Curve, Columns]]:
-    """Yield every curve with its column: inputs `(M, n)` and measurements `(M + 1, R)`."""
+    """Yield every curve with its column: inputs `(M, 3 T)` and measurements `(M + 1, R)`."""
     curves = quantities(windows)
     for number, wheel in enumerate(windows.signals.recording.vehicle.wheels):
         angle = windows.signals.block.angle[:, number]
@@ -149,8 +149,7 @@ def _side(windows: Windows, truck: int, value: Array) -> Columns:
 
 
 def _pushed(windows: Windows, twist: Array) -> Columns:
-    states = windows.transition.shape[1]
-    return -pushed(windows.signals, windows.ends, twist, states), np.zeros(windows.measured.shape)
+    return -pushed(windows.signals, windows.ends, twist), np.zeros(windows.measured.shape)
 
 
 def _reading(windows: Windows, rows: tuple[int, ...], value: Array) -> Columns:

@@ -122,6 +122,23 @@ class Choice:
         return {one: weight / whole for one, weight in weights.items()}
 
 
+def marginal(total: Array, nuisances: slice) -> Array:
+    """Return products `(C, C)` with some columns, of unit normal prior, integrated out."""
+    own = total[nuisances, nuisances] + np.eye(nuisances.stop - nuisances.start)
+    across = total[:, nuisances]
+    return np.asarray(total - across @ np.linalg.solve(own, across.T))
+
+
+def thinned(choice: Choice, members: Set) -> Set:
+    """Return a set without the members that it is better off without."""
+    while members:
+        better = max((members - {one} for one in members), key=choice.worth)
+        if choice.worth(better) <= choice.worth(members):
+            break
+        members = better
+    return members
+
+
 def inclusion(choice: Choice) -> dict[tuple[str, str], float]:
     """Return the probability of every effect on every component to be in the right set."""
     found: dict[tuple[str, str], float] = {}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+
+from mismatch.signals import WINDOW
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
 
     from mismatch.windows import Windows
     from vehicle.recording import Recording
+
+Kind = Literal["laps", "blocks", "moments"]
 
 SHORTEST = 8.0  # [s] of a block that is held out
 _BLOCKS = 8  # into which a recording without laps is cut
@@ -27,12 +31,19 @@ def laps_of(recording: Recording) -> list[tuple[float, float]]:
     return [(start, end) for start, end in laps if end > start]
 
 
-def folds_of(windows: Sequence[Windows]) -> list[NDArray[np.int64]]:
+def folds_of(windows: Sequence[Windows], kind: Kind = "laps") -> list[NDArray[np.int64]]:
     """Return of each recording the number (M + 1,) of the stretch that may be held out.
 
-    Laps, if all recordings together have two or more, with what lies between them counted to the lap
-    before; else blocks of time of equal length.
+    Args:
+        windows: of each recording.
+        kind: "laps", if all recordings together have two or more, with what lies between them counted to
+            the lap before, and else blocks of time of equal length; "blocks", every fourth of short
+            blocks in one; "moments", every other window.
     """
+    if kind != "laps":
+        length = SHORTEST if kind == "blocks" else 2.0 * WINDOW
+        count = 4 if kind == "blocks" else 2
+        return [(np.floor((one.time - one.time[0]) / length) % count).astype(np.int64) for one in windows]
     laps = [laps_of(one.signals.recording) for one in windows]
     enough = sum(len(own) for own in laps) >= 2 and all(laps)
     folds, first = [], 0

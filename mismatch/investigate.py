@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mismatch.bank import add_bank
-from mismatch.choose import EMPTY, Choice
+from mismatch.choose import EMPTY, Choice, marginal
 from mismatch.noise import Noise, estimate_noise
 from mismatch.refine import settle
 from mismatch.regression import Regression
 from mismatch.scan import merged, proposals
-from mismatch.terms import smooth_terms
+from mismatch.terms import skews, smooth_terms
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -41,11 +41,13 @@ class Investigation:
         regression: the whitened recordings, with the columns of all candidates.
         choice: the candidates and the sets of them that were compared.
         chosen: the best set.
+        skew: columns of what the linkage's encoders are out of step with the wheels', in any robot.
     """
 
     regression: Regression
     choice: Choice
     chosen: Set
+    skew: slice
 
     def members(self) -> list[Term]:
         """Return the terms of the best set, in order."""
@@ -73,11 +75,13 @@ def investigate(
     progress(0, STEPS, "signatures of all effects")
     terms = [one for one in smooth_terms([own.signals for own in windows]) if one.effect not in left_out]
     regression = Regression(windows, Noise(), base, folds)
+    skewed = regression.add(skews(windows[0].signals))
+    skew = slice(1, 1 + len(skewed))
     places = regression.add(terms)
     progress(2, STEPS, "noise levels")
     usual = [number for number, one in enumerate(terms) if one.effect in _USUAL]
     _estimate(regression, places, usual)
-    choice = Choice(terms, places, regression.total)
+    choice = Choice(terms, places, marginal(regression.total, skew))
     progress(4, STEPS, "comparing sets of effects")
     chosen = choice.best(EMPTY)
     for turn in range(ROUNDS):
@@ -87,7 +91,7 @@ def investigate(
         places += regression.add(new)
         terms += new
         before = {terms[one].key for one in chosen}
-        choice = Choice(terms, places, regression.total)
+        choice = Choice(terms, places, marginal(regression.total, skew))
         chosen = choice.best(chosen)
         settled = settle(regression, [terms[one] for one in sorted(chosen)], COARSE)
         moved = merged(terms, settled)
@@ -97,7 +101,7 @@ def investigate(
             one for one in chosen if terms[one].key not in {own.key for own in moved}
         }
         _estimate(regression, places, chosen)
-        choice = Choice(terms, places, regression.total)
+        choice = Choice(terms, places, marginal(regression.total, skew))
         chosen = choice.best(chosen)
         if turn > 0 and (not new or {terms[one].key for one in chosen} == before):
             break
@@ -105,9 +109,9 @@ def investigate(
     if "unknown" not in left_out:
         unknown, at = add_bank(regression)
         terms, places = [*terms, *unknown], [*places, *at]
-        choice = Choice(terms, places, regression.total)
+        choice = Choice(terms, places, marginal(regression.total, skew))
         chosen = choice.best(chosen)
-    return Investigation(regression, choice, chosen)
+    return Investigation(regression, choice, chosen, skew)
 
 
 def _estimate(regression: Regression, places: Sequence[slice], nuisances: Iterable[int]) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mismatch.signals import signals_of
 from mismatch.windows import pushed
 from vcan_sim.effects.effect import stage_of
 
@@ -27,7 +28,7 @@ class Response:
     """What a set of effects does to one recording.
 
     Attributes:
-        inputs: (M, n) what the robot does otherwise than the trajectory.
+        inputs: (M, 3 T) what the robot does otherwise than the trajectory.
         offset: (M + 1, R) what its sensors show beyond what is there.
     """
 
@@ -52,13 +53,22 @@ def replayed(signals: Signals, effects: Sequence[Effect]) -> Block:
     return block
 
 
+def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:
+    """Return a recording's signals about the trajectory of its readings without what effects add to them."""
+    if not any(stage_of(effect) == "reading" for effect in effects):
+        return signals
+    for _ in range(2):
+        shown = replayed(signals, effects).reading - signals.block.reading
+        signals = signals_of(signals.recording, np.concatenate((shown[:1], shown)))
+    return signals
+
+
 def response(windows: Windows, effects: Sequence[Effect]) -> Response:
     """Return what effects do to one recording, beyond the nominal robot."""
     signals = windows.signals
     block = replayed(signals, effects)
     more = block.twist - signals.block.twist
-    states = windows.transition.shape[1]
-    inputs = windows.drift + (pushed(signals, windows.ends, more, states) if np.any(more) else 0.0)
+    inputs = windows.drift + (pushed(signals, windows.ends, more) if np.any(more) else 0.0)
     offset = np.zeros(windows.measured.shape)
     if windows.linkage:
         shown = block.reading - signals.block.reading
@@ -82,7 +92,7 @@ def _age_poses(windows: Windows, effects: Sequence[Effect], offset: Array) -> No
 
 
 def data(windows: Windows, base: Response) -> Columns:
-    """Return the data's column: inputs `(M, n)` and measurements `(M + 1, R)`, about a base of effects."""
+    """Return the data's column: inputs `(M, 3 T)` and measurements `(M + 1, R)`, about a base of effects."""
     return base.inputs, windows.measured - base.offset
 
 

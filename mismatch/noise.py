@@ -85,11 +85,12 @@ class Filter:
         """Return the whitened innovations (M + 1, R, C) of columns.
 
         Args:
-            inputs: (M, n, C).
+            inputs: (M, 3 T, C).
             measured: (M + 1, R, C).
         """
         return whiten(
             self.transition,
+            self.windows.links,
             np.ascontiguousarray(inputs),
             self.windows.observe,
             np.ascontiguousarray(measured),
@@ -113,7 +114,9 @@ def filter_of(windows: Windows, noise: Noise) -> Filter:
     transition[:, waves, waves] = kept
     process[:, waves, waves] = noise.waviness**2 * mean * (1.0 - kept**2)
     start[waves, waves] = noise.waviness**2 * mean.max(axis=0)
-    gains, spread = gains_of(transition, process, windows.observe, variance_of(windows, noise), start)
+    gains, spread = gains_of(
+        transition, windows.links, process, windows.observe, variance_of(windows, noise), start
+    )
     return Filter(windows, transition, gains, spread)
 
 
@@ -151,7 +154,7 @@ def estimate_noise(
 
     Args:
         windows: of each recording.
-        columns: of each recording inputs (M, n, C) and measurements (M + 1, R, C): the data, then the
+        columns: of each recording inputs (M, 3 T, C) and measurements (M + 1, R, C): the data, then the
             nuisances in units of their scale.
         start: from which to look; robots that work by default.
     """

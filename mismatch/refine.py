@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import Choice, decoded
+from mismatch.choose import Choice, decoded, marginal, thinned
 from mismatch.folds import folds_of
+from mismatch.model import relinearised
 from mismatch.regression import Regression
-from mismatch.terms import WAVES, Term, term
+from mismatch.terms import Term, angle_of, skews, term
 from mismatch.windows import windows_of
 from vcan_sim.effects import effect_named
 
@@ -50,25 +51,26 @@ class Refined:
 
 def refine(found: Investigation) -> Refined:
     """Return the best set's effects with all of their parameters fitted to the recordings."""
-    members = found.members()
-    windows = [
-        windows_of(
-            one.signals, [(at - AROUND, at + AROUND) for member in members for at in events_of(member)]
-        )
-        for one in found.regression.windows
-    ]
-    noise, folds = found.regression.noise, folds_of(windows)
-    regression = Regression(windows, noise, (), folds)
-    terms = settle(regression, members)
-    choice = Choice(terms, regression.add(terms), regression.total)
-    values = [coefficients for _, coefficients, _ in decoded(choice, range(len(terms)))]
-    effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
+    members = [one for one in found.members() if one.effect != "unknown"]
+    noise, linear = found.regression.noise, found.regression.windows
+    terms = _placed(found, members)
+    folds = folds_of(linear)
+    regression = Regression(linear, noise, (), folds)
+    skewed = regression.add(skews(linear[0].signals))
+    places = regression.add(terms)
+    total = marginal(regression.total, slice(1, 1 + len(skewed)))
+    choice = Choice(terms, places, total)
+    kept = sorted(thinned(choice, frozenset(range(len(terms)))))
+    values = [coefficients for _, coefficients, _ in decoded(choice, kept)]
+    terms = [terms[one] for one in kept]
     for _ in range(TURNS):
-        regression = Regression(windows, noise, effects, folds)
-        choice = Choice(terms, regression.add(terms), regression.total)
-        moved = decoded(choice, range(len(terms)))
-        values = [own + step for own, (_, step, _) in zip(values, moved, strict=True)]
         effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
+        windows = [windows_of(relinearised(one.signals, effects)) for one in linear]
+        regression = Regression(windows, noise, effects, folds)
+        places = regression.add(terms)
+        moved = decoded(Choice(terms, places, regression.total), range(len(terms)))
+        values = [own + step for own, (_, step, _) in zip(values, moved, strict=True)]
+    effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
     regression = Regression(windows, noise, effects, folds)
     places = regression.add(terms)
     last = decoded(Choice(terms, places, regression.total), range(len(terms)))
@@ -80,6 +82,17 @@ def refine(found: Investigation) -> Refined:
         regression,
         tuple(places),
     )
+
+
+def _placed(found: Investigation, members: Sequence[Term]) -> list[Term]:
+    """Return members with their events where they fit best, to the sample."""
+    moments = [at for member in members for at in events_of(member)]
+    dense = [(at - AROUND, at + AROUND) for at in moments]
+    windows = found.regression.windows
+    if dense:
+        windows = [windows_of(one.signals, dense) for one in windows]
+    regression = Regression(windows, found.regression.noise, (), folds_of(windows))
+    return settle(regression, members)
 
 
 def events_of(member: Term) -> list[float]:
@@ -194,8 +207,8 @@ def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float |
         covariance: (k, k) of its coefficients.
     """
     scale = next(one.scale for one in effect_named(member.effect).parameters if one.name == member.linear)
-    if member.linear in WAVES:
-        angle_name = WAVES[member.linear]
+    angle_name = angle_of(type(effect))
+    if angle_name is not None:
         size = max(getattr(effect, member.linear) / scale, 1e-9)
         angle = getattr(effect, angle_name)
         along, across = (

@@ -36,7 +36,7 @@ class Regression:
         noise: its levels.
         base: effects about which it is linear.
         folds: of each recording (M + 1,) the number of the stretch that each window belongs to.
-        raw: of each recording the columns' inputs (M, n, C) and measurements (M + 1, R, C); the data
+        raw: of each recording the columns' inputs (M, 3 T, C) and measurements (M + 1, R, C); the data
             come first.
         filters: of each recording the filter's gains and the innovations' variances.
         white: (V, C) whitened columns, in all rows that were measured.
@@ -112,7 +112,7 @@ class Regression:
         return places
 
     def extend(self, columns: Sequence[Sequence[Columns]]) -> slice:
-        """Add columns, each inputs (M, n) and measurements (M + 1, R), of each recording."""
+        """Add columns, each inputs (M, 3 T) and measurements (M + 1, R), of each recording."""
         before = self.white.shape[1]
         if not columns[0]:
             return slice(before, before)

@@ -20,6 +20,7 @@ from vehicle.se2 import between, wrap
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mismatch.heldout import HeldOut
     from mismatch.regression import Regression
     from mismatch.signals import Signals
     from mismatch.windows import Windows
@@ -30,21 +31,21 @@ STRETCH = 10.0  # [s] long against the sensors' resolution, short against what o
 _LEAST = 3  # stretches from which a root mean square is worth showing
 
 
-def rerun(regression: Regression, effects: Sequence[Sequence[Effect]]) -> dict[str, Change]:
+def rerun(regression: Regression, residuals: HeldOut) -> dict[str, Change]:
     """Return of each channel the open-loop mismatch, root mean square, without and with effects.
 
     Args:
-        regression: whose recordings and folds to take.
-        effects: of each fold, fitted to the others.
+        regression: whose recordings to take.
+        residuals: with the folds, and the effects fitted without each of them.
     """
     before: dict[str, list[Array]] = {}
     after: dict[str, list[Array]] = {}
-    for windows, folds in zip(regression.windows, regression.folds, strict=True):
+    for windows, folds in zip(regression.windows, residuals.folds, strict=True):
         nominal = _missed(windows, windows.signals, ())
         for name, (_, missed) in nominal.items():
             before.setdefault(name, []).append(missed)
         for fold in np.unique(folds):
-            own = _missed(windows, windows.signals, effects[fold])
+            own = _missed(windows, windows.signals, residuals.effects[fold])
             for name, (at, missed) in own.items():
                 mine = folds[np.searchsorted(windows.ends, at).clip(max=len(folds) - 1)] == fold
                 after.setdefault(name, []).append(missed[mine])

@@ -6,6 +6,7 @@ adjoint, window by window; patches, steps and harmonics from columns at the wind
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,18 +16,22 @@ from mismatch.terms import term
 from mismatch.whitening import adjoint
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from mismatch.choose import Choice, Set
     from mismatch.regression import Regression
     from mismatch.terms import Term
     from mismatch.windows import Windows
+    from vehicle.parameters import Channel
     from vehicle.se2 import Array
 
 EVENT = 4.0  # sigma from which one window among a thousand is worth a look
 ORDERS = tuple(range(2, 41))
 _SHORTEST = 1.5  # [s] of a patch
+_PATCHES = 200  # of the shortest kind in a recording, however long that is
 _CHUNK = 256
+
+Build = Callable[[int, "Windows", range], "Array"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,32 +125,36 @@ def _apart(high: Array, sigmas: Array) -> list[int]:
     return chosen
 
 
-def strengths(regression: Regression, left: Leftover, build: Callable[[Windows], Array], count: int) -> Array:
+def strengths(regression: Regression, left: Leftover, build: Build, count: int) -> Array:
     """Return by how many sigma each of many columns would be estimated, `(C,)`.
 
     Args:
         regression: whose recordings to look at.
         left: what is left of them.
-        build: the inputs (M, n, C) of the columns for one recording.
+        build: the way that wheels gain (M, W, c) in the columns from one number to another.
         count: C.
     """
-    inputs = [build(windows) for windows in regression.windows]
     answer = np.zeros(count)
     for first in range(0, count, _CHUNK):
-        own = slice(first, min(first + _CHUNK, count))
-        rows = []
-        for number, (windows, push) in enumerate(zip(regression.windows, inputs, strict=True)):
-            still = np.zeros((*windows.measured.shape, own.stop - own.start))
-            white = regression.filters[number].whiten(-push[:, :, own], still)
-            mine = regression.owner == number
-            rows.append(white[regression.moment[mine], regression.channel[mine]])
-        answer[own] = left.strength(np.concatenate(rows))
+        last = min(first + _CHUNK, count)
+        white = []
+        for number, windows in enumerate(regression.windows):
+            gained = build(number, windows, range(first, last))
+            poses = 3 * len(windows.signals.trucks)
+            push = np.einsum("mwi,mwc->mic", windows.lever[:, :, :poses], gained)
+            still = np.zeros((*windows.measured.shape, last - first))
+            white.append(regression.filters[number].whiten(-push, still))
+        answer[first:last] = left.strength(regression.rows(white))
     return answer
 
 
 def _travelled(windows: Windows) -> Array:
     """Return the way (M, W) of each wheel in each window [m]."""
     return np.add.reduceat(windows.signals.block.travel, windows.ends[:-1], axis=0)
+
+
+def _wheels(regression: Regression) -> tuple[Channel, ...]:
+    return regression.windows[0].signals.recording.vehicle.wheels
 
 
 def _patches(regression: Regression, left: Leftover) -> list[Term]:
@@ -155,20 +164,18 @@ def _patches(regression: Regression, left: Leftover) -> list[Term]:
         for number, windows in enumerate(regression.windows)
         for start, length in _stretches(windows.time[0], windows.time[-1])
     ]
-    wheels = regression.windows[0].signals.recording.vehicle.wheels
+    wheels = _wheels(regression)
 
-    def build(windows: Windows) -> Array:
+    def build(number: int, windows: Windows, columns: range) -> Array:
         way = _travelled(windows)
         middle = 0.5 * (windows.time[1:] + windows.time[:-1])
-        inputs = np.zeros((*windows.transition.shape[:2], len(spans) * len(wheels)))
-        for at, (number, start, end) in enumerate(spans):
-            if regression.windows[number] is windows:
-                inside = np.flatnonzero((middle > start) & (middle < end))
-                for wheel in range(len(wheels)):
-                    inputs[inside, :, at * len(wheels) + wheel] = (
-                        -way[inside, wheel, None] * windows.lever[inside, wheel]
-                    )
-        return inputs
+        gained = np.zeros((*way.shape, len(columns)))
+        for at, column in enumerate(columns):
+            (owner, start, end), wheel = spans[column // len(wheels)], column % len(wheels)
+            if owner == number:
+                inside = slice(*np.searchsorted(middle, (start, end)))
+                gained[inside, wheel, at] = -way[inside, wheel]
+        return gained
 
     sigmas = strengths(regression, left, build, len(spans) * len(wheels)).reshape(len(spans), len(wheels))
     found = []
@@ -182,7 +189,7 @@ def _patches(regression: Regression, left: Leftover) -> list[Term]:
 
 def _stretches(start: float, end: float) -> list[tuple[float, float]]:
     """Return starts and lengths that overlap by half, each length twice the one before."""
-    found, length = [], _SHORTEST
+    found, length = [], max(_SHORTEST, (end - start) / _PATCHES)
     while length < 0.6 * (end - start):
         found += [(float(at), length) for at in np.arange(start, end - 0.5 * length, 0.5 * length)]
         length *= 2.0
@@ -191,50 +198,44 @@ def _stretches(start: float, end: float) -> list[tuple[float, float]]:
 
 def _steps(regression: Regression, left: Leftover) -> list[Term]:
     """Propose a moment at which a wheel's radius changed."""
-    wheels = regression.windows[0].signals.recording.vehicle.wheels
+    wheels = _wheels(regression)
     moments = [
-        float(moment)
-        for windows in regression.windows
+        (number, float(moment))
+        for number, windows in enumerate(regression.windows)
         for moment in np.linspace(windows.time[0], windows.time[-1], 18)[1:-1]
     ]
 
-    def build(windows: Windows) -> Array:
+    def build(_number: int, windows: Windows, columns: range) -> Array:
         way = _travelled(windows)
         middle = 0.5 * (windows.time[1:] + windows.time[:-1])
-        inputs = np.zeros((*windows.transition.shape[:2], len(moments) * len(wheels)))
-        for at, moment in enumerate(moments):
+        gained = np.zeros((*way.shape, len(columns)))
+        for at, column in enumerate(columns):
+            (_, moment), wheel = moments[column // len(wheels)], column % len(wheels)
             late = middle > moment
-            for wheel in range(len(wheels)):
-                inputs[late, :, at * len(wheels) + wheel] = (
-                    way[late, wheel, None] * windows.lever[late, wheel]
-                )
-        return inputs
+            gained[late, wheel, at] = way[late, wheel]
+        return gained
 
     sigmas = np.abs(strengths(regression, left, build, len(moments) * len(wheels))).reshape(-1, len(wheels))
     found = []
     for number, wheel in enumerate(wheels):
         at = int(np.argmax(sigmas[:, number]))
         if sigmas[at, number] > EVENT:
-            found.append(term("radius_step", wheel, len(moments), time=moments[at]))
+            found.append(term("radius_step", wheel, len(moments), time=moments[at][1]))
     return found
 
 
 def _harmonics(regression: Regression, left: Leftover) -> list[Term]:
     """Propose an order at which a wheel's travel beats."""
-    wheels = regression.windows[0].signals.recording.vehicle.wheels
+    wheels = _wheels(regression)
 
-    def build(windows: Windows) -> Array:
-        angle = windows.signals.recording
-        inputs = np.zeros((*windows.transition.shape[:2], 2 * len(ORDERS) * len(wheels)))
-        at = 0
-        for number, wheel in enumerate(wheels):
-            turned = angle.wheel_angle(wheel)[windows.ends]
-            for order in ORDERS:
-                for quarter in (0.0, 0.5 * np.pi):
-                    gained = np.diff(np.cos(order * turned + quarter))
-                    inputs[:, :, at] = gained[:, None] * windows.lever[:, number]
-                    at += 1
-        return inputs
+    def build(_number: int, windows: Windows, columns: range) -> Array:
+        gained = np.zeros((len(windows.ends) - 1, len(wheels), len(columns)))
+        for at, column in enumerate(columns):
+            wheel, rest = divmod(column, 2 * len(ORDERS))
+            turned = windows.signals.recording.wheel_angle(wheels[wheel])[windows.ends]
+            wave = np.cos(ORDERS[rest // 2] * turned + 0.5 * np.pi * (rest % 2))
+            gained[:, wheel, at] = np.diff(wave)
+        return gained
 
     sigmas = strengths(regression, left, build, 2 * len(ORDERS) * len(wheels))
     power = (sigmas.reshape(len(wheels), len(ORDERS), 2) ** 2).sum(axis=2)

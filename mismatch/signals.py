@@ -12,10 +12,12 @@ from vehicle.linkage import follower, linkage_of
 from vehicle.se2 import Array, between, compose, wrap
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from vehicle.parameters import TruckName
     from vehicle.recording import Poses, Recording
 
-AHEAD = 0.25  # [s] that odometry looks ahead for what a linkage is about to read
+WINDOW = 0.25  # [s] shorter than any manoeuvre; what happens in one shows in the next reading
 SMOOTHING = 0.2  # [s] over which a wheel's speed is taken: long against a count, short against a servo
 _COARSE = 0.5  # [s] into which dense poses are averaged before the trajectory follows them
 
@@ -26,7 +28,6 @@ class Signals:
 
     Attributes:
         recording: itself.
-        name: for people.
         block: its N - 1 steps, as the nominal robot would have driven them. Its readings are those that
             odometry foresees from a moment before: what the floor's roughness adds to a reading would
             otherwise stand on both sides of a regression on readings.
@@ -37,7 +38,6 @@ class Signals:
     """
 
     recording: Recording
-    name: str
     block: Block
     path: Array
     reading: Array
@@ -55,8 +55,14 @@ class Signals:
         return self.recording.time
 
 
-def signals_of(recording: Recording, name: str = "") -> Signals:
-    """Return a recording's signals, with all of its effects still in it."""
+def signals_of(recording: Recording, offset: Array | float = 0.0) -> Signals:
+    """Return a recording's signals, with all of its effects still in it.
+
+    Args:
+        recording: of a drive.
+        offset: (N, 3) what is known of the linkage readings' errors [rad, rad, m]: the trajectory is that
+            of the readings without it.
+    """
     vehicle, time = recording.vehicle, recording.time
     period = np.diff(time)
     angle = np.stack([recording.wheel_angle(wheel) for wheel in vehicle.wheels], axis=1)
@@ -69,7 +75,7 @@ def signals_of(recording: Recording, name: str = "") -> Signals:
     travel = radius * turned
     yaw = (travel[:, 1::2] - travel[:, 0::2]) / wheelbase
     forward = 0.5 * (travel[:, 1::2] + travel[:, 0::2])
-    path = _path(recording, np.stack([forward, np.zeros_like(yaw), yaw], axis=-1), reading, poses)
+    path = _path(recording, np.stack([forward, np.zeros_like(yaw), yaw], axis=-1), reading - offset, poses)
     block = Block(
         time=time[1:],
         period=period,
@@ -87,15 +93,20 @@ def signals_of(recording: Recording, name: str = "") -> Signals:
     resolution = np.array(
         [abs(vehicle.encoder(name).scale) for name in vehicle.channels if name not in vehicle.wheels]
     )
-    return Signals(recording, name or recording.source, block.rolled(), path, reading, resolution, poses)
+    return Signals(recording, block.rolled(), path, reading, resolution, poses)
+
+
+def grid(time: Array) -> NDArray[np.int64]:
+    """Return the samples, evenly spaced in time, at which windows end; the first and the last among them."""
+    count = max(2, round((time[-1] - time[0]) / WINDOW))
+    return np.unique(np.searchsorted(time, np.linspace(time[0], time[-1], count + 1)).clip(max=len(time) - 1))
 
 
 def _foreseen(path: Array, travel: Array, wheelbase: Array, time: Array) -> Array:
     """Return the readings (N, 3) that odometry foresees from the last of evenly spaced moments."""
     if path.shape[1] == 1:
         return np.zeros((len(path), 0))
-    moments = np.searchsorted(time, np.arange(time[0], time[-1], AHEAD))
-    index = np.arange(len(time))
+    moments, index = grid(time), np.arange(len(time))
     origin = moments[np.maximum(np.searchsorted(moments, index, side="left") - 1, 0)]
     ahead = []
     for truck in range(2):

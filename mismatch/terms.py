@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from vcan_sim.effects.effect import Effect
     from vehicle.se2 import Array
 
-WAVES = {"amplitude": "phase", "rate": "direction"}  # what is linear, and the angle that goes with it
+ANGLES = ("phase", "direction")  # parameters that make a wave of two columns of the one before them
+SKEW = 0.3  # of a SYNC period: devices answer SYNC one after the other, and sample a little apart
 SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
 # What is likelier before anything is seen, as a difference of log probabilities: an owner's numbers are
 # off in every robot, while the others are faults that a few have.
@@ -66,12 +67,12 @@ class Term:
     def built(self, coefficients: Array) -> Effect:
         """Return the effect that has these coefficients `(k,)`."""
         kind = effect_named(self.effect)
-        linear = self.linear
+        linear, turned = self.linear, angle_of(kind)
         spec = {one.name: one for one in kind.parameters}
-        if linear in WAVES:
+        if turned is not None:
             size = spec[linear].scale * math.hypot(coefficients[0], coefficients[1])
             angle = math.atan2(coefficients[1], coefficients[0])
-            values = {linear: min(size, spec[linear].high), WAVES[linear]: angle}
+            values = {linear: min(size, spec[linear].high), turned: angle}
         elif linear == "lost":
             lost = np.clip(coefficients * spec["lost"].scale, spec["lost"].low, spec["lost"].high)
             values = {"lost": tuple(lost.tolist())}
@@ -95,13 +96,13 @@ def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # 
         for one in kind.parameters
         if one.name == ("lost" if effect == "bump" else kind.parameters[0].name)
     )
-    null = linear.null or 0.0
+    null, turned = linear.null or 0.0, angle_of(kind)
     if effect == "bump":
         times = fixed["times"]
         probes = tuple(kind(component=component, times=(time,), lost=(linear.scale,)) for time in times)
-    elif linear.name in WAVES:
+    elif turned is not None:
         probes = tuple(
-            kind(component=component, **{linear.name: linear.scale, WAVES[linear.name]: angle}, **fixed)
+            kind(component=component, **{linear.name: linear.scale, turned: angle}, **fixed)
             for angle in (0.0, 0.5 * math.pi)
         )
     else:
@@ -109,8 +110,13 @@ def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # 
     plausibility = (
         _COMMON.get(effect, 0.0) + _RARE.get(effect, 0.0) - math.log(tries) * len(fixed.get("times", (0,)))
     )
-    positive = linear.low >= null and linear.name not in WAVES
+    positive = linear.low >= null and turned is None
     return Term(effect, component, probes, dict(fixed), plausibility, positive)
+
+
+def angle_of(kind: type[Effect]) -> str | None:
+    """Return the parameter that turns a wave, or None for an effect that is none."""
+    return next((one.name for one in kind.parameters if one.name in ANGLES), None)
 
 
 def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
@@ -147,3 +153,14 @@ def _speeds(signals: Sequence[Signals], component: str) -> list[float]:
     return sorted(
         {round(float(value), 3) for value in np.quantile(speed, [0.02, 0.15, 0.35, 0.6, 0.8, 0.92])}
     )
+
+
+def skews(signals: Signals) -> list[Term]:
+    """Return a latency of each linkage encoder, of the part of a SYNC period that devices differ by."""
+    if not signals.reading.shape[1]:
+        return []
+    kind, part = effect_named("latency"), SKEW * signals.recording.vehicle.bus.sync_period
+    return [
+        Term("latency", channel, (kind(component=channel, delay=part),), {}, 0.0, positive=False)  # type: ignore[call-arg]
+        for channel in ("joint_a", "joint_b", "link")
+    ]

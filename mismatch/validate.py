@@ -107,7 +107,7 @@ def _check_laps(recording: Recording) -> None:
             raise RecordingError(
                 recording.source,
                 f"lap {number} of run.toml ({lap.start:.3f} to {lap.end:.3f} s) lies outside the time of "
-                f"can.log ({recording.time[0]:.3f} to {recording.time[-1]:.3f} s); correct or remove run.toml",
+                f"can.log ({recording.time[0]:.3f} to {recording.time[-1]:.3f} s); correct it",
             )
 
 

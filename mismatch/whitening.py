@@ -12,17 +12,19 @@ adjoint is the disturbance smoother of de Jong (Biometrika 1988; de Jong & Penze
 
 import numpy as np
 
-from vehicle.compiled import Array, compiled
+from vehicle.compiled import Array, IntArray, compiled
 
 
 @compiled
 def gains_of(
-    transition: Array, process: Array, observe: Array, variance: Array, start: Array
+    transition: Array, links: IntArray, process: Array, observe: Array, variance: Array, start: Array
 ) -> tuple[Array, Array]:
     """Return the filter's gains `(M + 1, R, n)` and its innovations' variances `(M + 1, R)`.
 
     Args:
         transition: F, (M, n, n).
+        links: (K, 2) rows and columns off F's diagonal that are not zero, such that no column is a row
+            that came before.
         process: Q, (M, n, n).
         observe: H, (M + 1, R, n).
         variance: R, (M + 1, R); nan where nothing was measured, and so is the innovation's.
@@ -31,33 +33,65 @@ def gains_of(
     moments, rows, states = observe.shape
     gains, spread = np.zeros((moments, rows, states)), np.full((moments, rows), np.nan)
     covariance = start.copy()
+    carried = np.zeros(states)
     for moment in range(moments):
         if moment > 0:
-            step = transition[moment - 1]
-            covariance = np.dot(np.dot(step, covariance), step.T) + process[moment - 1]
+            carry(transition[moment - 1], links, covariance)
+            carry(transition[moment - 1], links, covariance.T)
+            covariance += process[moment - 1]
         for row in range(rows):
             if np.isnan(variance[moment, row]):
                 continue
-            seen = observe[moment, row]
-            carried = np.dot(covariance, seen)
-            size = np.dot(seen, carried) + variance[moment, row]
+            carried[:] = 0.0
+            size = variance[moment, row]
             for one in range(states):
-                gains[moment, row, one] = carried[one] / size
+                seen = observe[moment, row, one]
+                if seen != 0.0:
+                    for other in range(states):
+                        carried[other] += seen * covariance[one, other]
+            for one in range(states):
+                size += observe[moment, row, one] * carried[one]
+            for one in range(states):
+                gain = carried[one] / size
+                gains[moment, row, one] = gain
                 for other in range(states):
-                    covariance[one, other] -= carried[one] * carried[other] / size
+                    covariance[one, other] -= gain * carried[other]
             spread[moment, row] = size
     return gains, spread
 
 
 @compiled
+def carry(transition: Array, links: IntArray, state: Array) -> None:
+    """Carry a state `(n, C)` over one step in place: F state."""
+    for number in range(len(links)):
+        row, column = links[number, 0], links[number, 1]
+        factor = transition[row, column]
+        if factor != 0.0:
+            for one in range(state.shape[1]):
+                state[row, one] += factor * state[column, one]
+    for row in range(state.shape[0]):
+        factor = transition[row, row]
+        if factor != 1.0:
+            for one in range(state.shape[1]):
+                state[row, one] *= factor
+
+
+@compiled
 def whiten(
-    transition: Array, inputs: Array, observe: Array, measured: Array, gains: Array, spread: Array
+    transition: Array,
+    links: IntArray,
+    inputs: Array,
+    observe: Array,
+    measured: Array,
+    gains: Array,
+    spread: Array,
 ) -> Array:
     """Return whitened innovations `(M + 1, R, C)` of C columns; rows that were not measured are nan.
 
     Args:
         transition: F, (M, n, n).
-        inputs: u, (M, n, C).
+        links: as in `gains_of`.
+        inputs: u, (M, k, C), of the first k states.
         observe: H, (M + 1, R, n).
         measured: z, (M + 1, R, C).
         gains: as `gains_of` returns them.
@@ -67,19 +101,32 @@ def whiten(
     columns = measured.shape[2]
     white = np.full((moments, rows, columns), np.nan)
     state = np.zeros((states, columns))
+    innovation = np.zeros(columns)
     for moment in range(moments):
         if moment > 0:
-            state = np.dot(transition[moment - 1], state) + inputs[moment - 1]
+            carry(transition[moment - 1], links, state)
+            for row in range(inputs.shape[1]):
+                for one in range(columns):
+                    state[row, one] += inputs[moment - 1, row, one]
         for row in range(rows):
             size = spread[moment, row]
             if np.isnan(size):
                 continue
-            innovation = measured[moment, row] - np.dot(observe[moment, row], state)
-            white[moment, row] = innovation / np.sqrt(size)
-            for one in range(states):
-                gain = gains[moment, row, one]
+            for one in range(columns):
+                innovation[one] = measured[moment, row, one]
+            for other in range(states):
+                seen = observe[moment, row, other]
+                if seen != 0.0:
+                    for one in range(columns):
+                        innovation[one] -= seen * state[other, one]
+            scale = 1.0 / np.sqrt(size)
+            for one in range(columns):
+                white[moment, row, one] = innovation[one] * scale
+            for other in range(states):
+                gain = gains[moment, row, other]
                 if gain != 0.0:
-                    state[one] += gain * innovation
+                    for one in range(columns):
+                        state[other, one] += gain * innovation[one]
     return white
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.signals import expected_reading
+from mismatch.signals import WINDOW, expected_reading, grid
 from vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from mismatch.signals import Signals
 
 _ROUGH = 3e-4  # [m/sqrt(m)] of an ordinary floor
-WINDOW = 0.25  # [s] shorter than any drive's manoeuvre, longer than the floor's roughness is correlated
 UNSTATED = (0.003, 0.003, 0.003)  # [m, m, rad] of poses whose file states no sigma
 
 
@@ -35,9 +34,10 @@ class Windows:
         signals: of the recording.
         ends: (M + 1,) samples at which windows begin and end.
         transition: (M, n, n).
+        links: (K, 2) rows and columns off the transitions' diagonal that are not zero.
         observe: (M + 1, R, n).
         measured: (M + 1, R) the data; nan where nothing was measured.
-        drift: (M, n) what odometry does otherwise than the trajectory.
+        drift: (M, 3 T) what odometry does otherwise than the trajectory.
         stated: (M + 1, R) variance of poses as their file states it; 0 for the linkage.
         floor: (M, n, n) process covariance for a roughness of 1 m/sqrt(m).
         creep: (M, n, n) likewise of sideways motion.
@@ -50,6 +50,7 @@ class Windows:
     signals: Signals
     ends: NDArray[np.int64]
     transition: Array
+    links: NDArray[np.int64]
     observe: Array
     measured: Array
     drift: Array
@@ -98,11 +99,13 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
     floor = np.einsum("mw,mwi,mwj->mij", rolled, lever, lever)
     creep = _creep(signals, ends, rolled, states)
     measured, stated, when, observe = _measurements(signals, ends, states)
-    drift = pushed(signals, ends, signals.block.twist - _twist_of(signals.path), states)
+    drift = pushed(signals, ends, signals.block.twist - _twist_of(signals.path))
+    off = np.any(transition != 0.0, axis=0) & ~np.eye(states, dtype=bool)
     return Windows(
         signals,
         ends,
         transition,
+        np.argwhere(off),
         observe,
         measured,
         drift,
@@ -119,9 +122,7 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
 def _ends(signals: Signals, dense: Sequence[tuple[float, float]]) -> NDArray[np.int64]:
     """Return the samples at which windows end: evenly spaced, and where sparse poses were measured."""
     time = signals.time
-    count = max(2, round((time[-1] - time[0]) / WINDOW))
-    grid = np.searchsorted(time, np.linspace(time[0], time[-1], count + 1))
-    ends = set(np.clip(grid, 0, len(time) - 1).tolist())
+    ends = set(grid(time).tolist())
     if signals.poses is not None and _sparse(signals.poses.time, time[-1] - time[0]):
         nearest = np.searchsorted(time, signals.poses.time)
         ends |= set(np.clip(nearest, 0, len(time) - 1).tolist())
@@ -146,12 +147,12 @@ def _twist_of(path: Array) -> Array:
     return np.stack([forward, left, yaw], axis=-1)
 
 
-def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array, states: int) -> Array:
-    """Return the inputs `(M, n)` of additional twists `(N - 1, T, 3)`.
+def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
+    """Return the inputs `(M, 3 T)`, of the poses, that additional twists `(N - 1, T, 3)` are.
 
     Each yaw turns what follows it in its window.
     """
-    path, inputs = signals.path, np.zeros((len(ends) - 1, states))
+    path, inputs = signals.path, np.zeros((len(ends) - 1, 3 * twist.shape[1]))
     last = np.repeat(ends[1:], np.diff(ends))
     for truck in range(twist.shape[1]):
         own = path[:, truck]

@@ -118,7 +118,8 @@ def _diameter(effect: Effect, vehicle: VehicleParameters) -> str:
     nominal = 1e3 * vehicle.wheel_diameter(effect.component)  # type: ignore[arg-type]
     return (
         f"{part(effect.component)} rolls {abs(ratio - 1.0) * 100.0:.3f} % "
-        f"{'more' if ratio > 1.0 else 'less'} per turn than vehicle.toml says: its diameter is {ratio * nominal:.3f} mm, not {nominal:.3f} mm."
+        f"{'more' if ratio > 1.0 else 'less'} per turn than vehicle.toml says: "
+        f"its diameter is {ratio * nominal:.3f} mm, not {nominal:.3f} mm."
     )
 
 
