@@ -197,6 +197,7 @@ def _headline(findings: Sequence[Finding], fit: Fit) -> str:
     what = (
         f"unknown physics on {part(first.component)}" if first.effect == "unknown" else first.says.rstrip(".")
     )
+    maybe = "" if first.probability >= ASSERTED else "Perhaps: "
     more = f", and {len(findings) - 1} more" if len(findings) > 1 else ""
     return (
         f"{maybe}{what}{more}. Residual on data that no fit has seen: {fit.heldout.before:.2f} before, "
