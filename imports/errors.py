@@ -1,0 +1,26 @@
+"""The errors of this room: sources that cannot become a recording, and why."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class SourceError(OmnimateError):
+    """A file or a bag that cannot become a recording.
+
+    Attributes:
+        source: what was read: a file, with line and column where they are known, or a topic of a bag.
+    """
+
+    def __init__(self, source: str | Path, problem: str) -> None:
+        super().__init__(f"{source}: {problem}")
+        self.source = str(source)
+
+
+class MappingError(SourceError):
+    """A mapping that does not say which column or topic is what."""
