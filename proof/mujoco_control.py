@@ -49,7 +49,7 @@ class Controller:
     ) -> NDArray[np.float64]:
         """Return the wheel speeds [rad/s], shape (4,), that follow from readings and the program's v, w."""
         self._reckon(wheels)
-        self.time += self.dt
+        self.time += self.dt if v or w else 0.0  # at rest nothing weaves: a stop is where poses are measured
         self.goal = _advance(self.goal, v * self.dt, w * self.dt)
         x, y, theta = _seen_from(self.pose[leader], self.goal)
         command = np.zeros((2, 2))

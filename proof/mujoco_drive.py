@@ -67,7 +67,11 @@ def drive(
     hooks: tuple[Hook, ...] = (),
     weave: float = 0.0,
 ) -> Drive:
-    """Return the robot's drive of a program; `weave` [rad] swings the following truck about the link."""
+    """Return the robot's drive of a program; `weave` [rad] swings the following truck about the link.
+
+    Raises:
+        FloatingPointError: MuJoCo found the contacts unstable.
+    """
     scene = _scene(robot)
     model, data = scene.model, scene.data
     dt, joints = robot.timestep * SUBSTEPS, ("joint_a", "joint_b", "link")
@@ -100,6 +104,8 @@ def drive(
             floor.lay(scene.feet, data)
             mujoco.mj_step(model, data, SUBSTEPS // 2)
             mujoco.mj_kinematics(model, data)  # a step leaves the places of its beginning behind
+    if data.warning.number.any():
+        raise FloatingPointError("the contacts became unstable; this drive is no physics")
     table = np.array(rows, dtype=np.float64)
     time = np.arange(len(rows), dtype=np.float64) * dt
     crossed = _crossings(np.array(touches))
