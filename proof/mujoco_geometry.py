@@ -25,8 +25,9 @@ def healthy(at: Setting) -> Fault:
 def wheel_diameter(at: Setting) -> Fault:
     """A wheel of another size."""
     wheel, ratio = at.wheel(), 1 + at.sign() * at.rng.uniform(0.002, 0.008)
+    likes = (("count_loss", wheel), ("radius_vs_speed", wheel))  # at one speed they are the same
     robot = with_tyre(at.robot, wheel, radius=at.robot.tyres[wheel].radius * ratio)
-    return Fault(robot, lambda _: [label("wheel_diameter", wheel, {"ratio": ratio})])
+    return Fault(robot, lambda _: [label("wheel_diameter", wheel, {"ratio": ratio}, likes)])
 
 
 def hardly(at: Setting) -> Fault:
