@@ -61,8 +61,23 @@ def nominal_vehicle(path: Path | None) -> VehicleParameters:
     return reference_vehicle()
 
 
-def truth_of(vehicle: VehicleParameters, true_vehicle: Path | None, bumps: Iterable[str], seed: int) -> Truth:
-    """Return the robot as it is: of a file, or the nominal one with the errors of U Fig. 11."""
+def truth_of(
+    vehicle: VehicleParameters,
+    true_vehicle: Path | None,
+    bumps: Iterable[str],
+    seed: int,
+    effects: Path | None = None,
+) -> Truth:
+    """Return the robot as it is: of a file, or the nominal one with the errors of U Fig. 11.
+
+    Args:
+        vehicle: nominal.
+        true_vehicle: file of the robot as it truly is.
+        bumps: on the floor, as texts.
+        seed: of chance.
+        effects: file of the physics that the nominal robot leaves out.
+    """
+    from vcan_sim.effects.file import load_effects
     from vcan_sim.floor import Floor
     from vcan_sim.truth import Truth, with_errors
 
@@ -70,7 +85,8 @@ def truth_of(vehicle: VehicleParameters, true_vehicle: Path | None, bumps: Itera
         true = with_errors(vehicle, WHEELBASE_ERROR, DIAMETER_ERROR)
     else:
         true = load_vehicle(true_vehicle)
-    return Truth(true, floor=Floor(bumps=tuple(parse_bump(text) for text in bumps)), seed=seed)
+    floor = Floor(bumps=tuple(parse_bump(text) for text in bumps))
+    return Truth(true, floor=floor, seed=seed, effects=() if effects is None else load_effects(effects))
 
 
 def parse_bump(text: str) -> Bump:

@@ -46,6 +46,7 @@ def sim(
     runs: Annotated[int, typer.Option(help="In each direction.", min=1, max=1000)] = 5,
     speed: Annotated[float, typer.Option(help="[m/s]", min=0.02, max=5.0)] = 0.2,
     bump: Annotated[list[str] | None, typer.Option(help="As of `omnimate simulate`.")] = None,
+    effects: Annotated[Path | None, typer.Option(help="Effects file, as of `omnimate simulate`.")] = None,
     fault: Annotated[
         list[str] | None,
         typer.Option(help="Of a device, such as reboot:node=2,at=30; seconds since the start."),
@@ -64,7 +65,8 @@ def sim(
 
     host, port = _address(listen)
     robot = nominal_vehicle(vehicle)
-    plant = Plant(truth_of(robot, true_vehicle, bump or (), seed), robot)
+    truth = truth_of(robot, true_vehicle, bump or (), seed, effects)
+    plant = Plant(truth, robot, start_time=time.time(), clock=time.time)
     wheels = None
     if drive is not None:
         program: Program = program_of(drive, robot, side=side, runs=runs, speed=speed, seed=seed)

@@ -31,6 +31,9 @@ def simulate(
         list[str] | None,
         typer.Option(help="On the floor, such as wheel=a.right,after=3,height=0.01; may be repeated."),
     ] = None,
+    effects: Annotated[
+        Path | None, typer.Option(help="Effects file: physics that the nominal robot leaves out.")
+    ] = None,
     seed: Annotated[int, typer.Option(help="Of the floor, the sonar and the counters.", min=0)] = 0,
     start: Annotated[float | None, typer.Option(help="Time of the first sample [s]; now by default.")] = None,
 ) -> None:
@@ -39,7 +42,7 @@ def simulate(
     from vehicle.folder import save_recording
 
     robot = nominal_vehicle(vehicle)
-    truth = truth_of(robot, true_vehicle, bump or (), seed)
+    truth = truth_of(robot, true_vehicle, bump or (), seed, effects)
     program = program_of(protocol, robot, side=side, runs=runs, speed=speed, seed=seed)
     with err.status("simulating"):
         recording = run(robot, truth, program, start_time=time.time() if start is None else start)

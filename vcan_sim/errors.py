@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from vehicle.canopen_words import sdo_abort_in_words
 from vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 class SimulationError(OmnimateError):
@@ -20,6 +25,20 @@ class FaultError(SimulationError):
     def __init__(self, fault: str, problem: str) -> None:
         super().__init__(f"fault {fault!r}: {problem}")
         self.fault = fault
+
+
+class EffectsFileError(SimulationError):
+    """An effects file that cannot be read or describes no effect.
+
+    Attributes:
+        source: the file.
+        entry: which of its effects, from 1, and its key, such as `effect 2: amplitude`.
+    """
+
+    def __init__(self, source: Path | str, entry: str, problem: str) -> None:
+        super().__init__(f"{source}: {entry}: {problem}")
+        self.source = source
+        self.entry = entry
 
 
 class HubError(SimulationError):

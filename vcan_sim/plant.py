@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vcan_sim.altered_path import AlteredPath
 from vcan_sim.constants import constants_of, obstacles_of
 from vcan_sim.noise import SONAR, STREAMS, normal_pair
 from vcan_sim.records import State
@@ -16,7 +17,7 @@ from vehicle.parameters import CHANNELS
 from vehicle.se2 import Array, compose
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from vcan_sim.truth import Truth
     from vehicle.parameters import Encoder, TruckName, VehicleParameters
@@ -31,15 +32,28 @@ class Plant:
         truth: the robot as it is.
         vehicle: the robot as its owner believes it to be, whose encoders count.
         start: true pose of truck a; truck b stands behind it in line, at the link's length at rest.
+        start_time: on the clock of effects that act at a time [s].
+        clock: that this time keeps up with where SYNCs pause [s]; none by default.
     """
 
-    def __init__(self, truth: Truth, vehicle: VehicleParameters, start: Pose = (0.0, 0.0, 0.0)) -> None:
+    def __init__(
+        self,
+        truth: Truth,
+        vehicle: VehicleParameters,
+        start: Pose = (0.0, 0.0, 0.0),
+        start_time: float = 0.0,
+        clock: Callable[[], float] | None = None,
+    ) -> None:
         self.truth = truth
         self.vehicle = vehicle
         self.constants = constants_of(truth, vehicle)
         self.obstacles = obstacles_of(truth.floor.bumps, truth.vehicle)
         self.state = record(State)
         self._place(start)
+        self._altered: AlteredPath | None = None
+        if truth.effects:
+            self._altered = AlteredPath(vehicle, self.constants, truth.effects, start_time, clock)
+            self._altered.first(self.state, vehicle.bus.sync_period)
         self._counters = [_counter(encoder) for encoder in vehicle.encoders]
         self._command = np.zeros(4)
         self._wheels = len(vehicle.wheels)
@@ -64,7 +78,14 @@ class Plant:
         if len(wheel_speeds) != self._wheels or not all(map(math.isfinite, wheel_speeds)):
             raise ValueError(f"wheel speeds {wheel_speeds}; expected {self._wheels} finite numbers [rad/s]")
         self._command[: self._wheels] = wheel_speeds
-        advance(self.constants, self.state, self.obstacles, self._command, dt)
+        self.advance(self._command, dt)
+
+    def advance(self, command: Array, dt: float) -> None:
+        """Advance as `step` does, unchecked, with commands `(4,)` [rad/s]."""
+        if self._altered is None:
+            advance(self.constants, self.state, self.obstacles, command, dt)
+        else:
+            self._altered.advance(self.state, self.obstacles, command, dt)
 
     def raw_counts(self) -> tuple[int, ...]:
         """Return what the encoders send in the order of `vehicle.channels`: wrapped, signed if they are."""
@@ -76,16 +97,25 @@ class Plant:
         return np.array(self.state["pose"][0][_index(truck)])
 
     def fix(self, truck: TruckName) -> tuple[Array, Array]:
-        """Measure a truck by sonar: pose `(3,)` and sigma `(3,)`, nan where no wall is in view."""
+        """Measure a truck by sonar: pose `(3,)` and sigma `(3,)`, nan where no wall is in view.
+
+        With latency or clock drift of the poses, it is the pose of some time ago.
+        """
         stream = _index(truck) * STREAMS + SONAR
         first = normal_pair(self.truth.seed, stream, 2 * self._fixes)
         second = normal_pair(self.truth.seed, stream, 2 * self._fixes + 1)
         self._fixes += 1
-        return self.truth.sonar.fix(self.pose(truck), np.array([*first, second[0]]))
+        pose = self.pose(truck) if self._altered is None else self._altered.pose(_index(truck))
+        return self.truth.sonar.fix(pose, np.array([*first, second[0]]))
 
     def begin_lap(self, lap: int | None) -> None:
         """Note which lap begins, for the bumps that are put there; None when one has ended."""
         begin_lap(self.state, -1 if lap is None else lap)
+
+    @property
+    def has_effects(self) -> bool:
+        """Whether effects act between the compiled stages."""
+        return self._altered is not None
 
     @property
     def link_length(self) -> float:

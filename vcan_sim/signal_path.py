@@ -35,12 +35,17 @@ def read_wheels(constants: Constants, state: State) -> None:
 
 
 @compiled
-def roll(constants: Constants, state: State, obstacles: Record) -> None:
-    """Turn the wheels' rotation into travel over the ground: true radius, roughness, bumps."""
+def roll(constants: Constants, state: State) -> None:
+    """Turn the wheels' rotation into travel over the ground by their true radius."""
     for wheel in range(2 * constants.trucks):
         state.travel[wheel] = constants.radius[wheel] * state.turned[wheel]
         state.rolled[0, wheel] += abs(state.travel[wheel])
         state.rolled[1, wheel] += abs(state.travel[wheel])
+
+
+@compiled
+def disturb(constants: Constants, state: State, obstacles: Record) -> None:
+    """Change the travel by what the floor does to it: roughness, bumps."""
     for truck in range(constants.trucks):
         left, right = 2 * truck, 2 * truck + 1
         if state.turned[left] != 0.0 or state.turned[right] != 0.0:
@@ -59,6 +64,19 @@ def move(constants: Constants, state: State) -> None:
         left, right = state.travel[2 * truck], state.travel[2 * truck + 1]
         x, y, heading = advance_arc(pose, left, right, constants.wheelbase[truck])
         state.pose[truck, 0], state.pose[truck, 1], state.pose[truck, 2] = x, y, heading
+
+
+@compiled
+def glide(constants: Constants, state: State, twist: Array) -> None:
+    """Move each truck along its twist (T, 3): forward and left [m] on the arc of its yaw [rad]."""
+    for truck in range(constants.trucks):
+        half = 0.5 * twist[truck, 2]
+        chord = math.sin(half) / half if half != 0.0 else 1.0
+        middle = state.pose[truck, 2] + half
+        forward, left = chord * twist[truck, 0], chord * twist[truck, 1]
+        state.pose[truck, 0] += forward * math.cos(middle) - left * math.sin(middle)
+        state.pose[truck, 1] += forward * math.sin(middle) + left * math.cos(middle)
+        state.pose[truck, 2] += twist[truck, 2]
 
 
 @compiled
@@ -91,16 +109,29 @@ def read_linkage(constants: Constants, state: State) -> None:
 
 
 @compiled
-def advance(constants_: Record, states: Record, obstacles: Record, command: Array, period: float) -> None:
-    """Advance the robot by one period [s] with the commanded wheel speeds [rad/s]."""
-    constants, state = constants_[0], states[0]
+def turn_wheels(constants: Constants, state: State, command: Array, period: float) -> None:
+    """Go the first part of a step: the wheels turn, are counted, and roll."""
     drive(constants, state, command, period)
     read_wheels(constants, state)
-    roll(constants, state, obstacles)
-    move(constants, state)
+    roll(constants, state)
+
+
+@compiled
+def settle(constants: Constants, state: State) -> None:
+    """Go the last part of a step: the linkage follows the trucks and is read."""
     couple(constants, state)
     read_linkage(constants, state)
     state.steps += 1
+
+
+@compiled
+def advance(constants_: Record, states: Record, obstacles: Record, command: Array, period: float) -> None:
+    """Advance the robot by one period [s] with the commanded wheel speeds [rad/s]."""
+    constants, state = constants_[0], states[0]
+    turn_wheels(constants, state, command, period)
+    disturb(constants, state, obstacles)
+    move(constants, state)
+    settle(constants, state)
 
 
 @compiled

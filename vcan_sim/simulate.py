@@ -50,6 +50,21 @@ def drive_block(
     return len(counts)
 
 
+def drive_altered(
+    runner: Runner, odometries: Record, plant: Plant, counts: IntArray, commands: Array, first: int
+) -> int:
+    """Do as `drive_block` does, for a robot with effects."""
+    period = plant.vehicle.bus.sync_period
+    for sample in range(first, len(counts)):
+        counts[sample] = plant.state["counts"][0]
+        pose, link = see(odometries[0], counts[sample])
+        happened = step(runner.rows, runner.settings, runner.state, pose, link, commands[sample])
+        plant.advance(commands[sample], period)
+        if happened or plant.at_end_stop:
+            return sample + 1
+    return len(counts)
+
+
 class _Drive:
     """A robot and its runner, on their way through a program."""
 
@@ -57,7 +72,7 @@ class _Drive:
         self, vehicle: "VehicleParameters", truth: "Truth", program: "Program", start_time: float
     ) -> None:
         self.vehicle, self.start_time = vehicle, start_time
-        self.plant = Plant(truth, vehicle)
+        self.plant = Plant(truth, vehicle, start_time=start_time)
         self.runner = Runner(program, vehicle)
         self.journal = Journal(program)
         self.odometry = odometry_of(vehicle)
@@ -69,19 +84,22 @@ class _Drive:
         period = self.vehicle.bus.sync_period
         while filled < len(counts) and not runner.done:
             before = filled
-            filled = drive_block(
-                runner.rows,
-                runner.settings,
-                runner.state,
-                self.odometry,
-                plant.constants,
-                plant.state,
-                plant.obstacles,
-                counts,
-                commands,
-                filled,
-                period,
-            )
+            if plant.has_effects:
+                filled = drive_altered(runner, self.odometry, plant, counts, commands, filled)
+            else:
+                filled = drive_block(
+                    runner.rows,
+                    runner.settings,
+                    runner.state,
+                    self.odometry,
+                    plant.constants,
+                    plant.state,
+                    plant.obstacles,
+                    counts,
+                    commands,
+                    filled,
+                    period,
+                )
             self.samples += filled - before
             self._note(self.start_time + (self.samples - 1) * period)
         return filled

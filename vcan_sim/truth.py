@@ -10,6 +10,7 @@ from vcan_sim.floor import Floor
 from vcan_sim.sonar import Sonar
 
 if TYPE_CHECKING:
+    from vcan_sim.effects.effect import Effect
     from vehicle.parameters import TruckName, VehicleParameters
 
 
@@ -26,9 +27,10 @@ class Truth:
         stroke: way that the slider can move to either side of its rest [m].
         servo: acceleration that the drives can follow, of a wheel over the floor [m/s^2].
         seed: of the floor's roughness, the sonar's noise and the counters' first values.
+        effects: physics that the nominal robot leaves out; at one stage they act in this order.
 
     Raises:
-        SimulationError: a negative seed.
+        SimulationError: a negative seed, or an effect on what this robot has not.
     """
 
     vehicle: VehicleParameters
@@ -39,10 +41,18 @@ class Truth:
     stroke: float = 0.15
     servo: float = 5.0
     seed: int = 0
+    effects: tuple[Effect, ...] = ()
 
     def __post_init__(self) -> None:
         if self.seed < 0:
             raise SimulationError(f"seed {self.seed}; expected 0 or more")
+        there = (*self.vehicle.expected_channels, *self.vehicle.trucks, "poses")
+        for effect in self.effects:
+            if effect.component not in there:
+                raise SimulationError(
+                    f"{effect.name}: {self.vehicle.name} has no {effect.component}; "
+                    f"expected one of {', '.join(there)}"
+                )
 
 
 def with_errors(

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from vcan_sim.effects.block import Block
     from vehicle.se2 import Array
 
-KEPT = 512  # samples that a block hands to the next: seconds, at any rate of a bus
-
 
 @dataclass(frozen=True, slots=True)
 class History:
@@ -26,7 +24,7 @@ class History:
 
     Attributes:
         start: time of the first sample of all [s].
-        time: (H,) [s].
+        time: (H,) back to the oldest that is still to be shown [s].
         value: (H,) as it was.
         shown: last value as it was shown.
     """
@@ -70,7 +68,9 @@ class AgedSamples(Effect):
         # what is newer than now is foreseen along the last step
         steps = np.diff(values)[-len(block) :] / np.diff(time)[-len(block) :]
         shown = np.interp(block.time - np.maximum(age, 0.0), time, values) + np.maximum(-age, 0.0) * steps
-        return shown, History(state.start, time[-KEPT:], values[-KEPT:], float(shown[-1]))
+        oldest = int(np.searchsorted(time, block.time[-1] - age[-1], side="right")) - 1
+        kept = slice(max(min(oldest, len(time) - 2), 0), None)
+        return shown, History(state.start, time[kept], values[kept], float(shown[-1]))
 
     def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Return the block of a whole recording with the wheel's travel at the time that it is of."""

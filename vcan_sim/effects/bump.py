@@ -15,6 +15,7 @@ import numpy as np
 
 from vcan_sim.effects.block import wheel_number
 from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from vcan_sim.errors import SimulationError
 
 if TYPE_CHECKING:
     from vcan_sim.effects.block import Block
@@ -42,6 +43,13 @@ class BumpEvents(Effect):
         Parameter("lost", "m", null=0.0, scale=3e-3, low=0.0, high=0.1),
     )
 
+    def __post_init__(self) -> None:
+        Effect.__post_init__(self)
+        if len(self.times) != len(self.lost):
+            raise SimulationError(
+                f"bump of {self.component}: {len(self.times)} times, {len(self.lost)} losses; expected equal"
+            )
+
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Lose way as each crossing goes on; remember the way rolled since each onset."""
         wheel = wheel_number(self.component)
@@ -51,8 +59,10 @@ class BumpEvents(Effect):
         for number, (time, loss) in enumerate(zip(self.times, self.lost, strict=True)):
             rolled = since[number] + np.cumsum(np.where(block.time > time, way, 0.0))
             after[number] = rolled[-1]
-            if loss > 0.0:
-                way_lost = lost_after(self.radius(block, wheel), loss, np.append(since[number], rolled))
+            radius = self.radius(block, wheel)
+            under_way = since[number] < rolled[-1] and since[number] < loss + 2.0 * radius  # 2 R q at most
+            if loss > 0.0 and under_way:
+                way_lost = lost_after(radius, loss, np.append(since[number], rolled))
                 lost += np.diff(way_lost)
         sign = np.sign(block.travel[:, wheel])
         return block.with_travel(wheel, block.travel[:, wheel] - sign * lost), after

@@ -1,0 +1,47 @@
+"""Poses as a measuring system tells them whose clock is late or drifts: of some time ago."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vcan_sim.effects.ageing import AgedSamples
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from vcan_sim.effects.effect import Effect
+    from vehicle.se2 import Array
+
+
+class AgedPoses:
+    """The true poses of all trucks, as far back as they may yet be asked for."""
+
+    def __init__(self, effects: Iterable[Effect], start_time: float) -> None:
+        self._effects = [one for one in effects if isinstance(one, AgedSamples)]
+        self._start = start_time
+        self._past: deque[tuple[float, Array]] = deque()
+
+    def note(self, time: float, poses: Array) -> None:
+        """Keep the poses `(T, 3)` of a time [s]; forget what is older than any that is still to be told."""
+        self._past.append((time, poses.copy()))
+        oldest = time - self._age(time) if self._effects else time
+        while len(self._past) > 2 and self._past[1][0] <= oldest:
+            self._past.popleft()
+
+    def seen(self, truck: int) -> Array:
+        """Return the pose `(3,)` of a truck that is told now."""
+        now, poses = self._past[-1]
+        if not self._effects:
+            return np.array(poses[truck])
+        time = np.array([one for one, _ in self._past])
+        values = np.stack([poses[truck] for _, poses in self._past])
+        age = self._age(now)
+        if age < 0.0 and len(time) > 1:  # foreseen along the last step
+            return np.asarray(values[-1] - age * (values[-1] - values[-2]) / (time[-1] - time[-2]))
+        return np.array([np.interp(now - age, time, axis) for axis in values.T])
+
+    def _age(self, now: float) -> float:
+        return sum(float(one.age(np.array([now]), self._start)[0]) for one in self._effects)
