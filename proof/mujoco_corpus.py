@@ -66,6 +66,7 @@ PREPARED = {
 }
 CABLES = {"bump", "round_and_cables"}  # driven slowly: at 0.4 m/s the shock makes the other wheel slip too
 RESOLVED = np.array([1e-4] * 6 + [1e-4, 1e-4, 1e-4])  # what nobody measures better [m, rad]
+POSES = ("none", "sonar", "mocap")  # in turn
 CLEAR = 5.0  # standard deviations below which a recording may well not tell
 
 
@@ -86,7 +87,7 @@ def write(folder: Path | str, cases: Iterable[str], seed: int) -> dict[str, Any]
     folder, labels = Path(folder), {}
     folder.mkdir(parents=True, exist_ok=True)
     for number, name in enumerate(cases):
-        key, entry = _case(folder, name, np.random.default_rng([seed, number]))
+        key, entry = _case(folder, name, POSES[number % 3], np.random.default_rng([seed, number]))
         labels[key] = entry
         (folder / "labels.json").write_text(json.dumps(labels, indent=1))
     return labels
@@ -104,7 +105,7 @@ def calibrated(robot: Robot, program: Program) -> Nominal:
     return calibrate(drive(robot, flat, program, nominal_by_geometry(robot)), robot.link)
 
 
-def _case(folder: Path, name: str, rng: np.random.Generator) -> tuple[str, dict[str, Any]]:
+def _case(folder: Path, name: str, poses: str, rng: np.random.Generator) -> tuple[str, dict[str, Any]]:
     began = time.monotonic()
     key = rng.bytes(4).hex()
     robot, floor = random_robot(rng), Floor(rng, rng.uniform(0.003, 0.006))
@@ -122,7 +123,6 @@ def _case(folder: Path, name: str, rng: np.random.Generator) -> tuple[str, dict[
     after = (
         drive(fault.robot, floor, program, nominal, fault.hooks, weave) if fault.kind != "null" else before
     )
-    poses = str(rng.choice(["none", "sonar", "mocap"]))
     values = fault.sense(readings(after, robot.link))
     write_recording(folder / key / "1", after, values, nominal, at.encoders, program, poses, start, rng)
     sigmas = _sigmas(after, before, values, nominal, robot)
