@@ -1,8 +1,8 @@
 """What a mismatch may depend on when it is none of the library's effects: a bank of plain curves.
 
-Each component gets a group of columns: its error as a smooth curve of time, heading, speed, place, the
-joints' angles and the like, with no physics in it. A group stands for "unknown, on this component": it
-fits anything smooth, and pays for that with Occam's factor for every column that it has.
+Each component's error is a smooth curve of one quantity: time, heading, speed, place, a joint's angle and
+the like, with no physics in it. Such a group of columns stands for "unknown, on this component, depending
+on this": it fits anything smooth, and pays for that with Occam's factor for every column that it has.
 """
 
 from __future__ import annotations
@@ -25,34 +25,75 @@ if TYPE_CHECKING:
     from mismatch.windows import Windows
     from vehicle.se2 import Array
 
-PER_METRE = 2e-3  # way lost per metre rolled, one standard deviation of a curve's coefficient
+PER_METRE = 2e-3  # of the way rolled, one standard deviation of a curve's coefficient
+PER_TURN = 5e-3  # of the angle turned, likewise
 ANGLE = 3e-3  # [rad] of a joint's or a heading's error
-UNLIKELY = -2.0  # log odds of one curve of something unknown against one effect of the library
 LENGTH = 1e-3  # [m] of the link's or a position's error
+UNLIKELY = -3.5  # log odds of something unknown against one effect of the library
+
+ALWAYS = "nothing but the way driven"
+
+Curves = dict[str, list["Array"]]
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
-    """One column of the bank.
+class Error:
+    """An error that a robot may have.
 
     Attributes:
-        component: on which the error is.
-        quantity: on which it depends.
-        channel: which of the component's errors: "way", "side", "turn" or "reading".
+        component: on which it is.
+        build: what a curve `(N - 1,)` of it does, as a column.
+        own: quantities that only this error may depend on.
+        level: what it depends on where it is the same everywhere.
     """
 
     component: str
-    quantity: str
-    channel: str
+    build: Callable[[Array], Columns]
+    own: Curves
+    level: str = ALWAYS
 
 
-def quantities(windows: Windows) -> dict[str, list[Array]]:
-    """Return curves `(N - 1,)` of order one over each quantity that an error may depend on."""
+def add_bank(regression: Regression) -> tuple[list[Term], list[slice]]:
+    """Add the bank's columns; return a term "unknown" for each component and quantity, and where it is."""
+    keys: list[tuple[str, str]] = []
+    columns: list[list[Columns]] = []
+    for windows in regression.windows:
+        pairs = sorted(bank(windows), key=lambda pair: pair[0])
+        keys = [key for key, _ in pairs]
+        columns.append([column for _, column in pairs])
+    first = regression.extend(columns).start
+    terms, places = [], []
+    for (component, quantity), group in groupby(range(len(keys)), lambda at: keys[at]):
+        numbers = list(group)
+        terms.append(unknown(component, quantity))
+        places.append(slice(first + numbers[0], first + numbers[-1] + 1))
+    return terms, places
+
+
+def unknown(component: str, quantity: str) -> Term:
+    """Return the term of an unknown error of a component that depends on a quantity."""
+    return Term("unknown", component, (), {"quantity": quantity}, UNLIKELY, positive=False)
+
+
+def bank(windows: Windows) -> Iterator[tuple[tuple[str, str], Columns]]:
+    """Yield columns, each with its component and quantity; a constant belongs to every quantity."""
+    shared = quantities(windows)
+    level = np.ones(len(windows.signals.block))
+    for error in errors(windows):
+        curves = {**shared, **error.own}
+        constant = error.build(level)
+        yield (error.component, error.level), constant
+        for quantity, values in curves.items():
+            yield (error.component, quantity), constant
+            for value in values:
+                yield (error.component, quantity), error.build(value)
+
+
+def quantities(windows: Windows) -> Curves:
+    """Return curves `(N - 1,)` of order one over each quantity that any error may depend on."""
     signals = windows.signals
-    block, path = signals.block, signals.path
-    count = len(block)
-    phase = np.linspace(0.0, np.pi, count)
-    lead = path[1:, 0]
+    block, lead = signals.block, signals.path[1:, 0]
+    phase = np.linspace(0.0, np.pi, len(block))
     place = [_standard(lead[:, 0]), _standard(lead[:, 1])]
     curves = {
         "time": [np.cos(order * phase) for order in (1, 2, 3, 4)],
@@ -60,12 +101,12 @@ def quantities(windows: Windows) -> dict[str, list[Array]]:
         "place": [*place, place[0] * place[1], place[0] ** 2, place[1] ** 2],
         "speed": [_standard(np.abs(block.speed[:, :2]).mean(axis=1))],
         "acceleration": [_standard(block.acceleration[:, :2].mean(axis=1))],
-        "curvature": [_standard(block.twist[:, 0, 2] / block.period)],
+        "turn rate": [_standard(block.twist[:, 0, 2] / block.period)],
     }
     if signals.reading.shape[1]:
         for number, joint in enumerate(("joint_a", "joint_b")):
             angle = block.reading[:, number]
-            curves[f"{joint} angle"] = [_standard(angle), _standard(angle**2), np.sin(2.0 * angle)]
+            curves[f"angle of {joint}"] = [_standard(angle), _standard(angle**2), np.sin(2.0 * angle)]
         curves["link length"] = [_standard(block.reading[:, 2])]
     return curves
 
@@ -77,55 +118,34 @@ def _standard(values: Array) -> Array:
     return away / deviation if deviation > 1e-9 else np.zeros_like(away)
 
 
-def bank(windows: Windows) -> Iterator[tuple[Curve, Columns]]:
-    """Yield every curve with its column: inputs `(M, 3 T)` and measurements `(M + 1, R)`."""
-    curves = quantities(windows)
-    for number, wheel in enumerate(windows.signals.recording.vehicle.wheels):
-        angle = windows.signals.block.angle[:, number]
-        curves[f"wheel angle of {wheel}"] = [
-            wave(order * angle) for order in (1, 2) for wave in (np.cos, np.sin)
-        ]
-    for component, channel, build in _errors(windows):
-        for quantity, values in curves.items():
-            for value in values:
-                yield Curve(component, quantity, channel), build(value)
-
-
-def add_bank(regression: Regression) -> tuple[list[Term], list[slice]]:
-    """Add the bank's columns; return a term "unknown" for each component and quantity, and where it is."""
-    curves: list[Curve] = []
-    columns: list[list[Columns]] = []
-    for windows in regression.windows:
-        pairs = sorted(bank(windows), key=lambda pair: (pair[0].component, pair[0].quantity))
-        curves = [curve for curve, _ in pairs]
-        columns.append([column for _, column in pairs])
-    first = regression.extend(columns).start
-    terms, places = [], []
-    for key, group in groupby(range(len(curves)), lambda at: (curves[at].component, curves[at].quantity)):
-        own = list(group)
-        terms.append(Term("unknown", key[0], (), {"quantity": key[1]}, UNLIKELY, positive=False))
-        places.append(slice(first + own[0], first + own[-1] + 1))
-    return terms, places
-
-
-def _errors(windows: Windows) -> list[tuple[str, str, Callable[[Array], Columns]]]:
-    """Return every error that a robot may have: component, channel, and what a curve of it does."""
+def errors(windows: Windows) -> list[Error]:
+    """Return every error that a robot may have."""
     signals = windows.signals
-    wheels = {wheel: (number,) for number, wheel in enumerate(signals.recording.vehicle.wheels)}
-    found: list[tuple[str, str, Callable[[Array], Columns]]] = []
-    both = {"left": (0, 2), "right": (1, 3)} if len(wheels) == 4 else {}
-    for name, numbers in {**wheels, **both}.items():
-        found.append((name, "way", partial(_way, windows, numbers)))
+    block = signals.block
+    found = []
+    for component, numbers in sides(windows).items():
+        angle = block.angle[:, numbers[0]]
+        waves = [wave(order * angle) for order in (1, 2, 3) for wave in (np.cos, np.sin)]
+        found.append(Error(component, partial(_way, windows, numbers), {"angle of its wheel": waves}))
     for number, truck in enumerate(signals.trucks):
-        found.append((truck, "side", partial(_side, windows, number)))
-    if windows.linkage:
-        for row, name in enumerate(("joint_a", "joint_b", "link")):
-            found.append((name, "reading", partial(_reading, windows, (row,))))
+        found.append(Error(truck, partial(_side, windows, number), {}))
+        found.append(Error(truck, partial(_turn, windows, number), {}, "turning, nothing else"))
+    for row, name in enumerate(("joint_a", "joint_b", "link")[: windows.linkage]):
+        rate = np.diff(block.reading[:, row], prepend=block.reading[0, row]) / block.period
+        own = {"its rate of change": [_standard(rate)], "its direction of motion": [np.sign(rate)]}
+        found.append(Error(name, partial(_reading, windows, (row,)), own))
     if signals.poses is not None:
         for axis in range(3):
             rows = tuple(windows.linkage + 3 * truck + axis for truck in range(len(signals.trucks)))
-            found.append(("poses", "reading", partial(_reading, windows, rows)))
+            found.append(Error("poses", partial(_reading, windows, rows), {}))
     return found
+
+
+def sides(windows: Windows) -> dict[str, tuple[int, ...]]:
+    """Return the wheels, and both left or right wheels together, with their columns."""
+    wheels = windows.signals.recording.vehicle.wheels
+    alone: dict[str, tuple[int, ...]] = {str(wheel): (number,) for number, wheel in enumerate(wheels)}
+    return {**alone, "left": (0, 2), "right": (1, 3)} if len(wheels) == 4 else alone
 
 
 def _way(windows: Windows, wheels: tuple[int, ...], value: Array) -> Columns:
@@ -145,6 +165,14 @@ def _side(windows: Windows, truck: int, value: Array) -> Columns:
     block = windows.signals.block
     twist = np.zeros_like(block.twist)
     twist[:, truck, 1] = PER_METRE * value * np.abs(block.twist[:, truck, 0])
+    return _pushed(windows, twist)
+
+
+def _turn(windows: Windows, truck: int, value: Array) -> Columns:
+    """Return the column of a truck that turns by a curve more per angle."""
+    block = windows.signals.block
+    twist = np.zeros_like(block.twist)
+    twist[:, truck, 2] = PER_TURN * value * block.twist[:, truck, 2]
     return _pushed(windows, twist)
 
 

@@ -10,7 +10,8 @@ from mismatch.choose import EMPTY, Choice, marginal
 from mismatch.noise import Noise, estimate_noise
 from mismatch.refine import settle
 from mismatch.regression import Regression
-from mismatch.scan import merged, proposals
+from mismatch.scan import leftover, merged, proposals
+from mismatch.surprise import surprises
 from mismatch.terms import skews, smooth_terms
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def investigate(
     progress(0, STEPS, "signatures of all effects")
     terms = [one for one in smooth_terms([own.signals for own in windows]) if one.effect not in left_out]
     regression = Regression(windows, Noise(), base, folds)
-    skewed = regression.add(skews(windows[0].signals))
+    skewed = regression.add([one for one in skews(windows[0].signals) if one.effect not in left_out])
     skew = slice(1, 1 + len(skewed))
     places = regression.add(terms)
     progress(2, STEPS, "noise levels")
@@ -107,8 +108,12 @@ def investigate(
             break
     progress(9, STEPS, "what no effect explains")
     if "unknown" not in left_out:
-        unknown, at = add_bank(regression)
-        terms, places = [*terms, *unknown], [*places, *at]
+        bank, at = add_bank(regression)
+        terms, places = [*terms, *bank], [*places, *at]
+        choice = Choice(terms, places, marginal(regression.total, skew))
+        for term, columns in surprises(regression, leftover(regression, choice, chosen)):
+            terms.append(term)
+            places.append(regression.extend(columns))
         choice = Choice(terms, places, marginal(regression.total, skew))
         chosen = choice.best(chosen)
     return Investigation(regression, choice, chosen, skew)

@@ -18,6 +18,8 @@ from mismatch.whitening import adjoint
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from mismatch.choose import Choice, Set
     from mismatch.regression import Regression
     from mismatch.terms import Term
@@ -103,7 +105,7 @@ def _bumps(regression: Regression, left: Leftover) -> list[Term]:
             own = sigmas[:, number]
             best_of_all = own >= sigmas.max(axis=1) - 1e-9
             high = np.flatnonzero((own > EVENT) & best_of_all)
-            for window in _apart(high, own):
+            for window in apart(high, own):
                 peaks.setdefault(wheel, []).append((float(own[window]), float(windows.time[window])))
     windows_in_all = sum(len(windows.ends) for windows in regression.windows)
     found = []
@@ -116,7 +118,7 @@ def _bumps(regression: Regression, left: Leftover) -> list[Term]:
     return found
 
 
-def _apart(high: Array, sigmas: Array) -> list[int]:
+def apart(high: NDArray[np.int64], sigmas: Array) -> list[int]:
     """Return the strongest of windows that lie next to each other."""
     chosen: list[int] = []
     for window in sorted(high.tolist(), key=lambda one: -sigmas[one]):

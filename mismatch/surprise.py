@@ -1,0 +1,163 @@
+"""What no effect explains and no smooth curve: pushes at single moments, and beats along the way.
+
+They are proposed as terms "unknown" wherever a leftover shows them, and have to stand against all others.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mismatch.bank import sides, unknown
+from mismatch.scan import EVENT, apart, lost_way, shocks, strengths
+
+if TYPE_CHECKING:
+    from mismatch.model import Columns
+    from mismatch.regression import Regression
+    from mismatch.scan import Leftover
+    from mismatch.terms import Term
+    from mismatch.windows import Windows
+    from vehicle.se2 import Array
+
+MOMENTS = "single moments"
+LOST = 2e-3  # [m] of a wheel's way in one moment, one standard deviation
+SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck likewise
+BEAT = 32.0  # chi-square of two columns that the best of some thousand pitches does not reach by chance
+_EVENTS = 8
+_PITCHES = 600
+_FINEST = 0.2  # [m] of a pitch
+_COARSEST = 3.0
+
+Surprise = tuple["Term", list[list["Columns"]]]
+
+
+def surprises(regression: Regression, left: Leftover) -> list[Surprise]:
+    """Return terms that a leftover calls for, each with its columns for every recording."""
+    return [*_pushes(regression, left), *_beats(regression, left)]
+
+
+def _pushes(regression: Regression, left: Leftover) -> list[Surprise]:
+    """Propose moments at which a wheel, or a truck as a whole, was moved by something."""
+    seen = shocks(regression, left)
+    found: list[Surprise] = []
+    for component, numbers in sides(regression.windows[0]).items():
+        if len(numbers) == 1:
+            sigmas = [
+                np.abs(lost_way(windows, *own)[1][:, numbers[0]])
+                for windows, own in zip(regression.windows, seen, strict=True)
+            ]
+            events = _events(sigmas, EVENT)
+            levers = [windows.lever[:, numbers[0], :, None] * LOST for windows in regression.windows]
+            found += _pushed(regression, component, events, levers)
+    for number, truck in enumerate(regression.windows[0].signals.trucks):
+        own = slice(3 * number, 3 * number + 3)
+        powers = [_power(scores[:, own], informations[:, own, own]) for scores, informations in seen]
+        events = _events([np.sqrt(power) for power in powers], EVENT + 0.6)
+        found += _pushed(
+            regression, truck, events, [_shoves(windows, number) for windows in regression.windows]
+        )
+    return found
+
+
+def _events(sigmas: list[Array], least: float) -> list[tuple[int, int]]:
+    """Return recording and window of the strongest moments of all."""
+    found = [
+        (float(own[window]), number, window)
+        for number, own in enumerate(sigmas)
+        for window in apart(np.flatnonzero(own > least), own)
+    ]
+    return [(number, window) for _, number, window in sorted(found, reverse=True)[:_EVENTS]]
+
+
+def _power(scores: Array, informations: Array) -> Array:
+    """Return the chi-square `(M,)` of a free push of a truck in each window."""
+    solid = (
+        informations + 1e-9 * np.eye(3) * np.maximum(np.einsum("mii->m", informations), 1e-9)[:, None, None]
+    )
+    return np.asarray(np.einsum("mi,mi->m", scores, np.linalg.solve(solid, scores[:, :, None])[:, :, 0]))
+
+
+def _shoves(windows: Windows, truck: int) -> Array:
+    """Return pushes (M, 3 T, 3) of a truck forward, to the left and about its centre."""
+    middle = (windows.ends[1:] + windows.ends[:-1]) // 2
+    heading = windows.signals.path[middle, truck, 2]
+    pushes = np.zeros((len(middle), 3 * len(windows.signals.trucks), 3))
+    cos, sin = np.cos(heading), np.sin(heading)
+    first = 3 * truck
+    pushes[:, first, 0], pushes[:, first + 1, 0] = cos, sin
+    pushes[:, first, 1], pushes[:, first + 1, 1] = -sin, cos
+    pushes[:, first + 2, 2] = 1.0
+    return pushes * SHOVE
+
+
+def _pushed(
+    regression: Regression, component: str, events: list[tuple[int, int]], pushes: list[Array]
+) -> list[Surprise]:
+    """Return terms of the strongest event alone, and of all of them."""
+    found: list[Surprise] = []
+    for count in sorted({1, 2, 4, len(events)} & set(range(1, len(events) + 1))):
+        columns: list[list[Columns]] = []
+        for number, windows in enumerate(regression.windows):
+            own: list[Columns] = []
+            for owner, window in events[:count]:
+                for direction in range(pushes[number].shape[2]):
+                    inputs = np.zeros(windows.drift.shape)
+                    if owner == number:
+                        inputs[window] = -pushes[number][window, : inputs.shape[1], direction]
+                    own.append((inputs, np.zeros(windows.measured.shape)))
+            columns.append(own)
+        found.append((unknown(component, MOMENTS), columns))
+    return found
+
+
+def _beats(regression: Regression, left: Leftover) -> list[Surprise]:
+    """Propose a pitch along the way at which a wheel, or both wheels of one side, lose or gain."""
+    groups = list(sides(regression.windows[0]).items())
+    ways = [[_way(windows, numbers[0]) for _, numbers in groups] for windows in regression.windows]
+    total = sum(float(own[0][-1]) for own in ways)
+    rates = np.arange(1.0 / _COARSEST, 1.0 / _FINEST, max(0.5 / total, (1.0 / _FINEST) / _PITCHES))
+    wheels = len(regression.windows[0].signals.recording.vehicle.wheels)
+
+    def build(number: int, windows: Windows, columns: range) -> Array:
+        gained = np.zeros((len(windows.ends) - 1, wheels, len(columns)))
+        for at, column in enumerate(columns):
+            group, rest = divmod(column, 2 * len(rates))
+            rate, quarter = rates[rest // 2], 0.5 * np.pi * (rest % 2)
+            wave = np.diff(np.cos(2.0 * np.pi * rate * ways[number][group] + quarter))
+            for wheel in groups[group][1]:
+                gained[:, wheel, at] = wave
+        return gained
+
+    sigmas = strengths(regression, left, build, 2 * len(rates) * len(groups))
+    power = (sigmas.reshape(len(groups), len(rates), 2) ** 2).sum(axis=2)
+    found: list[Surprise] = []
+    for group, (component, numbers) in enumerate(groups):
+        best = int(np.argmax(power[group]))
+        if power[group, best] > BEAT:
+            term = unknown(component, f"the way, every {1.0 / rates[best]:.2f} m")
+            found.append(
+                (term, [_waves(windows, numbers, float(rates[best])) for windows in regression.windows])
+            )
+    return found
+
+
+def _way(windows: Windows, wheel: int) -> Array:
+    """Return the way (M + 1,) that a wheel has rolled at the windows' ends [m]."""
+    travel = windows.signals.block.travel[:, wheel]
+    return np.asarray(np.append(0.0, np.cumsum(travel))[windows.ends])
+
+
+def _waves(windows: Windows, wheels: tuple[int, ...], rate: float) -> list[Columns]:
+    """Return columns of wheels that gain or lose a share of their way, and beat at a rate per metre."""
+    way = _way(windows, wheels[0])
+    lever = windows.lever[:, list(wheels), : windows.drift.shape[1]].sum(axis=1)
+    gains = [np.diff(way)]
+    gains += [
+        np.diff(wave(2.0 * np.pi * order * rate * way)) / order
+        for order in (1, 2, 3)
+        for wave in (np.cos, np.sin)
+    ]
+    sizes = [1e-3] + [3e-4] * 6
+    still = np.zeros(windows.measured.shape)
+    return [(-size * gain[:, None] * lever, still) for size, gain in zip(sizes, gains, strict=True)]
