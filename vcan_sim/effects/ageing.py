@@ -74,6 +74,8 @@ class AgedSamples(Effect):
 
     def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Return the block of a whole recording with the wheel's travel at the time that it is of."""
+        if self.component not in WHEEL:
+            return block, state
         wheel = wheel_number(self.component)
         start = float(block.time[0] - block.period[0])
         time = np.concatenate(([start], block.time))

@@ -1,0 +1,130 @@
+"""Laws that hold for every effect of the vocabulary."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from vcan_sim.effects import EFFECTS, effect_named
+from vcan_sim.effects.effect import stage_of
+from vcan_sim.errors import SimulationError
+
+VOCABULARY = {
+    "wheel_diameter", "wheel_eccentricity", "radius_vs_speed", "radius_step", "bump", "slip_patch",
+    "traction_slip", "wheelbase", "turn_scrub", "wheel_misalignment", "lateral_slip", "floor_slope",
+    "castor_kick", "joint_bias", "joint_eccentricity", "joint_backlash", "link_bias",
+    "link_eccentricity", "link_scale", "count_loss", "latency", "gear_backlash", "gear_harmonic",
+    "clock_drift",
+}  # fmt: skip
+TOUCHED = {
+    "encoder": {"angle", "turned"},
+    "travel": {"travel"},
+    "body": {"twist"},
+    "reading": {"reading"},
+    "poses": set(),
+}
+# where a scale beyond null is nothing that the drive meets
+CHOSEN = {
+    "bump": {"times": (1000.6, 1003.3), "lost": (0.003, 0.005)},
+    "radius_step": {"ratio": 1.01, "time": 1002.0},
+    "slip_patch": {"fraction": 0.1, "intervals": ((1001.0, 1002.0), (1004.0, 1005.0))},
+    "clock_drift": {"rate": 0.05},
+}
+NULL = {"bump": {"times": (1001.0,), "lost": (0.0,)}}
+
+
+def strong(kind, component):
+    values = {one.name: (one.null or 0.0) + one.scale for one in kind.parameters}
+    return kind(component, **CHOSEN.get(kind.name, values))
+
+
+def null(kind, component):
+    values = {one.name: one.null for one in kind.parameters if one.null is not None}
+    return kind(component, **NULL.get(kind.name, values))
+
+
+every_effect = pytest.mark.parametrize(
+    ("kind", "component"),
+    [pytest.param(kind, one, id=f"{kind.name}-{one}") for kind in EFFECTS for one in kind.components],
+)
+
+
+def test_the_effects_are_those_of_the_vocabulary():
+    assert {kind.name for kind in EFFECTS} == VOCABULARY
+    assert len(EFFECTS) == len(VOCABULARY)
+    assert all(effect_named(kind.name) is kind for kind in EFFECTS)
+
+
+def test_an_unknown_name_is_answered_with_the_known_ones():
+    with pytest.raises(SimulationError, match=r"'wheel_size'; expected one of .*wheel_diameter"):
+        effect_named("wheel_size")
+
+
+@every_effect
+def test_null_parameters_change_nothing(kind, component, block, acted):
+    for name, after in acted(null(kind, component), block).items():
+        assert after == pytest.approx(getattr(block, name), abs=1e-12)
+
+
+@every_effect
+def test_an_effect_changes_the_signal_of_its_stage_and_no_other(kind, component, block, acted):
+    effect = strong(kind, component)
+    after = acted(effect, block)
+    changed = {name for name in after if not np.allclose(after[name], getattr(block, name), atol=1e-9)}
+    assert changed == TOUCHED[stage_of(effect)]
+
+
+@every_effect
+def test_blocks_of_one_step_give_the_same_as_one_block(kind, component, block, acted):
+    effect = strong(kind, component)
+    whole, stepwise = acted(effect, block), acted(effect, block, range(len(block)))
+    for name, signal in whole.items():
+        assert stepwise[name] == pytest.approx(signal, abs=1e-11)
+
+
+@every_effect
+@settings(max_examples=5, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(cuts=st.lists(st.integers(0, 400), max_size=5))
+def test_two_blocks_equal_one(kind, component, block, acted, cuts):
+    effect = strong(kind, component)
+    whole, parts = acted(effect, block), acted(effect, block, cuts)
+    for name, signal in whole.items():
+        assert parts[name] == pytest.approx(signal, abs=1e-11)
+
+
+@every_effect
+def test_a_block_is_not_changed_in_place(kind, component, block, acted):
+    before = {name: getattr(block, name).copy() for name in ("angle", "turned", "travel", "twist", "reading")}
+    strong(kind, component).act(block)
+    assert all(np.array_equal(getattr(block, name), old) for name, old in before.items())
+
+
+@every_effect
+def test_parameters_state_a_unit_a_scale_and_bounds_that_hold_null(kind, component):
+    effect = strong(kind, component)
+    assert set(effect.values()) == {one.name for one in kind.parameters}
+    for one in kind.parameters:
+        assert one.unit
+        assert one.scale > 0.0
+        assert one.null is None or one.low <= one.null <= one.high
+
+
+@pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
+def test_a_strange_component_and_a_value_out_of_bounds_are_refused(kind):
+    with pytest.raises(SimulationError, match="expected one of"):
+        kind("c")
+    effect = strong(kind, kind.components[0])
+    for one in kind.parameters:
+        beyond = {"lost": (0.0, 1e13), "times": (0.0, 1e13), "intervals": ((0.0, 1e13),)}.get(one.name, 1e13)
+        with pytest.raises(SimulationError, match="expected"):
+            replace(effect, **{one.name: beyond})
+
+
+@every_effect
+def test_only_encoders_of_wheels_have_something_to_recover(kind, component, block):
+    effect = strong(kind, component)
+    recovered, _ = effect.recover(block)
+    changed = not np.allclose(recovered.travel, block.travel, atol=1e-12)
+    assert changed == (stage_of(effect) == "encoder")
