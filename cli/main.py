@@ -15,6 +15,7 @@ from cli.console import complain, take_flaws
 from cli.dbc import dbc
 from cli.demo import demo
 from cli.design import design
+from cli.diagnose import diagnose
 from cli.dump import dump
 from cli.record import record
 from cli.replay import replay
@@ -32,7 +33,21 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (demo, sim, simulate, record, replay, track, dump, dbc, umbmark, calibrate, design, reproduce):
+for verb in (
+    demo,
+    sim,
+    simulate,
+    record,
+    replay,
+    track,
+    dump,
+    dbc,
+    umbmark,
+    calibrate,
+    design,
+    diagnose,
+    reproduce,
+):
     app.command()(verb)
 
 

@@ -13,6 +13,7 @@ from mismatch.heldout import HELD, METRIC, held_out, size
 from mismatch.refine import sigmas
 from mismatch.regression import Regression
 from mismatch.rerun import rerun
+from mismatch.signals import WINDOW
 from mismatch.where import channels_of, crossings, laps_at, places_at, row_names
 from mismatch.words import drives_for, part, regime, sentence, separating
 
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from vcan_sim.effects.effect import Effect
 
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
+LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
+SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to it
 _MANY = 6
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
@@ -53,7 +56,9 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
         advice = tuple(dict.fromkeys(one.separates for one in findings if one.separates))
         unknown = [one for one in findings if one.effect == "unknown"]
         depends = tuple(dict.fromkeys(quantity for one in unknown for quantity in one.depends_on))
-        return Diagnosis("mismatch", says, findings, fit, left, depends, robot, names, advice, evidence)
+        return Diagnosis(
+            "mismatch", says, findings, fit, left, depends, robot, names, advice, evidence, refined.effects
+        )
     if blind:
         drives = drives_for(sorted({effect for effect, _ in blind}))
         what = ", ".join(
@@ -89,7 +94,8 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
             findings.append(_unknown(found, member, probable[term.key], others))
         elif term.key in numbers:
             findings.append(_finding(refined, numbers[term.key], probable[term.key], others, whole))
-    return tuple(sorted(findings, key=lambda one: -one.explained))
+    worth = [one for one in findings if one.explained >= LEAST and not _overshadowed(one, findings)]
+    return tuple(sorted(worth, key=lambda one: -one.explained))
 
 
 def _finding(
@@ -134,8 +140,9 @@ def _parameters(term: Term, effect: Effect, refined: Refined, number: int) -> tu
         if spec.name == "intervals":
             continue
         sample = refined.regression.windows[0].signals.recording.vehicle.bus.sync_period
-        loose: float | tuple[float, ...] = sample if spec.unit == "s" else 0.0
-        sigma = known.get(spec.name, (loose,) * len(value) if isinstance(value, tuple) else loose)
+        loose = sample if spec.unit == "s" else 0.0
+        otherwise = (loose,) * len(value) if isinstance(value, tuple) else loose
+        sigma = known.get(spec.name, otherwise)
         found.append(Parameter(spec.name, value, sigma, spec.unit))
     return tuple(found)
 
@@ -162,13 +169,37 @@ def _unknown(
         term.component,
         min(probability, 0.999),
         others,
-        Where(channels_of(found.regression, part_of), (), quantity),
+        Where(channels_of(found.regression, part_of), _around(term.fixed["moments"]), quantity),
         (),
         min(1.0, max(0.0, float(before @ before - after @ after) / whole)),
         f"Something that no effect of the library explains acts on {part(term.component)}: "
         f"what is left depends on {quantity}.",
         (quantity,),
         "",
+    )
+
+
+def _around(moments: Sequence[float]) -> tuple[tuple[float, float], ...]:
+    """Return the windows [s] that end at moments."""
+    return tuple(sorted((moment, moment + WINDOW) for moment in moments))
+
+
+def _overshadowed(finding: Finding, findings: Sequence[Finding]) -> bool:
+    """Say whether a finding is a part of something stronger and unknown that acts at the same moments.
+
+    What shoves a robot about shows as bumps and slips of its wheels, too.
+    """
+    if not finding.where.intervals or len(finding.where.intervals) > _MANY:
+        return False
+    stronger = [
+        interval
+        for other in findings
+        if other.effect == "unknown" and other is not finding and other.explained > finding.explained
+        for interval in other.where.intervals
+    ]
+    return all(
+        any(start < last + SHADOW and end > first - SHADOW for first, last in stronger)
+        for start, end in finding.where.intervals
     )
 
 

@@ -70,9 +70,10 @@ def add_bank(regression: Regression) -> tuple[list[Term], list[slice]]:
     return terms, places
 
 
-def unknown(component: str, quantity: str) -> Term:
-    """Return the term of an unknown error of a component that depends on a quantity."""
-    return Term("unknown", component, (), {"quantity": quantity}, UNLIKELY, positive=False)
+def unknown(component: str, quantity: str, moments: tuple[float, ...] = ()) -> Term:
+    """Return the term of an unknown error of a component that depends on a quantity, or acts at moments [s]."""
+    fixed = {"quantity": quantity, "moments": moments}
+    return Term("unknown", component, (), fixed, UNLIKELY, positive=False)
 
 
 def bank(windows: Windows) -> Iterator[tuple[tuple[str, str], Columns]]:

@@ -26,6 +26,7 @@ Set = frozenset[int]
 EMPTY: Set = frozenset()
 
 MOST = 6  # effects in one answer
+STRANGE = 8.0  # log odds against every further unknown: one that is pushed shows in many places
 DOUBT = 2.5  # log odds against any one effect, beyond one among all candidates
 
 
@@ -61,7 +62,7 @@ class Choice:
         """Return the coefficients `(k,)` of a set and their covariance `(k, k)`."""
         columns = self.columns(members)
         precision = self.total[np.ix_(columns, columns)] / self.spread + np.eye(len(columns))
-        covariance = np.linalg.inv(precision)
+        covariance = np.asarray(np.linalg.inv(precision), np.float64)
         return covariance @ self.total[columns, 0] / self.spread, covariance
 
     def worth(self, members: Set) -> float:
@@ -87,7 +88,12 @@ class Choice:
             if self.terms[one].positive and np.any(coefficients[at : at + width] < 0.0):
                 return -math.inf
             at += width
-        evidence = 0.5 * float(own @ coefficients) - 0.5 * float(np.linalg.slogdet(precision)[1])
+        unknown = sum(self.terms[one].effect == "unknown" for one in members)
+        evidence = (
+            -STRANGE * max(unknown - 1, 0)
+            + 0.5 * float(own @ coefficients)
+            - 0.5 * float(np.linalg.slogdet(precision)[1])
+        )
         return evidence + sum(self.prior(one) for one in members)
 
     def prior(self, one: int) -> float:
@@ -122,10 +128,16 @@ class Choice:
         return {one: weight / whole for one, weight in weights.items()}
 
 
-def marginal(total: Array, nuisances: slice) -> Array:
-    """Return products `(C, C)` with some columns, of unit normal prior, integrated out."""
-    own = total[nuisances, nuisances] + np.eye(nuisances.stop - nuisances.start)
-    across = total[:, nuisances]
+def tolerant(total: Array, sizes: Array) -> Array:
+    """Return products `(C, C)` for data in which every column also acts a little, unasked.
+
+    Args:
+        total: products of all columns, the data first.
+        sizes: (C,) standard deviations of what is tolerated of each column; 0 for those that are not.
+    """
+    some = np.flatnonzero(sizes)
+    across = total[:, some] * sizes[some]
+    own = across[some] * sizes[some, None] + np.eye(len(some))
     return np.asarray(total - across @ np.linalg.solve(own, across.T))
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
+    from vcan_sim.effects.effect import Effect
     from vehicle.se2 import Array
 
 Verdict = Literal["agreement", "mismatch", "insufficient"]
@@ -245,6 +246,7 @@ class Diagnosis:
         recordings: names, in order.
         drive_next: which drives would tell more, in words.
         evidence: for the report.
+        effects: what was found as the simulator takes it, "unknown" excepted.
     """
 
     verdict: Verdict
@@ -257,6 +259,7 @@ class Diagnosis:
     recordings: tuple[str, ...] = ()
     drive_next: tuple[str, ...] = ()
     evidence: Evidence = field(default_factory=Evidence)
+    effects: tuple[Effect, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object."""

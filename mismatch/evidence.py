@@ -42,7 +42,8 @@ def evidence_of(
     signatures = [
         signature
         for number, effect in enumerate(refined.effects)
-        if (signature := _signature(refined, number, effect, numbers)) is not None
+        if (effect.name, effect.component) in numbers
+        and (signature := _signature(refined, number, effect, numbers)) is not None
     ]
     return Evidence(tuple(row_names(nominal.windows[0])), traces, tuple(signatures), _candidates(found))
 

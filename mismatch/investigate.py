@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from mismatch.bank import add_bank
-from mismatch.choose import EMPTY, Choice, marginal
+from mismatch.choose import EMPTY, Choice, tolerant
 from mismatch.noise import Noise, estimate_noise
 from mismatch.refine import settle
 from mismatch.regression import Regression
@@ -17,13 +19,13 @@ from mismatch.terms import skews, smooth_terms
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
     from mismatch.choose import Set
     from mismatch.terms import Term
     from mismatch.windows import Windows
     from vcan_sim.effects.effect import Effect
+    from vehicle.se2 import Array
 
     Progress = Callable[[int, int, str], None]
 
@@ -82,7 +84,7 @@ def investigate(
     progress(2, STEPS, "noise levels")
     usual = [number for number, one in enumerate(terms) if one.effect in _USUAL]
     _estimate(regression, places, usual)
-    choice = Choice(terms, places, marginal(regression.total, skew))
+    choice = Choice(terms, places, tolerated(regression, terms, places, skew))
     progress(4, STEPS, "comparing sets of effects")
     chosen = choice.best(EMPTY)
     for turn in range(ROUNDS):
@@ -92,7 +94,7 @@ def investigate(
         places += regression.add(new)
         terms += new
         before = {terms[one].key for one in chosen}
-        choice = Choice(terms, places, marginal(regression.total, skew))
+        choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         chosen = choice.best(chosen)
         settled = settle(regression, [terms[one] for one in sorted(chosen)], COARSE)
         moved = merged(terms, settled)
@@ -102,7 +104,7 @@ def investigate(
             one for one in chosen if terms[one].key not in {own.key for own in moved}
         }
         _estimate(regression, places, chosen)
-        choice = Choice(terms, places, marginal(regression.total, skew))
+        choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         chosen = choice.best(chosen)
         if turn > 0 and (not new or {terms[one].key for one in chosen} == before):
             break
@@ -110,13 +112,22 @@ def investigate(
     if "unknown" not in left_out:
         bank, at = add_bank(regression)
         terms, places = [*terms, *bank], [*places, *at]
-        choice = Choice(terms, places, marginal(regression.total, skew))
+        choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         for term, columns in surprises(regression, leftover(regression, choice, chosen)):
             terms.append(term)
             places.append(regression.extend(columns))
-        choice = Choice(terms, places, marginal(regression.total, skew))
+        choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         chosen = choice.best(chosen)
     return Investigation(regression, choice, chosen, skew)
+
+
+def tolerated(regression: Regression, terms: Sequence[Term], places: Sequence[slice], skew: slice) -> Array:
+    """Return the products of all columns, with what every robot has a little of integrated out."""
+    sizes = np.zeros(regression.white.shape[1])
+    sizes[skew] = 1.0
+    for term, place in zip(terms, places, strict=True):
+        sizes[place] = term.tolerance
+    return tolerant(regression.total, sizes)
 
 
 def _estimate(regression: Regression, places: Sequence[slice], nuisances: Iterable[int]) -> None:

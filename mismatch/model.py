@@ -9,6 +9,7 @@ import numpy as np
 
 from mismatch.signals import signals_of
 from mismatch.windows import pushed
+from vcan_sim.effects.ageing import AgedSamples
 from vcan_sim.effects.effect import stage_of
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def _age_poses(windows: Windows, effects: Sequence[Effect], offset: Array) -> No
     """Let poses be of an earlier time than they say."""
     signals = windows.signals
     for effect in effects:
-        if stage_of(effect) != "poses":
+        if not isinstance(effect, AgedSamples) or stage_of(effect) != "poses":
             continue
         for truck in range(len(signals.trucks)):
             for axis in range(3):

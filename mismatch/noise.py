@@ -55,7 +55,7 @@ class Noise:
 
     def levels(self) -> Array:
         """Return the logarithms of the levels, `(9,)`."""
-        return np.log(np.array(list(asdict(self).values())))
+        return np.asarray(np.log(list(asdict(self).values())))
 
     def named(self) -> dict[str, float]:
         """Return the levels by name and unit."""

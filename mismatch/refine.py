@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mismatch.choose import Choice, decoded, marginal, thinned
+from mismatch.choose import Choice, decoded, thinned, tolerant
 from mismatch.folds import folds_of
 from mismatch.model import relinearised
 from mismatch.regression import Regression
@@ -58,8 +58,9 @@ def refine(found: Investigation) -> Refined:
     regression = Regression(linear, noise, (), folds)
     skewed = regression.add(skews(linear[0].signals))
     places = regression.add(terms)
-    total = marginal(regression.total, slice(1, 1 + len(skewed)))
-    choice = Choice(terms, places, total)
+    sizes = np.zeros(regression.white.shape[1])
+    sizes[1 : 1 + len(skewed)] = 1.0
+    choice = Choice(terms, places, tolerant(regression.total, sizes))
     kept = sorted(thinned(choice, frozenset(range(len(terms)))))
     values = [coefficients for _, coefficients, _ in decoded(choice, kept)]
     terms = [terms[one] for one in kept]
@@ -181,7 +182,7 @@ def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
 
 def _moved(member: Term, step: float) -> list[Term]:
     """Return a term with what is not linear moved by a step to either side."""
-    found = []
+    found: list[dict[str, Any]] = []
     for sign in (-step, step):
         if "times" in member.fixed:
             found.append({"times": tuple(time + sign for time in member.fixed["times"])})

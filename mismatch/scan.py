@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from vehicle.se2 import Array
 
 EVENT = 4.0  # sigma from which one window among a thousand is worth a look
+NEAR = 1.0  # [s] about an event, in which no other is looked for
 ORDERS = tuple(range(2, 41))
 _SHORTEST = 1.5  # [s] of a patch
 _PATCHES = 200  # of the shortest kind in a recording, however long that is
@@ -44,11 +45,13 @@ class Leftover:
         rows: (V,) whitened residual.
         columns: (V, k) whitened columns of the set.
         inverse: (k, k) inverse of their products, with the prior.
+        events: of each wheel, moments [s] at which the set already has a bump.
     """
 
     rows: Array
     columns: Array
     inverse: Array
+    events: dict[str, tuple[float, ...]]
 
     def strength(self, added: Array) -> Array:
         """Return by how many sigma (C,) each of added columns (V, C) would be estimated, signed."""
@@ -62,7 +65,9 @@ def leftover(regression: Regression, choice: Choice, chosen: Set) -> Leftover:
     columns = choice.columns(chosen)
     coefficients, covariance = choice.solved(chosen)
     own = regression.white[:, columns]
-    return Leftover(regression.white[:, 0] - own @ coefficients, own, covariance / choice.spread)
+    bumps = [choice.terms[one] for one in chosen if choice.terms[one].effect == "bump"]
+    events = {one.component: one.fixed["times"] for one in bumps}
+    return Leftover(regression.white[:, 0] - own @ coefficients, own, covariance / choice.spread, events)
 
 
 def proposals(regression: Regression, choice: Choice, chosen: Set) -> list[Term]:
@@ -85,6 +90,16 @@ def shocks(regression: Regression, left: Leftover) -> list[tuple[Array, Array]]:
     return answers
 
 
+def quiet(windows: Windows, left: Leftover) -> Array:
+    """Return 1.0 for windows `(M,)` away from known events, whose shape is never met exactly, else 0.0."""
+    middle = 0.5 * (windows.time[1:] + windows.time[:-1])
+    near = np.zeros(len(middle), bool)
+    for moments in left.events.values():
+        for moment in moments:
+            near |= np.abs(middle - moment) < NEAR
+    return np.where(near, 0.0, 1.0)
+
+
 def lost_way(windows: Windows, scores: Array, informations: Array) -> tuple[Array, Array]:
     """Return the way (M, W) that each wheel lost in each window [m], and by how many sigma."""
     rolled = np.add.reduceat(windows.signals.block.travel, windows.ends[:-1], axis=0)
@@ -100,8 +115,8 @@ def _bumps(regression: Regression, left: Leftover) -> list[Term]:
     """Propose bumps under each wheel: all windows that stand out, and the strongest few of them."""
     peaks: dict[str, list[tuple[float, float]]] = {}
     for windows, (scores, informations) in zip(regression.windows, shocks(regression, left), strict=True):
-        _, sigmas = lost_way(windows, scores, informations)
-        for number, wheel in enumerate(windows.signals.recording.vehicle.wheels):
+        sigmas = lost_way(windows, scores, informations)[1] * quiet(windows, left)[:, None]
+        for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
             own = sigmas[:, number]
             best_of_all = own >= sigmas.max(axis=1) - 1e-9
             high = np.flatnonzero((own > EVENT) & best_of_all)
@@ -109,11 +124,12 @@ def _bumps(regression: Regression, left: Leftover) -> list[Term]:
                 peaks.setdefault(wheel, []).append((float(own[window]), float(windows.time[window])))
     windows_in_all = sum(len(windows.ends) for windows in regression.windows)
     found = []
-    for wheel, own in peaks.items():
-        ranked = sorted(own, reverse=True)[:24]
+    for wheel, heights in peaks.items():
+        ranked = sorted(heights, reverse=True)[:24]
+        known = left.events.get(wheel, ())
         for count in sorted({1, 2, 4, 8, len(ranked)}):
             if count <= len(ranked):
-                times = tuple(sorted(time for _, time in ranked[:count]))
+                times = tuple(sorted([*known, *(time for _, time in ranked[:count])]))
                 found.append(term("bump", wheel, windows_in_all, times=times))
     return found
 

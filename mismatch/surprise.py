@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mismatch.bank import sides, unknown
-from mismatch.scan import EVENT, apart, lost_way, shocks, strengths
+from mismatch.scan import EVENT, apart, lost_way, quiet, shocks, strengths
+from mismatch.terms import MOMENTS
 
 if TYPE_CHECKING:
     from mismatch.model import Columns
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from mismatch.windows import Windows
     from vehicle.se2 import Array
 
-MOMENTS = "single moments"
 LOST = 2e-3  # [m] of a wheel's way in one moment, one standard deviation
 SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck likewise
 BEAT = 32.0  # chi-square of two columns that the best of some thousand pitches does not reach by chance
@@ -44,7 +44,7 @@ def _pushes(regression: Regression, left: Leftover) -> list[Surprise]:
     for component, numbers in sides(regression.windows[0]).items():
         if len(numbers) == 1:
             sigmas = [
-                np.abs(lost_way(windows, *own)[1][:, numbers[0]])
+                np.abs(lost_way(windows, *own)[1][:, numbers[0]]) * quiet(windows, left)
                 for windows, own in zip(regression.windows, seen, strict=True)
             ]
             events = _events(sigmas, EVENT)
@@ -52,7 +52,10 @@ def _pushes(regression: Regression, left: Leftover) -> list[Surprise]:
             found += _pushed(regression, component, events, levers)
     for number, truck in enumerate(regression.windows[0].signals.trucks):
         own = slice(3 * number, 3 * number + 3)
-        powers = [_power(scores[:, own], informations[:, own, own]) for scores, informations in seen]
+        powers = [
+            _power(scores[:, own], informations[:, own, own]) * quiet(windows, left)
+            for windows, (scores, informations) in zip(regression.windows, seen, strict=True)
+        ]
         events = _events([np.sqrt(power) for power in powers], EVENT + 0.6)
         found += _pushed(
             regression, truck, events, [_shoves(windows, number) for windows in regression.windows]
@@ -88,7 +91,7 @@ def _shoves(windows: Windows, truck: int) -> Array:
     pushes[:, first, 0], pushes[:, first + 1, 0] = cos, sin
     pushes[:, first, 1], pushes[:, first + 1, 1] = -sin, cos
     pushes[:, first + 2, 2] = 1.0
-    return pushes * SHOVE
+    return np.asarray(pushes * SHOVE)
 
 
 def _pushed(
@@ -101,13 +104,14 @@ def _pushed(
         for number, windows in enumerate(regression.windows):
             own: list[Columns] = []
             for owner, window in events[:count]:
-                for direction in range(pushes[number].shape[2]):
+                for push in np.swapaxes(pushes[number][window], 0, 1):
                     inputs = np.zeros(windows.drift.shape)
                     if owner == number:
-                        inputs[window] = -pushes[number][window, : inputs.shape[1], direction]
+                        inputs[window] = -push[: inputs.shape[1]]
                     own.append((inputs, np.zeros(windows.measured.shape)))
             columns.append(own)
-        found.append((unknown(component, MOMENTS), columns))
+        times = tuple(float(regression.windows[owner].time[window]) for owner, window in events[:count])
+        found.append((unknown(component, MOMENTS, times), columns))
     return found
 
 

@@ -24,7 +24,11 @@ if TYPE_CHECKING:
     from vehicle.se2 import Array
 
 ANGLES = ("phase", "direction")  # parameters that make a wave of two columns of the one before them
+# Nobody's numbers are exact: this part of an effect's a-priori size is in every robot, and is no finding.
+TOLERANCE = 0.03
+_TIGHT = {"wheel_diameter": 0.01}
 SKEW = 0.3  # of a SYNC period: devices answer SYNC one after the other, and sample a little apart
+MOMENTS = "single moments"
 SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
 # What is likelier before anything is seen, as a difference of log probabilities: an owner's numbers are
 # off in every robot, while the others are faults that a few have.
@@ -69,6 +73,7 @@ class Term:
         kind = effect_named(self.effect)
         linear, turned = self.linear, angle_of(kind)
         spec = {one.name: one for one in kind.parameters}
+        values: dict[str, Any]
         if turned is not None:
             size = spec[linear].scale * math.hypot(coefficients[0], coefficients[1])
             angle = math.atan2(coefficients[1], coefficients[0])
@@ -83,12 +88,19 @@ class Term:
         return kind(component=self.component, **self.fixed, **values)
 
     @property
+    def tolerance(self) -> float:
+        """How much of its a-priori size is in every robot; nothing of what happens at a moment."""
+        if self.effect in SCANNED or self.fixed.get("quantity") == MOMENTS:
+            return 0.0
+        return _TIGHT.get(self.effect, TOLERANCE)
+
+    @property
     def linear(self) -> str:
         """The parameter that its coefficients tell."""
         return effect_named(self.effect).parameters[0].name if self.effect != "bump" else "lost"
 
 
-def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # noqa: ANN401  values of whatever the effect takes
+def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # noqa: ANN401
     """Return a term; `tries` is among how many fixed values its own were looked for."""
     kind = effect_named(effect)
     linear = next(
@@ -99,7 +111,8 @@ def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # 
     null, turned = linear.null or 0.0, angle_of(kind)
     if effect == "bump":
         times = fixed["times"]
-        probes = tuple(kind(component=component, times=(time,), lost=(linear.scale,)) for time in times)
+        lost: dict[str, Any] = {"lost": (linear.scale,)}
+        probes = tuple(kind(component=component, **lost, times=(time,)) for time in times)
     elif turned is not None:
         probes = tuple(
             kind(component=component, **{linear.name: linear.scale, turned: angle}, **fixed)
@@ -145,7 +158,7 @@ def components_of(signals: Signals) -> set[str]:
 
 def _speeds(signals: Sequence[Signals], component: str) -> list[float]:
     """Return speeds [m/s] between those that a wheel was driven at, for a loss of counts above one."""
-    number = signals[0].recording.vehicle.wheels.index(component)  # type: ignore[arg-type]
+    number = signals[0].recording.vehicle.wheels.index(component)
     speed = np.concatenate([np.abs(one.block.speed[:, number]) for one in signals])
     speed = speed[speed > 0.02]
     if len(speed) == 0:

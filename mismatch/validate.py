@@ -52,14 +52,14 @@ def check(recordings: Sequence[Recording]) -> None:
 def _check_clock(recording: Recording) -> None:
     steps = np.diff(recording.time)
     if len(steps) and float(steps.min()) <= 0.0:
-        at = int(np.argmin(steps))
+        back = int(np.argmin(steps))
         raise RecordingError(
             recording.source,
-            f"the clock goes back by {-steps[at]:.3f} s at {recording.time[at]:.3f} s; "
+            f"the clock goes back by {-steps[back]:.3f} s at {recording.time[back]:.3f} s; "
             "cut the log there and diagnose the parts as recordings of their own",
         )
-    late = np.flatnonzero(steps > max(_JUMP, 20.0 * float(np.median(steps)))) if len(steps) else []
-    for at in late:
+    longest = max(_JUMP, 20.0 * float(np.median(steps))) if len(steps) else _JUMP
+    for at in np.flatnonzero(steps > longest).tolist():
         moved = np.abs(np.diff(recording.counts[at : at + 2], axis=0)).max()
         if steps[at] > 10.0 or moved > 0:
             raise RecordingError(

@@ -43,21 +43,24 @@ def gains_of(
             if np.isnan(variance[moment, row]):
                 continue
             carried[:] = 0.0
-            size = variance[moment, row]
+            add_rows(carried.reshape(1, -1), observe[moment, row], covariance)
+            size = variance[moment, row] + np.dot(observe[moment, row], carried)
+            gains[moment, row] = carried / size
             for one in range(states):
-                seen = observe[moment, row, one]
-                if seen != 0.0:
-                    for other in range(states):
-                        carried[other] += seen * covariance[one, other]
-            for one in range(states):
-                size += observe[moment, row, one] * carried[one]
-            for one in range(states):
-                gain = carried[one] / size
-                gains[moment, row, one] = gain
                 for other in range(states):
-                    covariance[one, other] -= gain * carried[other]
+                    covariance[one, other] -= gains[moment, row, one] * carried[other]
             spread[moment, row] = size
     return gains, spread
+
+
+@compiled
+def add_rows(total: Array, weights: Array, rows: Array) -> None:
+    """Add weighted rows `(n, C)` to a total `(1, C)` in place; most weights `(n,)` are zero."""
+    for number in range(len(weights)):
+        weight = weights[number]
+        if weight != 0.0:
+            for one in range(rows.shape[1]):
+                total[0, one] += weight * rows[number, one]
 
 
 @compiled
@@ -100,33 +103,22 @@ def whiten(
     moments, rows, states = observe.shape
     columns = measured.shape[2]
     white = np.full((moments, rows, columns), np.nan)
-    state = np.zeros((states, columns))
-    innovation = np.zeros(columns)
+    state, innovation = np.zeros((states, columns)), np.zeros((1, columns))
     for moment in range(moments):
         if moment > 0:
             carry(transition[moment - 1], links, state)
-            for row in range(inputs.shape[1]):
-                for one in range(columns):
-                    state[row, one] += inputs[moment - 1, row, one]
+            state[: inputs.shape[1]] += inputs[moment - 1]
         for row in range(rows):
             size = spread[moment, row]
             if np.isnan(size):
                 continue
-            for one in range(columns):
-                innovation[one] = measured[moment, row, one]
-            for other in range(states):
-                seen = observe[moment, row, other]
-                if seen != 0.0:
-                    for one in range(columns):
-                        innovation[one] -= seen * state[other, one]
-            scale = 1.0 / np.sqrt(size)
-            for one in range(columns):
-                white[moment, row, one] = innovation[one] * scale
+            innovation[0] = measured[moment, row]
+            add_rows(innovation, -observe[moment, row], state)
+            white[moment, row] = innovation[0] / np.sqrt(size)
             for other in range(states):
                 gain = gains[moment, row, other]
-                if gain != 0.0:
-                    for one in range(columns):
-                        state[other, one] += gain * innovation[one]
+                for one in range(columns):
+                    state[other, one] += gain * innovation[0, one]
     return white
 
 

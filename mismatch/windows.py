@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mismatch.signals import Signals
+    from vehicle.parameters import Channel
 
 _ROUGH = 3e-4  # [m/sqrt(m)] of an ordinary floor
 UNSTATED = (0.003, 0.003, 0.003)  # [m, m, rad] of poses whose file states no sigma
@@ -70,7 +71,7 @@ class Windows:
     @property
     def linkage(self) -> int:
         """Rows of the linkage: 3 or 0; the rows of poses follow, three for each truck."""
-        return self.signals.reading.shape[1]
+        return int(self.signals.reading.shape[1])
 
 
 def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> Windows:
@@ -246,7 +247,7 @@ def _measurements(
     if linkage:
         off = signals.reading[ends] - expected_reading(path)
         off[:, :2] = wrap(off[:, :2])
-        channels = ("joint_a", "joint_b", "link")
+        channels: tuple[Channel, ...] = ("joint_a", "joint_b", "link")
         there = np.stack([signals.recording.is_present(channel)[ends] for channel in channels], axis=1)
         measured[:, :3] = np.where(there, off, np.nan)
         observe[:, :3, :6] = _linkage_rows(path)

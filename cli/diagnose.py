@@ -1,0 +1,166 @@
+"""`omnimate diagnose`: where simulation and recording differ, which physics is missing, how sure that is."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from cli.console import err, flaw, out
+from vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from mismatch import Diagnosis
+    from mismatch.diagnosis import Parameter
+    from vehicle.recording import Recording
+
+DEGREES = 57.29577951308232
+
+
+class CallError(OmnimateError):
+    """Options that contradict each other."""
+
+
+def diagnose(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Recording folders of one robot: laps of one or several.")
+    ],
+    json_out: Annotated[Path | None, typer.Option("--json", help="File for the answer as JSON.")] = None,
+    report: Annotated[Path | None, typer.Option(help="File for the report as HTML.")] = None,
+    effects_out: Annotated[
+        Path | None,
+        typer.Option(help="File for the effects found, which `omnimate simulate --effects` loads."),
+    ] = None,
+    each: Annotated[
+        bool, typer.Option("--each", help="Each folder on its own; answers beside the folders.")
+    ] = False,
+    jobs: Annotated[int, typer.Option(help="Processes, with --each.", min=1)] = 1,
+) -> None:
+    """Hold a simulation of the robot against recordings: where they differ, which physics is missing."""
+    if each:
+        if json_out or report or effects_out:
+            raise CallError(
+                "--each writes <folder>.json and <folder>.html beside every recording; leave --json, --report "
+                "and --effects-out away"
+            )
+        _each(recordings, jobs)
+        return
+    if jobs > 1:
+        raise CallError("--jobs shares recordings of several robots among processes; add --each")
+    loaded = [_load(folder) for folder in recordings]
+    diagnosis = _watched(loaded)
+    _show(diagnosis)
+    _write(diagnosis, json_out, report, effects_out)
+
+
+def _load(folder: Path) -> Recording:
+    from cli.loading import load
+
+    return load(folder)
+
+
+def _watched(recordings: Sequence[Recording]) -> Diagnosis:
+    """Return the diagnosis, showing what is being done."""
+    from mismatch import diagnose as ask
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True) as progress:
+        task = progress.add_task("reading", total=None)
+
+        def tell(done: int, total: int, doing: str) -> None:
+            progress.update(task, completed=done, total=total, description=doing)
+
+        return ask(recordings, progress=tell)
+
+
+def _write(
+    diagnosis: Diagnosis, json_out: Path | None, report: Path | None, effects_out: Path | None
+) -> None:
+    from vehicle.atomic import write_text
+
+    if json_out is not None:
+        write_text(json_out, json.dumps(diagnosis.as_json(), indent=2) + "\n")
+    if report is not None:
+        from mismatch.report import render
+
+        write_text(report, render(diagnosis))
+    if effects_out is not None:
+        from vcan_sim.effects.file import save_effects
+
+        save_effects(effects_out, diagnosis.effects)
+
+
+def _one(folder: Path) -> tuple[Path, str]:
+    """Diagnose one folder in a process of its own; return the line that tells what came out."""
+    from mismatch import diagnose as ask
+    from vehicle.folder import load_recording
+
+    try:
+        diagnosis = ask([load_recording(folder)])
+    except OmnimateError as error:
+        return folder, f"error: {error}"
+    _write(diagnosis, folder.with_name(f"{folder.name}.json"), folder.with_name(f"{folder.name}.html"), None)
+    return folder, f"{diagnosis.verdict}: {diagnosis.says}"
+
+
+def _each(folders: Sequence[Path], jobs: int) -> None:
+    with (
+        Progress(console=err, transient=True) as progress,
+        ProcessPoolExecutor(jobs) as pool,
+    ):
+        task = progress.add_task("diagnosing", total=len(folders))
+        for folder, line in pool.map(_one, folders):
+            progress.advance(task)
+            if line.startswith("error: "):
+                flaw(f"{folder}: {line.removeprefix('error: ')}")
+            else:
+                out.print(f"{folder}: {line}", soft_wrap=True)
+
+
+def _show(diagnosis: Diagnosis) -> None:
+    """Print the answer for people."""
+    out.print(f"{diagnosis.verdict}: {diagnosis.says}", style="bold", soft_wrap=True)
+    for finding in diagnosis.findings:
+        out.print()
+        out.print(
+            f"{finding.probability:5.0%}  {finding.effect} on {finding.component}: {finding.says}",
+            soft_wrap=True,
+        )
+        for parameter in finding.parameters:
+            out.print(f"       {shown(parameter)}")
+        for other in finding.alternatives:
+            out.print(f"       or {other.effect} on {other.component} ({other.probability:.0%})")
+        if finding.separates:
+            out.print(f"       to tell them apart, drive: {finding.separates}", soft_wrap=True)
+    if diagnosis.fit is not None:
+        out.print()
+        table = Table(title="residual on data that no fit has seen (1.00 = the sensors' own noise)")
+        for heading in ("channel", "before", "after"):
+            table.add_column(heading, justify="left" if heading == "channel" else "right")
+        for name, change in diagnosis.fit.channels.items():
+            table.add_row(name, f"{change.before:.2f}", f"{change.after:.2f}")
+        table.add_row(
+            "all", f"{diagnosis.fit.heldout.before:.2f}", f"{diagnosis.fit.heldout.after:.2f}", style="bold"
+        )
+        out.print(table)
+
+
+def shown(parameter: Parameter) -> str:
+    """Return a parameter with its 95 % interval in the units of a shop floor."""
+    factor, unit = {"m": (1e3, "mm"), "rad": (DEGREES, "degrees"), "1": (1.0, "")}.get(
+        parameter.unit, (1.0, parameter.unit)
+    )
+    values = parameter.value if isinstance(parameter.value, tuple) else (parameter.value,)
+    sigmas = parameter.sigma if isinstance(parameter.sigma, tuple) else (parameter.sigma,)
+    parts = [
+        f"{factor * value:.6g} +- {1.96 * factor * sigma:.2g}"
+        for value, sigma in zip(values[:8], sigmas[:8], strict=True)
+    ]
+    more = f" and {len(values) - 8} more" if len(values) > 8 else ""
+    return f"{parameter.name} = {', '.join(parts)}{more} {unit}".rstrip()
