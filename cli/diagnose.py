@@ -46,8 +46,8 @@ def diagnose(
     if each:
         if json_out or report or effects_out:
             raise CallError(
-                "--each writes <folder>.json and <folder>.html beside every recording; leave --json, --report "
-                "and --effects-out away"
+                "--each writes <folder>.json and <folder>.html beside every recording; "
+                "leave --json, --report and --effects-out away"
             )
         _each(recordings, jobs)
         return

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
 SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to it
+FAINT = 0.005  # of all rows' chi-square: an unknown that explains less is how no model is perfect
+FAINTEST = 40.0
 _MANY = 6
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
@@ -94,7 +96,14 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
             findings.append(_unknown(found, member, probable[term.key], others))
         elif term.key in numbers:
             findings.append(_finding(refined, numbers[term.key], probable[term.key], others, whole))
-    worth = [one for one in findings if one.explained >= LEAST and not _overshadowed(one, findings)]
+    faint = max(FAINT * len(nominal.white), FAINTEST)
+    worth = [
+        one
+        for one in findings
+        if one.explained >= LEAST
+        and not (one.effect == "unknown" and one.explained * whole < faint)
+        and not _overshadowed(one, findings)
+    ]
     return tuple(sorted(worth, key=lambda one: -one.explained))
 
 

@@ -71,7 +71,7 @@ def add_bank(regression: Regression) -> tuple[list[Term], list[slice]]:
 
 
 def unknown(component: str, quantity: str, moments: tuple[float, ...] = ()) -> Term:
-    """Return the term of an unknown error of a component that depends on a quantity, or acts at moments [s]."""
+    """Return the term of an unknown error that depends on a quantity, or acts at moments [s]."""
     fixed = {"quantity": quantity, "moments": moments}
     return Term("unknown", component, (), fixed, UNLIKELY, positive=False)
 

@@ -104,10 +104,10 @@ def _pushed(
         for number, windows in enumerate(regression.windows):
             own: list[Columns] = []
             for owner, window in events[:count]:
-                for push in np.swapaxes(pushes[number][window], 0, 1):
+                for direction in range(len(pushes[number][0].T)):
                     inputs = np.zeros(windows.drift.shape)
                     if owner == number:
-                        inputs[window] = -push[: inputs.shape[1]]
+                        inputs[window] = -pushes[number][window].T[direction][: inputs.shape[1]]
                     own.append((inputs, np.zeros(windows.measured.shape)))
             columns.append(own)
         times = tuple(float(regression.windows[owner].time[window]) for owner, window in events[:count])

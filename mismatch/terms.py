@@ -25,8 +25,17 @@ if TYPE_CHECKING:
 
 ANGLES = ("phase", "direction")  # parameters that make a wave of two columns of the one before them
 # Nobody's numbers are exact: this part of an effect's a-priori size is in every robot, and is no finding.
-TOLERANCE = 0.03
-_TIGHT = {"wheel_diameter": 0.01}
+TOLERATED = {
+    "wheel_diameter": 0.01,
+    "wheelbase": 0.03,
+    "turn_scrub": 0.03,
+    "wheel_misalignment": 0.01,
+    "lateral_slip": 0.03,
+    "traction_slip": 0.03,
+    "joint_bias": 0.01,
+    "link_bias": 0.03,
+    "latency": 0.03,
+}
 SKEW = 0.3  # of a SYNC period: devices answer SYNC one after the other, and sample a little apart
 MOMENTS = "single moments"
 SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
@@ -89,10 +98,8 @@ class Term:
 
     @property
     def tolerance(self) -> float:
-        """How much of its a-priori size is in every robot; nothing of what happens at a moment."""
-        if self.effect in SCANNED or self.fixed.get("quantity") == MOMENTS:
-            return 0.0
-        return _TIGHT.get(self.effect, TOLERANCE)
+        """How much of its a-priori size is in every robot."""
+        return TOLERATED.get(self.effect, 0.0)
 
     @property
     def linear(self) -> str:
@@ -111,8 +118,8 @@ def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # 
     null, turned = linear.null or 0.0, angle_of(kind)
     if effect == "bump":
         times = fixed["times"]
-        lost: dict[str, Any] = {"lost": (linear.scale,)}
-        probes = tuple(kind(component=component, **lost, times=(time,)) for time in times)
+        pairs: list[dict[str, Any]] = [{"times": (time,), "lost": (linear.scale,)} for time in times]
+        probes = tuple(kind(component=component, **pair) for pair in pairs)
     elif turned is not None:
         probes = tuple(
             kind(component=component, **{linear.name: linear.scale, turned: angle}, **fixed)

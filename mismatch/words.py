@@ -91,7 +91,7 @@ def regime(effect: Effect) -> str:
 def sentence(effect: Effect, vehicle: VehicleParameters) -> str:
     """Return a finding in a sentence."""
     build = _SENTENCES[effect.name]
-    text = (
+    text: str = (
         build(effect, vehicle)
         if callable(build)
         else build.format(part=part(effect.component), **_shown(effect))

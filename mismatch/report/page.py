@@ -1,0 +1,186 @@
+"""The page: the verdict, the findings, and everything by which a reader can check them."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from typing import TYPE_CHECKING
+
+from mismatch.report.plots import FULL, LEVELS, floor_plans, residual_traces, signature
+from mismatch.report.style import CSS
+from mismatch.words import part
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from mismatch.diagnosis import Change, Diagnosis, Finding, Fit, Parameter
+
+_UNITS = {"m": (1e3, "mm"), "rad": (math.degrees(1.0), "degrees"), "1": (1.0, "")}
+_EVENTS = 12  # shown one by one
+
+HOW_TO_READ = (
+    "The robot of vehicle.toml was driven in simulation by the wheel motion that was recorded, and what its "
+    "sensors would have shown was held against what they did show. Residuals are in sigma, the sensors' and "
+    "the floor's own noise, which is estimated from the recording itself: 1.00 is a perfect simulation. "
+    "Probabilities compare every effect of the library, alone and together, and unknown ones; from 50 % on a "
+    "finding is an assertion, below it a possibility. Held-out figures are of stretches that no parameter "
+    "has seen."
+)
+
+
+def render(diagnosis: Diagnosis) -> str:
+    """Return the report of a diagnosis as one HTML page, with nothing outside itself."""
+    robot = escape(diagnosis.robot or "robot")
+    sections = [_head(diagnosis), *_findings(diagnosis), *_proof(diagnosis), *_next(diagnosis)]
+    sections.append(f"<h2>How to read this</h2><p class=soft>{escape(HOW_TO_READ)}</p>")
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width,initial-scale=1">'
+        f"<title>Diagnosis of {robot}</title><style>{CSS}</style></head>"
+        f"<body>{''.join(sections)}</body></html>\n"
+    )
+
+
+def _head(diagnosis: Diagnosis) -> str:
+    names = ", ".join(escape(name) for name in diagnosis.recordings)
+    return (
+        f"<header><span class='verdict {diagnosis.verdict}'>{diagnosis.verdict}</span>"
+        f"<h1>{escape(diagnosis.robot or 'robot')}</h1><p class=lead>{escape(diagnosis.says)}</p>"
+        f"<p class=soft>Recordings: {names}</p></header>"
+    )
+
+
+def _findings(diagnosis: Diagnosis) -> Iterable[str]:
+    if not diagnosis.findings:
+        return
+    yield "<h2>What was found</h2>"
+    for number, finding in enumerate(diagnosis.findings):
+        pictures = "".join(
+            f"<figure>{signature(one)}<figcaption>points: found; line: predicted</figcaption></figure>"
+            for one in diagnosis.evidence.signatures
+            if one.finding == number
+        )
+        yield f"<article class=card>{_finding(finding)}{pictures}</article>"
+
+
+def _finding(finding: Finding) -> str:
+    others = "".join(
+        _bar(f"or {_name(one.effect)}, {part(one.component)}", one.probability)
+        for one in finding.alternatives
+    )
+    own = _bar(f"{_name(finding.effect)}, {part(finding.component)}", finding.probability)
+    separates = f"<p>To tell them apart, drive: {escape(finding.separates)}.</p>" if finding.separates else ""
+    depends = f"<p>Depends on: {escape(', '.join(finding.depends_on))}.</p>" if finding.depends_on else ""
+    return (
+        f"<h3>{escape(finding.says)}</h3>{own}"
+        f"{others}{_parameters(finding)}<p class=soft>{_where(finding)}</p>{depends}{separates}"
+    )
+
+
+def _name(effect: str) -> str:
+    return effect.replace("_", " ")
+
+
+def _bar(label: str, probability: float) -> str:
+    share = f"{100.0 * probability:.0f} %" if probability < 0.995 else "> 99 %"
+    return (
+        f"<div class=bar><span>{escape(label)}</span><i><b style='width:{100.0 * probability:.1f}%'></b></i>"
+        f"<span>{share}</span></div>"
+    )
+
+
+def _where(finding: Finding) -> str:
+    where = finding.where
+    words = [f"explains {100.0 * finding.explained:.0f} % of the mismatch"]
+    if where.regime:
+        words.append(f"acts: {where.regime}")
+    if where.channels:
+        words.append(f"seen on {', '.join(where.channels)}")
+    if where.laps:
+        words.append(f"in lap {', '.join(str(lap) for lap in where.laps)}")
+    if where.intervals:
+        spans = ", ".join(f"{start:.2f} to {end:.2f} s" for start, end in where.intervals[:_EVENTS])
+        words.append(f"at {spans}" + (" and more" if len(where.intervals) > _EVENTS else ""))
+    return escape("; ".join(words) + ".")
+
+
+def _parameters(finding: Finding) -> str:
+    if not finding.parameters:
+        return ""
+    rows = "".join(_row(*row) for one in finding.parameters for row in _values(one))
+    head = "<tr><th>parameter<th>value<th>95 % interval<th>unit</tr>"
+    return f"<div class=scroll><table>{head}{rows}</table></div>"
+
+
+def _values(parameter: Parameter) -> list[tuple[str, str, str, str]]:
+    factor, unit = _UNITS.get(parameter.unit, (1.0, parameter.unit))
+    values = parameter.value if isinstance(parameter.value, tuple) else (parameter.value,)
+    sigmas = parameter.sigma if isinstance(parameter.sigma, tuple) else (parameter.sigma,)
+    rows = []
+    for value, sigma in list(zip(values, sigmas, strict=True))[:_EVENTS]:
+        digits = max(0, min(6, 1 - math.floor(math.log10(1.96 * factor * sigma)))) if sigma > 0.0 else 3
+        half = 1.96 * sigma
+        span = (
+            f"{factor * (value - half):.{digits}f} to {factor * (value + half):.{digits}f}"
+            if sigma > 0.0
+            else "fixed"
+        )
+        rows.append((parameter.name, f"{factor * value:.{digits}f}", span, unit))
+    return rows
+
+
+def _row(*cells: str) -> str:
+    return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+
+
+def _proof(diagnosis: Diagnosis) -> Iterable[str]:
+    if diagnosis.fit is None:
+        return
+    yield "<h2>Where it is</h2>"
+    steps = "".join(f"<i style='background:var(--c{shade})'></i>" for shade in range(LEVELS))
+    yield f"<div class=key>within the noise {steps} {FULL:g} sigma and more; circles: events</div>"
+    yield floor_plans(diagnosis)
+    yield "<h2>How far the model of it goes</h2>"
+    yield _fit(diagnosis.fit)
+    yield "<h3>Residual along the drive: before (orange), after on stretches that no fit has seen (blue)</h3>"
+    yield residual_traces(diagnosis)
+    if diagnosis.evidence.candidates:
+        yield "<h2>What was considered</h2><p class=soft>Probability of being part of the right answer.</p>"
+        for effect, component, gain, probability in diagnosis.evidence.candidates:
+            label = f"{_name(effect)}, {part(component)} (alone: log evidence {gain:+.1f})"
+            yield _bar(label, probability)
+    left = 100.0 * diagnosis.unexplained
+    depends = f", and depends on {', '.join(diagnosis.depends_on)}" if diagnosis.depends_on else ""
+    yield f"<p>{left:.0f} % of the mismatch is left unexplained{escape(depends)}.</p>"
+
+
+def _fit(fit: Fit) -> str:
+    channels = "".join(
+        _row(name, f"{one.before:.2f}", f"{one.after:.2f}") for name, one in fit.channels.items()
+    )
+    whole = _row("all, held out", f"{fit.heldout.before:.2f}", f"{fit.heldout.after:.2f}")
+    seen = _row("all, as fitted", f"{fit.train.before:.2f}", f"{fit.train.after:.2f}")
+    rerun = "".join(_row(*_open_loop(name, one)) for name, one in fit.rerun.items())
+    noise = "".join(_row(name, f"{value:.3g}") for name, value in fit.noise.items())
+    return (
+        f"<p class=soft>{escape(fit.metric)}. "
+        f"Gain in half the chi-square: {fit.gain[0]:.0f} +- {fit.gain[1]:.0f}.</p>"
+        "<div class=grid2><div class=scroll><h3>Residual in sigma, 1.00 is perfect</h3>"
+        f"<table><tr><th>channel<th>before<th>after</tr>{channels}{whole}{seen}</table></div>"
+        "<div class=scroll><h3>The simulator itself, run again from the effects</h3>"
+        f"<table><tr><th>open loop<th>before<th>after<th>unit</tr>{rerun}</table>"
+        f"<h3>Noise levels used</h3><table>{noise}</table></div></div>"
+    )
+
+
+def _open_loop(name: str, change: Change) -> tuple[str, str, str, str]:
+    """Return a row of the simulator's own figures, in the units of a shop floor."""
+    angle = "joint" in name or "heading" in name
+    factor, unit = (math.degrees(1.0), "degrees") if angle else (1e3, "mm")
+    return name, f"{factor * change.before:.2f}", f"{factor * change.after:.2f}", unit
+
+
+def _next(diagnosis: Diagnosis) -> Iterable[str]:
+    if diagnosis.drive_next:
+        items = "".join(f"<li>{escape(drive)}</li>" for drive in diagnosis.drive_next)
+        yield f"<h2>What to drive next</h2><ul>{items}</ul>"

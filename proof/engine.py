@@ -1,0 +1,215 @@
+"""The engine: a small simulator of its own, which shares no code with the one that diagnoses.
+
+It integrates by the midpoint rule at a quarter of the sample period. Truck a drives a programme by its
+nominal wheels; truck b is led by what the linkage truly does. Only numpy and the standard library.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from proof.drives import commands
+from proof.faults import moved, shown, touches, travelled
+from proof.robots import LINKAGE, WHEELS
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+    from numpy.typing import NDArray
+
+    from proof.drives import Lap
+    from proof.faults import Fault
+    from proof.robots import Robot
+
+    Array = NDArray[np.float64]
+
+PARTS = 4  # of a sample period
+LEAD = 2.0  # [1/s] with which truck b turns into the link
+HOLD = 1.5  # [1/s] with which it keeps the link's length
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """A floor: how a wheel's way scatters on it.
+
+    Attributes:
+        roughness: [m/sqrt(m)].
+        wave: length over which it is alike [m]; 0 for none.
+    """
+
+    roughness: float
+    wave: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What was recorded and what was true.
+
+    Attributes:
+        time: (N,) [s].
+        counts: (N, C) raw counts of each device, unwrapped.
+        poses: (N, T, 3) true poses.
+        laps: (direction, start [s], end [s]).
+    """
+
+    time: Array
+    counts: NDArray[np.int64]
+    poses: Array
+    laps: list[tuple[str, float, float]]
+
+
+def drive(
+    robot: Robot, laps: list[Lap], faults: list[Fault], floor: Floor, start: float, chance: Generator
+) -> Drive:
+    """Return one drive of a robot with faults on a floor."""
+    wanted, spans = commands(laps, robot.period)
+    engine = _Engine(robot, faults, floor, chance)
+    count = len(wanted)
+    counts, poses = np.zeros((count, len(robot.devices)), np.int64), np.zeros((count, robot.trucks, 3))
+    times = start + robot.period * np.arange(count)
+    for sample in range(count):
+        if sample:
+            engine.advance(wanted[sample], float(times[sample - 1]))
+        counts[sample], poses[sample] = engine.read(float(times[sample])), engine.pose
+    times_of = [(direction, float(times[first]), float(times[last])) for direction, first, last in spans]
+    return Drive(times, _aged(robot, counts, times, faults), poses, times_of)
+
+
+class _Engine:
+    def __init__(self, robot: Robot, faults: list[Fault], floor: Floor, chance: Generator) -> None:
+        self.robot, self.faults, self.floor, self.chance = robot, faults, floor, chance
+        self.pose = np.zeros((robot.trucks, 3))
+        if robot.trucks == 2:
+            self.pose[1] = (-robot.length, 0.0, 0.0)
+        self.angle = chance.uniform(-3.0, 3.0, 2 * robot.trucks)
+        self.counted = self.angle.copy()
+        self.speed = np.zeros(2 * robot.trucks)
+        self.patch = np.zeros(2 * robot.trucks)
+
+    def advance(self, wanted: Array, now: float) -> None:
+        span = self.robot.period / PARTS
+        target = self._wheel_speeds(wanted)
+        rate = (target - self.speed) / self.robot.period
+        for part in range(PARTS):
+            self.speed = self.speed + rate * span
+            self._step(rate, now + (part + 1) * span, span)
+
+    def _wheel_speeds(self, wanted: Array) -> Array:
+        """Return the wheels' speeds [m/s] that a programme asks of truck a, and the linkage of truck b."""
+        half = 0.5 * self.robot.wheelbase[0]
+        speeds = [wanted[0] - half * wanted[1], wanted[0] + half * wanted[1]]
+        if self.robot.trucks == 2:
+            joint_a, joint_b, length = self._linkage()
+            along = wanted[0] * math.cos(joint_a) + HOLD * (length - self.robot.length)
+            turning = (wanted[0] * math.sin(joint_a) - along * math.tan(joint_b)) / length
+            forward, rate = along / math.cos(joint_b), turning - LEAD * joint_b
+            half = 0.5 * self.robot.wheelbase[1]
+            speeds += [forward - half * rate, forward + half * rate]
+        return np.array(speeds)
+
+    def _linkage(self) -> tuple[float, float, float]:
+        gap = self.pose[0, :2] - self.pose[1, :2]
+        along = math.atan2(gap[1], gap[0])
+        joints = [math.remainder(self.pose[truck, 2] - along, 2.0 * math.pi) for truck in (0, 1)]
+        return joints[0], joints[1], math.hypot(*gap)
+
+    def _step(self, rate: Array, now: float, span: float) -> None:
+        ways = np.zeros(2 * self.robot.trucks)
+        for wheel in range(2 * self.robot.trucks):
+            rolled = float(self.speed[wheel]) * span
+            turn = rolled / self.robot.radius[wheel]
+            before, after = float(self.counted[wheel]), float(self.counted[wheel]) + turn
+            self.angle[wheel] += turn
+            self.counted[wheel] += turn * self._kept(wheel)
+            way = rolled
+            for fault in self.faults:
+                if touches(fault, WHEELS[wheel]):
+                    way += (
+                        travelled(
+                            fault,
+                            rolled,
+                            (before, after),
+                            (float(self.speed[wheel]), float(rate[wheel])),
+                            now,
+                            span,
+                        )
+                        - rolled
+                    )
+            ways[wheel] = way + self._scatter(wheel, abs(rolled))
+        for truck in range(self.robot.trucks):
+            self._move(truck, ways[2 * truck], ways[2 * truck + 1], now, span)
+
+    def _kept(self, wheel: int) -> float:
+        """Return the share of counts that arrive."""
+        for fault in self.faults:
+            if (
+                fault.effect == "count_loss"
+                and fault.component == WHEELS[wheel]
+                and abs(self.speed[wheel]) > fault["above"]
+            ):
+                return 1.0 - float(fault["fraction"])
+        return 1.0
+
+    def _scatter(self, wheel: int, way: float) -> float:
+        """Return what the floor adds to a way: alike along its waves, or from step to step."""
+        if way == 0.0:
+            return 0.0
+        if self.floor.wave == 0.0:
+            return float(self.floor.roughness * math.sqrt(way) * self.chance.normal())
+        kept = math.exp(-way / self.floor.wave)
+        size = self.floor.roughness / math.sqrt(2.0 * self.floor.wave)
+        self.patch[wheel] = (
+            kept * self.patch[wheel] + size * math.sqrt(1.0 - kept * kept) * self.chance.normal()
+        )
+        return float(self.patch[wheel] * way)
+
+    def _move(self, truck: int, left: float, right: float, now: float, span: float) -> None:
+        base = self.robot.wheelbase[truck]
+        twist = (0.5 * (left + right), 0.0, (right - left) / base)
+        for fault in self.faults:
+            if fault.component == "ab"[truck]:
+                twist = moved(fault, twist, float(self.pose[truck, 2]), base, now, span)
+        middle = self.pose[truck, 2] + 0.5 * twist[2]
+        self.pose[truck, 0] += twist[0] * math.cos(middle) - twist[1] * math.sin(middle)
+        self.pose[truck, 1] += twist[0] * math.sin(middle) + twist[1] * math.cos(middle)
+        self.pose[truck, 2] += twist[2]
+
+    def read(self, now: float) -> list[int]:
+        """Return what every device counts."""
+        values = {WHEELS[number]: float(angle) for number, angle in enumerate(self.counted)}
+        if self.robot.trucks == 2:
+            true = dict(zip(LINKAGE, self._linkage(), strict=True))
+            for channel, reading in true.items():
+                other = true["joint_b" if channel == "joint_a" else "joint_a"]
+                for fault in self.faults:
+                    if fault.component == channel:
+                        reading = shown(fault, reading, self.robot.length, true["joint_a"], other, now)  # noqa: PLW2901
+                values[channel] = reading
+        found = []
+        for device in self.robot.devices:
+            value = values[device.channel]
+            if device.channel == "link":
+                value -= self.robot.length
+                count = device.resolution * value
+            else:
+                count = device.resolution * value / (2.0 * math.pi)
+            found.append(
+                device.zero
+                + device.sign
+                * math.floor(count + 0.5 + 0.2 * self.chance.normal() * (device.channel in LINKAGE))
+            )
+        return found
+
+
+def _aged(robot: Robot, counts: NDArray[np.int64], times: Array, faults: list[Fault]) -> NDArray[np.int64]:
+    """Return counts with the samples of some channels older than the others'."""
+    aged = counts.copy()
+    for fault in faults:
+        if fault.effect in {"latency", "clock_drift"} and fault.component in robot.channels:
+            column = robot.channels.index(fault.component)
+            age = fault["delay"] if fault.effect == "latency" else fault["rate"] * (times - times[0])
+            aged[:, column] = np.round(np.interp(times - age, times, counts[:, column].astype(float)))
+    return aged

@@ -1,0 +1,199 @@
+"""The faults that the engine conceals: each written out for itself, from the contract's words alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+SMALL = 1e-9
+
+
+@dataclass(slots=True)
+class Fault:
+    """A fault and what it remembers.
+
+    Attributes:
+        effect: of the vocabulary, or "unknown".
+        component: on which it acts.
+        parameters: by name.
+        memory: of what happened before.
+    """
+
+    effect: str
+    component: str
+    parameters: dict[str, Any]
+    memory: dict[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Any:  # noqa: ANN401  numbers or lists of them
+        return self.parameters[name]
+
+
+def touches(fault: Fault, wheel: str) -> bool:
+    """Say whether a fault of wheels acts on this one: by name, by truck, or by side."""
+    truck, side = wheel.split(".")
+    return fault.component in {wheel, truck, side}
+
+
+def travelled(
+    fault: Fault,
+    rolled: float,
+    angle: tuple[float, float],
+    speed: tuple[float, float],
+    now: float,
+    span: float,
+) -> float:
+    """Return the way of a wheel over the ground [m] for a way that it rolled.
+
+    Args:
+        fault: that acts on the wheel.
+        rolled: nominal way in this step [m].
+        angle: of its counter before and after [rad].
+        speed: of the wheel [m/s], and its rate of change [m/s^2].
+        now: time at the end of the step [s].
+        span: of the step [s].
+    """
+    one = fault.effect
+    if one == "wheel_diameter":
+        return rolled * fault["ratio"]
+    if one == "wheel_eccentricity":
+        middle = 0.5 * (angle[0] + angle[1]) + fault["phase"]
+        return rolled + fault["amplitude"] * math.cos(middle) * (angle[1] - angle[0])
+    if one == "gear_harmonic":
+        waves = [math.cos(fault["order"] * at + fault["phase"]) for at in angle]
+        return rolled + fault["amplitude"] * (waves[1] - waves[0])
+    if one == "radius_vs_speed":
+        return rolled * (1.0 + fault["slope"] * abs(speed[0]))
+    if one == "radius_step":
+        return rolled * (fault["ratio"] if now > fault["time"] else 1.0)
+    if one == "slip_patch":
+        inside = any(start < now <= end for start, end in fault["intervals"])
+        return rolled * (1.0 - fault["fraction"]) if inside else rolled
+    if one == "traction_slip":
+        return rolled - fault["compliance"] * speed[1] * abs(speed[0]) * span
+    if one == "bump":
+        return rolled - math.copysign(_bumped(fault, abs(rolled), now), rolled)
+    if one == "gear_backlash":
+        return _played(fault, rolled, fault["width"])
+    if one == "unknown":
+        return rolled + _strange_way(fault, rolled, speed, now)
+    return rolled
+
+
+def _bumped(fault: Fault, way: float, now: float) -> float:
+    """Return the way lost in this step: a stiff wheel swings about an edge, up and down."""
+    since = fault.memory.setdefault("since", [-1.0] * len(fault["times"]))
+    total = 0.0
+    for number, (time, lost) in enumerate(zip(fault["times"], fault["lost"], strict=True)):
+        if now <= time:
+            continue
+        radius = fault["radius"]
+        half = fault.memory.setdefault(("q", number), _half_angle(lost, radius))
+        before = max(since[number], 0.0)
+        after = min(before + way, 2.0 * half * radius)
+        since[number] = after
+        total += (after - before) - radius * (
+            math.sin(after / radius - half) - math.sin(before / radius - half)
+        )
+    return total
+
+
+def _half_angle(lost: float, radius: float) -> float:
+    """Return q of 2 R (q - sin q) = lost by halving."""
+    low, high = 0.0, 1.5
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if 2.0 * radius * (middle - math.sin(middle)) < lost else (low, middle)
+    return low
+
+
+def _played(fault: Fault, moved: float, width: float) -> float:
+    """Return what follows a motion through a play."""
+    gap = fault.memory.get("gap")
+    if gap is None:
+        if abs(moved) < SMALL:
+            return moved
+        gap = math.copysign(0.5 * width, moved)
+    wanted = gap + moved
+    fault.memory["gap"] = max(-0.5 * width, min(0.5 * width, wanted))
+    return float(wanted - fault.memory["gap"])
+
+
+def _strange_way(fault: Fault, rolled: float, speed: tuple[float, float], now: float) -> float:
+    """Return way that is gained by physics without a word in the vocabulary."""
+    kind, size = fault["kind"], fault["size"]
+    way = fault.memory["way"] = fault.memory.get("way", 0.0) + rolled
+    if kind == "slabs":  # joints between the slabs of a floor, met at a pitch
+        before = math.floor((way - rolled) / fault["pitch"])
+        return -size * abs(math.floor(way / fault["pitch"]) - before) * math.copysign(1.0, rolled or 1.0)
+    if kind == "warming":  # a tyre that warms up and stays warm
+        return float(rolled * size * (1.0 - math.exp(-(now - fault["start"]) / fault["pitch"])))
+    if kind == "hum":  # a supply that hums in time, not in angle
+        return float(size * abs(rolled) * math.sin(2.0 * math.pi * (now - fault["start"]) / fault["pitch"]))
+    return 0.0
+
+
+def moved(
+    fault: Fault, twist: tuple[float, float, float], heading: float, base: float, now: float, span: float
+) -> tuple[float, float, float]:
+    """Return a truck's motion in its own frame (forward, left, yaw) with a fault in it."""
+    forward, left, yaw = twist
+    one = fault.effect
+    if one == "wheelbase":
+        yaw /= fault["ratio"]
+    elif one == "turn_scrub":
+        across = math.hypot(forward, 0.5 * base * yaw)
+        yaw /= 1.0 + fault["slope"] * (abs(yaw) / across if across > SMALL else 0.0)
+    elif one == "wheel_misalignment":
+        forward, left = forward * math.cos(fault["angle"]), left + forward * math.sin(fault["angle"])
+    elif one == "lateral_slip":
+        left -= fault["compliance"] * forward * yaw / span
+    elif one == "floor_slope":
+        creep, angle = fault["rate"] * abs(forward), fault["direction"] - heading
+        forward, left = forward + creep * math.cos(angle), left + creep * math.sin(angle)
+    elif one == "castor_kick":
+        sign = math.copysign(1.0, forward) if abs(forward) > 0.005 * span else 0.0
+        last = fault.memory.get("sign", 0.0)
+        if sign and last and sign != last:
+            yaw += fault["yaw"]
+        fault.memory["sign"] = sign or last
+    elif one == "unknown":
+        forward, left, yaw = _strange_motion(fault, (forward, left, yaw), heading, now, span)
+    return forward, left, yaw
+
+
+def _strange_motion(
+    fault: Fault, twist: tuple[float, float, float], heading: float, now: float, span: float
+) -> tuple[float, float, float]:
+    forward, left, yaw = twist
+    kind, size = fault["kind"], fault["size"]
+    if kind == "pushes" and any(time < now <= time + 0.3 for time in fault["times"]):
+        left, yaw = left + size * span / 0.3, yaw + 2.0 * size * span / 0.3
+    if kind == "magnet":  # pulls sideways in one direction of the floor, twice per turn
+        left += size * abs(forward) * math.sin(2.0 * heading)
+    if kind == "tiring":  # a wheelbase that grows with time
+        yaw *= 1.0 - size * (now - fault["start"]) / fault["pitch"]
+    return forward, left, yaw
+
+
+def shown(fault: Fault, reading: float, rest: float, joint_a: float, other: float, now: float) -> float:
+    """Return what a joint's or the link's encoder shows."""
+    one = fault.effect
+    if one in {"joint_bias", "link_bias"}:
+        return float(reading + fault["bias"])
+    if one == "joint_eccentricity":
+        return float(reading + fault["amplitude"] * math.cos(reading + fault["phase"]))
+    if one == "link_eccentricity":
+        return float(reading + fault["amplitude"] * math.cos(joint_a + fault["phase"]))
+    if one == "link_scale":
+        return float(rest + fault["ratio"] * (reading - rest))
+    if one == "joint_backlash":
+        last = fault.memory.get("shown", reading)
+        half = 0.5 * fault["width"]
+        fault.memory["shown"] = max(reading - half, min(reading + half, last))
+        return float(fault.memory["shown"])
+    if one == "unknown" and fault["kind"] == "crosstalk":
+        return float(reading + fault["size"] * math.sin(3.0 * other))
+    if one == "unknown" and fault["kind"] == "sag":
+        return float(reading + fault["size"] * joint_a * joint_a)
+    return reading

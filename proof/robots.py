@@ -1,0 +1,137 @@
+"""Random robots, and their `vehicle.toml` written straight from the recording's specification."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+WHEELS = ("a.left", "a.right", "b.left", "b.right")
+LINKAGE = ("joint_a", "joint_b", "link")
+
+
+@dataclass(frozen=True, slots=True)
+class Device:
+    """One encoder: where its counts stand on the bus, and what a count is.
+
+    Attributes:
+        channel: that it measures.
+        node: CANopen node id.
+        cob_id: of its PDO.
+        start_bit: first bit in it.
+        bits: width.
+        signed: two's complement.
+        sign: of its counts.
+        resolution: counts per turn; per metre for the link.
+        zero: counts at angle 0 or at the link's length at rest.
+    """
+
+    channel: str
+    node: int
+    cob_id: int
+    start_bit: int
+    bits: int
+    signed: bool
+    sign: int
+    resolution: int
+    zero: int
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A robot as its owner believes it to be.
+
+    Attributes:
+        name: of it.
+        trucks: 1 or 2.
+        wheelbase: of each truck [m].
+        radius: of each wheel [m].
+        length: of the link at rest [m].
+        period: of SYNC [s].
+        devices: its encoders.
+    """
+
+    name: str
+    trucks: int
+    wheelbase: tuple[float, ...]
+    radius: tuple[float, ...]
+    length: float
+    period: float
+    devices: tuple[Device, ...]
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels of its encoders."""
+        return tuple(device.channel for device in self.devices)
+
+
+def random_robot(chance: Generator, trucks: int) -> Robot:
+    """Return a robot of ordinary size with a bus of its own kind."""
+    wheels = WHEELS[: 2 * trucks]
+    base = float(chance.uniform(0.28, 0.45))
+    radius = float(chance.choice([0.06, 0.075, 0.09]))
+    nodes = chance.permutation(np.arange(2, 60))
+    turn = int(chance.choice([4096, 16384, 20000, 40000]))
+    joint = int(chance.choice([4096, 16384, 36000]))
+    metre = int(chance.choice([10000, 20000, 50000]))
+    devices = []
+    for number, channel in enumerate((*wheels, *(LINKAGE if trucks == 2 else ()))):
+        resolution = turn if channel in wheels else metre if channel == "link" else joint
+        bits = int(chance.choice([24, 32])) if channel in wheels else 32
+        zero = 0 if channel in wheels else int(chance.integers(0, 2000))
+        node = int(nodes[number])
+        sign = int(chance.choice([1, -1]))
+        devices.append(
+            Device(
+                channel,
+                node,
+                0x180 + node,
+                0,
+                bits,
+                bool(chance.integers(2)) or channel not in wheels,
+                sign,
+                resolution,
+                zero,
+            )
+        )
+    return Robot(
+        f"proof-{int(chance.integers(1000)):03d}",
+        trucks,
+        (base,) * trucks,
+        (radius,) * len(wheels),
+        float(chance.uniform(0.8, 1.3)),
+        float(chance.choice([0.01, 0.015, 0.02])),
+        tuple(devices),
+    )
+
+
+def toml_of(robot: Robot) -> str:
+    """Return the text of a robot's vehicle.toml."""
+    lines = [f'name = "{robot.name}"']
+    for number in range(robot.trucks):
+        left, right = robot.radius[2 * number : 2 * number + 2]
+        lines += [f"[truck.{'ab'[number]}]", f"wheelbase = {robot.wheelbase[number]!r}"]
+        lines += [f"wheel_diameter_left = {2.0 * left!r}", f"wheel_diameter_right = {2.0 * right!r}"]
+    if robot.trucks == 2:
+        lines += ["[linkage]", f"length = {robot.length!r}"]
+    lines += ["[bus]", "bitrate = 500000", f"sync_period = {robot.period!r}"]
+    for device in robot.devices:
+        kind = "counts_per_metre" if device.channel == "link" else "counts_per_turn"
+        lines += [
+            "[[encoder]]",
+            f'channel = "{device.channel}"',
+            f"node = {device.node}",
+            f"cob_id = {device.cob_id}",
+            f"start_bit = {device.start_bit}",
+            f"bits = {device.bits}",
+            f"signed = {str(device.signed).lower()}",
+            f"sign = {device.sign}",
+            f"{kind} = {device.resolution}",
+        ]
+        if device.zero:
+            lines.append(f"zero = {device.zero}")
+    return "\n".join(lines) + "\n"
