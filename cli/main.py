@@ -17,6 +17,7 @@ from cli.demo import demo
 from cli.design import design
 from cli.diagnose import diagnose
 from cli.dump import dump
+from cli.prove import prove
 from cli.record import record
 from cli.replay import replay
 from cli.reproduce import reproduce
@@ -46,6 +47,7 @@ for verb in (
     calibrate,
     design,
     diagnose,
+    prove,
     reproduce,
 ):
     app.command()(verb)

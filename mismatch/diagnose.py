@@ -8,7 +8,7 @@ from mismatch.answer import answer
 from mismatch.diagnosis import Diagnosis
 from mismatch.folds import folds_of
 from mismatch.investigate import STEPS, investigate
-from mismatch.refine import refine
+from mismatch.refine import contend, refine
 from mismatch.signals import signals_of
 from mismatch.validate import check, too_little
 from mismatch.windows import windows_of
@@ -45,6 +45,7 @@ def diagnose(
     windows = [windows_of(signals_of(one)) for one in recordings]
     found = investigate(windows, folds_of(windows), without=without, progress=progress)
     progress(STEPS - 1, STEPS, "fitting what was found")
+    contend(found)
     refined = refine(found)
     diagnosis = answer(found, refined)
     progress(STEPS, STEPS, "done")

@@ -55,12 +55,12 @@ def replayed(signals: Signals, effects: Sequence[Effect]) -> Block:
 
 
 def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:
-    """Return a recording's signals about the trajectory of its readings without what effects add to them."""
-    if not any(stage_of(effect) == "reading" for effect in effects):
-        return signals
-    for _ in range(2):
-        shown = replayed(signals, effects).reading - signals.block.reading
-        signals = signals_of(signals.recording, np.concatenate((shown[:1], shown)))
+    """Return a recording's signals about the trajectory of a robot with effects."""
+    for _ in range(2 if effects else 0):
+        block = replayed(signals, effects)
+        shown = block.reading - signals.block.reading
+        offset = np.concatenate((shown[:1], shown)) if shown.shape[1] else 0.0
+        signals = signals_of(signals.recording, offset, block.twist)
     return signals
 
 

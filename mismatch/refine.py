@@ -19,12 +19,16 @@ from vcan_sim.effects import effect_named
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mismatch.choose import Set
     from mismatch.investigate import Investigation
     from vcan_sim.effects.effect import Effect
     from vehicle.se2 import Array
 
 AROUND = 0.6  # [s] before and after an event in which every sample is measured
 _PATIENCE = 12  # moves in one direction
+_RIVALS = 4  # that are fitted beside the best set
+_CLOSE = 12.0  # log odds by which a set may lie behind
+_PART = 0.15  # of the best set's own, likewise
 TURNS = 2  # of Gauss-Newton: the effects are small, and the second turn changes them by their square
 
 
@@ -64,25 +68,73 @@ def refine(found: Investigation) -> Refined:
     kept = sorted(thinned(choice, frozenset(range(len(terms)))))
     values = [coefficients for _, coefficients, _ in decoded(choice, kept)]
     terms = [terms[one] for one in kept]
+    return fitted(found, terms, values)
+
+
+def fitted(found: Investigation, terms: Sequence[Term], values: Sequence[Array]) -> Refined:
+    """Return terms with their coefficients fitted by Gauss-Newton, each turn about what the last one found.
+
+    Args:
+        found: whose recordings and noise to take.
+        terms: to fit.
+        values: of their coefficients, from which to start.
+    """
+    noise, linear, folds = found.regression.noise, found.regression.windows, found.regression.folds
+    everything = range(len(terms))
     for _ in range(TURNS):
         effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
         windows = [windows_of(relinearised(one.signals, effects)) for one in linear]
         regression = Regression(windows, noise, effects, folds)
         places = regression.add(terms)
-        moved = decoded(Choice(terms, places, regression.total), range(len(terms)))
+        moved = decoded(Choice(list(terms), places, regression.total), everything)
         values = [own + step for own, (_, step, _) in zip(values, moved, strict=True)]
     effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
     regression = Regression(windows, noise, effects, folds)
     places = regression.add(terms)
-    last = decoded(Choice(terms, places, regression.total), range(len(terms)))
-    return Refined(
-        tuple(terms),
-        tuple(effects),
-        tuple(values),
-        tuple(covariance for _, _, covariance in last),
-        regression,
-        tuple(places),
-    )
+    last = decoded(Choice(list(terms), places, regression.total), everything)
+    covariances = tuple(covariance for _, _, covariance in last)
+    return Refined(tuple(terms), tuple(effects), tuple(values), covariances, regression, tuple(places))
+
+
+def contend(found: Investigation) -> None:
+    """Let rivals of the best set compete as they really are, not as straight lines.
+
+    Large effects differ from each other by their squares: a turned axle of a degree is then no longer a
+    joint's bias. Every set that comes near the best one is fitted by Gauss-Newton, and its worth corrected
+    by what that takes from the chi-square.
+    """
+    choice, best = found.choice, found.chosen
+    if not best or any(choice.terms[one].effect == "unknown" for one in best):
+        return
+    gain = choice.worth(best)
+    near = [
+        rival
+        for rival, worth in sorted(choice.known.items(), key=lambda item: -item[1])
+        if rival != best
+        and len(rival) == len(best)
+        and len(rival & best) == len(best) - 1
+        and worth > gain - max(_CLOSE, _PART * gain)
+        and not any(choice.terms[one].effect == "unknown" for one in rival)
+    ][:_RIVALS]
+    if not near:
+        return
+    corrections = {one: _correction(found, one) for one in (best, *near)}
+    for one in choice.known:
+        if one:
+            choice.known[one] += corrections.get(one, corrections[best])
+    found.chosen = max((best, *near), key=choice.worth)
+
+
+def _correction(found: Investigation, members: Set) -> float:
+    """Return what a set is worth more when it is fitted by Gauss-Newton: Laplace's approximation there."""
+    choice, total = found.choice, found.regression.total
+    straight = decoded(Choice(choice.terms, choice.places, total), members)
+    bent = fitted(found, [choice.terms[one] for one, _, _ in straight], [own for _, own, _ in straight])
+    columns = bent.regression.white[:, bent.places[0].start : bent.places[-1].stop]
+    values, left = np.concatenate(bent.values), bent.regression.white[:, 0]
+    volume = float(np.linalg.slogdet(columns.T @ columns + np.eye(len(values)))[1])
+    evidence = 0.5 * float(total[0, 0] - left @ left - values @ values) - 0.5 * volume
+    return evidence + sum(choice.prior(one) for one in members) - choice.worth(members)
 
 
 def _placed(found: Investigation, members: Sequence[Term]) -> list[Term]:

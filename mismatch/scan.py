@@ -250,7 +250,8 @@ def _harmonics(regression: Regression, left: Leftover) -> list[Term]:
         gained = np.zeros((len(windows.ends) - 1, len(wheels), len(columns)))
         for at, column in enumerate(columns):
             wheel, rest = divmod(column, 2 * len(ORDERS))
-            turned = windows.signals.recording.wheel_angle(wheels[wheel])[windows.ends]
+            angle = windows.signals.block.angle[:, wheel]
+            turned = np.concatenate((angle[:1], angle))[windows.ends]
             wave = np.cos(ORDERS[rest // 2] * turned + 0.5 * np.pi * (rest % 2))
             gained[:, wheel, at] = np.diff(wave)
         return gained

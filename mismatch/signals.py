@@ -9,12 +9,13 @@ import numpy as np
 
 from vcan_sim.effects.block import Block
 from vehicle.linkage import follower, linkage_of
+from vehicle.parameters import JOINTS
 from vehicle.se2 import Array, between, compose, wrap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from vehicle.parameters import TruckName
+    from vehicle.parameters import Channel, TruckName
     from vehicle.recording import Poses, Recording
 
 WINDOW = 0.25  # [s] shorter than any manoeuvre; what happens in one shows in the next reading
@@ -55,17 +56,20 @@ class Signals:
         return self.recording.time
 
 
-def signals_of(recording: Recording, offset: Array | float = 0.0) -> Signals:
+def signals_of(recording: Recording, offset: Array | float = 0.0, twist: Array | None = None) -> Signals:
     """Return a recording's signals, with all of its effects still in it.
 
     Args:
         recording: of a drive.
         offset: (N, 3) what is known of the linkage readings' errors [rad, rad, m]: the trajectory is that
             of the readings without it.
+        twist: (N - 1, T, 3) of the trucks, where more is known than their nominal wheels tell.
     """
     vehicle, time = recording.vehicle, recording.time
     period = np.diff(time)
-    angle = np.stack([recording.wheel_angle(wheel) for wheel in vehicle.wheels], axis=1)
+    angle = np.stack(
+        [bridged(recording, wheel, recording.wheel_angle(wheel)) for wheel in vehicle.wheels], axis=1
+    )
     radius = np.array([0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels])
     wheelbase = np.array([truck.wheelbase for truck in vehicle.trucks.values()])
     turned = np.diff(angle, axis=0)
@@ -75,7 +79,9 @@ def signals_of(recording: Recording, offset: Array | float = 0.0) -> Signals:
     travel = radius * turned
     yaw = (travel[:, 1::2] - travel[:, 0::2]) / wheelbase
     forward = 0.5 * (travel[:, 1::2] + travel[:, 0::2])
-    path = _path(recording, np.stack([forward, np.zeros_like(yaw), yaw], axis=-1), reading - offset, poses)
+    nominal = np.stack([forward, np.zeros_like(yaw), yaw], axis=-1)
+    known = nominal if twist is None else twist
+    path = _path(recording, known, reading - offset, poses)
     block = Block(
         time=time[1:],
         period=period,
@@ -87,7 +93,7 @@ def signals_of(recording: Recording, offset: Array | float = 0.0) -> Signals:
         heading=0.5 * (path[1:, :, 2] + path[:-1, :, 2]),
         travel=travel,
         twist=np.zeros((len(period), len(wheelbase), 3)),
-        reading=_foreseen(path, travel, wheelbase, time)[1:],
+        reading=_foreseen(path, known, time)[1:],
         rest=0.0 if vehicle.linkage is None else vehicle.linkage.length,
     )
     resolution = np.array(
@@ -102,7 +108,7 @@ def grid(time: Array) -> NDArray[np.int64]:
     return np.unique(np.searchsorted(time, np.linspace(time[0], time[-1], count + 1)).clip(max=len(time) - 1))
 
 
-def _foreseen(path: Array, travel: Array, wheelbase: Array, time: Array) -> Array:
+def _foreseen(path: Array, twist: Array, time: Array) -> Array:
     """Return the readings (N, 3) that odometry foresees from the last of evenly spaced moments."""
     if path.shape[1] == 1:
         return np.zeros((len(path), 0))
@@ -110,10 +116,7 @@ def _foreseen(path: Array, travel: Array, wheelbase: Array, time: Array) -> Arra
     origin = moments[np.maximum(np.searchsorted(moments, index, side="left") - 1, 0)]
     ahead = []
     for truck in range(2):
-        left, right = travel[:, 2 * truck], travel[:, 2 * truck + 1]
-        yaw = (right - left) / wheelbase[truck]
-        twist = np.stack([0.5 * (left + right), np.zeros_like(yaw), yaw], axis=1)
-        driven = integrated(twist, path[0, truck])
+        driven = integrated(twist[:, truck], path[0, truck])
         ahead.append(compose(path[origin, truck], between(driven[origin], driven)))
     foreseen = expected_reading(np.stack(ahead, axis=1))
     actual = expected_reading(path)
@@ -135,8 +138,19 @@ def _rates(way: Array, time: Array) -> tuple[Array, Array]:
 def _readings(recording: Recording) -> Array:
     if recording.vehicle.linkage is None:
         return np.zeros((len(recording), 0))
-    joints = [recording.joint_angle("joint_a"), recording.joint_angle("joint_b")]
-    return np.stack([*joints, recording.link_length()], axis=1)
+    joints = [bridged(recording, joint, recording.joint_angle(joint)) for joint in JOINTS]
+    return np.stack([*joints, bridged(recording, "link", recording.link_length())], axis=1)
+
+
+def bridged(recording: Recording, channel: Channel, values: Array) -> Array:
+    """Return a channel's values (N,) with those of missing frames drawn between their neighbours.
+
+    Held values would make a wheel stand still for a sample, and then jump.
+    """
+    there = recording.is_present(channel)
+    if there.all() or not there.any():
+        return values
+    return np.asarray(np.interp(recording.time, recording.time[there], values[there]))
 
 
 def _usable(recording: Recording) -> Poses | None:

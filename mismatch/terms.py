@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mismatch.signals import WINDOW
 from vcan_sim.effects import EFFECTS, effect_named
+from vcan_sim.effects.block import LINKAGE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,6 +38,10 @@ TOLERATED = {
     "link_bias": 0.03,
     "latency": 0.03,
 }
+# What acts on a channel's motion needs motion that the drive makes.
+MOVING = {"latency", "clock_drift", "joint_backlash", "link_scale"}
+CLEAR = 10.0
+ORDINARY = 3e-4  # [m/sqrt(m)] roughness of an ordinary floor
 SKEW = 0.3  # of a SYNC period: devices answer SYNC one after the other, and sample a little apart
 MOMENTS = "single moments"
 SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
@@ -144,10 +150,13 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
     present = components_of(signals[0])
     if not any(one.poses is not None for one in signals):
         present -= {"poses"}
+    moved = moving_channels(signals)
     terms = []
     for kind in EFFECTS:
         for component in kind.components:
             if component not in present or kind.name in SCANNED:
+                continue
+            if kind.name in MOVING and component in LINKAGE and component not in moved:
                 continue
             if kind.name == "count_loss":
                 speeds = _speeds(signals, component)
@@ -155,6 +164,27 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
             else:
                 terms.append(term(kind.name, component))
     return terms
+
+
+def moving_channels(signals: Sequence[Signals]) -> set[str]:
+    """Return the linkage channels that the drive moves by more than a floor's roughness does.
+
+    What moves a channel otherwise is noise, and truck b's answer to it: a delay or a play of such a
+    channel cannot be told from the answer.
+    """
+    if not signals[0].reading.shape[1]:
+        return set()
+    way = np.concatenate([np.abs(one.block.travel).mean(axis=1) for one in signals]).sum()
+    span = sum(float(one.time[-1] - one.time[0]) for one in signals)
+    jitter = ORDINARY * math.sqrt(WINDOW * way / span)
+    base = float(signals[0].block.wheelbase[0])
+    readings = np.concatenate([one.reading - one.reading.mean(axis=0) for one in signals])
+    sizes = (jitter / base, jitter / base, jitter)
+    return {
+        name
+        for name, size, own in zip(LINKAGE, sizes, readings.std(axis=0), strict=True)
+        if own > CLEAR * size
+    }
 
 
 def components_of(signals: Signals) -> set[str]:

@@ -20,15 +20,13 @@ from proof.robots import random_robot
 from proof.writing import write
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from numpy.random import Generator
 
     from proof.engine import Drive
-    from proof.robots import Robot
 
 START = 1_763_000_000.0
-Build = "Callable[[Generator, Robot, float], dict[str, Any]]"
 
 # What each effect is made with: bounds of size, as robots in use show them, far enough above the noise.
 SIZES: dict[str, dict[str, tuple[float, float]]] = {
@@ -60,12 +58,13 @@ SIZES: dict[str, dict[str, tuple[float, float]]] = {
 RATIOS = {"wheel_diameter", "radius_step", "wheelbase", "link_scale"}
 SIGNED = {"radius_vs_speed", "wheel_misalignment", "castor_kick", "joint_bias", "link_bias"}
 UNITS = {
-    "ratio": "1", "amplitude": "m", "phase": "rad", "slope": "1", "time": "s", "times": "s", "lost": "m", "fraction": "1",
-    "compliance": "s", "angle": "rad", "rate": "1", "direction": "rad", "yaw": "rad", "bias": "rad", "width": "rad",
-    "above": "m/s", "delay": "s", "order": "1",
+    "ratio": "1", "amplitude": "m", "phase": "rad", "slope": "1", "time": "s", "times": "s", "lost": "m",
+    "fraction": "1", "compliance": "s", "angle": "rad", "rate": "1", "direction": "rad", "yaw": "rad",
+    "bias": "rad", "width": "rad", "above": "m/s", "delay": "s", "order": "1",
 }  # fmt: skip
 WHEELED = {
-    "wheel_diameter", "wheel_eccentricity", "radius_vs_speed", "radius_step", "bump", "slip_patch", "traction_slip",
+    "wheel_diameter", "wheel_eccentricity", "radius_vs_speed", "radius_step", "bump", "slip_patch",
+    "traction_slip",
     "count_loss", "gear_backlash", "gear_harmonic",
 }  # fmt: skip
 OF_TRUCKS = {"wheelbase", "turn_scrub", "wheel_misalignment", "lateral_slip", "floor_slope", "castor_kick"}
@@ -236,7 +235,7 @@ def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
     faults, labels = [], []
     length = sum(duration for _, legs in laps for _, _, duration in legs) + 2.5 * len(laps)
     for effect, component in case.effects:
-        parameters = _drawn(chance, effect, component, robot, start, length, case)
+        parameters = _drawn(chance, effect, start, length, case)
         faults.append(Fault(effect, component, {**parameters, "radius": robot.radius[0], "start": start}))
         labels.append(_label(effect, component, parameters))
     roughness, wave = float(chance.uniform(2e-4, 5e-4)), 0.0 if chance.random() < 0.5 else 0.12
@@ -254,48 +253,51 @@ def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _drawn(
-    chance: Generator, effect: str, component: str, robot: Robot, start: float, length: float, case: Case
-) -> dict[str, Any]:
+def _drawn(chance: Generator, effect: str, start: float, length: float, case: Case) -> dict[str, Any]:
     """Return the parameters of a fault, drawn by chance."""
     if effect == "unknown":
         return _strange_size(chance, case.note, start, length)
     name, (low, high) = next(iter(SIZES[effect].items()))
     size = float(chance.uniform(low, high))
     sign = -1.0 if chance.random() < 0.5 else 1.0
-    if case.note == "cancel":
-        # clockwise squares: E_b and E_d of Type A and B cancel in the heading of every lap
-        size, sign = (0.012, -1.0) if effect == "wheelbase" else (0.012 * 0.3, 1.0)
-    if case.note == "mutual":
-        size, sign = 0.003, 1.0
-    if case.note == "small under big":
-        size, sign = (0.006, 1.0) if effect == "wheel_diameter" else (2.5e-4, 1.0)
-    value: Any = 1.0 + sign * size if effect in RATIOS else sign * size if effect in SIGNED else size
-    more: dict[str, Any] = {}
-    if effect in {"wheel_eccentricity", "joint_eccentricity", "link_eccentricity", "gear_harmonic"}:
-        more["phase"] = float(chance.uniform(-3.1, 3.1))
-    if effect == "gear_harmonic":
-        more["order"] = float(chance.integers(2, 20))
-    if effect == "floor_slope":
-        more["direction"] = float(chance.uniform(-3.1, 3.1))
-    if effect == "radius_step":
-        more["time"] = start + float(chance.uniform(0.35, 0.65)) * length
-    if effect == "count_loss":
-        more["above"] = 0.3
-    if effect == "slip_patch":
-        first = start + float(chance.uniform(0.2, 0.7)) * length
-        more["intervals"] = [[first, first + float(chance.uniform(5.0, 12.0))]]
+    size, sign = _CONCEALED.get((case.note, effect), (size, sign))
     if effect == "bump":
         count = 1 if case.note == "one bump" else 8
         times = np.sort(start + length * (np.arange(count) + chance.uniform(0.2, 0.8, count)) / count)
         return {"times": times.tolist(), "lost": [size] * count}
-    return {name: value, **more}
+    value = 1.0 + sign * size if effect in RATIOS else sign * size if effect in SIGNED else size
+    return {name: value, **_more(chance, effect, start, length)}
+
+
+# Sizes by which effects hide: on clockwise squares a wider wheelbase and a larger right wheel cancel.
+_CONCEALED = {
+    ("cancel", "wheelbase"): (0.012, -1.0),
+    ("cancel", "wheel_diameter"): (0.0036, 1.0),
+    ("mutual", "wheel_diameter"): (0.003, 1.0),
+    ("small under big", "wheel_diameter"): (0.006, 1.0),
+    ("small under big", "wheel_eccentricity"): (2.5e-4, 1.0),
+}
+
+
+def _more(chance: Generator, effect: str, start: float, length: float) -> dict[str, Any]:
+    """Return the parameters of a fault beside its size."""
+    first = start + float(chance.uniform(0.2, 0.7)) * length
+    found: dict[str, dict[str, Any]] = {
+        "floor_slope": {"direction": float(chance.uniform(-3.1, 3.1))},
+        "radius_step": {"time": start + float(chance.uniform(0.35, 0.65)) * length},
+        "count_loss": {"above": 0.3},
+        "slip_patch": {"intervals": [[first, first + float(chance.uniform(5.0, 12.0))]]},
+        "gear_harmonic": {"order": float(chance.integers(2, 20))},
+    }
+    waves = {"wheel_eccentricity", "joint_eccentricity", "link_eccentricity", "gear_harmonic"}
+    phase = {"phase": float(chance.uniform(-3.1, 3.1))} if effect in waves else {}
+    return {**found.get(effect, {}), **phase}
 
 
 def _strange_size(chance: Generator, kind: str, start: float, length: float) -> dict[str, Any]:
     sizes = {
-        "slabs": (6e-4, 0.7), "warming": (0.006, 40.0), "hum": (0.05, 3.7), "pushes": (0.02, 0.0), "magnet": (0.02, 0.0),
-        "tiring": (0.05, length), "crosstalk": (0.01, 0.0), "sag": (0.012, 0.0),
+        "slabs": (6e-4, 0.7), "warming": (0.006, 40.0), "hum": (0.05, 3.7), "pushes": (0.02, 0.0),
+        "magnet": (0.02, 0.0), "tiring": (0.05, length), "crosstalk": (0.01, 0.0), "sag": (0.012, 0.0),
     }  # fmt: skip
     size, pitch = sizes[kind]
     times = np.sort(start + length * chance.uniform(0.1, 0.9, 3)).tolist()
@@ -311,10 +313,16 @@ def _label(effect: str, component: str, parameters: dict[str, Any]) -> dict[str,
         for name, value in parameters.items()
         if name != "intervals" and effect != "unknown"
     }
+    alike = [
+        {"effect": one, "component": part, "by_judgement": True} for one, part in _alike(effect, component)
+    ]
     return {
-        "effect": effect, "component": component, "parameters": shown, "intervals": intervals,
-        "acceptable": [{"effect": one, "component": part, "by_judgement": True} for one, part in _alike(effect, component)],
-    }  # fmt: skip
+        "effect": effect,
+        "component": component,
+        "parameters": shown,
+        "intervals": intervals,
+        "acceptable": alike,
+    }
 
 
 def _alike(effect: str, component: str) -> Iterator[tuple[str, str]]:

@@ -67,7 +67,7 @@ def _shuttle(chance: Generator, number: int) -> Lap:
 
 
 def commands(laps: list[Lap], period: float) -> tuple[Array, list[tuple[str, int, int]]]:
-    """Return speeds and turn rates (N, 2) that a robot can follow, and laps as (direction, first, last sample)."""
+    """Return speeds and turn rates (N, 2) that a robot can follow; laps as (direction, first, last)."""
     wanted: list[tuple[float, float]] = [(0.0, 0.0)] * round(STOP / period)
     spans = []
     for direction, legs in laps:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 PARTS = 4  # of a sample period
-LEAD = 2.0  # [1/s] with which truck b turns into the link
-HOLD = 1.5  # [1/s] with which it keeps the link's length
+LEAD = 1.5  # [1/s] with which truck b turns into the link, by what it reads: it lags behind in turns
+HOLD = 1.0  # [1/s] with which it keeps the link's length, likewise
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ def drive(
     for sample in range(count):
         if sample:
             engine.advance(wanted[sample], float(times[sample - 1]))
-        counts[sample], poses[sample] = engine.read(float(times[sample])), engine.pose
+        counts[sample], poses[sample] = engine.read(), engine.pose
     times_of = [(direction, float(times[first]), float(times[last])) for direction, first, last in spans]
     return Drive(times, _aged(robot, counts, times, faults), poses, times_of)
 
@@ -103,9 +103,8 @@ class _Engine:
         speeds = [wanted[0] - half * wanted[1], wanted[0] + half * wanted[1]]
         if self.robot.trucks == 2:
             joint_a, joint_b, length = self._linkage()
-            along = wanted[0] * math.cos(joint_a) + HOLD * (length - self.robot.length)
-            turning = (wanted[0] * math.sin(joint_a) - along * math.tan(joint_b)) / length
-            forward, rate = along / math.cos(joint_b), turning - LEAD * joint_b
+            forward = wanted[0] * math.cos(joint_a) + HOLD * (length - self.robot.length)
+            rate = -LEAD * joint_b
             half = 0.5 * self.robot.wheelbase[1]
             speeds += [forward - half * rate, forward + half * rate]
         return np.array(speeds)
@@ -177,7 +176,7 @@ class _Engine:
         self.pose[truck, 1] += twist[0] * math.sin(middle) + twist[1] * math.cos(middle)
         self.pose[truck, 2] += twist[2]
 
-    def read(self, now: float) -> list[int]:
+    def read(self) -> list[int]:
         """Return what every device counts."""
         values = {WHEELS[number]: float(angle) for number, angle in enumerate(self.counted)}
         if self.robot.trucks == 2:
@@ -186,7 +185,7 @@ class _Engine:
                 other = true["joint_b" if channel == "joint_a" else "joint_a"]
                 for fault in self.faults:
                     if fault.component == channel:
-                        reading = shown(fault, reading, self.robot.length, true["joint_a"], other, now)  # noqa: PLW2901
+                        reading = shown(fault, reading, self.robot.length, true["joint_a"], other)  # noqa: PLW2901
                 values[channel] = reading
         found = []
         for device in self.robot.devices:

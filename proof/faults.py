@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 SMALL = 1e-9
 
@@ -53,31 +56,37 @@ def travelled(
         now: time at the end of the step [s].
         span: of the step [s].
     """
-    one = fault.effect
-    if one == "wheel_diameter":
-        return rolled * fault["ratio"]
-    if one == "wheel_eccentricity":
+    if fault.effect in _PLAIN:
+        return rolled * _PLAIN[fault.effect](fault, speed[0], now)
+    if fault.effect == "wheel_eccentricity":
         middle = 0.5 * (angle[0] + angle[1]) + fault["phase"]
-        return rolled + fault["amplitude"] * math.cos(middle) * (angle[1] - angle[0])
-    if one == "gear_harmonic":
+        return rolled + float(fault["amplitude"]) * math.cos(middle) * (angle[1] - angle[0])
+    if fault.effect == "gear_harmonic":
         waves = [math.cos(fault["order"] * at + fault["phase"]) for at in angle]
-        return rolled + fault["amplitude"] * (waves[1] - waves[0])
-    if one == "radius_vs_speed":
-        return rolled * (1.0 + fault["slope"] * abs(speed[0]))
-    if one == "radius_step":
-        return rolled * (fault["ratio"] if now > fault["time"] else 1.0)
-    if one == "slip_patch":
-        inside = any(start < now <= end for start, end in fault["intervals"])
-        return rolled * (1.0 - fault["fraction"]) if inside else rolled
-    if one == "traction_slip":
-        return rolled - fault["compliance"] * speed[1] * abs(speed[0]) * span
-    if one == "bump":
-        return rolled - math.copysign(_bumped(fault, abs(rolled), now), rolled)
-    if one == "gear_backlash":
-        return _played(fault, rolled, fault["width"])
-    if one == "unknown":
-        return rolled + _strange_way(fault, rolled, speed, now)
-    return rolled
+        return rolled + float(fault["amplitude"]) * (waves[1] - waves[0])
+    found = rolled
+    if fault.effect == "traction_slip":
+        found = rolled - fault["compliance"] * speed[1] * abs(speed[0]) * span
+    elif fault.effect == "bump":
+        found = rolled - math.copysign(_bumped(fault, abs(rolled), now), rolled)
+    elif fault.effect == "gear_backlash":
+        found = _played(fault, rolled, fault["width"])
+    elif fault.effect == "unknown":
+        found = rolled + _strange_way(fault, rolled, now)
+    return found
+
+
+def _slipped(fault: Fault, _speed: float, now: float) -> float:
+    inside = any(start < now <= end for start, end in fault["intervals"])
+    return 1.0 - float(fault["fraction"]) if inside else 1.0
+
+
+_PLAIN: dict[str, Callable[[Fault, float, float], float]] = {
+    "wheel_diameter": lambda fault, _speed, _now: float(fault["ratio"]),
+    "radius_vs_speed": lambda fault, speed, _now: 1.0 + float(fault["slope"]) * abs(speed),
+    "radius_step": lambda fault, _speed, now: float(fault["ratio"]) if now > fault["time"] else 1.0,
+    "slip_patch": _slipped,
+}
 
 
 def _bumped(fault: Fault, way: float, now: float) -> float:
@@ -119,7 +128,7 @@ def _played(fault: Fault, moved: float, width: float) -> float:
     return float(wanted - fault.memory["gap"])
 
 
-def _strange_way(fault: Fault, rolled: float, speed: tuple[float, float], now: float) -> float:
+def _strange_way(fault: Fault, rolled: float, now: float) -> float:
     """Return way that is gained by physics without a word in the vocabulary."""
     kind, size = fault["kind"], fault["size"]
     way = fault.memory["way"] = fault.memory.get("way", 0.0) + rolled
@@ -176,24 +185,26 @@ def _strange_motion(
     return forward, left, yaw
 
 
-def shown(fault: Fault, reading: float, rest: float, joint_a: float, other: float, now: float) -> float:
+def shown(fault: Fault, reading: float, rest: float, joint_a: float, other: float) -> float:
     """Return what a joint's or the link's encoder shows."""
     one = fault.effect
-    if one in {"joint_bias", "link_bias"}:
-        return float(reading + fault["bias"])
-    if one == "joint_eccentricity":
-        return float(reading + fault["amplitude"] * math.cos(reading + fault["phase"]))
-    if one == "link_eccentricity":
-        return float(reading + fault["amplitude"] * math.cos(joint_a + fault["phase"]))
-    if one == "link_scale":
-        return float(rest + fault["ratio"] * (reading - rest))
     if one == "joint_backlash":
         last = fault.memory.get("shown", reading)
         half = 0.5 * fault["width"]
         fault.memory["shown"] = max(reading - half, min(reading + half, last))
         return float(fault.memory["shown"])
-    if one == "unknown" and fault["kind"] == "crosstalk":
-        return float(reading + fault["size"] * math.sin(3.0 * other))
-    if one == "unknown" and fault["kind"] == "sag":
-        return float(reading + fault["size"] * joint_a * joint_a)
-    return reading
+    more = 0.0
+    if one in {"joint_bias", "link_bias"}:
+        more = fault["bias"]
+    elif one == "joint_eccentricity":
+        more = fault["amplitude"] * math.cos(reading + fault["phase"])
+    elif one == "link_eccentricity":
+        more = fault["amplitude"] * math.cos(joint_a + fault["phase"])
+    elif one == "link_scale":
+        more = (fault["ratio"] - 1.0) * (reading - rest)
+    elif one == "unknown":
+        more = {
+            "crosstalk": fault["size"] * math.sin(3.0 * other),
+            "sag": fault["size"] * joint_a * joint_a,
+        }.get(fault["kind"], 0.0)
+    return float(reading + more)

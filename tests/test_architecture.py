@@ -14,11 +14,12 @@ MAY_IMPORT = {
     "calib": {"ipec", "vehicle"},
     "vcan_sim": {"motion", "vehicle"},
     "mismatch": {"vehicle", "calib", "ipec", "vcan_sim"},
+    "proof": set(),
     "reproduction": {"vehicle", "motion", "calib", "ipec", "vcan_sim"},
     "imports": {"vehicle", "calib"},
     "cli": {
         *("vehicle", "motion", "driver", "calib", "ipec", "vcan_sim"),
-        *("mismatch", "reproduction", "imports"),
+        *("mismatch", "proof", "reproduction", "imports"),
     },
 }
 ONLY_IN = {

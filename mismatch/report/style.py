@@ -30,7 +30,8 @@ table{border-collapse:collapse;margin:.5rem 0;font-variant-numeric:tabular-nums}
 th,td{padding:.25rem .9rem .25rem 0;text-align:right;border-bottom:1px solid var(--line)}
 th:first-child,td:first-child{text-align:left}th{font-weight:600;color:var(--soft);font-size:.9rem}
 .scroll{overflow-x:auto}.pair,.grid2{display:grid;grid-template-columns:1fr 1fr;gap:1rem}
-.card figure{max-width:36rem}figure{margin:0;break-inside:avoid}figcaption{color:var(--soft);font-size:.85rem;text-align:center}
+.card figure{max-width:36rem}
+figure{margin:0;break-inside:avoid}figcaption{color:var(--soft);font-size:.85rem;text-align:center}
 svg{width:100%;height:auto;display:block}
 svg .grid{stroke:var(--line);stroke-width:.6}svg .tick{font-size:9px;fill:var(--soft)}
 svg .label{font-size:10px;fill:var(--soft)}svg polyline{fill:none;stroke-linejoin:round;
