@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
+SHAPE = 0.15  # of what a named effect explains may be left by the way in which it is modelled
 SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to it
 FAINT = 0.005  # of all rows' chi-square: an unknown that explains less is how no model is perfect
 FAINTEST = 40.0
@@ -80,9 +81,7 @@ def _excess(rows: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
 def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tuple[Finding, ...]:
     """Return the members of the best set as findings, most of the mismatch first."""
     probable = inclusion(found.choice)
-    before = float(nominal.white[:, 0] @ nominal.white[:, 0])
-    after = float(refined.regression.white[:, 0] @ refined.regression.white[:, 0])
-    whole = max(before - after, 1e-9)
+    whole = _mismatch(found)
     findings = []
     numbers = {term.key: number for number, term in enumerate(refined.terms)}
     for member in sorted(found.chosen):
@@ -102,9 +101,19 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
         for one in findings
         if one.explained >= LEAST
         and not (one.effect == "unknown" and one.explained * whole < faint)
+        and not _in_the_shape(one, findings)
         and not _overshadowed(one, findings)
     ]
     return tuple(sorted(worth, key=lambda one: -one.explained))
+
+
+def _mismatch(found: Investigation) -> float:
+    """Return how much of the chi-square the best set takes away."""
+    columns = found.choice.columns(found.chosen)
+    total = found.regression.total
+    coefficients, _ = found.choice.solved(found.chosen)
+    products = total[np.ix_(columns, columns)]
+    return max(float(2.0 * total[0, columns] @ coefficients - coefficients @ products @ coefficients), 1e-9)
 
 
 def _finding(
@@ -170,8 +179,7 @@ def _unknown(
     coefficients, _ = found.choice.solved(rest)
     before = found.regression.white[:, 0] - found.regression.white[:, base] @ coefficients
     after = found.regression.white[:, 0] - found.regression.white[:, everything] @ with_it
-    nothing = float(found.regression.white[:, 0] @ found.regression.white[:, 0])
-    whole = max(nothing - float(after @ after), 1e-9)
+    whole = _mismatch(found)
     quantity = term.fixed["quantity"]
     return Finding(
         "unknown",
@@ -185,6 +193,15 @@ def _unknown(
         f"what is left depends on {quantity}.",
         (quantity,),
         "",
+    )
+
+
+def _in_the_shape(finding: Finding, findings: Sequence[Finding]) -> bool:
+    """Say whether an unknown is what the model of a named effect on the same component leaves."""
+    return finding.effect == "unknown" and any(
+        other.component == finding.component and finding.explained < SHAPE * other.explained
+        for other in findings
+        if other.effect != "unknown"
     )
 
 

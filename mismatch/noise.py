@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
 _FREEDOM = 1.2  # a level is known a priori within a factor of exp(1.2) = 3.3
-_WIDEST = 4.0  # beyond a factor of exp(4) no level is believed
+# Beyond such a factor no level is believed; waves that are longer would be taken for wheels that change.
+_WIDEST = np.array([4.0, 4.0, 1.2, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0])
 _TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss
 
 
@@ -183,7 +184,7 @@ def estimate_noise(
         badness,
         np.clip(guess.levels(), centre - _WIDEST, centre + _WIDEST)[active],
         method="L-BFGS-B",
-        bounds=[(level - _WIDEST, level + _WIDEST) for level in centre[active]],
+        bounds=list(zip((centre - _WIDEST)[active], (centre + _WIDEST)[active], strict=True)),
         options={"maxiter": 25, "eps": 1e-3, "ftol": 1e-7},
     )
     levels = guess.levels()

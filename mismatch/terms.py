@@ -41,6 +41,7 @@ TOLERATED = {
 # What acts on a channel's motion needs motion that the drive makes.
 MOVING = {"latency", "clock_drift", "joint_backlash", "link_scale"}
 CLEAR = 10.0
+ANSWERED = 20.0  # log odds against a delay or play of what truck b answers to: its answer looks like one
 ORDINARY = 3e-4  # [m/sqrt(m)] roughness of an ordinary floor
 SKEW = 0.3  # of a SYNC period: devices answer SYNC one after the other, and sample a little apart
 MOMENTS = "single moments"
@@ -136,6 +137,8 @@ def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # 
     plausibility = (
         _COMMON.get(effect, 0.0) + _RARE.get(effect, 0.0) - math.log(tries) * len(fixed.get("times", (0,)))
     )
+    if effect in MOVING and component in LINKAGE:
+        plausibility -= ANSWERED
     positive = linear.low >= null and turned is None
     return Term(effect, component, probes, dict(fixed), plausibility, positive)
 
@@ -206,11 +209,9 @@ def _speeds(signals: Sequence[Signals], component: str) -> list[float]:
 
 
 def skews(signals: Signals) -> list[Term]:
-    """Return a latency of each linkage encoder, of the part of a SYNC period that devices differ by."""
-    if not signals.reading.shape[1]:
-        return []
+    """Return a latency of each encoder, of the part of a SYNC period that devices differ by."""
     kind, part = effect_named("latency"), SKEW * signals.recording.vehicle.bus.sync_period
     return [
         Term("latency", channel, (kind(component=channel, delay=part),), {}, 0.0, positive=False)  # type: ignore[call-arg]
-        for channel in ("joint_a", "joint_b", "link")
+        for channel in signals.recording.vehicle.channels
     ]

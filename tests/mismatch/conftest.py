@@ -2,22 +2,34 @@
 
 import pytest
 
-from motion.paths import figure_eight, free
+from motion.paths import figure_eight
+from vcan_sim.effects import effect_named
 from vcan_sim.reference import reference_vehicle
 from vcan_sim.simulate import simulate
 from vcan_sim.truth import Truth
 
 
 @pytest.fixture(scope="session")
+def effect():
+    """Return a function that builds an effect by its name."""
+
+    def built(name, component, **values):
+        return effect_named(name)(component, **values)
+
+    return built
+
+
+@pytest.fixture(scope="session")
 def drive():
-    """Return a function that simulates the reference robot with effects on a figure of eight."""
+    """Return a function that simulates the reference robot with effects on figures of eight."""
 
     def driven(*effects, seed=4, laps=2, start_time=0.0):
         vehicle = reference_vehicle()
-        truth = Truth(vehicle, seed=seed, effects=effects)
-        return simulate(vehicle, truth, figure_eight(1.0, laps), start_time=start_time)
+        return simulate(
+            vehicle,
+            Truth(vehicle, seed=seed, effects=effects),
+            figure_eight(1.0, laps),
+            start_time=start_time,
+        )
 
     return driven
-
-
-__all__ = ["drive", "free"]

@@ -1,0 +1,70 @@
+"""Sets of effects compared by their evidence."""
+
+import numpy as np
+import pytest
+
+from mismatch.choose import EMPTY, Choice, inclusion, rivals, thinned, tolerant
+from mismatch.terms import Term
+
+
+def term(name, component="a", *, positive=False):
+    return Term(name, component, (None,), {}, 0.0, positive)
+
+
+@pytest.fixture
+def data():
+    """Return 400 rows: the data, which are the first column three times, and four columns."""
+    chance = np.random.default_rng(1)
+    columns = chance.normal(size=(400, 4))
+    columns[:, 1] = columns[:, 0] + 0.02 * chance.normal(size=400)
+    rows = 3.0 * columns[:, 0] + chance.normal(size=400)
+    return np.column_stack([rows, columns])
+
+
+def choice(data, **kinds):
+    terms = [term("one"), term("twin"), term("third"), term("fourth", positive=kinds.get("positive", False))]
+    return Choice(terms, [slice(number, number + 1) for number in range(1, 5)], data.T @ data)
+
+
+def test_the_worth_of_a_set_is_its_bayes_factor(data):
+    own = choice(data)
+    columns = data[:, [1, 3]]
+    with_it = np.eye(400) + columns @ columns.T
+    rows = data[:, 0]
+    factor = (
+        -0.5 * np.linalg.slogdet(with_it)[1] - 0.5 * rows @ np.linalg.solve(with_it, rows) + 0.5 * rows @ rows
+    )
+    assert own.worth(frozenset({0, 2})) == pytest.approx(factor + own.prior(0) + own.prior(2))
+
+
+def test_what_is_there_is_chosen_and_what_looks_like_it_is_its_rival(data):
+    own = choice(data)
+    best = own.best(EMPTY)
+    assert len(best) == 1
+    assert best <= {0, 1}
+    others = [key for key, _ in rivals(own, best, next(iter(best)))]
+    assert others[0] in {("one", "a"), ("twin", "a")}
+    assert sum(inclusion(own)[name, "a"] for name in ("one", "twin")) > 0.99
+
+
+def test_noise_alone_is_nothing():
+    rows = np.random.default_rng(2).normal(size=(400, 5))
+    assert choice(rows).best(EMPTY) == EMPTY
+
+
+def test_a_loss_below_zero_makes_no_sense(data):
+    data[:, 4] = -data[:, 1]
+    assert choice(data, positive=True).worth(frozenset({3})) == -np.inf
+    assert choice(data).worth(frozenset({3})) > 0.0
+
+
+def test_a_set_is_thinned_to_what_it_needs(data):
+    assert thinned(choice(data), frozenset({0, 2, 3})) == frozenset({0})
+
+
+def test_what_every_robot_has_a_little_of_is_integrated_out(data):
+    sizes = np.array([0.0, 0.1, 0.0, 0.0, 0.0])
+    spread = np.eye(400) + 0.01 * np.outer(data[:, 1], data[:, 1])
+    np.testing.assert_allclose(
+        tolerant(data.T @ data, sizes), data.T @ np.linalg.solve(spread, data), atol=1e-6
+    )

@@ -1,0 +1,77 @@
+"""Recordings that cannot be diagnosed: an error that says what to do, or `insufficient`; never a finding."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mismatch import diagnose
+from vehicle.errors import RecordingError
+from vehicle.recording import Lap, Poses, Run
+
+
+def cut(recording, rows, **changes):
+    return replace(
+        recording, time=recording.time[rows], counts=recording.counts[rows], present=recording.present[rows],
+        commands=None, **changes,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def plain(drive):
+    return drive(laps=1)
+
+
+def test_five_seconds_are_insufficient_and_it_says_what_to_record(plain):
+    diagnosis = diagnose([cut(plain, slice(0, 330), poses=None, run=None)])
+    assert diagnosis.verdict == "insufficient"
+    assert not diagnosis.findings
+    assert "record" in diagnosis.says
+
+
+def test_a_robot_that_stands_still_is_insufficient(plain):
+    rows = np.zeros(2000, int)
+    still = replace(
+        plain, time=plain.time[:2000], counts=plain.counts[rows], present=plain.present[rows],
+        commands=None, poses=None, run=None,
+    )  # fmt: skip
+    assert diagnose([still]).verdict == "insufficient"
+
+
+def test_a_clock_that_goes_back_is_refused(plain):
+    time = plain.time.copy()
+    time[1000:] -= 5.0
+    with pytest.raises(RecordingError, match="clock goes back"):
+        diagnose([replace(plain, time=time)])
+
+
+def test_a_clock_that_jumps_is_refused(plain):
+    time = plain.time.copy()
+    time[1000:] += 30.0
+    with pytest.raises(RecordingError, match="clock jumps"):
+        diagnose([replace(plain, time=time)])
+
+
+def test_two_robots_are_refused(plain):
+    other = replace(plain, vehicle=replace(plain.vehicle, name="another"))
+    with pytest.raises(RecordingError, match="one robot at a time"):
+        diagnose([plain, other])
+
+
+def test_a_missing_channel_is_named_with_its_node(plain):
+    present = plain.present.copy()
+    present[:, plain.vehicle.channels.index("joint_b")] = False
+    with pytest.raises(RecordingError, match=r"joint_b .*node"):
+        diagnose([replace(plain, present=present)])
+
+
+def test_poses_on_another_clock_are_refused(plain):
+    poses = Poses(plain.poses.time + 1e6, plain.poses.body, plain.poses.pose, plain.poses.sigma)
+    with pytest.raises(RecordingError, match="another clock"):
+        diagnose([replace(plain, poses=poses)])
+
+
+def test_laps_of_another_drive_are_refused(plain):
+    run = Run("free", None, (Lap("none", 1e6, 1e6 + 10.0),))
+    with pytest.raises(RecordingError, match=r"lap 0 of run\.toml"):
+        diagnose([replace(plain, run=run)])

@@ -1,0 +1,98 @@
+"""The filter that whitens, against the covariance of everything at once."""
+
+import numpy as np
+import pytest
+
+from mismatch.whitening import adjoint, gains_of, whiten
+
+STEPS, STATES, ROWS = 6, 3, 2
+
+
+@pytest.fixture
+def model():
+    """Return a small random model: transition, links, process, observe, variance, start."""
+    chance = np.random.default_rng(3)
+    transition = np.tile(np.eye(STATES), (STEPS, 1, 1))
+    transition[:, 0, 2] = chance.normal(size=STEPS)
+    transition[:, 2, 2] = 0.7
+    links = np.array([[0, 2]])
+    root = chance.normal(size=(STEPS, STATES, STATES))
+    process = 0.1 * root @ root.transpose(0, 2, 1)
+    observe = chance.normal(size=(STEPS + 1, ROWS, STATES))
+    variance = chance.uniform(0.5, 1.0, (STEPS + 1, ROWS))
+    variance[2, 1] = np.nan
+    return transition, links, process, observe, variance, np.diag([1.0, 2.0, 0.5])
+
+
+def dense(model):
+    """Return the covariance (K, K) of all measurements, and where a push in each step is seen (M, n, K)."""
+    transition, _, process, observe, variance, start = model
+    whole = np.zeros(((STEPS + 1) * STATES,) * 2)
+    carry = np.zeros((STEPS + 1, STEPS + 1, STATES, STATES))
+    for first in range(STEPS + 1):
+        carry[first, first] = np.eye(STATES)
+        for last in range(first + 1, STEPS + 1):
+            carry[first, last] = transition[last - 1] @ carry[first, last - 1]
+    sources = [start, *process]
+    for one in range(STEPS + 1):
+        for other in range(STEPS + 1):
+            block = sum(
+                carry[first, one] @ sources[first] @ carry[first, other].T
+                for first in range(min(one, other) + 1)
+            )
+            whole[one * STATES : (one + 1) * STATES, other * STATES : (other + 1) * STATES] = block
+    see = np.zeros(((STEPS + 1) * ROWS, (STEPS + 1) * STATES))
+    for moment in range(STEPS + 1):
+        see[moment * ROWS : (moment + 1) * ROWS, moment * STATES : (moment + 1) * STATES] = observe[moment]
+    known = np.isfinite(variance.ravel())
+    covariance = (see @ whole @ see.T)[np.ix_(known, known)] + np.diag(variance.ravel()[known])
+    pushes = np.zeros((STEPS, STATES, known.sum()))
+    for step in range(STEPS):
+        for state in range(STATES):
+            moved = np.concatenate(
+                [
+                    carry[step + 1, moment][:, state] if moment > step else np.zeros(STATES)
+                    for moment in range(STEPS + 1)
+                ]
+            )
+            pushes[step, state] = (see @ moved)[known]
+    return covariance, pushes, known
+
+
+def test_whitened_rows_have_the_chi_square_of_all_measurements_at_once(model):
+    transition, links, process, observe, variance, start = model
+    measured = np.random.default_rng(5).normal(size=(STEPS + 1, ROWS, 1))
+    gains, spread = gains_of(transition, links, process, observe, variance, start)
+    white = whiten(transition, links, np.zeros((STEPS, STATES, 1)), observe, measured, gains, spread)
+    covariance, _, known = dense(model)
+    rows = measured.ravel()[known]
+    assert np.nansum(white**2) == pytest.approx(rows @ np.linalg.solve(covariance, rows))
+    assert np.nansum(np.log(spread)) == pytest.approx(np.linalg.slogdet(covariance)[1])
+
+
+def test_an_input_is_the_same_as_what_it_makes_visible(model):
+    transition, links, process, observe, variance, start = model
+    gains, spread = gains_of(transition, links, process, observe, variance, start)
+    inputs = np.zeros((STEPS, STATES, 1))
+    inputs[2, 0, 0] = -1.0
+    still = np.zeros((STEPS + 1, ROWS, 1))
+    by_input = whiten(transition, links, inputs, observe, still, gains, spread)
+    seen = still.copy()
+    for moment in range(3, STEPS + 1):
+        seen[moment, :, 0] = observe[moment, :, 0]
+    by_sight = whiten(transition, links, np.zeros_like(inputs), observe, seen, gains, spread)
+    np.testing.assert_allclose(by_input, by_sight, atol=1e-12)
+
+
+def test_the_adjoint_scores_a_push_as_a_regression_on_its_column_does(model):
+    transition, links, process, observe, variance, start = model
+    measured = np.random.default_rng(6).normal(size=(STEPS + 1, ROWS, 1))
+    gains, spread = gains_of(transition, links, process, observe, variance, start)
+    white = whiten(transition, links, np.zeros((STEPS, STATES, 1)), observe, measured, gains, spread)
+    scores, informations = adjoint(transition, observe, gains, spread, white[:, :, 0])
+    covariance, pushes, known = dense(model)
+    rows = measured.ravel()[known]
+    for step in range(STEPS):
+        np.testing.assert_allclose(scores[step], pushes[step] @ np.linalg.solve(covariance, rows), atol=1e-9)
+        expected = pushes[step] @ np.linalg.solve(covariance, pushes[step].T)
+        np.testing.assert_allclose(informations[step], expected, atol=1e-9)

@@ -1,0 +1,76 @@
+"""The independent engine: shares no code with what it proves, and drives as its numbers say."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proof.corpus import Case, make
+from proof.faults import Fault, travelled
+from vehicle.folder import load_recording
+from vehicle.linkage import linkage_of
+from vehicle.odometry import dead_reckon
+
+ROOT = Path(__file__).resolve().parents[2] / "proof"
+
+
+def test_the_engine_imports_nothing_of_the_project_but_itself():
+    for path in ROOT.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            module = node.module if isinstance(node, ast.ImportFrom) else None
+            names = (
+                [alias.name for alias in node.names]
+                if isinstance(node, ast.Import)
+                else [module]
+                if module
+                else []
+            )
+            for name in names:
+                assert name.split(".")[0] not in {
+                    "vehicle",
+                    "motion",
+                    "vcan_sim",
+                    "mismatch",
+                    "calib",
+                    "ipec",
+                    "driver",
+                }
+
+
+@pytest.fixture(scope="module")
+def healthy(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("null")
+    make(folder, Case("null", (), "eights", "mocap", note="smooth floor"), 7)
+    return load_recording(folder / "1")
+
+
+def test_a_healthy_robots_odometry_leads_where_it_was_seen(healthy):
+    own = healthy.poses.of("a")
+    start = own.pose[0]
+    driven = dead_reckon(healthy, "a", start)
+    off = [np.interp(own.time, healthy.time, driven[:, axis]) - own.pose[:, axis] for axis in range(2)]
+    assert np.hypot(*off).max() < 0.05
+
+
+def test_a_healthy_robots_linkage_reads_what_lies_between_its_trucks(healthy):
+    a, b = healthy.poses.of("a"), healthy.poses.of("b")
+    joint_a, joint_b, length = linkage_of(a.pose, b.pose)
+    shown = [np.interp(a.time, healthy.time, healthy.joint_angle(name)) for name in ("joint_a", "joint_b")]
+    assert np.abs(np.angle(np.exp(1j * (shown[0] - joint_a)))).max() < 0.02
+    assert np.abs(np.angle(np.exp(1j * (shown[1] - joint_b)))).max() < 0.02
+    assert np.abs(np.interp(a.time, healthy.time, healthy.link_length()) - length).max() < 0.01
+
+
+def test_a_bump_takes_what_its_label_says():
+    fault = Fault("bump", "a.left", {"times": [0.0], "lost": [2e-3], "radius": 0.075})
+    way = sum(travelled(fault, 1e-3, (0.0, 0.0), (0.1, 0.0), 0.01 * step, 0.01) for step in range(1, 400))
+    assert way == pytest.approx(0.399 - 2e-3, abs=1e-6)
+
+
+def test_a_play_takes_its_width_once_for_each_reversal():
+    fault = Fault("gear_backlash", "a.left", {"width": 3e-3})
+    there = sum(travelled(fault, 1e-3, (0.0, 0.0), (0.1, 0.0), 0.0, 0.01) for _ in range(50))
+    back = sum(travelled(fault, -1e-3, (0.0, 0.0), (-0.1, 0.0), 0.0, 0.01) for _ in range(50))
+    assert there == pytest.approx(0.05)
+    assert back == pytest.approx(-0.05 + 3e-3)

@@ -1,0 +1,75 @@
+"""The score: a perfect answer is perfect, a wrong one is counted wrong."""
+
+import pytest
+
+from proof.score import Row, rows
+
+TRUTH = {
+    "effect": "wheelbase", "component": "a", "intervals": [],
+    "parameters": {"ratio": {"value": 1.01, "unit": "1"}},
+    "acceptable": [{"effect": "turn_scrub", "component": "a"}],
+}  # fmt: skip
+
+
+def label(kind="single", *effects):
+    return {"kind": kind, "effects": list(effects)}
+
+
+def finding(effect="wheelbase", component="a", probability=0.95, value=1.0101):
+    return {
+        "effect": effect, "component": component, "probability": probability, "alternatives": [],
+        "where": {"intervals": []}, "parameters": {"ratio": {"value": value, "sigma": 1e-4, "unit": "1"}},
+    }  # fmt: skip
+
+
+def answer(*findings, after=1.0):
+    return {
+        "verdict": "mismatch",
+        "findings": list(findings),
+        "fit": {"heldout": {"before": 2.0, "after": after}},
+    }
+
+
+def table(labels, answers):
+    return {row.name: row for row in rows({"x": labels}, {"x": answers})}
+
+
+def test_a_perfect_answer_is_perfect():
+    found = table(label("single", TRUTH), answer(finding()))
+    assert found["single: right first"].share == 1.0
+    assert found["sure (0.9) and wrong"].share == 0.0
+    assert found["parameter within 2 sigma"].share == 1.0
+    assert found["95 % set holds the truth"].share == 1.0
+
+
+def test_what_the_drive_cannot_tell_apart_is_right_but_not_exact():
+    found = table(label("single", TRUTH), answer(finding("turn_scrub")))
+    assert found["single: right first"].share == 1.0
+    assert found["single: exactly the truth first"].share == 0.0
+
+
+def test_a_wrong_name_is_counted_wrong():
+    found = table(label("single", TRUTH), answer(finding("wheelbase", "b")))
+    assert found["single: right first"].share == 0.0
+    assert found["sure (0.9) and wrong"].share == 1.0
+
+
+def test_silence_is_not_right():
+    assert table(label("single", TRUTH), answer())["single: right first"].share == 0.0
+
+
+def test_any_assertion_on_a_null_is_a_false_alarm():
+    assert table(label("null"), answer(finding()))["false alarm on a null"].share == 1.0
+    assert table(label("null"), answer(finding(probability=0.4)))["false alarm on a null"].share == 0.0
+
+
+def test_a_parameter_far_off_its_sigma_is_counted():
+    assert (
+        table(label("single", TRUTH), answer(finding(value=1.011)))["parameter within 2 sigma"].share == 0.0
+    )
+
+
+def test_wilsons_interval_holds_the_share():
+    row = Row("x", 9, 10, 0.95)
+    assert row.interval == pytest.approx((0.596, 0.982), abs=1e-3)
+    assert row.verdict == "NOT REACHED"
