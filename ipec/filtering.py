@@ -101,19 +101,27 @@ def advance_filter(settings: Record, states: Record, counts: IntArray, present: 
 @compiled
 def look(mean: Array, covariance: Array, truck: int, pose: Array, sigma: Array) -> None:
     """Fill the pose `(3,)` and its standard deviations `(3,)` of a truck."""
-    rows = np.zeros((3, STATES))
-    fill_pose_rows(mean, truck, rows)
-    pose[0], pose[1] = mean[X], mean[Y]
-    pose[2] = mean[LINK] + mean[JOINT_A + truck]
+    joint = JOINT_A + truck
+    pose[0], pose[1], pose[2] = mean[X], mean[Y], mean[LINK] + mean[joint]
+    cos = sin = 0.0  # by length of the link, for truck b
     if truck == 1:
-        pose[0] -= mean[LENGTH] * math.cos(mean[LINK])
-        pose[1] -= mean[LENGTH] * math.sin(mean[LINK])
-    for number in range(3):
-        total = 0.0
-        for row in range(POSE):
-            for column in range(POSE):
-                total += rows[number, row] * covariance[row, column] * rows[number, column]
-        sigma[number] = math.sqrt(max(total, 0.0))
+        cos, sin = math.cos(mean[LINK]), math.sin(mean[LINK])
+    ahead, aside = mean[LENGTH] * cos, mean[LENGTH] * sin
+    pose[0] -= ahead
+    pose[1] -= aside
+    sigma[0] = spread_along(covariance, X, aside, -cos)
+    sigma[1] = spread_along(covariance, Y, -ahead, -sin)
+    own = covariance[LINK, LINK] + 2.0 * covariance[LINK, joint] + covariance[joint, joint]
+    sigma[2] = math.sqrt(max(own, 0.0))
+
+
+@compiled
+def spread_along(covariance: Array, own: int, by_link: float, by_length: float) -> float:
+    """Return the standard deviation of a coordinate, from its derivatives by the link."""
+    total = covariance[own, own]
+    total += 2.0 * (by_link * covariance[own, LINK] + by_length * covariance[own, LENGTH])
+    total += by_link * (by_link * covariance[LINK, LINK] + 2.0 * by_length * covariance[LINK, LENGTH])
+    return math.sqrt(max(total + by_length * by_length * covariance[LENGTH, LENGTH], 0.0))
 
 
 @compiled

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from ipec.filter_records import JOINT_A, JOINT_BIAS, POSE, STATES, FilterState
+from ipec.filter_records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, FilterState
 from ipec.filtering import advance, look
 from ipec.tracing import take_fixes
 from vehicle.compiled import Array, IntArray, Record, compiled
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+MOVING = JOINT_BIAS - LINK  # states that the next step depends on, from the link's heading on
 EVERY = 8  # samples for which one covariance stands: it changes slowly
 
 
@@ -31,10 +32,16 @@ class Adjoint:
     Attributes:
         vector: r, `(15,)`.
         information: L, `(15, 15)`.
+        change: N, the transition without its unit matrix, `(6, 10)`; this and what follows is scratch.
+        drawn: `(10, 15)`.
+        carried: `(15,)`.
     """
 
     vector: Annotated[Array, 15]
     information: Annotated[Array, (15, 15)]
+    change: Annotated[Array, (6, 10)]
+    drawn: Annotated[Array, (10, 15)]
+    carried: Annotated[Array, 15]
 
 
 @compiled
@@ -81,55 +88,76 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
 
 @compiled
-def undo_step(adjoint: Adjoint, transition: Array) -> None:
-    """Take the adjoint back through one prediction: F' r and F' L F; F is `transition` over a unit matrix."""
-    vector, information = adjoint.vector, adjoint.information
-    top = np.empty((POSE, STATES))  # the first rows of L F; the others follow from symmetry
-    for row in range(POSE):
-        for column in range(STATES):
-            top[row, column] = information[row, column] if column >= POSE else 0.0
-        for middle in range(POSE):
-            factor = information[row, middle]
-            for column in range(STATES):
-                top[row, column] += factor * transition[middle, column]
-    spread_information(information, top, transition)
-    before = np.zeros(STATES)
-    before[POSE:] = vector[POSE:]
-    for row in range(POSE):
-        for column in range(STATES):
-            before[column] += transition[row, column] * vector[row]
-    vector[:] = before
+def undo_reading(adjoint: Adjoint, number: int, gain: Array) -> None:
+    """Take the adjoint back through the update by joint_a, joint_b or link, which reads true + bias only."""
+    push, weight = gain[STATES], gain[STATES + 1]
+    vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
+    along, total = 0.0, 0.0
+    for one in range(STATES):
+        drawn = 0.0
+        for other in range(STATES):
+            drawn += information[one, other] * gain[other]
+        carried[one] = weight * drawn
+        along += gain[one] * vector[one]
+        total += gain[one] * carried[one]
+    total = weight * (1.0 + total)
+    for own in (JOINT_A + number, JOINT_BIAS + number):
+        vector[own] += push - weight * along
+        for other in range(STATES):
+            information[own, other] -= carried[other]
+            information[other, own] -= carried[other]
+        information[own, JOINT_A + number] += total
+        information[own, JOINT_BIAS + number] += total
 
 
 @compiled
-def spread_information(information: Array, top: Array, transition: Array) -> None:
-    """Fill F' L F from the first rows of L F, in place."""
-    side = np.zeros((STATES, STATES))  # what F adds to the last rows of L from its first columns
-    for row in range(POSE, STATES):
-        for middle in range(POSE):
-            factor = information[row, middle]
-            for column in range(STATES):
-                side[row, column] += factor * transition[middle, column]
-    information[:POSE] = 0.0
-    information[POSE:, :POSE] = 0.0
-    information[POSE:] += side[POSE:]
-    for middle in range(POSE):
-        for row in range(STATES):
-            factor = transition[middle, row]
+def undo_step(adjoint: Adjoint, transition: Array) -> None:
+    """Take the adjoint back through one prediction: F' r and F' L F.
+
+    With F = 1 + N they are r + N' r and L + H + H' + H N, where H = N' L. N has the rows of `POSE` and the
+    columns from the link's heading to the wheelbases: neither place nor biases move anything.
+    """
+    vector, information = adjoint.vector, adjoint.information
+    change, drawn, pull = adjoint.change, adjoint.drawn, adjoint.carried
+    drawn[:] = 0.0
+    pull[:] = 0.0
+    for row in range(POSE):
+        for column in range(MOVING):
+            change[row, column] = transition[row, LINK + column]
+        if row >= LINK:
+            change[row, row - LINK] -= 1.0
+        for column in range(MOVING):
+            factor = change[row, column]
+            pull[column] += factor * vector[row]
             if factor != 0.0:
-                for column in range(STATES):
-                    information[row, column] += factor * top[middle, column]
+                for other in range(STATES):
+                    drawn[column, other] += factor * information[row, other]
+    for column in range(MOVING):
+        vector[LINK + column] += pull[column]
+    spread_information(adjoint)
+
+
+@compiled
+def spread_information(adjoint: Adjoint) -> None:
+    """Add H + H' + H N to L, the last one by halves, so that L stays symmetric; H is `drawn`."""
+    information, change, drawn, whole = adjoint.information, adjoint.change, adjoint.drawn, adjoint.carried
+    for row in range(MOVING):
+        whole[:] = drawn[row]
+        for middle in range(POSE):
+            factor = 0.5 * drawn[row, middle]
+            for column in range(MOVING):
+                whole[LINK + column] += factor * change[middle, column]
+        for column in range(STATES):
+            information[LINK + row, column] += whole[column]
+            information[column, LINK + row] += whole[column]
 
 
 @compiled
 def undo_linkage(adjoint: Adjoint, step: FilterState) -> None:
     """Take the adjoint back through the updates by link, joint_b and joint_a."""
-    row = np.zeros(STATES)
     for number in range(2, -1, -1):
         if step.updated[number]:
-            row[JOINT_A + number] = row[JOINT_BIAS + number] = 1.0
-            undo_update(adjoint, row, step.gain[number])
-            row[JOINT_A + number] = row[JOINT_BIAS + number] = 0.0
+            undo_reading(adjoint, number, step.gain[number])
 
 
 @compiled

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.terms import Term
+from mismatch.terms import ANSWERED, FOLLOWED, Term
 from mismatch.windows import pushed
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ LENGTH = 1e-3  # [m] of the link's or a position's error
 UNLIKELY = -3.5  # log odds of something unknown against one effect of the library
 
 ALWAYS = "nothing but the way driven"
+RATE = "its rate of change"
+MOTION = "its direction of motion"
 
 Curves = dict[str, list["Array"]]
 
@@ -73,7 +75,8 @@ def add_bank(regression: Regression) -> tuple[list[Term], list[slice]]:
 def unknown(component: str, quantity: str, moments: tuple[float, ...] = ()) -> Term:
     """Return the term of an unknown error that depends on a quantity, or acts at moments [s]."""
     fixed = {"quantity": quantity, "moments": moments}
-    return Term("unknown", component, (), fixed, UNLIKELY, positive=False)
+    answered = ANSWERED if component in FOLLOWED and quantity in (RATE, MOTION) else 0.0
+    return Term("unknown", component, (), fixed, UNLIKELY - answered, positive=False)
 
 
 def bank(windows: Windows) -> Iterator[tuple[tuple[str, str], Columns]]:
@@ -133,7 +136,7 @@ def errors(windows: Windows) -> list[Error]:
         found.append(Error(truck, partial(_turn, windows, number), {}, "turning, nothing else"))
     for row, name in enumerate(("joint_a", "joint_b", "link")[: windows.linkage]):
         rate = np.diff(block.reading[:, row], prepend=block.reading[0, row]) / block.period
-        own = {"its rate of change": [_standard(rate)], "its direction of motion": [np.sign(rate)]}
+        own = {RATE: [_standard(rate)], MOTION: [np.sign(rate)]}
         found.append(Error(name, partial(_reading, windows, (row,)), own))
     if signals.poses is not None:
         for axis in range(3):

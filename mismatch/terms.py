@@ -41,6 +41,7 @@ TOLERATED = {
 # What acts on a channel's motion needs motion that the drive makes.
 MOVING = {"latency", "clock_drift", "joint_backlash", "link_scale"}
 CLEAR = 10.0
+FOLLOWED = ("joint_b", "link")
 ANSWERED = 20.0  # log odds against a delay or play of what truck b answers to: its answer looks like one
 ORDINARY = 3e-4  # [m/sqrt(m)] roughness of an ordinary floor
 SKEW = 0.3  # of a SYNC period: devices answer SYNC one after the other, and sample a little apart
@@ -137,7 +138,7 @@ def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # 
     plausibility = (
         _COMMON.get(effect, 0.0) + _RARE.get(effect, 0.0) - math.log(tries) * len(fixed.get("times", (0,)))
     )
-    if effect in MOVING and component in LINKAGE:
+    if effect in MOVING and component in FOLLOWED:
         plausibility -= ANSWERED
     positive = linear.low >= null and turned is None
     return Term(effect, component, probes, dict(fixed), plausibility, positive)
