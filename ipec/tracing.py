@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ipec.filter_records import FilterState
 
 
-BLOCK = 256  # samples after which the filter's state is kept
+BLOCK = 1024  # samples after which the filter's state is kept
 
 
 class Fix:
