@@ -17,6 +17,7 @@ from cli.demo import demo
 from cli.design import design
 from cli.diagnose import diagnose
 from cli.dump import dump
+from cli.import_ import app as importing
 from cli.prove import prove
 from cli.record import record
 from cli.replay import replay
@@ -51,6 +52,8 @@ for verb in (
     reproduce,
 ):
     app.command()(verb)
+
+app.add_typer(importing, name="import")
 
 
 def main() -> None:

@@ -104,15 +104,23 @@ def _pushed(
         for number, windows in enumerate(regression.windows):
             own: list[Columns] = []
             for owner, window in events[:count]:
-                for direction in range(len(pushes[number][0].T)):
-                    inputs = np.zeros(windows.drift.shape)
-                    if owner == number:
-                        inputs[window] = -pushes[number][window].T[direction][: inputs.shape[1]]
-                    own.append((inputs, np.zeros(windows.measured.shape)))
+                own += _at(windows, pushes[number], window if owner == number else None)
             columns.append(own)
         times = tuple(float(regression.windows[owner].time[window]) for owner, window in events[:count])
         found.append((unknown(component, MOMENTS, times), columns))
     return found
+
+
+def _at(windows: Windows, pushes: Array, window: int | None) -> list[Columns]:
+    """Return a column for each direction (M, n, D) of a push in one window; zeros where it was elsewhere."""
+    still = np.zeros(windows.measured.shape)
+    columns: list[Columns] = []
+    for direction in np.moveaxis(pushes, -1, 0):
+        inputs = np.zeros(windows.drift.shape)
+        if window is not None:
+            inputs[window] = -direction[window][: inputs.shape[1]]
+        columns.append((inputs, still))
+    return columns
 
 
 def _beats(regression: Regression, left: Leftover) -> list[Surprise]:

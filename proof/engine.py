@@ -69,7 +69,7 @@ def drive(
     engine = _Engine(robot, faults, floor, chance)
     count = len(wanted)
     counts, poses = np.zeros((count, len(robot.devices)), np.int64), np.zeros((count, robot.trucks, 3))
-    times = start + robot.period * np.arange(count)
+    times = start + robot.period * np.arange(count, dtype=np.float64)
     for sample in range(count):
         if sample:
             engine.advance(wanted[sample], float(times[sample - 1]))

@@ -97,7 +97,7 @@ def _bumped(fault: Fault, way: float, now: float) -> float:
         if now <= time:
             continue
         radius = fault["radius"]
-        half = fault.memory.setdefault(("q", number), _half_angle(lost, radius))
+        half = fault.memory.setdefault(f"q{number}", _half_angle(lost, radius))
         before = max(since[number], 0.0)
         after = min(before + way, 2.0 * half * radius)
         since[number] = after
@@ -118,14 +118,15 @@ def _half_angle(lost: float, radius: float) -> float:
 
 def _played(fault: Fault, moved: float, width: float) -> float:
     """Return what follows a motion through a play."""
-    gap = fault.memory.get("gap")
+    gap: float | None = fault.memory.get("gap")
     if gap is None:
         if abs(moved) < SMALL:
             return moved
         gap = math.copysign(0.5 * width, moved)
-    wanted = gap + moved
-    fault.memory["gap"] = max(-0.5 * width, min(0.5 * width, wanted))
-    return float(wanted - fault.memory["gap"])
+    wanted: float = gap + moved
+    kept = max(-0.5 * width, min(0.5 * width, wanted))
+    fault.memory["gap"] = kept
+    return wanted - kept
 
 
 def _strange_way(fault: Fault, rolled: float, now: float) -> float:

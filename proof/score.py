@@ -178,10 +178,12 @@ def events(pairs: Iterable[tuple[Label, Answer]]) -> tuple[list[bool], list[bool
         for start, end in truth["intervals"] if truth["effect"] in {"bump", "slip_patch"} else ():
             found = finding["where"]["intervals"]
             near = min(found, key=lambda one: abs(one[0] - start), default=None)
-            hit = near is not None
-            onset.append(hit and abs(near[0] - start) <= 2.5 * period)
-            shared = max(0.0, min(near[1], end) - max(near[0], start)) if hit else 0.0
-            whole = max(near[1], end) - min(near[0], start) if hit else 1.0
+            if near is None:
+                onset.append(False)
+                continue
+            onset.append(abs(near[0] - start) <= 2.5 * period)
+            shared = max(0.0, min(near[1], end) - max(near[0], start))
+            whole = max(near[1], end) - min(near[0], start)
             if truth["effect"] == "slip_patch":
                 overlap.append(shared / whole >= 0.8)
     return onset, overlap

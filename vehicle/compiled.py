@@ -5,6 +5,7 @@ code. A compiled function reads and writes records: the fields of a small class 
 `int`, `float`, or `Annotated[Array, shape]`, laid out as one numpy record by `layout`.
 """
 
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar, cast, get_args, get_origin, get_type_hints
@@ -44,8 +45,9 @@ def _forget_stale(room: Path) -> None:
     rooms = {room, *(Path(__file__).parents[1] / name for name in COMPILING_ROOMS)}
     newest = max(source.stat().st_mtime for one in rooms for source in one.glob("*.py"))
     for index in (room / "__pycache__").glob("*.nbi"):
-        if index.stat().st_mtime < newest:
-            index.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):  # another process may be at it, too
+            if index.stat().st_mtime < newest:
+                index.unlink(missing_ok=True)
 
 
 def layout(fields: type) -> np.dtype[np.void]:

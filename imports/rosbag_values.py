@@ -1,0 +1,144 @@
+"""What a ROS message says: a wheel's or joint's value, a pose with its covariance, and when."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from imports.errors import SourceError
+
+if TYPE_CHECKING:
+    from imports.rosbag_plan import ChannelSource, PoseSource
+    from imports.rosbag_reader import Message
+
+JOINTS = "sensor_msgs/JointState"
+POSES = (
+    "geometry_msgs/PoseStamped",
+    "geometry_msgs/PoseWithCovarianceStamped",
+    "geometry_msgs/TransformStamped",
+    "nav_msgs/Odometry",
+    "tf2_msgs/TFMessage",
+    "tf/tfMessage",
+)
+_SPEED = "rad/s"
+_VARIANCES = (0, 7, 35)  # x, y and yaw on the diagonal of ROS's 6 x 6
+_UNIT = 0.1  # by which a quaternion's length may differ from 1
+
+
+class Found(NamedTuple):
+    """A value and its stamp.
+
+    Attributes:
+        stamp: of the header [ns]; 0 where there is none.
+        value: of a channel (1), or of a pose (6): x, y [m], theta [rad] and their standard deviations.
+    """
+
+    stamp: int
+    value: tuple[float, ...]
+
+
+def channel_value(message: Message, source: ChannelSource) -> Found | None:
+    """Return what a message says of a channel; None where a JointState is of other joints.
+
+    Raises:
+        SourceError: it has no such field, or no number in it.
+    """
+    if message.kind == JOINTS:
+        names = list(message.content.name)
+        if source.part not in names:
+            return None
+        field = "velocity" if source.unit == _SPEED else "position"
+        values, place = getattr(message.content, field), names.index(source.part)
+        if place >= len(values):
+            raise SourceError(
+                message.topic,
+                f"joint {source.part} has no {field}"
+                + ('; unit "rad/s" takes its velocity' if field == "position" else ""),
+            )
+        value = values[place]
+    else:
+        value = _field(message, source.part or "data")
+    return Found(_stamp(message.content), (_number(message, value, source.part or "data"),))
+
+
+def pose_value(message: Message, source: PoseSource) -> Found | None:
+    """Return the pose in a message; None where its transforms are of other frames.
+
+    Raises:
+        SourceError: it is of a type without a pose, or the pose is none.
+    """
+    if message.kind not in POSES:
+        raise SourceError(
+            message.topic, f"messages {message.kind} hold no pose; expected one of {', '.join(POSES)}"
+        )
+    content = _stamped(message.content, source.frame)
+    if content is None:
+        return None
+    pose = content.transform if hasattr(content, "transform") else content.pose
+    covariance = getattr(pose, "covariance", None)
+    pose = getattr(pose, "pose", pose)
+    place = pose.translation if hasattr(pose, "translation") else pose.position
+    turn = pose.rotation if hasattr(pose, "rotation") else pose.orientation
+    numbers = (place.x, place.y, turn.x, turn.y, turn.z, turn.w)
+    if not all(math.isfinite(number) for number in numbers):
+        raise SourceError(message.topic, f"a pose that is no number at {message.time / 1e9:.6f} s of the bag")
+    return Found(_stamp(content), (place.x, place.y, _yaw(message, turn), *_deviations(covariance)))
+
+
+def _stamped(content: Any, frame: str) -> Any:  # noqa: ANN401 - messages are made at run time
+    """Return the transform of a frame among several; any other message as it is."""
+    if not hasattr(content, "transforms"):
+        return content
+    return next((one for one in content.transforms if _bare(one.child_frame_id) == _bare(frame)), None)
+
+
+def _bare(frame: str) -> str:
+    return frame.lstrip("/")
+
+
+def _yaw(message: Message, turn: Any) -> float:  # noqa: ANN401 - likewise
+    """Return the heading of a quaternion [rad], rotation about z of the order z, y, x."""
+    length = math.sqrt(turn.x**2 + turn.y**2 + turn.z**2 + turn.w**2)
+    if abs(length - 1.0) > _UNIT:
+        raise SourceError(
+            message.topic,
+            f"an orientation of length {length:g} at {message.time / 1e9:.6f} s of the bag; expected a "
+            "quaternion of length 1",
+        )
+    return math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), length**2 - 2.0 * (turn.y**2 + turn.z**2))
+
+
+def _deviations(covariance: Any) -> tuple[float, ...]:  # noqa: ANN401 - likewise
+    """Return the standard deviations of x, y and theta; nan where they are not stated (0 or below)."""
+    if covariance is None:
+        return (math.nan,) * 3
+    variances = [float(covariance[place]) for place in _VARIANCES]
+    return tuple(math.sqrt(one) if one > 0.0 else math.nan for one in variances)
+
+
+def _stamp(content: Any) -> int:  # noqa: ANN401 - likewise
+    stamp = getattr(getattr(content, "header", None), "stamp", None)
+    return 0 if stamp is None else int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def _field(message: Message, path: str) -> Any:  # noqa: ANN401 - likewise
+    value = message.content
+    for name in path.split("."):
+        try:
+            value = value[int(name)] if name.isdecimal() else getattr(value, name)
+        except (AttributeError, IndexError, TypeError) as error:
+            fields = ", ".join(one for one in vars(message.content) if not one.startswith("_"))
+            raise SourceError(
+                message.topic, f"messages {message.kind} have no field {path}; they have {fields}"
+            ) from error
+    return value
+
+
+def _number(message: Message, value: Any, part: str) -> float:  # noqa: ANN401 - likewise
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise SourceError(message.topic, f"{part} of {message.kind} is no number") from error
+    if not math.isfinite(number):
+        raise SourceError(message.topic, f"{part} is {number} at {message.time / 1e9:.6f} s of the bag")
+    return number
