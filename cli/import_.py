@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -101,10 +102,8 @@ def rosbag(
 
 
 def _rosbags_there() -> None:
-    try:
-        import rosbags  # noqa: F401  only to see whether it is there
-    except ImportError:
-        raise CallError("reading bags needs the extra: pip install 'omnimate[rosbag]'") from None
+    if find_spec("rosbags") is None:
+        raise CallError("reading bags needs the extra: pip install 'omnimate[rosbag]'")
 
 
 def _list(source: Path) -> None:

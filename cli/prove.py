@@ -33,12 +33,17 @@ def prove(
     folder: Annotated[
         Path | None, typer.Option("--out", help="Keep recordings, labels and answers here.")
     ] = None,
+    real: Annotated[
+        Path, typer.Option(help="Folder of real recordings; its part is left out where it is absent.")
+    ] = Path("../shared/data/real"),
     jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Of the corpus.", min=0)] = 1,
 ) -> None:
     """Prove the mismatch tool on recordings in which engines that share no code with it conceal effects."""
     with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
         _prove(Path(place), jobs, quick=quick, contact=contact, seed=seed)
+    if not quick:
+        _real(real)
 
 
 def _prove(place: Path, jobs: int, *, quick: bool, contact: bool, seed: int) -> None:
@@ -65,6 +70,36 @@ def _prove(place: Path, jobs: int, *, quick: bool, contact: bool, seed: int) -> 
     _show("independent engine", labels, answers)
     if bodies:
         _show("contact physics (MuJoCo)", bodies, answers)
+
+
+def _real(folder: Path) -> None:
+    """Print what the tool finds in recordings of real robots, where nobody knows the truth."""
+    from imports.optiodom import differential_sets, recordings_of
+    from mismatch import diagnose
+
+    if not (folder / "optiodom").is_dir():
+        out.print(f"{folder / 'optiodom'} is not there: the real recordings are left out")
+        return
+    table = Table(title="OptiOdom: the nominal robot against its recordings, every set on its own")
+    for heading in ("set", "held-out residual", "position, 10 s open loop", "first findings"):
+        table.add_column(heading)
+    sets, _ = differential_sets(folder / "optiodom")
+    with Progress(console=err, transient=True) as progress:
+        for one in progress.track(sets, description="real recordings"):
+            diagnosis = diagnose(recordings_of(one))
+            fit = diagnosis.fit
+            assert fit is not None  # every set has poses and minutes of driving
+            found = [
+                f"{own.effect} {own.component} ({own.probability:.0%})" for own in diagnosis.findings[:3]
+            ]
+            loop = fit.rerun.get("a position")
+            table.add_row(
+                f"{one.parent.name}/{one.name}",
+                f"{fit.heldout.before:.2f} -> {fit.heldout.after:.2f}",
+                "-" if loop is None else f"{1e3 * loop.before:.1f} -> {1e3 * loop.after:.1f} mm",
+                ", ".join(found) or diagnosis.verdict,
+            )
+    out.print(table)
 
 
 def _contact(folder: Path, *, quick: bool, seed: int) -> dict[str, Any]:

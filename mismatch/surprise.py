@@ -113,12 +113,12 @@ def _pushed(
 
 def _at(windows: Windows, pushes: Array, window: int | None) -> list[Columns]:
     """Return a column for each direction (M, n, D) of a push in one window; zeros where it was elsewhere."""
-    still = np.zeros(windows.measured.shape)
+    still, poses = np.zeros_like(windows.measured), windows.drift.shape[-1]
     columns: list[Columns] = []
-    for direction in np.moveaxis(pushes, -1, 0):
-        inputs = np.zeros(windows.drift.shape)
+    for number in range(pushes.shape[-1]):
+        inputs = np.zeros_like(windows.drift)
         if window is not None:
-            inputs[window] = -direction[window][: inputs.shape[1]]
+            inputs[window] = -pushes[window, :poses, number]
         columns.append((inputs, still))
     return columns
 

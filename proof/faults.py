@@ -124,9 +124,9 @@ def _played(fault: Fault, moved: float, width: float) -> float:
             return moved
         gap = math.copysign(0.5 * width, moved)
     wanted: float = gap + moved
-    kept = max(-0.5 * width, min(0.5 * width, wanted))
+    kept: float = max(-0.5 * width, min(0.5 * width, wanted))
     fault.memory["gap"] = kept
-    return wanted - kept
+    return float(wanted - kept)
 
 
 def _strange_way(fault: Fault, rolled: float, now: float) -> float:
@@ -135,7 +135,8 @@ def _strange_way(fault: Fault, rolled: float, now: float) -> float:
     way = fault.memory["way"] = fault.memory.get("way", 0.0) + rolled
     if kind == "slabs":  # joints between the slabs of a floor, met at a pitch
         before = math.floor((way - rolled) / fault["pitch"])
-        return -size * abs(math.floor(way / fault["pitch"]) - before) * math.copysign(1.0, rolled or 1.0)
+        met = abs(math.floor(way / fault["pitch"]) - before)
+        return float(-size * met * math.copysign(1.0, rolled or 1.0))
     if kind == "warming":  # a tyre that warms up and stays warm
         return float(rolled * size * (1.0 - math.exp(-(now - fault["start"]) / fault["pitch"])))
     if kind == "hum":  # a supply that hums in time, not in angle

@@ -1,0 +1,50 @@
+"""`omnimate diagnose` and `omnimate simulate --effects`: from a mismatch to a better simulator."""
+
+import json
+
+import pytest
+
+from motion.paths import figure_eight
+from vcan_sim.effects import effect_named
+from vcan_sim.effects.file import load_effects
+from vcan_sim.reference import reference_vehicle
+from vcan_sim.simulate import simulate
+from vcan_sim.truth import Truth
+from vehicle.folder import save_recording
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    vehicle = reference_vehicle()
+    worn = effect_named("wheel_diameter")("a.left", ratio=1.004)
+    recording = simulate(
+        vehicle, Truth(vehicle, seed=4, effects=(worn,)), figure_eight(1.0, 2), start_time=100.0
+    )
+    path = tmp_path_factory.mktemp("drive") / "worn"
+    save_recording(recording, path)
+    return path
+
+
+def test_the_answer_the_report_and_the_effects_are_written(omnimate, folder, tmp_path):
+    names = {
+        option: tmp_path / name
+        for option, name in (("--json", "a.json"), ("--report", "a.html"), ("--effects-out", "a.toml"))
+    }
+    result = omnimate("diagnose", str(folder), *(str(part) for pair in names.items() for part in pair))
+    assert result.code == 0
+    assert "left wheel of truck a" in result.out
+    assert json.loads(names["--json"].read_text())["verdict"] == "mismatch"
+    assert names["--report"].read_text().startswith("<!doctype html>")
+    assert [one.name for one in load_effects(names["--effects-out"])] == ["wheel_diameter"]
+
+
+def test_options_that_contradict_each_other_are_refused(omnimate, folder, tmp_path):
+    result = omnimate("diagnose", str(folder), "--each", "--json", str(tmp_path / "x.json"))
+    assert result.code == 1
+    assert "--each" in result.err
+
+
+def test_a_folder_without_a_vehicle_is_an_error(omnimate, tmp_path):
+    result = omnimate("diagnose", str(tmp_path))
+    assert result.code == 1
+    assert "vehicle.toml" in result.err
