@@ -19,7 +19,7 @@ import numpy as np
 from calib.drives import drives_of, thinned
 from calib.estimation import estimate
 from calib.kinematics import Differential, Kinematics
-from calib.reference import ReferenceProblem
+from calib.reference import OFFSETS, ReferenceProblem
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
@@ -76,6 +76,12 @@ class PathCalibration:
         """The corrected truck of a differential drive."""
         assert isinstance(self.kinematics, Differential)  # the caller calibrated one
         return self.kinematics.truck
+
+    @property
+    def lever(self) -> Array:
+        """Where the reference sits on the robot, `(3,)` [m, m, rad]; zero where that was not estimated."""
+        found = {one.name: one.value for one in self.quantities}
+        return np.array([found.get(one.name, 0.0) for one in OFFSETS])
 
 
 def calibrate_truck(

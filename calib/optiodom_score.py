@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from calib.drives import Drive
     from calib.kinematics import Kinematics
     from vehicle.se2 import Array
 
@@ -52,6 +53,7 @@ class SetScores:
         raw: with the nominal parameters of the set.
         printed: with those of the printed UMBmark equations; None for the tricycle.
         fitted: with those of the least-squares fit.
+        placed: likewise, with the markers where the squares say that they sit on the robot.
     """
 
     name: str
@@ -60,6 +62,7 @@ class SetScores:
     raw: Score
     printed: Score | None
     fitted: Score
+    placed: Score
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,17 +113,16 @@ def calibrate_squares(sets: Sequence[DriveSet]) -> PathCalibration:
     return calibrate_path(drives, nominal, with_offset=True)
 
 
-def score(data: DriveSet, kinematics: Kinematics) -> Score:
-    """Return the score of a model's dead reckoning on a set."""
-    distances = [_distances(data, number, kinematics) for number in range(len(data.drives))]
+def score(data: DriveSet, kinematics: Kinematics, lever: Array | None = None) -> Score:
+    """Return the score of a model's dead reckoning on a set; `lever` `(3,)` places the markers."""
+    distances = [_distances(drive, kinematics, lever) for drive in data.drives]
     finals = np.array([run[-1] for run in distances])
     every = np.concatenate(distances)
     return Score(float(np.sqrt(np.mean(finals**2))), float(np.sqrt(np.mean(every**2))))
 
 
-def _distances(data: DriveSet, number: int, kinematics: Kinematics) -> Array:
-    drive = data.drives[number]
-    away = dead_reckoned(drive, kinematics) - drive.pose
+def _distances(drive: Drive, kinematics: Kinematics, lever: Array | None) -> Array:
+    away = dead_reckoned(drive, kinematics, lever) - drive.pose
     return np.asarray(np.hypot(away[:, 0], away[:, 1]), np.float64)
 
 
@@ -139,6 +141,7 @@ def _score_robot(kind: str, sets: list[tuple[Path, DriveSet]]) -> RobotScores:
                 score(data, data.kinematics),
                 None if printed is None else score(data, printed),
                 score(data, calibration.kinematics),
+                score(data, calibration.kinematics, calibration.lever),
             )
             for _, data in sets
         ),

@@ -184,12 +184,19 @@ def _start(drive: Drive, moved: Array, lever: Array) -> Array:
     return np.array([origin.real, origin.imag, turn])
 
 
-def dead_reckoned(drive: Drive, kinematics: Kinematics) -> Array:
-    """Return the poses `(N, 3)` that a model's odometry gives at every reading, from the first fix."""
+def dead_reckoned(drive: Drive, kinematics: Kinematics, lever: Array | None = None) -> Array:
+    """Return the poses `(N, 3)` that a model's odometry gives at every reading, from the first fix.
+
+    Args:
+        drive: readings and fixes.
+        kinematics: of the robot.
+        lever: pose `(3,)` of the reference on the robot, whose poses are then returned; None for the robot's.
+    """
+    place = np.zeros(3) if lever is None else lever
     nominal = np.zeros(len(kinematics.coordinates))
     steps = kinematics.steps(drive.readings, nominal)
     path = integrate(steps.increment)
     at = np.clip(np.searchsorted(drive.time, drive.fix_time), 0, len(path) - 1)
     passed = np.vstack([np.zeros((1, 3)), between(path[at[:-1]], path[at[1:]])])
-    start = _start(drive, passed, np.zeros(3))
-    return np.asarray(compose(compose(start, inverse(path[at[0]])), path), np.float64)
+    start = _start(drive, passed, place)
+    return np.asarray(compose(compose(compose(start, inverse(path[at[0]])), path), place), np.float64)

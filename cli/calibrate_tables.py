@@ -84,7 +84,13 @@ def noise_sentences(estimate: Estimate) -> list[str]:
 
 def scores_table(robot: RobotScores) -> Table:
     """Return the scores of one OptiOdom robot on all sets: final / rms distance."""
-    heads = ("runs", "raw\nfinal, rms", "printed UMBmark\nfinal, rms", "least squares\nfinal, rms")
+    heads = (
+        "runs",
+        "raw\nfinal, rms",
+        "printed UMBmark\nfinal, rms",
+        "least squares\nfinal, rms",
+        "and markers\nplaced",
+    )
     table = table_of(
         f"{robot.kind}: dead reckoning against motion capture, millimetres; calibrated on the squares",
         ("set", "calibration"),
@@ -92,7 +98,7 @@ def scores_table(robot: RobotScores) -> Table:
     )
     for one in robot.sets:
         seen = "has seen it" if one.seen else "held out"
-        scores = (_score(score) for score in (one.raw, one.printed, one.fitted))
+        scores = (_score(score) for score in (one.raw, one.printed, one.fitted, one.placed))
         table.add_row(Text(one.name), seen, str(one.runs), *scores)
     return table
 
