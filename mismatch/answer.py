@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from mismatch.refine import sigmas
 from mismatch.regression import Regression
 from mismatch.rerun import rerun
 from mismatch.signals import WINDOW
+from mismatch.terms import SCANNED
 from mismatch.where import channels_of, crossings, laps_at, places_at, row_names
 from mismatch.words import drives_for, part, regime, sentence, separating
 
@@ -30,8 +32,9 @@ POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
 SHAPE = 0.15  # of what a named effect explains may be left by the way in which it is modelled
 SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to it
-FAINT = 0.005  # of all rows' chi-square: an unknown that explains less is how no model is perfect
-FAINTEST = 40.0
+FAINT = 0.01  # of all rows' chi-square: an unknown that explains less is how no model is perfect
+FAINTEST = 60.0
+STRANGE = 0.04  # of the mismatch: an unknown that explains less than this is how no model is perfect
 _MANY = 6
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
@@ -100,11 +103,11 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
         one
         for one in findings
         if one.explained >= LEAST
-        and not (one.effect == "unknown" and one.explained * whole < faint)
+        and not (one.effect == "unknown" and (one.explained * whole < faint or one.explained < STRANGE))
         and not _in_the_shape(one, findings)
         and not _overshadowed(one, findings)
     ]
-    return tuple(sorted(worth, key=lambda one: -one.explained))
+    return tuple(sorted((_doubted(one, worth) for one in worth), key=lambda one: -one.explained))
 
 
 def _mismatch(found: Investigation) -> float:
@@ -197,11 +200,31 @@ def _unknown(
 
 
 def _in_the_shape(finding: Finding, findings: Sequence[Finding]) -> bool:
-    """Say whether an unknown is what the model of a named effect on the same component leaves."""
-    return finding.effect == "unknown" and any(
+    """Say whether a finding is what the model of a stronger one on the same component leaves."""
+    return finding.effect in {"unknown", *SCANNED} and any(
         other.component == finding.component and finding.explained < SHAPE * other.explained
         for other in findings
-        if other.effect != "unknown"
+        if other.effect != "unknown" and (finding.effect == "unknown" or other.effect in SCANNED)
+    )
+
+
+def _doubted(finding: Finding, findings: Sequence[Finding]) -> Finding:
+    """Return a finding with its probability lowered by what stays unknown on its own component.
+
+    Where no effect of the library does, the one that comes nearest does some of the work.
+    """
+    strange = max(
+        (
+            other.explained
+            for other in findings
+            if other.effect == "unknown" and other.component == finding.component
+        ),
+        default=0.0,
+    )
+    if finding.effect == "unknown" or strange <= SHAPE * finding.explained:
+        return finding
+    return replace(
+        finding, probability=finding.probability * finding.explained / (finding.explained + strange)
     )
 
 

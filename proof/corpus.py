@@ -68,6 +68,7 @@ WHEELED = {
     "count_loss", "gear_backlash", "gear_harmonic",
 }  # fmt: skip
 OF_TRUCKS = {"wheelbase", "turn_scrub", "wheel_misalignment", "lateral_slip", "floor_slope", "castor_kick"}
+JOINTS = ("joint_a", "joint_b")
 OF_JOINTS = {"joint_bias", "joint_eccentricity", "joint_backlash"}
 STRANGE: dict[str, tuple[str, ...]] = {
     "slabs": ("left", "right"),
@@ -151,8 +152,8 @@ def _components(effect: str) -> tuple[str, ...]:
     if effect in OF_TRUCKS:
         return ("a", "b")
     if effect in OF_JOINTS:
-        return ("joint_a", "joint_b")
-    return ("joint_a", "joint_b", "link") if effect in {"latency", "clock_drift"} else ("link",)
+        return JOINTS
+    return JOINTS if effect in {"latency", "clock_drift"} else ("link",)
 
 
 def _best_drive(effect: str, number: int) -> str:

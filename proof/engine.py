@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 PARTS = 4  # of a sample period
 LEAD = 1.5  # [1/s] with which truck b turns into the link, by what it reads: it lags behind in turns
-HOLD = 1.0  # [1/s] with which it keeps the link's length, likewise
+HOLD = 0.4  # [1/s] with which it keeps the link's length, likewise
 
 
 @dataclass(frozen=True, slots=True)
