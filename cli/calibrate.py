@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cli.calibrate_tables import factors_table, noise_sentences, quantities_table, scores_table
+from cli.choices import TruckChoice
 from cli.console import out
-from cli.umbmark import TruckChoice
 from cli.umbmark_tables import show
 
 if TYPE_CHECKING:

@@ -14,18 +14,17 @@ from rich.live import Live
 from rich.text import Text
 
 from cli.console import err, out
-from cli.driving import drive_program
 from cli.reports import show_configuration, show_report
 from cli.robots import Protocol, nominal_vehicle, program_of
-from driver.driver import Driver
-from driver.passive import PassiveReader
 from vehicle.errors import OmnimateError
-from vehicle.odometry import Odometer, PoseTuple
 
 if TYPE_CHECKING:
     from types import FrameType
 
+    from driver.driver import Driver
+    from driver.passive import PassiveReader
     from driver.recorder import Recorder
+    from vehicle.odometry import PoseTuple
     from vehicle.parameters import TruckName, VehicleParameters
     from vehicle.sample import Sample
 
@@ -76,6 +75,8 @@ def record(
     verbose: Annotated[bool, typer.Option("--verbose", help="Show all that the nodes told.")] = False,
 ) -> None:
     """Read the encoders of a robot from its bus and write a recording, until Ctrl-C."""
+    from cli.driving import drive_program
+    from driver.passive import PassiveReader
     from driver.recorder import Recorder
 
     robot = nominal_vehicle(vehicle)
@@ -121,6 +122,9 @@ def _open(
     robot: VehicleParameters, bus: str, recorder: Recorder, *, listen_only: bool, verbose: bool
 ) -> Driver | PassiveReader:
     """Return a reader that is ready to give samples."""
+    from driver.driver import Driver
+    from driver.passive import PassiveReader
+
     if listen_only:
         return PassiveReader(robot, bus, recorder=recorder)
     driver = Driver(robot, bus, recorder=recorder)
@@ -136,6 +140,8 @@ def _open(
 
 def _follow(samples: Iterable[Sample], robot: VehicleParameters, seconds: float | None) -> None:
     """Take samples until the time is up, the source ends or Ctrl-C, with a line that says how it goes."""
+    from vehicle.odometry import Odometer
+
     odometers = {truck: Odometer(robot, truck) for truck in robot.trucks}
     shown, first = -math.inf, None
     with Live(console=err, transient=True, auto_refresh=False) as live:

@@ -9,11 +9,11 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from cli.console import err, out
-from ipec.health import Frozen, in_words
 
 if TYPE_CHECKING:
     from ipec.estimate import Disturbance
     from ipec.filter import SlowParameters
+    from ipec.health import Frozen
     from ipec.tracker import Row
     from vehicle.parameters import TruckName, VehicleParameters
     from vehicle.se2 import Array
@@ -44,6 +44,8 @@ def disturbance_in_words(one: Disturbance, first: float, vehicle: VehicleParamet
 
 def frozen_in_words(frozen: Frozen, vehicle: VehicleParameters) -> str:
     """Say which channel of the linkage cannot be believed, and what to do."""
+    from ipec.health import in_words
+
     node = vehicle.encoder(frozen.channel).node
     name = f"{frozen.channel} (node {node})"
     if frozen.expected == 0.0:

@@ -2,48 +2,16 @@
 
 from __future__ import annotations
 
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.experiment import experiment_of_recordings
-from calib.extended import extended_umbmark
-from calib.profiles import save_profile
-from calib.scale import scale_from_tape
+from cli.choices import Format, MethodChoice, TruckChoice
 from cli.console import out
-from cli.loading import load
-from cli.plots import Clusters, check_format, plot_clusters
-from cli.umbmark_outputs import Format, calibrated_trucks, calibrated_vehicle, export
-from cli.umbmark_results import heed, result_of
-from cli.umbmark_sources import load_cases
-from cli.umbmark_tables import METHOD_WORDS, calibration_table, errors_table, show
-from cli.umbmark_words import all_passes, extended_words, say, show_worksheet, stop_rule, summary
-from vehicle.file import load_vehicle, save_vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from cli.umbmark_results import Result
-    from cli.umbmark_sources import Case
-    from vehicle.parameters import TruckName, VehicleParameters
-
-
-class TruckChoice(Enum):
-    """Which truck to calibrate."""
-
-    a = "a"
-    b = "b"
-
-
-class MethodChoice(Enum):
-    """Whose result --out and --plot take."""
-
-    exact = "exact"
-    weighted = "weighted"
-    heading = "heading"
-    printed = "printed"
+    from vehicle.parameters import TruckName
 
 
 def umbmark(
@@ -97,6 +65,17 @@ def umbmark(
     force: Annotated[bool, typer.Option("--force", help="Use a result that the checks refuse.")] = False,
 ) -> None:
     """Calibrate wheelbase and wheel diameters from squares driven cw and ccw (UMBmark)."""
+    from calib.profiles import save_profile
+    from calib.scale import scale_from_tape
+    from cli.plots import check_format, plot_clusters
+    from cli.umbmark_outputs import calibrated_trucks, calibrated_vehicle, export
+    from cli.umbmark_report import extended, panel, report
+    from cli.umbmark_results import heed, result_of
+    from cli.umbmark_sources import load_cases
+    from cli.umbmark_tables import METHOD_WORDS
+    from cli.umbmark_words import say, show_worksheet
+    from vehicle.file import load_vehicle, save_vehicle
+
     if plot is not None:
         check_format(plot)
     name: TruckName | None = truck.value if truck is not None else None
@@ -111,12 +90,12 @@ def umbmark(
         heed(cases, force=force)
         out.print(text, end="", soft_wrap=True)
     else:
-        _report(results, e_s, load_vehicle(previous) if previous is not None else None)
+        report(results, e_s, load_vehicle(previous) if previous is not None else None)
         for folder in bumps or ():
-            _extended(cases, folder, side)
+            extended(cases, folder, side)
         heed(cases, force=force)
     if plot is not None:
-        plot_clusters([_panel(one) for one in results], plot)
+        plot_clusters([panel(one) for one in results], plot)
         say(f"figure: {plot}")
     if out_file is not None and calibrated is not None:
         save_vehicle(calibrated, out_file)
@@ -124,31 +103,3 @@ def umbmark(
     if profile is not None:
         save_profile(profile[0], profile[1], calibrated_trucks(results))
         say(f"profile {profile[1]}: {profile[0]}")
-
-
-def _report(results: Sequence[Result], e_s: float, before: VehicleParameters | None) -> None:
-    """Print the tables and the sentences; `before` is the robot before its first pass."""
-    cases = [one.case for one in results]
-    show(errors_table(cases))
-    show(calibration_table(cases, [one.calibrations for one in results]))
-    for one in results:
-        for line in summary(one.case, one.chosen):
-            say(line)
-        say(f"  {stop_rule(one.case.experiment.errors)}")
-        if before is not None and one.case.truck in before.trucks:
-            say(f"  {all_passes(before.trucks[one.case.truck], one.truck)}")
-    if e_s != 1.0:
-        say(f"E_s {e_s:.5f} by tape: wheels and wheelbase are written {e_s:.5f} times as large")
-
-
-def _extended(cases: Sequence[Case], folder: Path, side: float | None) -> None:
-    """Print the extended UMBmark: the squares of each truck against those of a recording with bumps."""
-    for case in cases:
-        smooth = case.experiment.errors
-        bumpy = experiment_of_recordings([load(folder)], case.truck, side).errors
-        result = extended_umbmark(smooth.cw[:, 2], smooth.ccw[:, 2], bumpy.cw[:, 2], bumpy.ccw[:, 2])
-        say(f"{case.label}: {extended_words(result)}")
-
-
-def _panel(one: Result) -> Clusters:
-    return Clusters(one.case.label, one.case.experiment.errors, one.chosen.errors)

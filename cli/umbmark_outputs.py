@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import Enum
 from typing import TYPE_CHECKING
 
 from calib.apply import corrected_vehicle
@@ -10,6 +9,7 @@ from calib.errors import CalibrationError
 from calib.exports import calibration_json, ros2_yaml, vda5050_json
 from calib.floor import floor_roughness
 from calib.uncertainty import uncertainty_of
+from cli.choices import Format
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,14 +18,6 @@ if TYPE_CHECKING:
     from calib.uncertainty import Interval, Uncertainty
     from cli.umbmark_results import Result
     from vehicle.parameters import Truck, TruckName, VehicleParameters
-
-
-class Format(Enum):
-    """What --export writes."""
-
-    ros2 = "ros2"
-    vda5050 = "vda5050"
-    json = "json"
 
 
 def calibrated_trucks(results: Sequence[Result]) -> dict[TruckName, Truck]:

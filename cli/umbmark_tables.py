@@ -10,8 +10,6 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from calib.umbmark import angles_from_x, angles_from_y
-from calib.uncertainty import uncertainty_of
 from cli.console import out
 
 if TYPE_CHECKING:
@@ -36,6 +34,8 @@ _WIDEST = 400  # characters: any table of ours fits
 
 def errors_table(cases: Sequence[Case]) -> Table:
     """Return the table of what was measured: U (3.2)-(3.4) and the angles of (4.20) and (4.24)."""
+    from calib.umbmark import angles_from_x, angles_from_y
+
     table = new_table("Return errors: absolute minus calculated, millimetres and degrees")
     table.add_column("experiment")
     for head in (
@@ -95,6 +95,8 @@ def new_table(title: str) -> Table:
 
 
 def _row(result: Calibration) -> tuple[str, ...]:
+    from calib.uncertainty import uncertainty_of
+
     before, after, truck = result.experiment.errors, result.errors, result.truck
     known = uncertainty_of(result)
     return (
