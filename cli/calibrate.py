@@ -65,6 +65,9 @@ def calibrate(
     plot: Annotated[
         Path | None, typer.Option(help="Draw the first drive before and after: .png, .svg or .pdf.")
     ] = None,
+    profile: Annotated[
+        tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the trucks there under this name.")
+    ] = None,
     optiodom: Annotated[
         Path | None,
         typer.Option(help="Root of the OptiOdom data: calibrate on its squares, score on all.", exists=True),
@@ -91,6 +94,8 @@ def calibrate(
         _linkage(recordings, found, out_file)
     elif out_file is not None:
         _write(recordings[0], found, out_file)
+    if profile is not None:
+        _keep(found, *profile)
     if plot is not None:
         _draw(recordings[0], found, plot)
 
@@ -149,6 +154,13 @@ def _write(recording: Recording, found: dict[TruckName, PathCalibration], path: 
     trucks = {name: one.truck for name, one in found.items()}
     save_vehicle(corrected_vehicle(recording.vehicle, trucks), path)
     out.print(f"calibrated: {path}", soft_wrap=True)
+
+
+def _keep(found: dict[TruckName, PathCalibration], path: Path, name: str) -> None:
+    from calib.profiles import save_profile
+
+    save_profile(path, name, {truck: one.truck for truck, one in found.items()})
+    out.print(f"profile {name}: {path}", soft_wrap=True)
 
 
 def _draw(recording: Recording, found: dict[TruckName, PathCalibration], path: Path) -> None:

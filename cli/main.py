@@ -16,8 +16,10 @@ from cli.dbc import dbc
 from cli.demo import demo
 from cli.design import design
 from cli.diagnose import diagnose
+from cli.drift import drift
 from cli.dump import dump
 from cli.import_ import app as importing
+from cli.profile import app as profiles
 from cli.prove import prove
 from cli.record import record
 from cli.replay import replay
@@ -46,6 +48,7 @@ for verb in (
     dbc,
     umbmark,
     calibrate,
+    drift,
     design,
     diagnose,
     prove,
@@ -54,6 +57,7 @@ for verb in (
     app.command()(verb)
 
 app.add_typer(importing, name="import")
+app.add_typer(profiles, name="profile")
 
 
 def main() -> None:

@@ -1,0 +1,50 @@
+"""`omnimate profile`: the calibrations by name that `umbmark` and `calibrate` keep; list them, apply one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cli.console import out
+
+app = typer.Typer(
+    help="Parameters by name, for several floors or loads: list them, or put one into vehicle.toml.",
+    no_args_is_help=True,
+)
+
+
+@app.command("list")
+def list_profiles(file: Annotated[Path, typer.Argument(help="That --profile wrote.")]) -> None:
+    """Print the profiles of a file."""
+    from rich.text import Text
+
+    from calib.profiles import load_profiles
+    from cli.umbmark_tables import new_table, show
+
+    table = new_table(str(file))
+    for head in ("profile", "truck"):
+        table.add_column(head)
+    for head in ("wheelbase [mm]", "left [mm]", "right [mm]"):
+        table.add_column(Text(head), justify="right")
+    for name, profile in load_profiles(file).items():
+        for truck, size in profile.items():
+            numbers = (size.wheelbase, size.wheel_diameter_left, size.wheel_diameter_right)
+            table.add_row(Text(name), truck, *(f"{1e3 * number:.3f}" for number in numbers))
+    show(table)
+
+
+@app.command("apply")
+def apply_profile(
+    file: Annotated[Path, typer.Argument(help="That --profile wrote.")],
+    name: Annotated[str, typer.Argument(help="Of the profile.")],
+    vehicle: Annotated[Path, typer.Option(help="vehicle.toml of the robot.")],
+    out_file: Annotated[Path, typer.Option("--out", help="Write the vehicle.toml with this profile here.")],
+) -> None:
+    """Write a vehicle.toml whose trucks have the parameters of a profile; every verb then takes it."""
+    from calib.profiles import with_profile
+    from vehicle.file import load_vehicle, save_vehicle
+
+    save_vehicle(with_profile(load_vehicle(vehicle), file, name), out_file)
+    out.print(f"profile {name}: {out_file}", soft_wrap=True)

@@ -1,0 +1,49 @@
+"""Profiles through the command: kept by `umbmark` and `calibrate`, listed, applied."""
+
+import pytest
+
+from motion.paths import umbmark
+from vcan_sim.reference import reference_vehicle
+from vcan_sim.simulate import simulate
+from vcan_sim.truth import Truth, with_errors
+from vehicle.file import load_vehicle
+from vehicle.folder import save_recording
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    robot = reference_vehicle()
+    true = with_errors(robot, {"a": 1.01}, {"a": 1.001})
+    path = tmp_path_factory.mktemp("profile") / "recording"
+    save_recording(simulate(robot, Truth(true, seed=1), umbmark(1.5, 2, speed=0.4, link_length=1.0)), path)
+    return path
+
+
+@pytest.mark.parametrize("verb", ["umbmark", "calibrate"])
+def test_what_is_kept_under_a_name_is_what_out_writes_once_it_is_applied(omnimate, folder, tmp_path, verb):
+    file, out, applied = (tmp_path / name for name in ("floors.toml", "out.toml", "applied.toml"))
+    result = omnimate(verb, folder, "--out", out, "--profile", file, "concrete")
+    assert result.code == 0
+    assert "profile concrete" in result.out
+    listed = omnimate("profile", "list", file)
+    assert listed.code == 0
+    assert "concrete" in listed.out
+    nominal = folder / "vehicle.toml"
+    done = omnimate("profile", "apply", file, "concrete", "--vehicle", nominal, "--out", applied)
+    assert done.code == 0
+    assert load_vehicle(applied).trucks == load_vehicle(out).trucks
+    assert load_vehicle(applied).trucks != load_vehicle(nominal).trucks
+
+
+def test_an_unknown_profile_and_a_file_that_is_none_are_said(omnimate, folder, tmp_path):
+    nominal, file, out = folder / "vehicle.toml", tmp_path / "floors.toml", tmp_path / "out.toml"
+    assert omnimate("umbmark", folder, "--profile", file, "concrete").code == 0
+    unknown = omnimate("profile", "apply", file, "ice", "--vehicle", nominal, "--out", out)
+    assert (unknown.code, out.exists()) == (1, False)
+    assert "no profile 'ice'; it holds concrete" in unknown.err
+    missing = omnimate("profile", "list", tmp_path / "nothing.toml")
+    assert missing.code == 1
+    assert "no file of profiles" in missing.err
+    robot = omnimate("profile", "list", nominal)
+    assert robot.code == 1
+    assert "expected tables" in robot.err
