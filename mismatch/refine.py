@@ -104,8 +104,9 @@ def contend(found: Investigation) -> None:
     by what that takes from the chi-square.
     """
     choice, best = found.choice, found.chosen
-    if not best or any(choice.terms[one].effect == "unknown" for one in best):
+    if not best:
         return
+    strange = any(choice.terms[one].effect == "unknown" for one in best)
     gain = choice.worth(best)
     near = [
         rival
@@ -118,10 +119,12 @@ def contend(found: Investigation) -> None:
     ][:_RIVALS]
     if not near:
         return
-    corrections = {one: _correction(found, one) for one in (best, *near)}
+    corrections = {one: _correction(found, one) for one in near}
+    # what is unknown has no law that could bend; nor has any set that was not tried
+    rest = 0.0 if strange else _correction(found, best)
     for one in choice.known:
         if one:
-            choice.known[one] += corrections.get(one, corrections[best])
+            choice.known[one] += corrections.get(one, rest)
     found.chosen = max((best, *near), key=choice.worth)
 
 

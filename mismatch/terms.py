@@ -37,9 +37,10 @@ TOLERATED = {
     "joint_bias": 0.01,
     "link_bias": 0.03,
     "latency": 0.03,
+    "clock_drift": 0.1,
 }
 # What acts on a channel's motion needs motion that the drive makes.
-MOVING = {"latency", "clock_drift", "joint_backlash", "link_scale"}
+MOVING = {"latency", "clock_drift", "joint_backlash"}
 CLEAR = 10.0
 FOLLOWED = ("joint_b", "link")
 ANSWERED = 12.0  # log odds against a delay or play of what truck b answers to: its answer looks like one
