@@ -9,7 +9,7 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.guards import Advice
 from calib.scale import scale_from_straights
-from vehicle.odometry import truck_travel
+from vehicle.odometry import truck_travel, wheels_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from vehicle.recording import Recording
 
 _TURN = 1.0  # [rad] after which a joint has moved
+_ROLL = 0.5  # [m] after which the other wheel has moved
 _WAY = 5.0  # [m] after which a compliant link has moved
 
 
@@ -25,6 +26,29 @@ def advise_about(recordings: Sequence[Recording], truck: TruckName) -> tuple[Adv
     """Return what looks wrong with recordings themselves, whatever their laps say."""
     frozen = [one for recording in recordings for one in frozen_linkage(recording)]
     return (*frozen, *_scale(recordings, truck))
+
+
+def check_frozen(recording: Recording) -> None:
+    """Refuse a recording in which a wheel or a channel of the linkage shows one count throughout.
+
+    Raises:
+        CalibrationError: the first such channel; a wheel before what seems to follow from it.
+    """
+    for one in frozen_wheels(recording) or frozen_linkage(recording):
+        raise CalibrationError(recording.source, str(one).removeprefix(f"{recording.source}: "))
+
+
+def frozen_wheels(recording: Recording) -> tuple[Advice, ...]:
+    """Return an error for each wheel that shows one count throughout while the other of its truck rolls."""
+    found = []
+    for truck in recording.vehicle.trucks:
+        ways = [float(np.abs(np.diff(wheel)).sum()) for wheel in truck_travel(recording, truck)[:2]]
+        for wheel, way, other in zip(wheels_of(truck), ways, reversed(ways), strict=True):
+            if way == 0.0 and other > _ROLL:
+                what = f"{recording.source}: wheel {wheel} is frozen: not one count while the other one rolls"
+                do = "check its encoder, and node, cob_id and start_bit in vehicle.toml, and record anew"
+                found.append(Advice("error", f"{what} {other:.1f} m", do))
+    return tuple(found)
 
 
 def frozen_linkage(recording: Recording) -> tuple[Advice, ...]:

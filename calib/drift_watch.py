@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calib.channel_guards import check_frozen
 from calib.drift import drift_monitor, step
 from calib.errors import CalibrationError
-from calib.recordings import has_fixes, square_runs
+from calib.recordings import check_one_robot, has_fixes, square_runs
 from ipec.estimate import estimate
 from ipec.filter import NOMINAL
 
@@ -103,32 +104,22 @@ def watch_drift(recordings: Sequence[Recording], false_alarm: float = FALSE_ALAR
         false_alarm: drives between false alarms of all kinds together, on the average; 10 or more.
 
     Raises:
-        CalibrationError: no recordings, of different robots, or a lap that is no square.
+        CalibrationError: no recordings, of different robots, a lap without fixes, or a frozen channel.
         LinkageChannelError: a channel of the linkage was never read, or was frozen.
     """
     if not recordings:
         raise CalibrationError("drift", "no recording given")
     ordered = sorted(recordings, key=lambda one: float(one.time[0]))
-    _check_one_robot(ordered)
+    check_one_robot(ordered)
     used = _since_calibration(ordered)
     kinds = _Kinds()
     for recording in used:
+        check_frozen(recording)
         _add_returns(kinds, recording)
         _add_learned(kinds, recording)
     each = false_alarm * max(1, len(kinds.values))
     watched = [_watch(name, kinds.units[name], values, each) for name, values in kinds.values.items()]
     return DriftReport(tuple(watched), len(used), len(ordered) - len(used))
-
-
-def _check_one_robot(recordings: Sequence[Recording]) -> None:
-    first = recordings[0]
-    for other in recordings[1:]:
-        if (other.vehicle.name, other.vehicle.channels) != (first.vehicle.name, first.vehicle.channels):
-            raise CalibrationError(
-                other.source,
-                f"it is of the robot {other.vehicle.name}, but {first.source} of {first.vehicle.name}; "
-                "drift can only be told from recordings of one robot",
-            )
 
 
 def _since_calibration(recordings: Sequence[Recording]) -> Sequence[Recording]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.errors import CalibrationError, FixError
+from calib.recordings import check_one_robot
 from vehicle.odometry import truck_travel, wheels_of
 
 if TYPE_CHECKING:
@@ -67,13 +68,14 @@ def drives_of(recordings: Sequence[Recording], truck: TruckName = "a") -> tuple[
     """
     if not recordings:
         raise CalibrationError("calibration", "no recording given")
+    check_one_robot(recordings)
     for recording in recordings:
         check_truck(recording, truck)
         if recording.vehicle.trucks[truck] != recordings[0].vehicle.trucks[truck]:
             raise CalibrationError(
                 recording.source,
                 f"truck {truck} differs from that of {recordings[0].source}; expected recordings of one "
-                "robot with one vehicle.toml",
+                "robot with one vehicle.toml: leave out those from before a calibration",
             )
     return tuple(drive for recording in recordings for drive in _drives(recording, truck))
 

@@ -9,7 +9,7 @@ from calib.apply import corrected_truck
 from calib.chain import solve_exact, solve_weighted, square_returns
 from calib.errors import CalibrationError
 from calib.optiodom import read_optiodom
-from calib.recordings import square_runs
+from calib.recordings import check_one_robot, square_runs
 from calib.return_errors import ReturnErrors
 from calib.runs import SquareRun, return_errors
 from calib.table import read_table
@@ -122,12 +122,14 @@ def experiment_of_recordings(
         CalibrationError: laps, fixes or a direction are missing, or the recordings are of different robots.
     """
     source = ", ".join(recording.source for recording in recordings)
+    check_one_robot(recordings)
     truck = recordings[0].vehicle.trucks.get(name)
     for recording in recordings[1:]:
         if recording.vehicle.trucks.get(name) != truck:
             raise CalibrationError(
                 recording.source,
-                f"truck {name} differs from that of {recordings[0].source}; expected one robot",
+                f"truck {name} differs from that of {recordings[0].source}; expected one robot with one vehicle.toml: "
+                "leave out recordings from before a calibration, or give the one for all as --vehicle",
             )
     if truck is None:
         raise CalibrationError(source, f"the robot has no truck {name}")

@@ -21,6 +21,7 @@ from calib.kinematics import Differential
 from calib.least_squares import PathCalibration, Quantity, quantities
 from calib.linkage_drive import linkage_drive
 from calib.linkage_problem import BIASES, COORDINATES, SEPARATE, LinkageProblem
+from calib.recordings import check_one_robot
 from vehicle.parameters import JOINTS, Linkage
 
 if TYPE_CHECKING:
@@ -78,6 +79,7 @@ def calibrate_linkage(
     """
     if not recordings:
         raise CalibrationError("linkage calibration", "no recording given")
+    check_one_robot(recordings)
     vehicle = recordings[0].vehicle
     for recording in recordings:
         if recording.vehicle.trucks != vehicle.trucks or recording.vehicle.linkage != vehicle.linkage:

@@ -13,6 +13,8 @@ from vehicle.recording import Poses
 from vehicle.se2 import Array, between, wrap
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from vehicle.parameters import TruckName
     from vehicle.recording import Recording
 
@@ -23,6 +25,22 @@ _REST = 0.5e-3  # [m] a truck whose wheels stay within this is at rest
 def has_fixes(recording: Recording, truck: TruckName) -> bool:
     """Return whether a recording holds absolute poses of a truck."""
     return recording.poses is not None and bool((recording.poses.body == truck).any())
+
+
+def check_one_robot(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of robots with different names or channels; their parameters may differ.
+
+    Raises:
+        CalibrationError: the first one that is of another robot than the first of all.
+    """
+    for other in recordings[1:]:
+        first = recordings[0]
+        if (other.vehicle.name, other.vehicle.channels) != (first.vehicle.name, first.vehicle.channels):
+            raise CalibrationError(
+                other.source,
+                f"it is of the robot {other.vehicle.name!r}, but {first.source} of {first.vehicle.name!r}; "
+                "give recordings of one robot at a time (its name stands in vehicle.toml)",
+            )
 
 
 def square_runs(recording: Recording, truck: TruckName = "a") -> tuple[SquareRun, ...]:

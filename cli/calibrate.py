@@ -10,7 +10,7 @@ import typer
 
 from cli.calibrate_tables import factors_table, noise_sentences, quantities_table, scores_table
 from cli.choices import TruckChoice
-from cli.console import out
+from cli.console import out, warn
 from cli.umbmark_tables import show
 
 if TYPE_CHECKING:
@@ -80,12 +80,15 @@ def calibrate(
         if optiodom is None:
             raise typer.BadParameter("give recording folders, or --optiodom ROOT")
         return
+    from calib.channel_guards import frozen_linkage
     from cli.plots import check_format
     from vehicle.folder import load_recording
 
     if plot is not None:
         check_format(plot)
     recordings = [load_recording(source) for source in sources]
+    for one in [] if linkage else [advice for it in recordings for advice in frozen_linkage(it)]:
+        warn(f"{one}; the trucks are calibrated without it")
     choice: TruckName | None = truck.value if truck is not None else None
     options = Options(reference_offset, time_offset, tuple(hold or ()), spacing)
     names = _trucks(recordings, choice, linkage=linkage)

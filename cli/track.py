@@ -82,11 +82,13 @@ def track(
 
 def _offline(folder: Path, prior: Prior, writer: RowWriter, every: float) -> None:
     """Track a recording at once."""
+    from calib.channel_guards import check_frozen
     from ipec.tracker import track_recording
     from vehicle.folder import load_recording
 
     with err.status("reading"):
         recording = load_recording(folder)
+        check_frozen(recording)
     with err.status("tracking"):
         rows, found = track_recording(recording, every, prior=prior)
         last = None

@@ -70,9 +70,11 @@ def heed(cases: Sequence[Case], *, force: bool) -> None:
     for case in cases:
         for one in advice_on(case):
             if one.severity == "error" and not force:
-                errors.append((case.experiment.source, str(one)))
+                errors.append(str(one).removeprefix(f"{case.experiment.source}: "))
             else:
                 warn(f"{case.label}: {one}")
     if errors:
-        sentences = "; ".join(sentence for _, sentence in errors)
-        raise CalibrationError(errors[0][0], f"{sentences} (--force uses the result nevertheless)")
+        sentences = "; ".join(dict.fromkeys(errors))
+        raise CalibrationError(
+            cases[0].experiment.source, f"{sentences} (--force uses the result nevertheless)"
+        )

@@ -1,0 +1,104 @@
+"""Recordings that cannot calibrate anything: every verb says what is wrong and what to do."""
+
+from dataclasses import replace
+
+import pytest
+
+from motion.paths import umbmark
+from vcan_sim.reference import reference_vehicle
+from vcan_sim.simulate import simulate
+from vcan_sim.truth import Truth
+from vehicle.folder import save_recording
+from vehicle.parameters import CHANNELS
+
+TWO_ROBOTS = "is of the robot 'twin', but {first} of 'omnimate'; give recordings of one robot at a time"
+
+
+def drive(name="omnimate", runs=2):
+    robot = replace(reference_vehicle(), name=name)
+    return simulate(robot, Truth(robot, seed=1), umbmark(1.5, runs, speed=0.4, link_length=1.0))
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """Recordings that are sound, of another robot, of one run or one direction, and with frozen channels."""
+    sound, root = drive(), tmp_path_factory.mktemp("bad")
+    laps = [lap for lap in sound.run.laps if lap.direction == "cw"]
+    made = {"sound": sound, "twin": drive("twin"), "single": drive(runs=1)}
+    made["cw"] = replace(sound, run=replace(sound.run, laps=tuple(laps)))
+    for channel in ("a.left", "joint_a", "joint_b", "link"):
+        counts = sound.counts.copy()
+        counts[:, CHANNELS.index(channel)] = counts[0, CHANNELS.index(channel)]
+        made[channel] = replace(sound, counts=counts)
+    for name, recording in made.items():
+        save_recording(recording, root / name)
+    return {name: root / name for name in made}
+
+
+def said(result):
+    """Return the error of a result, all of it in one sentence that does not repeat itself."""
+    assert result.code == 1
+    assert "Traceback" not in result.err
+    sentence = result.err.split("error: ", 1)[1]
+    parts = sentence.strip().split("; ")
+    assert len(parts) == len(set(parts))
+    return sentence
+
+
+def test_one_direction_says_why_both_are_needed(omnimate, folders):
+    sentence = said(omnimate("umbmark", folders["cw"]))
+    assert "no ccw run" in sentence
+    assert "drive the square in both" in sentence
+
+
+def test_a_single_run_each_way_is_refused_once_for_both_trucks_and_may_be_forced(omnimate, folders):
+    sentence = said(omnimate("umbmark", folders["single"]))
+    assert sentence.count("n = 1") == 1
+    assert "drive the square five times in each direction" in sentence
+    forced = omnimate("umbmark", folders["single"], "--force")
+    assert forced.code == 0
+    assert "n = 1" in forced.err
+
+
+@pytest.mark.parametrize("verb", ["umbmark", "calibrate", "drift"])
+def test_two_robots_are_not_pooled_though_their_sizes_are_the_same(omnimate, folders, verb):
+    sentence = said(omnimate(verb, folders["sound"], folders["twin"]))
+    assert TWO_ROBOTS.format(first=folders["sound"]) in sentence
+
+
+@pytest.mark.parametrize("verb", ["umbmark", "calibrate", "drift"])
+def test_a_pose_that_is_no_number_names_its_line_and_column(omnimate, folders, tmp_path, verb):
+    folder = tmp_path / "nan"
+    folder.mkdir()
+    for file in folders["sound"].iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
+    rows = (folder / "poses.csv").read_text().splitlines()
+    cells = rows[3].split(",")
+    rows[3] = ",".join([*cells[:2], "nan", *cells[3:]])
+    (folder / "poses.csv").write_text("\n".join(rows))
+    sentence = said(omnimate(verb, folder))
+    assert "poses.csv:4: x 'nan' is not finite; leave the cell empty where it is unknown" in sentence
+
+
+@pytest.mark.parametrize("channel", ["joint_a", "joint_b", "link"])
+@pytest.mark.parametrize("verb", ["umbmark", "drift", "track"])
+def test_a_frozen_channel_of_the_linkage_is_named_with_what_to_do(omnimate, folders, verb, channel):
+    sentence = said(omnimate(verb, folders[channel]))
+    assert f"{channel} is frozen" in sentence
+    assert "check its encoder" in sentence
+
+
+def test_calibrate_does_without_a_frozen_link_and_says_so_but_not_with_linkage(omnimate, folders):
+    result = omnimate("calibrate", folders["link"])
+    assert result.code == 0
+    assert "link is frozen" in result.err
+    assert "the trucks are calibrated without it" in result.err
+    assert "channel link never changes" in said(omnimate("calibrate", folders["link"], "--linkage"))
+
+
+@pytest.mark.parametrize("verb", ["umbmark", "calibrate", "drift", "track"])
+def test_a_frozen_wheel_is_named_and_not_the_joint_that_follows_from_it(omnimate, folders, verb):
+    sentence = said(omnimate(verb, folders["a.left"]))
+    assert "left" in sentence
+    assert "joint" not in sentence
+    assert "check its encoder" in sentence
