@@ -128,8 +128,8 @@ def experiment_of_recordings(
         if recording.vehicle.trucks.get(name) != truck:
             raise CalibrationError(
                 recording.source,
-                f"truck {name} differs from that of {recordings[0].source}; expected one robot with one vehicle.toml: "
-                "leave out recordings from before a calibration, or give the one for all as --vehicle",
+                f"truck {name} differs from that of {recordings[0].source}; expected one robot with one "
+                "vehicle.toml: leave out those from before a calibration, or give one for all as --vehicle",
             )
     if truck is None:
         raise CalibrationError(source, f"the robot has no truck {name}")
