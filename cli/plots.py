@@ -31,7 +31,7 @@ FORMATS = (".png", ".svg", ".pdf")
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"
 GREY = "#5A5A5A"
 _TRACKS = (GREY, BLUE, VERMILLION, GREEN, PURPLE, ORANGE)
-_STYLE: dict[Any, Any] = {
+STYLE: dict[Any, Any] = {
     "font.size": 10,
     "axes.titlesize": 11,
     "axes.spines.top": False,
@@ -108,7 +108,7 @@ def plot_clusters(panels: Sequence[Clusters], path: Path) -> None:
     check_format(path)
     columns = min(len(panels), 2)
     rows = -(-len(panels) // columns)
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.4 * columns, 5.2 * rows + 1.3), layout="constrained")
         for axes, panel in zip(figure.subplots(rows, columns, squeeze=False).flat, panels, strict=False):
             _draw_clusters(axes, panel)
@@ -116,7 +116,7 @@ def plot_clusters(panels: Sequence[Clusters], path: Path) -> None:
             axes.set_axis_off()
         after = any(panel.after is not None for panel in panels)
         figure.legend(handles=_cluster_legend(after=after), loc="outside lower center", ncols=2)
-        _save(figure, path)
+        save(figure, path)
 
 
 def _draw_clusters(axes: Axes, panel: Clusters) -> None:
@@ -200,7 +200,7 @@ def plot_floor_plan(
         PlotError: the file cannot be written.
     """
     check_format(path)
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.4, 6.6), layout="constrained")
         axes = figure.subplots()
         for number, (track, color) in enumerate(zip(tracks, _cycle(len(tracks)), strict=True)):
@@ -217,7 +217,7 @@ def plot_floor_plan(
         axes.set(xlabel="x [m]", ylabel="y [m]", title=title)
         axes.set_aspect("equal", adjustable="datalim")
         figure.legend(loc="outside lower center", ncols=2)
-        _save(figure, path)
+        save(figure, path)
 
 
 def _cycle(count: int) -> list[str]:
@@ -228,7 +228,7 @@ def _millimetres(value: float) -> str:
     return f"{value:.0f}" if value >= 100.0 else f"{value:.1f}"
 
 
-def _save(figure: Figure, path: Path) -> None:
+def save(figure: Figure, path: Path) -> None:
     """Write a figure whole or not at all, and the same bytes for the same content."""
     buffer = io.BytesIO()
     kind = path.suffix.lower().removeprefix(".")

@@ -147,8 +147,9 @@ def rounded_rectangle(
     *,
     tolerance: float = 0.5,
     speed: float = 0.3,
+    first: float | None = None,
 ) -> Program:
-    """Return laps of a rectangle whose corners are passed by, begun and ended in the middle of a side.
+    """Return laps of a rectangle whose corners are passed by, begun and ended on one of its sides.
 
     Args:
         length: of the side that the robot starts along [m]; 7 x 4 m with 0.2 m of tolerance is C 6.2,
@@ -157,12 +158,14 @@ def rounded_rectangle(
         directions: of the laps.
         tolerance: distance from a corner at which the robot turns to the next [m].
         speed: [m/s]; O drives at 0.3 at most, C slightly below 0.5.
+        first: way from the start to the first corner [m]; None starts in the middle of the side.
     """
-    half = 0.5 * length
+    ahead = 0.5 * length if first is None else first
+    behind = ahead - length
     loops = []
     for direction in directions:
         y = _sign(direction) * width
-        loops.append(_loop([(half, 0.0), (half, y), (-half, y), (-half, 0.0)], tolerance, speed))
+        loops.append(_loop([(ahead, 0.0), (ahead, y), (behind, y), (behind, 0.0)], tolerance, speed))
     return _loops(loops, directions, "extended-umbmark")
 
 

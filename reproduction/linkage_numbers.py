@@ -42,15 +42,15 @@ def bumps() -> tuple[Row, ...]:
     inside = math.floor(1e5 * errors.lateral_in_interval) / 100.0  # the print cuts off
     return (
         number("C", "Table I", "travel lost on a 10 mm bump [mm]", 2.63, 1e3 * lost, 2),
-        number("C", "Table I", "heading error [degrees]", 0.44, math.degrees(errors.heading), 2),
+        number("C", "Table I", "heading error [deg]", 0.44, math.degrees(errors.heading), 2),
         number("C", "Table I", "lateral error after 10 m [mm]", 77.0, 10e3 * errors.lateral, 0),
         number("C", "(6)", "lateral error in an interval, cut off [mm]", 0.15, inside, 2),
-        number("C", "(7)", "misread [degrees]", 0.01, math.degrees(errors.misread), 2),
-        number("C", "(8)", "measured [degrees]", 0.43, math.degrees(errors.measured), 2),
-        number("C", "(1) exact arc (notes)", "travel lost [mm]", 3.51, 1e3 * edge_loss(_RADIUS, _HEIGHT), 2),
-        number("C", "(1) exact arc (notes)", "heading error [degrees]", 0.59, arc, 2),
-        number("C", "(1) round cable (notes)", "heading error [degrees]", 0.57, cable, 2),
-        number("C", "6.1", "measured for each bump; round cable [degrees]", 0.6, cable, 1),
+        number("C", "(7)", "misread [deg]", 0.01, math.degrees(errors.misread), 2),
+        number("C", "(8)", "measured [deg]", 0.43, math.degrees(errors.measured), 2),
+        number("C", "(1) exact arc", "travel lost [mm]", 3.51, 1e3 * edge_loss(_RADIUS, _HEIGHT), 2),
+        number("C", "(1) exact arc", "heading error [deg]", 0.59, arc, 2),
+        number("C", "(1) round cable", "heading error [deg]", 0.57, cable, 2),
+        number("C", "6.1", "measured for each bump; round cable [deg]", 0.6, cable, 1),
     )
 
 
@@ -73,7 +73,7 @@ def biases() -> tuple[Row, ...]:
     return (
         Row(
             "C",
-            "5.2 (notes)",
+            "5.2",
             "radius with joints off by +-1 degree [m]",
             "28.6",
             f"{radius:.1f}",
@@ -82,10 +82,10 @@ def biases() -> tuple[Row, ...]:
         Row(
             "C",
             "5.2",
-            "per turn with 1 mm of link bias [degrees]",
+            "per turn with 1 mm of link bias [deg]",
             "roughly 1",
             f"{low:.2f} to {high:.2f}",
-            "print is wrong" if near else "differs",
+            "misprint" if near else "differs",
         ),
     )
 
@@ -104,7 +104,7 @@ def turns() -> tuple[Row, ...]:
         Row(
             "O",
             "(1)-(6), corrected",
-            "heading after a turn [degrees]",
+            "heading after a turn [deg]",
             "< 0.01",
             f"{good.max():.4f}",
             "agrees" if good.max() < 0.01 else "differs",
@@ -112,10 +112,10 @@ def turns() -> tuple[Row, ...]:
         Row(
             "O",
             "(1), previous b",
-            "heading after a turn [degrees]",
+            "heading after a turn [deg]",
             "10 to 50 off",
             f"{bad.min():.0f} to {bad.max():.0f}",
-            "print is wrong" if failed else "differs",
+            "misprint" if failed else "differs",
         ),
     )
 
@@ -127,7 +127,7 @@ def doubling() -> Row:
     error = np.abs(path[:, 2] - drive.pose_a[:, 2])
     grown = error[(error > 1e-3) & (error < 0.5)]
     factor = float(np.median(grown[1:] / grown[:-1]))
-    verdict = "print is wrong" if abs(factor - 2.0) < 0.1 else "differs"
+    verdict = "misprint" if abs(factor - 2.0) < 0.1 else "differs"
     return Row("O", "(4), printed sign", "growth in a sample", "doubles", f"x {factor:.2f}", verdict)  # type: ignore[arg-type]  # one of the two
 
 
@@ -138,7 +138,7 @@ def unequal_wheels() -> Row:
     drive = simulate(robot, truth, out_and_back(18.0, 1, speed=0.45, link_length=1.0))
     left = float(np.degrees(np.abs(lap_errors(drive, correct(drive, method="plain").pose_a)[0, 2])))
     verdict = "agrees" if left < 0.1 else "differs"
-    return Row("C", "6.1 (notes)", "unequal wheels, out and back [degrees]", "cancel", f"{left:.2f}", verdict)  # type: ignore[arg-type]  # one of the two
+    return Row("C", "6.1", "unequal wheels, out and back [deg]", "cancel", f"{left:.2f}", verdict)  # type: ignore[arg-type]  # one of the two
 
 
 def lap_errors(recording: Recording, path: Array, fixes: Poses | None = None) -> Array:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
 from ipec.filter import Prior
-from vcan_sim.floor import Floor
+from vcan_sim.floor import CONCRETE, Floor
 from vcan_sim.reference import reference_vehicle
 from vcan_sim.sonar import Sonar
 from vcan_sim.truth import Truth, with_errors
@@ -17,6 +17,10 @@ from vcan_sim.truth import Truth, with_errors
 if TYPE_CHECKING:
     from vcan_sim.bumps import Bump
     from vehicle.parameters import VehicleParameters
+
+# The terms of the error budget; each can be left out alone, see `reproduction.budget`.
+Term = Literal["nothing", "sonar", "floor", "joint bias", "link bias", "wheels", "joint steps"]
+TERMS: tuple[Term, ...] = get_args(Term)
 
 # The linkage is known to 0.01 degrees at each joint, for IPEC drifts with their difference (C 5.2: 0.01
 # degrees in 1 m make 0.2 degrees in 18 m), and to 0.3 mm in length (0.1 degrees a turn). UMBmark with 5 + 5
@@ -61,28 +65,41 @@ def with_joints(robot: VehicleParameters, counts: int) -> VehicleParameters:
     return replace(robot, encoders=encoders)
 
 
-def calibrated_truth(robot: VehicleParameters, bumps: tuple[Bump, ...], seed: int) -> Truth:
+def without_steps(robot: VehicleParameters, without: Term) -> VehicleParameters:
+    """Return the robot, with joints that resolve everything where their steps are left out."""
+    return with_joints(robot, 2**22) if without == "joint steps" else robot
+
+
+def calibrated_truth(
+    robot: VehicleParameters, bumps: tuple[Bump, ...], seed: int, without: Term = "nothing"
+) -> Truth:
     """Return a robot on concrete whose errors are drawn from what calibration leaves."""
     chance = np.random.default_rng(1000 + seed)
     base_a, base_b = (1.0 + LEFT_BEHIND.wheelbase * chance.normal(size=2)).tolist()
     ratio_a, ratio_b = (1.0 + LEFT_BEHIND.ratio * chance.normal(size=2)).tolist()
     real = with_errors(robot, {"a": base_a, "b": base_b}, {"a": ratio_a, "b": ratio_b})
-    return _truth(real, chance, bumps, seed)
+    return _truth(robot if without == "wheels" else real, chance, bumps, seed, without)
 
 
-def uncalibrated_truth(robot: VehicleParameters, bumps: tuple[Bump, ...], seed: int) -> Truth:
+def uncalibrated_truth(
+    robot: VehicleParameters, bumps: tuple[Bump, ...], seed: int, without: Term = "nothing"
+) -> Truth:
     """Return the OmniMate of O 3 on concrete, whose linkage alone was calibrated."""
     real = with_errors(robot, {"a": 0.997, "b": 1.002}, {"a": 1.0008, "b": 0.9995})
-    return _truth(real, np.random.default_rng(1000 + seed), bumps, seed)
+    chance = np.random.default_rng(1000 + seed)
+    return _truth(robot if without == "wheels" else real, chance, bumps, seed, without)
 
 
-def _truth(real: VehicleParameters, chance: np.random.Generator, bumps: tuple[Bump, ...], seed: int) -> Truth:
+def _truth(
+    real: VehicleParameters, chance: np.random.Generator, bumps: tuple[Bump, ...], seed: int, without: Term
+) -> Truth:
     joint_a, joint_b = (LEFT_BEHIND.joint * chance.normal(size=2)).tolist()
+    link = float(LEFT_BEHIND.link * chance.normal())
     return Truth(
         real,
-        joint_bias=(joint_a, joint_b),
-        link_bias=float(LEFT_BEHIND.link * chance.normal()),
-        floor=Floor(bumps=bumps),
-        sonar=Sonar(sigma=0.0),  # the calibrator's noise is added to its fixes, see `drives.measured`
+        joint_bias=(0.0, 0.0) if without == "joint bias" else (joint_a, joint_b),
+        link_bias=0.0 if without == "link bias" else link,
+        floor=Floor(0.0 if without == "floor" else CONCRETE, bumps),
+        sonar=Sonar(sigma=0.0),  # the calibrator's noise is added to its fixes, see `estimates.measured`
         seed=seed,
     )

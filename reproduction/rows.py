@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from vehicle.se2 import Array
 
-Verdict = Literal["agrees", "better", "print is wrong", "not explained", "not reached", "shown", "differs"]
+Verdict = Literal["agrees", "better", "misprint", "unexplained", "missed", "unsure", "shown", "differs"]
 _RESAMPLES = 1000
 
 
@@ -24,8 +24,11 @@ class Row:
         what: the number means, with its unit.
         printed: as it stands there.
         ours: with the 95 % interval of the mean where it is a Monte Carlo.
-        verdict: differs is what nobody expects; not explained is a printed number that the paper's own
-            scatter does not make; shown stands beside others for comparison.
+        verdict: misprint is a wrong print; missed is a printed bound that we do not keep, unsure one
+            that lies within our interval; differs is what nobody expects; unexplained is a printed number
+            that the paper's own scatter does not make; shown stands beside others for comparison.
+        scatter: 5 to 95 % of the single values where it is a Monte Carlo.
+        note: why, in one line.
     """
 
     paper: str
@@ -34,6 +37,8 @@ class Row:
     printed: str
     ours: str
     verdict: Verdict
+    scatter: str = ""
+    note: str = ""
 
 
 def number(paper: str, place: str, what: str, printed: float, ours: float, digits: int) -> Row:
@@ -46,14 +51,16 @@ def number(paper: str, place: str, what: str, printed: float, ours: float, digit
 
 def at_most(paper: str, place: str, what: str, target: float, values: Array, digits: int = 1) -> Row:
     """Return the row of values `(n,)` whose mean must surely lie below a printed one."""
-    verdict: Verdict = "agrees" if interval(values)[1] <= target else "not reached"
-    return Row(paper, place, what, f"< {target:g}", spread(values, digits), verdict)
+    low, high = interval(values)
+    verdict: Verdict = "agrees" if high <= target else "missed" if low > target else "unsure"
+    return drawn(paper, place, what, f"< {target:g}", values, verdict, digits)
 
 
 def at_least(paper: str, place: str, what: str, target: float, values: Array, digits: int = 1) -> Row:
     """Return the row of values `(n,)` whose mean must surely lie above a printed one."""
-    verdict: Verdict = "agrees" if interval(values)[0] >= target else "not reached"
-    return Row(paper, place, what, f"> {target:g}", spread(values, digits), verdict)
+    low, high = interval(values)
+    verdict: Verdict = "agrees" if low >= target else "missed" if high < target else "unsure"
+    return drawn(paper, place, what, f"> {target:g}", values, verdict, digits)
 
 
 def interval(values: Array) -> tuple[float, float]:
@@ -63,9 +70,11 @@ def interval(values: Array) -> tuple[float, float]:
     return low, high
 
 
-def spread(values: Array, digits: int = 1) -> str:
-    """Return the mean of values `(n,)`, its 95 % interval, and the range of 5 to 95 % of them."""
+def drawn(
+    paper: str, place: str, what: str, printed: str, values: Array, verdict: Verdict, digits: int = 1
+) -> Row:
+    """Return the row of values `(n,)` of a Monte Carlo: their mean, its interval, and their scatter."""
     low, high = interval(values)
     first, last = np.percentile(values, [5.0, 95.0])
-    mean = f"{values.mean():.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
-    return f"{mean}, 5-95 % {first:.{digits}f} to {last:.{digits}f}"
+    mean = f"{values.mean():.{digits}f} ({low:.{digits}f}..{high:.{digits}f})"
+    return Row(paper, place, what, printed, mean, verdict, f"{first:.{digits}f}..{last:.{digits}f}")

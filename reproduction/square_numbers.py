@@ -42,19 +42,19 @@ def figure_11() -> tuple[Row, ...]:
     exact = largest(LABMATE, corrected_truck(LABMATE, e_b, e_d))
     found = Correction("printed", alpha, beta, e_b, e_d)
     return (
-        number("U", "Fig. 11", "alpha [degrees]", -1.025, math.degrees(alpha), 3),
-        number("U", "Fig. 11", "beta [degrees]", 0.566, math.degrees(beta), 3),
+        number("U", "Fig. 11", "alpha [deg]", -1.025, math.degrees(alpha), 3),
+        number("U", "Fig. 11", "beta [deg]", 0.566, math.degrees(beta), 3),
         number("U", "Fig. 11", "c_L", 0.99958, found.c_left, 5),
         number("U", "Fig. 11", "c_R", 1.00042, found.c_right, 5),
-        number("U", "Fig. 11 (notes)", "E_max before, small angles [mm]", 314.0, small, 0),
-        number("U", "Fig. 11 (notes)", "E_max before, exact chain [mm]", 311.0, exact, 0),
+        number("U", "Fig. 11", "E_max before, small angles [mm]", 314.0, small, 0),
+        number("U", "Fig. 11", "E_max before, exact chain [mm]", 311.0, exact, 0),
         Row(
             "U",
             "Fig. 11",
             "E_max before, of its own b and E_d [mm]",
             "317",
             f"{small:.0f}, {exact:.0f}",
-            "print is wrong",
+            "misprint",
         ),
     )
 
@@ -64,16 +64,16 @@ def small_angles() -> tuple[Row, ...]:
     rows = []
     for (e_b, e_d), (before, first, second) in SMALL_ANGLES:
         actual = corrected_truck(LABMATE, e_b, e_d)
-        where = f"(4.17)-(4.32) at ({e_b:.5g}, {e_d:.6g})"
+        where, at = "(4.17)-(4.32)", f"at E_b {e_b:.4g}, E_d {e_d:.6g} [mm]"
         one = calibrate(experiment(LABMATE, actual), "printed").truck
         two = calibrate(experiment(one, actual), "printed").truck
         exact = calibrate(experiment(LABMATE, actual), "exact").truck
         digits = _digits(before), _digits(first), _digits(second)
         rows += [
-            number("U", where, "E_max before [mm]", before, largest(LABMATE, actual), digits[0]),
-            number("U", where, "E_max after one pass [mm]", first, largest(one, actual), digits[1]),
-            number("U", where, "E_max after two passes [mm]", second, largest(two, actual), digits[2]),
-            number("U", where, "E_max after exact inversion [mm]", 0.0, largest(exact, actual), 3),
+            number("U", where, f"E_max before {at}", before, largest(LABMATE, actual), digits[0]),
+            number("U", where, f"E_max after one pass {at}", first, largest(one, actual), digits[1]),
+            number("U", where, f"E_max after two passes {at}", second, largest(two, actual), digits[2]),
+            number("U", where, f"E_max after exact inversion {at}", 0.0, largest(exact, actual), 3),
         ]
     return tuple(rows)
 
@@ -97,7 +97,7 @@ def scale_left_in() -> Row:
     """Return what the square makes of a mean diameter that is wrong by 1 %."""
     larger = replace(LABMATE, wheel_diameter_left=0.1515, wheel_diameter_right=0.1515)
     found = solve_exact(experiment(LABMATE, larger).errors, LABMATE)
-    return number("U", "E_s (notes)", "E_b read from E_s = 1.01", 1.0 / 1.01, found.e_b, 3)
+    return number("U", "E_s", "E_b read from E_s = 1.01", 1.0 / 1.01, found.e_b, 3)
 
 
 def experiment(believed: Truck, actual: Truck) -> Experiment:

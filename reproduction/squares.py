@@ -10,7 +10,7 @@ import numpy as np
 from calib.experiment import calibrate, experiment_of_recordings
 from calib.trials import Trial, after_calibration, efficiency, floor_covariance, left_over, plain_covariance
 from motion.paths import umbmark
-from reproduction.rows import Row, interval, spread
+from reproduction.rows import Row, drawn, interval
 from vcan_sim.reference import reference_single
 from vcan_sim.simulate import simulate
 from vcan_sim.truth import Truth, with_errors
@@ -35,25 +35,26 @@ def statistics(count: int) -> tuple[Row, ...]:
     near = abs(after.mean() - 24.0) <= 1.0 or interval(after)[0] <= 24.0 <= interval(after)[1]
     within = abs(low - 9.0) <= 2.0 and abs(high - 47.0) <= 4.0
     rows = [
-        _row(
-            "Table I (notes)",
-            "mean E_max after, 25 mm of scatter [mm]",
-            "24.0 +- 1",
-            spread(after),
-            good=near,
+        _drawn("Table I", "mean E_max after, 25 mm of scatter [mm]", "24.0 +- 1", after, good=near),
+        Row(
+            "U",
+            "Table I",
+            "5 to 95 % of it [mm]",
+            "9..47",
+            f"{low:.0f}..{high:.0f}",
+            "agrees" if within else "differs",
         ),
-        _row("Table I (notes)", "5 to 95 % of it [mm]", "9 to 47", f"{low:.0f} to {high:.0f}", good=within),
     ]
     for factors, printed in ((FIGURE_11, 17.0), ((0.95, 1.005), 140.0)):
         trial = Trial(*factors, floor_covariance(0.022))
-        where = f"22 mm of scatter at ({factors[0]:.5g}, {factors[1]:.6g})"
+        where = f"at E_b {factors[0]:.4g}, E_d {factors[1]:.6g} [mm]"
         plain = 1e3 * left_over(trial, max(count // 4, 100), "printed")
         rows.append(
-            _row(
-                where,
-                "left by the print [mm]",
+            _drawn(
+                "22 mm scatter",
+                f"left by the print {where}",
                 f"{printed:g}",
-                spread(plain),
+                plain,
                 good=abs(plain.mean() - printed) < 3.0,
             )
         )
@@ -62,7 +63,8 @@ def statistics(count: int) -> tuple[Row, ...]:
             verdict: Verdict = "better" if interval(values)[1] < 15.5 else "agrees"
             if interval(values)[0] > 16.5:
                 verdict = "differs"
-            rows.append(Row("N", where, f"left by the {method} fit [mm]", "16", spread(values), verdict))
+            what = f"left by the {method} fit {where}"
+            rows.append(drawn("N", "22 mm scatter", what, "16", values, verdict))
     return (*rows, *variances(50 * count))
 
 
@@ -70,16 +72,14 @@ def variances(count: int) -> tuple[Row, ...]:
     """Return the weighted fit's variance over the Cramer-Rao bound, from `count` trials."""
     trial = Trial(*FIGURE_11, plain_covariance(0.022))
     rows = []
-    for own, words in ((False, "true weights"), (True, "weights of its own 5 + 5 runs")):
+    for own, words in ((False, "true weights"), (True, "own weights")):
         ratio = efficiency(trial, count, own_scatter=own)
-        verdict: Verdict = "agrees" if np.abs(ratio - 1.0).max() <= 0.05 else "not reached"
+        verdict: Verdict = "agrees" if np.abs(ratio - 1.0).max() <= 0.05 else "missed"
         error = 1.96 * math.sqrt(2.0 / count)
         ours = f"{ratio[0]:.3f}, {ratio[1]:.3f} (+- {error:.3f})"
-        rows.append(
-            Row(
-                "N", "Cramer-Rao", f"variance of E_b, E_d over the bound, {words}", "1 +- 0.05", ours, verdict
-            )
-        )
+        note = "its weights are estimated from 5 + 5 runs alone" if verdict == "missed" else ""
+        what = f"variance of E_b, E_d over the bound, {words}"
+        rows.append(Row("N", "Cramer-Rao", what, "1 +- 0.05", ours, verdict, note=note))
     return tuple(rows)
 
 
@@ -95,10 +95,8 @@ def table_i(number: int, count: int) -> tuple[Row, ...]:
         if stage < len(printed):
             low, high = values.min(), values.max()
             inside = low - 10.0 <= printed[stage] <= high + 10.0
-            verdict = "agrees" if inside else "not explained" if printed[stage] == 66 else "differs"
-        rows.append(
-            Row("U", f"Table I, #{number + 1}", f"E_max {words} [mm]", paper, spread(values), verdict)
-        )
+            verdict = "agrees" if inside else "unexplained" if printed[stage] == 66 else "differs"
+        rows.append(drawn("U", f"Table I, #{number + 1}", f"E_max {words} [mm]", paper, values, verdict))
     return tuple(rows)
 
 
@@ -127,5 +125,5 @@ def _factors(before: float) -> tuple[float, float]:
     return 0.5 * math.pi / (0.5 * math.pi - _ALPHA), (1.0 + half) / (1.0 - half)
 
 
-def _row(place: str, what: str, printed: str, ours: str, *, good: bool) -> Row:
-    return Row("U", place, what, printed, ours, "agrees" if good else "differs")
+def _drawn(place: str, what: str, printed: str, values: Array, *, good: bool) -> Row:
+    return drawn("U", place, what, printed, values, "agrees" if good else "differs")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
+from reproduction.lap_table import omnimate_laps
 from reproduction.linkage_numbers import linkage_numbers
-from reproduction.protocols import omnimate_laps, rectangular_path, straight_line
+from reproduction.protocols import rectangular_path, straight_line
 from reproduction.square_numbers import square_numbers
 from reproduction.squares import TABLE_I, statistics, table_i
 
@@ -20,19 +22,15 @@ FULL, QUICK = (2000, 30, 30), (200, 4, 2)  # trials of the method, drives of Tab
 
 
 def stages(*, quick: bool) -> list[Stage]:
-    """Return the stages by name; each gives its rows when it is called."""
+    """Return the stages by name; each gives its rows when it is called, and can be sent to a process."""
     trials, drives, robots = QUICK if quick else FULL
     experiments = range(1) if quick else range(len(TABLE_I))
     return [
         ("U: equations", square_numbers),
         ("C and O: equations", linkage_numbers),
-        ("U: the method's statistics", lambda: statistics(trials)),
-        *((f"U: Table I, #{one + 1}", _experiment(one, drives)) for one in experiments),
-        ("C 6.1: straight line", lambda: straight_line(robots)),
-        ("C 6.2: rectangle", lambda: rectangular_path(robots)),
-        ("O 3: laps", lambda: omnimate_laps(robots)),
+        ("U: the method's statistics", partial(statistics, trials)),
+        *((f"U: Table I, #{one + 1}", partial(table_i, one, drives)) for one in experiments),
+        ("C 6.1: straight line", partial(straight_line, robots)),
+        ("C 6.2: rectangle", partial(rectangular_path, robots)),
+        ("O 3: laps", partial(omnimate_laps, robots)),
     ]
-
-
-def _experiment(number: int, drives: int) -> Callable[[], tuple[Row, ...]]:
-    return lambda: table_i(number, drives)

@@ -1,0 +1,34 @@
+"""Where an error comes from: each term of it switched off alone, with everything else as it was."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from reproduction.robots import TERMS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from reproduction.robots import Term
+    from reproduction.rows import Row
+    from vehicle.se2 import Array
+
+_SHOWN = 3  # terms
+
+
+def explained(row: Row, figure: Callable[[Term], Array], digits: int) -> Row:
+    """Return the row, with its error budget as a note unless it surely keeps a printed bound.
+
+    Args:
+        row: to explain.
+        figure: gives the row's values `(n,)` without a term.
+        digits: behind the point.
+    """
+    if row.verdict not in {"missed", "unsure"}:
+        return row
+    whole = float(figure("nothing").mean())
+    parts = {term: float(figure(term).mean()) for term in TERMS[1:]}
+    largest = sorted(parts, key=lambda term: -abs(parts[term] - whole))[:_SHOWN]
+    words = ", ".join(f"no {term} {parts[term]:.{digits}f}" for term in largest)
+    return replace(row, note=f"{whole:.{digits}f}, switching one cause off: {words}")

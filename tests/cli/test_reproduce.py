@@ -1,0 +1,68 @@
+"""`omnimate reproduce`: a table that fits a terminal, the figures, and an exit code that tells."""
+
+import pytest
+
+from cli import reproduce as verb
+from cli.reproduce_figures import draw_all
+from reproduction.lap_table import lap_errors_of
+from reproduction.linkage_numbers import linkage_numbers
+from reproduction.rows import Row
+from reproduction.table import stages
+
+
+@pytest.fixture
+def one_stage(monkeypatch):
+    """Leave the command one stage."""
+
+    def leave(rows):
+        monkeypatch.setattr("reproduction.table.stages", lambda **_: [("a stage", lambda: rows)])
+
+    return leave
+
+
+def test_every_line_fits_120_columns_and_each_verdict_is_one_word(omnimate, one_stage):
+    rows = linkage_numbers()
+    one_stage(rows)
+    told = omnimate("reproduce", "--quick", "--jobs", 1)
+    assert told.code == 0
+    assert max(map(len, told.out.splitlines())) <= 120
+    assert all(" " not in row.verdict for row in rows)
+    assert "a stage" in told.out
+
+
+def test_a_note_stands_below_its_row(omnimate, one_stage):
+    one_stage((Row("C", "6.1", "worst [deg]", "< 1", "2.0", "missed", note="2.0, switching off: no x 0.4"),))
+    lines = omnimate("reproduce", "--jobs", 1).out.splitlines()
+    place = next(number for number, line in enumerate(lines) if "missed" in line)
+    assert "no x 0.4" in lines[place + 1]
+
+
+def test_a_number_that_nobody_expects_makes_the_exit_code_1(omnimate, one_stage):
+    one_stage((Row("C", "(4)", "heading [deg]", "0.44", "0.60", "differs"),))
+    told = omnimate("reproduce", "--jobs", 1)
+    assert told.code == 1
+    assert "printed 0.44, ours 0.60" in told.err
+
+
+def test_stages_in_two_processes_give_what_one_gives():
+    plan = [stage for stage in stages(quick=True) if stage[0] in {"U: equations", "C and O: equations"}]
+    assert dict(verb._run(plan, 2)) == dict(verb._run(plan, 1))
+
+
+def test_all_figures_of_the_papers_are_drawn(tmp_path):
+    names = [path.stem for path in draw_all(tmp_path / "new")]
+    assert [name[:3] for name in names] == ["u06", "u11", "c08", "c10", "o05", "o06", "o07", "o08", "gro"]
+    for name in names:
+        assert (tmp_path / "new" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_figures_show_the_first_robot_of_the_table():
+    assert lap_errors_of(0, "cw")["OmniMate"].shape == (10, 3)
+
+
+def test_a_folder_that_cannot_be_made_is_one_sentence(omnimate, one_stage, tmp_path):
+    (tmp_path / "file").write_text("")
+    one_stage(())
+    told = omnimate("reproduce", "--jobs", 1, "--figures", tmp_path / "file" / "in")
+    assert told.code == 1
+    assert "cannot be made" in told.err
