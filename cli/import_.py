@@ -1,22 +1,27 @@
-"""`omnimate import`: recording folders from what people have: OptiOdom sets, CSV files, ROS bags."""
+"""`omnimate import`: recording folders from what people have: public data sets, CSV files, ROS bags."""
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.progress import Progress
 
-from cli.console import err, out, warn
+from cli.console import err, warn
+from cli.import_reports import save_set, show_topics, tell
 from vehicle.errors import OmnimateError
 
+if TYPE_CHECKING:
+    from imports.rosbag_plan import Plan
+    from vehicle.parameters import VehicleParameters
+
 app = typer.Typer(
-    help="Make recording folders from OptiOdom sets, CSV files or ROS bags.", no_args_is_help=True
+    help="Make recording folders from public data sets, CSV files or ROS bags.", no_args_is_help=True
 )
 
-Out = Annotated[Path, typer.Argument(help="Recording folder to write; with optiodom, a folder of them.")]
+Out = Annotated[Path, typer.Argument(help="Recording folder to write.")]
+OutSet = Annotated[Path, typer.Argument(help="Folder to write the recording folders into.")]
 Vehicle = Annotated[Path | None, typer.Option(help="vehicle.toml of the robot; else the mapping's own.")]
 
 
@@ -27,18 +32,39 @@ class CallError(OmnimateError):
 @app.command()
 def optiodom(
     source: Annotated[Path, typer.Argument(help="A set, or a folder of sets, of the differential robot.")],
-    to: Out,
+    to: OutSet,
 ) -> None:
     """Take the runs of OptiOdom's differential robot: dense poses, one recording folder each."""
-    from imports.optiodom import each_run
-    from vehicle.folder import save_recording
+    from imports.optiodom import differential_sets, each_run
 
-    count = 0
-    for name, recording in each_run(source):
-        (to / name).parent.mkdir(parents=True, exist_ok=True)
-        save_recording(recording, to / name)
-        count += 1
-    out.print(f"{count} recordings in {to}")
+    save_set(each_run(source), to)
+    others = differential_sets(source)[1]
+    if others:
+        warn(
+            f"{len(others)} set(s) of the tricycle left out: recording folders hold differential drives only"
+        )
+
+
+@app.command()
+def labyrinth(
+    source: Annotated[Path, typer.Argument(help="Folder with Indoor_UWB_Input.txt and Indoor_UWB_GT.txt.")],
+    to: OutSet,
+) -> None:
+    """Take the drive of TU Chemnitz's Labyrinth as its readme describes it, which is known to be wrong."""
+    from imports.labyrinth import recordings_of
+
+    save_set((("run-01", recording) for recording in recordings_of(source)), to)
+
+
+@app.command()
+def husky(
+    source: Annotated[Path, typer.Argument(help="Folder with husky_windows.npz.")],
+    to: OutSet,
+) -> None:
+    """Take the DRIVE data of a Clearpath Husky: a recording folder for each window of two seconds."""
+    from imports.husky import each_window
+
+    save_set(each_window(source), to)
 
 
 @app.command()
@@ -50,12 +76,12 @@ def csv(
 ) -> None:
     """Take a CSV file by a mapping of its columns."""
     from imports.csv_file import read_csv
-    from vehicle.file import load_vehicle
     from vehicle.folder import save_recording
 
-    recording = read_csv(source, mapping, None if vehicle is None else load_vehicle(vehicle))
-    save_recording(recording, to)
-    out.print(f"{len(recording)} samples in {to}")
+    with err.status("reading"):
+        recording = read_csv(source, mapping, _vehicle(vehicle))
+        save_recording(recording, to)
+    tell(recording, to)
 
 
 @app.command()
@@ -73,45 +99,54 @@ def rosbag(
     ] = False,
 ) -> None:
     """Take wheel positions or ticks, joints and poses from a ROS 1 or ROS 2 bag or an MCAP file."""
-    _rosbags_there()
-    if show:
-        _list(source)
-        return
-    if to is None or vehicle is None:
-        raise CallError(
-            "import rosbag needs a folder to write and --vehicle; --list shows what is in the bag"
-        )
     from imports.rosbag import read_bag
-    from imports.rosbag_plan import plan_of_options, read_plan
-    from vehicle.file import load_vehicle
     from vehicle.folder import save_recording
 
-    plan = plan_of_options(channel or [], pose or []) if mapping is None else read_plan(mapping)[0]
+    if show:
+        show_topics(source, _vehicle(vehicle))
+        return
+    if to is None:
+        raise CallError("import rosbag needs a folder to write; --list shows what is in the bag")
+    plan, robot = _plan(source, mapping, channel or [], pose or [], _vehicle(vehicle))
     with Progress(console=err, transient=True) as progress:
         task = progress.add_task("reading", total=None)
         imported = read_bag(
-            source,
-            plan,
-            load_vehicle(vehicle),
-            lambda done, of: progress.update(task, completed=done, total=of),
+            source, plan, robot, lambda done, of: progress.update(task, completed=done, total=of)
         )
     for note in imported.notes:
         warn(note)
     save_recording(imported.recording, to)
-    out.print(f"{len(imported.recording)} samples in {to}")
+    tell(imported.recording, to)
 
 
-def _rosbags_there() -> None:
-    if find_spec("rosbags") is None:
-        raise CallError("reading bags needs the extra: pip install 'omnimate[rosbag]'")
-
-
-def _list(source: Path) -> None:
+def _plan(
+    source: Path,
+    mapping: Path | None,
+    channels: list[str],
+    poses: list[str],
+    vehicle: VehicleParameters | None,
+) -> tuple[Plan, VehicleParameters]:
+    """Return what of a bag is what, by a mapping, by options, or by guess, and the robot."""
     from imports.rosbag_guess import as_toml, guess
+    from imports.rosbag_plan import plan_of_options, read_plan
     from imports.rosbag_reader import topics_of
 
-    topics = topics_of(source)
-    for topic in topics:
-        parts = f" ({', '.join(topic.parts)})" if topic.parts else ""
-        out.print(f"{topic.count:8d}  {topic.kind:32s}  {topic.name}{parts}")
-    out.print("\n# a mapping by guess:\n" + as_toml(guess(topics)))
+    if mapping is not None and (channels or poses):
+        raise CallError("--mapping and --channel or --pose say the same; give one of them")
+    if mapping is not None:
+        return read_plan(mapping, vehicle)
+    if vehicle is None:
+        raise CallError("import rosbag needs --vehicle, or a --mapping that names the robot")
+    if channels:
+        return plan_of_options(channels, poses), vehicle
+    guessed = guess(topics_of(source), vehicle.channels)
+    stated = plan_of_options(channels, poses).poses
+    plan = type(guessed)(guessed.channels, stated or guessed.poses)
+    warn("no mapping given; by the names in the bag:\n" + as_toml(plan))
+    return plan, vehicle
+
+
+def _vehicle(path: Path | None) -> VehicleParameters | None:
+    from vehicle.file import load_vehicle
+
+    return None if path is None else load_vehicle(path)

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from imports.errors import MappingError
+from imports.robots import robot_of
 from imports.tables import Table, read_table
 from imports.units import UNITS
 from vehicle.parameters import CHANNELS, TRUCKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
-    from vehicle.parameters import Channel, TruckName
+    from vehicle.parameters import Channel, TruckName, VehicleParameters
 
 Stamps = Literal["header", "bag"]
 
@@ -41,7 +42,7 @@ class PoseSource:
 
     Attributes:
         topic: of the messages.
-        frame: child frame, where a message holds transforms of several; empty: the only one.
+        frame: child frame, which a message of several transforms needs.
         offset: added to their times [s].
     """
 
@@ -87,14 +88,17 @@ def plan_of(mapping: Table) -> Plan:
     return Plan(channels, poses, "bag" if stamps == "bag" else "header")
 
 
-def read_plan(path: Path | str) -> tuple[Plan, Table]:
-    """Return the plan of a TOML file, and its table for the robot.
+def read_plan(path: Path | str, vehicle: VehicleParameters | None = None) -> tuple[Plan, VehicleParameters]:
+    """Return the plan of a TOML file, and the robot: the one given, or that of the file.
 
     Raises:
         MappingError: it cannot be read, or says what no mapping may.
+        VehicleFileError: the robot's file is wrong.
     """
     table = read_table(path)
-    return plan_of(table), table
+    plan, robot = plan_of(table), robot_of(table, Path(path).parent, vehicle)
+    table.done()
+    return plan, robot
 
 
 def plan_of_options(channels: Sequence[str], poses: Sequence[str]) -> Plan:

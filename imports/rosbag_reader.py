@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from rosbags.highlevel import AnyReader
 
-Watch = "Callable[[int, int], None]"  # told how many of how many messages are read
 _EVERY = 500  # messages between two tellings
 _LOOKED_AT = 300  # messages of a topic, for the names in them
 _NAMED = ("sensor_msgs/msg/JointState", "tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")

@@ -71,6 +71,8 @@ def pose_value(message: Message, source: PoseSource) -> Found | None:
         raise SourceError(
             message.topic, f"messages {message.kind} hold no pose; expected one of {', '.join(POSES)}"
         )
+    if message.kind.startswith("tf") and not source.frame:
+        raise SourceError(message.topic, f"{message.kind} holds many frames; name the robot's: TOPIC:FRAME")
     content = _stamped(message.content, source.frame)
     if content is None:
         return None

@@ -1,43 +1,164 @@
 """`omnimate import`: what people have becomes recording folders."""
 
-from pathlib import Path
+import sys
 
+import numpy as np
 import pytest
+from rosbags import rosbag2
+from rosbags.typesys import Stores, get_typestore
 
 from vehicle.folder import load_recording
 
-SQUARES = Path(__file__).resolve().parents[3] / "shared" / "data" / "real" / "optiodom" / "diff" / "square"
+MAPPING = """
+[robot]
+wheelbase = 0.3
+wheel_diameter = 0.1
+counts_per_turn = 1000
+"""
+COLUMNS = """
+[time]
+column = "t"
+[channel."a.left"]
+column = "left"
+[channel."a.right"]
+column = "right"
+[poses.a]
+x = "x"
+y = "y"
+theta = "yaw"
+"""
+VEHICLE = """
+name = "tried"
+[truck.a]
+wheelbase = 0.3
+wheel_diameter_left = 0.1
+wheel_diameter_right = 0.1
+[bus]
+bitrate = 500000
+sync_period = 0.02
+""" + "".join(
+    f'[[encoder]]\nchannel = "a.{side}"\nnode = {node}\ncob_id = {0x180 + node}\nstart_bit = 0\nbits = 32\n'
+    "signed = true\nsign = 1\ncounts_per_turn = 1000\n"
+    for node, side in ((1, "left"), (2, "right"))
+)
 
 
-@pytest.mark.skipif(not SQUARES.is_dir(), reason="../shared/data/real/optiodom is not there")
-def test_an_optiodom_set_becomes_recordings_with_poses(omnimate, tmp_path):
-    source = min(SQUARES.iterdir())
-    result = omnimate("import", "optiodom", str(source), str(tmp_path / "out"))
+@pytest.fixture
+def bag(tmp_path):
+    """Write ticks of two wheels, 20 ms apart, as a ROS 2 bag; return its folder."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kind = "std_msgs/msg/Int32"
+    with rosbag2.Writer(tmp_path / "drive", version=9) as writer:
+        topics = {
+            side: writer.add_connection(f"/{side}_ticks", kind, typestore=store) for side in ("left", "right")
+        }
+        for number in range(50):
+            for factor, topic in zip((10, 11), topics.values(), strict=True):
+                message = store.types[kind](data=factor * number)
+                writer.write(topic, 10**9 + 20_000_000 * number, store.serialize_cdr(message, kind))
+    (tmp_path / "vehicle.toml").write_text(VEHICLE)
+    return tmp_path / "drive"
+
+
+def test_an_optiodom_set_becomes_recordings_with_poses_and_its_odometry_is_told(
+    omnimate, shared_data, tmp_path
+):
+    source = shared_data / "real/optiodom/diff/square/230620202042"
+    result = omnimate("import", "optiodom", source, tmp_path / "out")
     assert result.code == 0
     folders = sorted(path.parent for path in (tmp_path / "out").rglob("vehicle.toml"))
-    assert folders
+    assert len(folders) == 6
     assert load_recording(folders[0]).poses is not None
+    assert "nominal odometry ends 23.4 mm and 2.43 deg from the last pose" in result.out
 
 
-def test_a_csv_file_becomes_a_recording(omnimate, tmp_path):
-    rows = "\n".join(f"{0.05 * row:.2f},{10 * row},{11 * row}" for row in range(50))
-    (tmp_path / "drive.csv").write_text("t,left,right\n" + rows + "\n")
-    (tmp_path / "map.toml").write_text(
-        '[robot]\nwheelbase = 0.3\nwheel_diameter = 0.1\ncounts_per_turn = 1000\n[time]\ncolumn = "t"\n'
-        '[channel."a.left"]\ncolumn = "left"\n[channel."a.right"]\ncolumn = "right"\n'
-    )
-    arguments = (
-        "csv",
-        str(tmp_path / "drive.csv"),
-        str(tmp_path / "out"),
-        "--mapping",
-        str(tmp_path / "map.toml"),
-    )
-    assert omnimate("import", *arguments).code == 0
-    assert len(load_recording(tmp_path / "out")) == 50
+def test_the_labyrinth_and_the_husky_become_recordings(omnimate, shared_data, tmp_path):
+    for name, count in (("labyrinth_tuc", 1), ("drive_ugv", 603)):
+        verb = name.split("_")[0].replace("drive", "husky")
+        result = omnimate("import", verb, shared_data / "real" / name, tmp_path / verb)
+        assert result.code == 0
+        assert f"{count} recording(s)" in result.out
+        assert len(list((tmp_path / verb).rglob("can.log"))) == count
 
 
-def test_a_bag_without_a_vehicle_says_what_is_missing(omnimate, tmp_path):
-    result = omnimate("import", "rosbag", str(tmp_path / "x.bag"))
+def test_a_tricycle_is_refused_in_one_sentence(omnimate, shared_data, tmp_path):
+    result = omnimate("import", "optiodom", shared_data / "real/optiodom/tricyc", tmp_path / "out")
     assert result.code == 1
-    assert "--vehicle" in result.err or "rosbag" in result.err
+    assert "differential drives only" in result.err
+
+
+def test_a_csv_file_becomes_a_recording_and_its_odometry_is_told(omnimate, tmp_path):
+    rows = "\n".join(f"{0.05 * row:.2f},{10 * row},{10 * row},{0.01 * row},0,0" for row in range(50))
+    (tmp_path / "drive.csv").write_text("t,left,right,x,y,yaw\n" + rows + "\n")
+    (tmp_path / "map.toml").write_text(MAPPING + COLUMNS)
+    result = omnimate(
+        "import", "csv", tmp_path / "drive.csv", tmp_path / "out", "--mapping", tmp_path / "map.toml"
+    )
+    assert result.code == 0
+    assert len(load_recording(tmp_path / "out")) == 50
+    way = 490 * np.pi * 0.1 / 1000
+    assert (
+        f"ends {1e3 * (0.49 - way):.1f} mm and 0.00 deg from the last pose, after {way:.2f} m" in result.out
+    )
+
+
+def test_a_bad_csv_file_is_one_sentence_with_the_place(omnimate, tmp_path):
+    (tmp_path / "drive.csv").write_text("t,left,right,x,y,yaw\n0,1,2,0,0,0\n0.1,one,2,0,0,0\n")
+    (tmp_path / "map.toml").write_text(MAPPING + COLUMNS)
+    result = omnimate(
+        "import", "csv", tmp_path / "drive.csv", tmp_path / "out", "--mapping", tmp_path / "map.toml"
+    )
+    assert result.code == 1
+    assert "drive.csv:3: column left: 'one' is no number" in result.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_bag_is_listed_with_a_mapping_by_guess_that_imports_it(omnimate, bag, tmp_path):
+    listed = omnimate("import", "rosbag", bag, "--list")
+    assert listed.code == 0
+    assert "std_msgs/Int32" in listed.out
+    guessed = listed.out.split("# a mapping by guess:")[1]
+    (tmp_path / "map.toml").write_text(MAPPING.replace("[robot]", guessed + "[robot]"))
+    result = omnimate("import", "rosbag", bag, tmp_path / "out", "--mapping", tmp_path / "map.toml")
+    assert result.code == 0
+    assert load_recording(tmp_path / "out").counts[-1].tolist() == [490, 539]
+
+
+@pytest.mark.parametrize(
+    "options", [[], ["--channel", "a.left=/left_ticks", "--channel", "a.right=/right_ticks"]]
+)
+def test_a_bag_is_imported_by_options_or_by_the_names_in_it(omnimate, bag, tmp_path, options):
+    vehicle = ("--vehicle", tmp_path / "vehicle.toml")
+    result = omnimate("import", "rosbag", bag, tmp_path / "out", *vehicle, *options)
+    assert result.code == 0
+    assert ("by the names in the bag" in result.err) == (not options)
+    assert "no stamps" in result.err
+    assert load_recording(tmp_path / "out").counts[-1].tolist() == [490, 539]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        ([], "needs a folder to write"),
+        (["out"], "needs --vehicle"),
+        (["out", "--vehicle", "vehicle.toml", "--channel", "a.left=/left_ticks"], "channel a.right is"),
+        (["out", "--vehicle", "vehicle.toml", "--pose", "a=/mocap"], "no topic /mocap"),
+        (["out", "--mapping", "none.toml"], "none.toml: cannot be read"),
+        (["out", "--mapping", "none.toml", "--channel", "a.left=/x"], "give one of them"),
+    ],
+)
+def test_a_call_from_which_something_is_missing_says_what(
+    omnimate, bag, tmp_path, monkeypatch, arguments, problem
+):
+    monkeypatch.chdir(tmp_path)
+    result = omnimate("import", "rosbag", bag, *arguments)
+    assert result.code == 1
+    assert problem in result.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_the_library_a_bag_says_what_to_install(omnimate, bag, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    result = omnimate("import", "rosbag", bag, "--list")
+    assert result.code == 1
+    assert "pip install 'omnimate[rosbag]'" in result.err
