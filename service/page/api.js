@@ -1,0 +1,71 @@
+// Calls of the service. A problem detail becomes a Problem, whose message is its sentence.
+
+const STORED = "omnimate-key";
+
+export class Problem extends Error {
+  constructor(status, body) {
+    super(body.detail || body.title || `The service answered ${status}.`);
+    this.status = status;
+    this.possible = body.possible ?? [];
+    this.errors = body.errors ?? [];
+  }
+}
+
+export const key = () => sessionStorage.getItem(STORED);
+
+export function useKey(text) {
+  sessionStorage.setItem(STORED, text);
+  document.dispatchEvent(new Event("key-given"));
+}
+
+/** The answer to a call; throws a Problem, also where the service cannot be reached. */
+export async function call(method, path, { body, type = "application/json", headers = {}, signal } = {}) {
+  const sent = { ...headers };
+  if (key()) sent.Authorization = `Bearer ${key()}`;
+  if (method === "POST") sent["Idempotency-Key"] ??= unique();
+  if (body !== undefined) sent["Content-Type"] = type;
+  const given = body === undefined || type !== "application/json" ? body : JSON.stringify(body);
+  const answer = await reached(path, { method, headers: sent, body: given, signal });
+  if (answer.ok) return answer;
+  const problem = new Problem(answer.status, await answer.json().catch(() => ({})));
+  if (answer.status === 401) document.dispatchEvent(new CustomEvent("key-needed", { detail: problem.message }));
+  throw problem;
+}
+
+export const get = async (path) => (await call("GET", path)).json();
+
+export async function post(path, body, more = {}) {
+  const answer = await call("POST", path, { body, ...more });
+  return answer.status === 204 ? null : answer.json();
+}
+
+export const remove = (path) => call("DELETE", path);
+
+/** Keep what a call answers as a file. */
+export async function save(path, name) {
+  saveBlob(await (await call("GET", path)).blob(), name);
+}
+
+export function saveBlob(blob, name) {
+  const address = URL.createObjectURL(blob);
+  const link = Object.assign(document.createElement("a"), { href: address, download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(address), 60_000);
+}
+
+/** Fetch, once more after a break of the line: the Idempotency-Key keeps a POST from being done twice. */
+async function reached(path, given) {
+  for (const last of [false, true]) {
+    try {
+      return await fetch(path, { cache: "no-store", ...given });
+    } catch (error) {
+      if (error.name === "AbortError") throw error;
+      if (last) throw new Problem(0, { detail: "The service cannot be reached; is it running, and this device in its network?" });
+      await new Promise((done) => setTimeout(done, 400));
+    }
+  }
+}
+
+function unique() {
+  return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+}

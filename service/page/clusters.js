@@ -1,0 +1,75 @@
+// Return positions as in figure 6 of the UMBmark paper: circles cw, squares ccw, centres of gravity, E_max,syst.
+
+import { svg } from "./dom.js";
+import { deg, mm, number, size } from "./units.js";
+
+const BOX = 400;
+const HALF = BOX / 2;
+const EDGE = 178; // of the drawing, from its middle
+
+/** Centre of gravity of each direction, and E_max,syst, U (3.2)-(3.4) [m]. */
+export function sums(samples, truck) {
+  const centres = {};
+  for (const direction of ["cw", "ccw"]) {
+    const runs = samples.filter((one) => one.direction === direction && one.errors[truck]).map((one) => one.errors[truck]);
+    if (runs.length) centres[direction] = { x: mean(runs.map(({ x }) => x)), y: mean(runs.map(({ y }) => y)), runs: runs.length };
+  }
+  return { centres, largest: Math.max(0, ...Object.values(centres).map(({ x, y }) => Math.hypot(x, y))) };
+}
+
+export function clusterDrawing(samples, truck) {
+  const runs = samples.filter((one) => one.errors[truck]);
+  const { centres, largest } = sums(samples, truck);
+  const reach = 1.12 * Math.max(0.01, largest, ...runs.map(({ errors }) => Math.hypot(errors[truck].x, errors[truck].y)));
+  const at = (x, y) => [HALF + (x / reach) * EDGE, HALF - (y / reach) * EDGE];
+  const both = Object.keys(centres).length === 2;
+  return svg("svg", { viewBox: `0 0 ${BOX} ${BOX}`, role: "img", "data-testid": `clusters-${truck}`, "aria-label": describe(truck, centres, largest) },
+    axes(reach),
+    both ? svg("circle", { class: "ring", cx: HALF, cy: HALF, r: (largest / reach) * EDGE }) : null,
+    ...Object.entries(centres).map(([direction, { x, y }]) => centre(direction, at(x, y))),
+    ...runs.map((one) => point(one, one.errors[truck], at)));
+}
+
+function axes(reach) {
+  const step = niceStep(reach);
+  const parts = [];
+  for (let tick = step; tick < reach; tick += step) {
+    for (const value of [tick, -tick]) {
+      const away = (value / reach) * EDGE;
+      parts.push(svg("path", { class: "grid", d: `M${HALF + away} ${HALF - EDGE}v${2 * EDGE}M${HALF - EDGE} ${HALF - away}h${2 * EDGE}` }));
+      parts.push(svg("text", { class: "tick", x: HALF + away, y: HALF + 13, "text-anchor": "middle" }, mm(value)));
+      parts.push(svg("text", { class: "tick", x: HALF - 5, y: HALF - away + 4, "text-anchor": "end" }, mm(value)));
+    }
+  }
+  return svg("g", {}, ...parts,
+    svg("path", { class: "axis", d: `M${HALF - EDGE} ${HALF}h${2 * EDGE}M${HALF} ${HALF - EDGE}v${2 * EDGE}` }),
+    svg("text", { class: "tick", x: HALF + EDGE, y: HALF - 6, "text-anchor": "end" }, "x mm"),
+    svg("text", { class: "tick", x: HALF + 6, y: HALF - EDGE + 8 }, "y mm"));
+}
+
+function point({ number: run, direction }, error, at) {
+  const [x, y] = at(error.x, error.y);
+  const title = svg("title", {}, `run ${run}, ${direction}: ${mm(error.x)} mm, ${mm(error.y)} mm${error.theta == null ? "" : `, ${deg(error.theta)}°`}`);
+  return direction === "cw"
+    ? svg("circle", { class: "run cw", "data-run": run, cx: x, cy: y, r: 5.5 }, title)
+    : svg("rect", { class: "run ccw", "data-run": run, x: x - 5, y: y - 5, width: 10, height: 10 }, title);
+}
+
+function centre(direction, [x, y]) {
+  return svg("g", { class: `centre ${direction}` },
+    svg("path", { class: "spoke", d: `M${HALF} ${HALF}L${x} ${y}` }),
+    svg("path", { class: "cross", d: `M${x - 9} ${y}h18M${x} ${y - 9}v18` }));
+}
+
+/** 1, 2 or 5 times a power of ten, so that two to five ticks stand on each side. */
+function niceStep(reach) {
+  const power = 10 ** Math.floor(Math.log10(reach / 2));
+  return power * ([5, 2, 1].find((one) => one * power <= reach / 2) ?? 1);
+}
+
+function describe(truck, centres, largest) {
+  const words = Object.entries(centres).map(([direction, { x, y, runs }]) => `${number(runs)} runs ${direction} with their centre at ${mm(x)}, ${mm(y)} mm`);
+  return words.length ? `Return errors of truck ${truck}: ${words.join("; ")}; largest distance ${size(largest)}` : `No runs of truck ${truck} yet`;
+}
+
+const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;

@@ -1,0 +1,83 @@
+// Making and finding elements, saying sentences, and doing things on a click.
+
+export const $ = (id) => document.getElementById(id);
+
+export function el(name, given = {}, ...children) {
+  return filled(document.createElement(name), given, children);
+}
+
+export function svg(name, given = {}, ...children) {
+  return filled(document.createElementNS("http://www.w3.org/2000/svg", name), given, children);
+}
+
+function filled(node, given, children) {
+  for (const [key, value] of Object.entries(given)) {
+    if (key.startsWith("on")) node.addEventListener(key.slice(2), value);
+    else if (value === true) node.setAttribute(key, "");
+    else if (value !== false && value != null) node.setAttribute(key, value);
+  }
+  node.append(...children.flat().filter((child) => child != null));
+  return node;
+}
+
+export function row(...cells) {
+  return el("tr", {}, cells.map((cell) => (cell instanceof Element && /^T[DH]$/.test(cell.tagName) ? cell : el("td", {}, cell))));
+}
+
+/** Put a sentence where it belongs; kind is "wrong", "good" or "". */
+export function say(node, sentence = "", kind = "") {
+  node.textContent = sentence;
+  node.dataset.kind = kind;
+}
+
+/** For those who hear the page: what changed elsewhere on it. */
+export function announce(sentence) {
+  $("said").textContent = sentence;
+}
+
+/** Do something that may fail: the button rests meanwhile, and a problem's sentence stands in `message`. */
+export async function attempt(button, message, work) {
+  if (button.getAttribute("aria-busy")) return;
+  button.setAttribute("aria-busy", "true");
+  say(message);
+  for (const field of button.form?.querySelectorAll("[aria-invalid]") ?? []) field.removeAttribute("aria-invalid");
+  try {
+    await work();
+  } catch (problem) {
+    show(message, problem, button.form);
+  } finally {
+    button.removeAttribute("aria-busy");
+  }
+}
+
+/** Show a problem near where it arose, and lead to the field that it names. */
+export function show(message, problem, form = null) {
+  say(message, problem.message, "wrong");
+  const wrong = (problem.errors ?? [])
+    .map(({ where }) => [...(form?.querySelectorAll("[data-where]") ?? [])].find((field) => named(where, field.dataset.where)))
+    .filter(Boolean);
+  for (const field of wrong) field.setAttribute("aria-invalid", "true");
+  wrong[0]?.focus();
+}
+
+const named = (where, name) => where === name || where.endsWith(`.${name}`);
+
+/** Fill a list that is read page by page; `more` is its button for the next page. */
+export async function pages(read, body, item, none, more) {
+  const add = async (after) => {
+    const { items, next } = await read(after);
+    if (!after) body.replaceChildren();
+    body.append(...items.map(item));
+    none.hidden = body.childElementCount > 0;
+    more.hidden = !next;
+    more.onclick = () => add(next);
+  };
+  await add(null);
+}
+
+/** A resolved colour of the style sheet, for canvas and for pictures. */
+export function colour(name) {
+  const probe = $("said");
+  probe.style.color = `var(--${name})`;
+  return getComputedStyle(probe).color;
+}

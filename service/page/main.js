@@ -1,0 +1,82 @@
+// The page: which view is shown, and the head that stands above all of them.
+
+import { get } from "./api.js";
+import { $ } from "./dom.js";
+import { setUpDiagnoses } from "./diagnoses.js";
+import { setUpFloor, showSquare, showVehicle } from "./floor.js";
+import { setUpKey } from "./key.js";
+import { openRecordings, setUpRecordings } from "./recordings.js";
+import { openSession, setUpSession } from "./session.js";
+import { setUpStop } from "./stop.js";
+import { on, start } from "./stream.js";
+import { openVehicle, setUpVehicle } from "./vehicle.js";
+import { openWizard, setUpWizard } from "./wizard.js";
+
+const VIEWS = { floor: showRobot, calibrate: openWizard, recordings: openRecordings, vehicle: openVehicle };
+const MODES = { simulated: "simulated", bus: "on its bus", none: "no robot" };
+
+/** The view of the address: #floor, #calibrate, #calibrate/ID, #recordings or #vehicle. */
+function route() {
+  const [name, id] = location.hash.slice(1).split("/");
+  const tab = name in VIEWS ? name : "floor";
+  const view = tab === "calibrate" && id ? "session" : tab;
+  for (const section of document.querySelectorAll("main > section")) section.hidden = section.id !== view;
+  for (const link of document.querySelectorAll("nav a")) {
+    if (link.hash === `#${tab}`) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+  if (view === "session") openSession(id);
+  else VIEWS[tab]();
+}
+
+/** The robot's name and sizes; a stream without them would show lines alone. */
+async function showRobot() {
+  try {
+    const [robot, { items }] = await Promise.all([get("/v1/robot"), get("/v1/vehicles")]);
+    const name = robot.vehicle ?? items[0]?.name;
+    if (!name) return;
+    $("robot-name").textContent = name;
+    document.title = `${name}: calibration`;
+    showVehicle(await get(`/v1/vehicles/${encodeURIComponent(name)}`));
+  } catch {
+    // The lamp tells that the service cannot be reached, and the key's field that it wants a key.
+  }
+}
+
+function showLink({ now, wait }) {
+  const words = { connecting: "connecting", live: "live", key: "needs a key", lost: `lost, again in ${wait} s` };
+  $("lamp").dataset.now = now;
+  $("lamp").textContent = words[now];
+  document.body.classList.toggle("stale", now !== "live");
+  if (now === "live") showRobot();
+}
+
+function showState({ mode, driving }) {
+  const words = driving ? `${MODES[mode]}, drives` : MODES[mode];
+  if ($("mode").textContent !== words) {
+    $("mode").hidden = false;
+    $("mode").textContent = words;
+  }
+  document.body.classList.toggle("drives", Boolean(driving));
+}
+
+function showSession({ state, side, driving }) {
+  if (state === "driving") showSquare({ side, direction: driving?.direction ?? "cw" });
+  if (state === "accepted") showRobot();
+}
+
+setUpStop();
+setUpKey();
+setUpFloor();
+setUpWizard();
+setUpSession();
+setUpRecordings();
+setUpDiagnoses();
+setUpVehicle();
+on("link", showLink);
+on("state", showState);
+on("session", showSession);
+addEventListener("hashchange", route);
+document.addEventListener("key-given", route);
+route();
+start();

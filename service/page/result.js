@@ -1,0 +1,109 @@
+// UMBmark, the result: every method side by side, what the guards say, before and after, and whether to take it.
+
+import { call } from "./api.js";
+import { $, attempt, el, row } from "./dom.js";
+import { drawing } from "./document.js";
+import { number, size } from "./units.js";
+
+const METHODS = {
+  "printed-x": "printed, from x", "printed-y": "printed, from y", printed: "printed, x and y", "printed-true-b": "printed, true b",
+  heading: "headings alone", exact: "exact chain", weighted: "exact, weighted",
+};
+let shown = ""; // session and revision
+let session = null;
+
+export function clearResult() {
+  shown = "";
+  session = null;
+  $("result").hidden = true;
+  $("result").replaceChildren();
+}
+
+/** Show the session's result; `changed` is called when it was accepted. */
+export async function showResult(given, changed) {
+  const answer = await call("GET", `/v1/umbmark/sessions/${given.id}/result`);
+  const [result, tag] = [await answer.json(), answer.headers.get("ETag") ?? "*"];
+  const what = `${given.id} ${result.revision} ${given.state}`;
+  if (what === shown) return;
+  [shown, session] = [what, given];
+  const plot = el("figure", { class: "card plot", id: "plot" });
+  $("result").replaceChildren(
+    ...Object.entries(result.trucks).map(([truck, one]) => truckCard(truck, one, result.method)),
+    plot,
+    given.possible.includes("accept") ? acceptCard(result, tag, changed) : "",
+  );
+  $("result").hidden = false;
+  await showPlot();
+}
+
+async function showPlot() {
+  const holder = $("plot");
+  try {
+    const answer = await call("GET", `/v1/umbmark/sessions/${session.id}/plot.svg?theme=${getComputedStyle(document.documentElement).getPropertyValue("--theme").trim()}`);
+    const picture = drawing(await answer.text());
+    picture.setAttribute("role", "img");
+    picture.setAttribute("aria-label", "Return errors before and after calibration");
+    holder.replaceChildren(picture, el("figcaption", {}, "Return errors before and, as calculated, after calibration"));
+  } catch (problem) {
+    holder.replaceChildren(el("p", { class: "message", "data-kind": "wrong" }, problem.message));
+  }
+}
+document.addEventListener("theme", () => session && showPlot());
+
+function truckCard(truck, { errors, methods, advice, second_pass: pass, nominal, calibrated }, chosen) {
+  const better = errors.after > 0 ? errors.e_max_syst / errors.after : Infinity;
+  return el("section", { class: "card", "data-testid": `result-${truck}`, "aria-label": `Result of truck ${truck}` },
+    el("h2", {}, `Truck ${truck}`),
+    el("div", { class: "headline" },
+      figure("Largest systematic error", `${size(errors.e_max_syst)} → ${size(errors.after)}`, Number.isFinite(better) ? `${number(better, better < 10 ? 1 : 0)} times better` : ""),
+      figure("Wheelbase", `${fine(calibrated.wheelbase)} mm`, change(nominal.wheelbase, calibrated.wheelbase)),
+      figure("Left wheel", `${fine(calibrated.wheel_diameter_left, 3)} mm`, change(nominal.wheel_diameter_left, calibrated.wheel_diameter_left, 3)),
+      figure("Right wheel", `${fine(calibrated.wheel_diameter_right, 3)} mm`, change(nominal.wheel_diameter_right, calibrated.wheel_diameter_right, 3))),
+    ...advice.map(({ severity, what, do: todo }) => el("p", { class: `advice ${severity}` }, el("b", {}, `${severity[0].toUpperCase()}${severity.slice(1)}: `), `${what}: ${todo}`)),
+    el("p", { class: "soft" }, `${pass}.`),
+    el("div", { class: "scroll" }, el("table", { class: "numbers methods" },
+      el("caption", {}, "All methods, with 95 % confidence"),
+      el("thead", {}, row(...["method", "E_b", "E_d", "wheelbase mm", "left mm", "right mm", "c left", "c right", "error after mm"].map((word) => el("th", { scope: "col" }, word)))),
+      el("tbody", {}, methods.map((one) => methodRow(one, one.method === chosen))))));
+}
+
+function figure(label, value, under) {
+  return el("div", {}, el("span", {}, label), el("strong", {}, value), el("small", {}, under));
+}
+
+function methodRow(one, chosen) {
+  const line = row(
+    el("th", { scope: "row" }, METHODS[one.method] ?? one.method, chosen ? el("span", { class: "chip solved" }, "used") : null),
+    limits(one.e_b, 1, 5), limits(one.e_d, 1, 5),
+    limits(one.wheelbase, 1000, 2), limits(one.diameter_left, 1000, 3), limits(one.diameter_right, 1000, 3),
+    number(one.c_left, 5), number(one.c_right, 5), number(1000 * one.after, 1),
+  );
+  if (chosen) line.className = "chosen";
+  return line;
+}
+
+function limits({ value, low, high }, factor, digits) {
+  const text = number(factor * value, digits);
+  return low == null ? text : el("span", {}, text, el("small", {}, `${number(factor * low, digits)} to ${number(factor * high, digits)}`));
+}
+
+const fine = (length, digits = 2) => number(1000 * length, digits);
+const change = (before, after, digits = 2) => `was ${fine(before, digits)}, ${after >= before ? "+" : ""}${fine(after - before, digits)}`;
+
+function acceptCard({ usable, vehicle }, tag, changed) {
+  const message = el("p", { class: "message", id: "accept-message", role: "alert" });
+  const force = el("input", { type: "checkbox", id: "force" });
+  const button = el("button", { type: "button", class: "primary", id: "accept" }, "Accept");
+  button.addEventListener("click", () => attempt(button, message, async () => {
+    try {
+      await call("POST", `/v1/umbmark/sessions/${session.id}/accept`, { body: force.checked ? { force: true } : {}, headers: { "If-Match": tag } });
+    } finally {
+      shown = "";
+    }
+    await changed();
+  }));
+  return el("section", { class: "card accept", "aria-label": "Accept" },
+    el("p", {}, el("b", {}, `Take these parameters for ${vehicle}?`), " They become its newest version; the former ones stay."),
+    usable ? null : el("label", { class: "check" }, force, "although a guard says that they are not to be used"),
+    el("div", { class: "buttons" }, button), message);
+}

@@ -1,0 +1,105 @@
+// The form for one run that a person measured: millimetres and degrees here, metres and radians on the wire.
+
+import { post } from "./api.js";
+import { $, announce, attempt, el, say } from "./dom.js";
+import { cornerDrawing } from "./drawings.js";
+import { metres, radians, read } from "./units.js";
+
+const COORDINATES = { x: ["x", "mm"], y: ["y", "mm"], theta: ["heading", "°"] };
+const WALLS = { right_front: ["right front", "mm"], right_rear: ["right rear", "mm"], behind: ["behind", "mm"] };
+const GEOMETRY = { // [label, usual value in mm]
+  baseline: ["between the two sensors on the right", 405],
+  side: ["these, beside the middle line", 300],
+  rear: ["the sensor behind, from the axle", 300],
+  wall_x: ["short wall, x", -2500],
+  wall_y: ["long wall, y", -6000],
+};
+let session;
+let changed;
+let byWalls = null;
+
+/** `current` gives the session that is shown; `after` is called when it has one more run. */
+export function setUpSample(current, after) {
+  session = current;
+  changed = after;
+  $("corner").append(cornerDrawing());
+  $("calculated").append(fields("calculated", COORDINATES));
+  $("geometry").querySelector(".fields").append(...Object.entries(GEOMETRY).map(([name, [label, usual]]) => field(`geometry.${name}`, label, "mm", usual)));
+  for (const one of $("sample").elements.by) one.addEventListener("change", showFields);
+  $("from-robot").addEventListener("change", showCalculated);
+  $("sample").addEventListener("submit", (event) => {
+    event.preventDefault();
+    attempt($("sample-send"), $("sample-message"), add);
+  });
+  showFields();
+}
+
+export function showSample({ how, state, possible, counts, runs, driving }, vehicle) {
+  const was = $("sample").hidden;
+  $("sample").hidden = how === "recordings" || !possible.includes("sample");
+  if ($("sample").hidden) return;
+  $("sample-truck").hidden = !vehicle.trucks.b;
+  $("from-robot-row").hidden = state !== "measuring";
+  showCalculated();
+  const turn = driving?.direction ?? (counts.cw < runs || counts.ccw >= runs ? "cw" : "ccw");
+  if (was || $("sample").dataset.next !== turn) $("sample").elements.direction.value = turn;
+  $("sample").dataset.next = turn;
+  $("sample-title").textContent = `Next run: ${counts.cw + counts.ccw + 1} of ${2 * runs}`;
+}
+
+function showFields() {
+  const walls = $("sample").elements.by.value === "walls";
+  if (walls === byWalls) return;
+  byWalls = walls;
+  $("corner").hidden = $("geometry").hidden = !walls;
+  for (const when of ["before", "after"]) {
+    $(when).querySelector(".fields")?.remove();
+    $(when).append(fields(walls ? `${when}.walls` : when, walls ? WALLS : COORDINATES));
+  }
+  if (!walls) for (const name of ["x", "y", "theta"]) entry(`before.${name}`).value = "0";
+}
+
+function showCalculated() {
+  $("calculated").hidden = !$("from-robot-row").hidden && $("from-robot").checked;
+}
+
+async function add() {
+  const missing = [...$("sample").querySelectorAll("input[type=number]:not([data-where$=theta])")]
+    .find((one) => one.checkVisibility() && !Number.isFinite(read(one) ?? NaN));
+  if (missing) {
+    missing.setAttribute("aria-invalid", "true");
+    missing.focus();
+    throw new Error(`${missing.dataset.label} is missing.`);
+  }
+  const { direction, truck } = $("sample").elements;
+  const run = { direction: direction.value, truck: truck.value, before: fix("before"), after: fix("after") };
+  if (!$("calculated").hidden) run.calculated = pose("calculated");
+  await post(`/v1/umbmark/sessions/${session().id}/samples`, run);
+  for (const one of $("sample").querySelectorAll("#after input, #calculated input")) one.value = "";
+  announce("The run is added.");
+  await changed();
+  say($("sample-message"), "Added. The next one.", "good");
+  $("after").querySelector("input")?.focus();
+}
+
+function fix(when) {
+  if (!byWalls) return pose(when);
+  const lengths = (prefix, names) => Object.fromEntries(Object.keys(names).map((name) => [name, metres(read(entry(`${prefix}.${name}`)))]));
+  return { walls: { ...lengths(`${when}.walls`, WALLS), geometry: lengths("geometry", GEOMETRY) } };
+}
+
+function pose(when) {
+  const [x, y, theta] = ["x", "y", "theta"].map((name) => read(entry(`${when}.${name}`)));
+  return { x: metres(x), y: metres(y), ...(theta === null ? {} : { theta: radians(theta) }) };
+}
+
+const entry = (where) => $("sample").querySelector(`[data-where="${where}"]`);
+
+function fields(prefix, names) {
+  return el("div", { class: "fields" }, Object.entries(names).map(([name, [label, unit]]) => field(`${prefix}.${name}`, label, unit)));
+}
+
+function field(where, label, unit, value = null) {
+  const input = el("input", { type: "number", step: "any", autocomplete: "off", "data-where": where, "data-testid": where, "data-label": `${label} (${where.split(".")[0]})`, value });
+  return el("label", {}, label, el("span", { class: "unit", "data-unit": unit }, input));
+}

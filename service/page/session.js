@@ -1,0 +1,140 @@
+// UMBmark, one session: what it waits for, its runs as they come, what can be done with it.
+
+import { get, post, remove } from "./api.js";
+import { $, announce, attempt, el, row, say, show } from "./dom.js";
+import { clusterDrawing, sums } from "./clusters.js";
+import { Plan } from "./plan.js";
+import { clearResult, showResult } from "./result.js";
+import { setUpSample, showSample } from "./sample.js";
+import { on } from "./stream.js";
+import { setUpTake, showTake } from "./take.js";
+import { deg, mm, number, size } from "./units.js";
+import { STATES } from "./wizard.js";
+
+const STEP = { driving: 1, measuring: 1, collecting: 1, interrupted: 1, solved: 3, accepted: 4 };
+let now = null; // the session that is shown
+let vehicle = null;
+let asked = 0;
+let plan;
+
+export const address = (session, ...more) => ["/v1/umbmark/sessions", session.id, ...more].join("/");
+
+export function setUpSession() {
+  plan = new Plan($("small-plan"));
+  setUpSample(() => now, reload);
+  setUpTake(() => now, reload);
+  const does = (id, work) => $(id).addEventListener("click", () => attempt($(id), $("session-message"), work));
+  does("solve", async () => {
+    await post(address(now, "solve"), {});
+    await reload();
+    $("result").scrollIntoView({ block: "start" });
+  });
+  does("resume", async () => reload(await post(address(now, "resume"))));
+  does("abort", async () => reload(await post(address(now, "abort"))));
+  on("state", (state) => $("driving").hidden || !state.plain || plan.show(state));
+  on("session", ({ id }) => now?.id === id && !$("session").hidden && reload());
+  on("link", ({ now: link }) => link === "live" && now && !$("session").hidden && reload());
+}
+
+export async function openSession(id) {
+  if (now?.id !== id) forget();
+  try {
+    now = await get(`/v1/umbmark/sessions/${encodeURIComponent(id)}`);
+    vehicle = await get(`/v1/vehicles/${encodeURIComponent(now.vehicle)}`);
+    plan.vehicle = vehicle;
+    await showSession();
+    say($("session-message"));
+  } catch (problem) {
+    show($("session-message"), problem);
+  }
+}
+
+/** Show what the session has become; several reasons may ask at once, and the newest answer counts. */
+async function reload() {
+  const mine = (asked += 1);
+  try {
+    const session = await get(address(now));
+    if (mine !== asked || session.id !== now.id) return;
+    if (session.detail !== now.detail) announce(session.detail);
+    now = session;
+    await showSession();
+  } catch (problem) {
+    show($("session-message"), problem);
+  }
+}
+
+function forget() {
+  now = null;
+  clearResult();
+  plan.forget();
+  $("clusters").replaceChildren();
+  $("runs").replaceChildren();
+  for (const id of ["driving", "take", "sample"]) $(id).hidden = true;
+}
+
+async function showSession() {
+  const { state, how, possible, side, detail } = now;
+  $("session-title").textContent = `UMBmark of ${now.vehicle}, ${number(side, side % 1 ? 2 : 0)} × ${number(side, side % 1 ? 2 : 0)} m`;
+  $("session-state").textContent = STATES[state];
+  $("session-state").className = `chip ${state}`;
+  say($("session-detail"), detail);
+  const counts = now.counts;
+  [...$("steps").children].forEach((item, index) => {
+    const step = state === "collecting" && counts.cw && counts.ccw && enough() ? 2 : (STEP[state] ?? 1);
+    item.className = index < step ? "done" : "";
+    item.toggleAttribute("aria-current", index === step);
+  });
+  for (const one of ["solve", "resume", "abort"]) $(one).hidden = !possible.includes(one);
+  $("solve").hidden ||= !counts.cw || !counts.ccw;
+  $("solve").className = enough() && state !== "solved" ? "primary" : "quiet";
+  $("solve").textContent = state === "solved" ? "Solve again" : "Solve";
+  $("driving").hidden = how !== "drive";
+  plan.square = { side, direction: now.driving?.direction ?? plan.lap ?? "cw" };
+  showLaps();
+  showRuns();
+  showSample(now, vehicle);
+  await showTake(now);
+  if (["solved", "accepted"].includes(state)) await showResult(now, reload);
+  else clearResult();
+}
+
+const enough = () => now.counts.cw >= now.runs && now.counts.ccw >= now.runs;
+
+/** One dot for each run that is wanted, filled as they come. */
+function showLaps() {
+  $("laps").replaceChildren(...["cw", "ccw"].map((direction) => {
+    const count = now.counts[direction];
+    const current = now.state === "driving" && count < now.runs && (direction === "cw" || now.counts.cw >= now.runs);
+    const dots = Array.from({ length: Math.max(now.runs, count) }, (_, index) =>
+      el("i", { class: `shape ${direction}${index < count ? " full" : ""}${current && index === count ? " current" : ""}` }));
+    return el("p", { "data-testid": `laps-${direction}`, "aria-label": `${direction}: ${count} of ${now.runs} runs` }, el("span", {}, direction), ...dots, el("b", {}, `${count} of ${now.runs}`));
+  }));
+}
+
+function showRuns() {
+  const trucks = Object.keys(vehicle.trucks).filter((truck) => now.samples.some(({ errors }) => errors[truck]));
+  $("clusters").replaceChildren(...(trucks.length ? trucks : ["a"]).map((truck) => {
+    const { centres, largest } = sums(now.samples, truck);
+    const so = Object.keys(centres).length === 2 ? `: E_max,syst ${size(largest)}` : "";
+    return el("figure", {}, clusterDrawing(now.samples, truck), el("figcaption", {}, `truck ${truck}${so}`));
+  }));
+  const leave = now.possible.includes("remove");
+  $("runs").replaceChildren(...now.samples.flatMap((sample) => trucks.filter((truck) => sample.errors[truck]).map((truck, index) => {
+    const { x, y, theta } = sample.errors[truck];
+    return row(
+      index ? "" : el("span", {}, el("i", { class: `shape ${sample.direction}` }), ` ${sample.number} ${sample.direction}`),
+      truck, mm(x, 1), mm(y, 1), deg(theta),
+      leave && !index ? leaveOut(sample) : "",
+    );
+  })));
+  $("runs-details").hidden = !now.samples.length;
+}
+
+function leaveOut(sample) {
+  const button = el("button", { type: "button", class: "quiet small", "data-testid": `leave-out-${sample.number}`, "aria-label": `Leave run ${sample.number} out` }, "Leave out");
+  button.addEventListener("click", () => attempt(button, $("runs-message"), async () => {
+    await remove(address(now, "samples", sample.number));
+    await reload();
+  }));
+  return button;
+}

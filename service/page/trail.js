@@ -1,0 +1,55 @@
+// Where an estimate has been: one segment for each lap, thinned out.
+
+const NEAR = 0.015; // [m]: points closer than that say nothing
+const LAPS = 12;
+const POINTS = 3000; // of one segment
+
+export class Trail {
+  constructor() {
+    this.forget();
+  }
+
+  forget() {
+    this.segments = [[]];
+  }
+
+  /** From here on another lap. */
+  cut() {
+    if (this.#last.length) this.segments.push([]);
+    if (this.segments.length > LAPS) this.segments.shift();
+  }
+
+  add({ x, y }) {
+    const segment = this.#last;
+    const before = segment.at(-1);
+    if (before && Math.hypot(x - before[0], y - before[1]) < NEAR) return;
+    segment.push([x, y]);
+    if (segment.length > POINTS) this.segments[this.segments.length - 1] = segment.filter((_, index) => index % 2 === 0);
+  }
+
+  get #last() {
+    return this.segments.at(-1);
+  }
+
+  /** Stretch [left, bottom, right, top] so that it holds every point. */
+  stretch(box) {
+    for (const segment of this.segments) {
+      for (const [x, y] of segment) {
+        box[0] = Math.min(box[0], x);
+        box[1] = Math.min(box[1], y);
+        box[2] = Math.max(box[2], x);
+        box[3] = Math.max(box[3], y);
+      }
+    }
+  }
+
+  draw(context, view) {
+    this.segments.forEach((segment, index) => {
+      context.globalAlpha = index === this.segments.length - 1 ? 1 : 0.28;
+      context.beginPath();
+      for (const [x, y] of segment) context.lineTo(...view.at(x, y));
+      context.stroke();
+    });
+    context.globalAlpha = 1;
+  }
+}

@@ -1,0 +1,42 @@
+// SI on the wire; millimetres and degrees on the screen.
+
+const UNKNOWN = "–";
+const DEGREE = 180 / Math.PI;
+
+export const mm = (metres, digits = 0) => number(metres == null ? null : 1000 * metres, digits);
+export const deg = (radians, digits = 2) => number(radians == null ? null : DEGREE * radians, digits);
+export const metres = (millimetres) => Number((millimetres / 1000).toPrecision(12));
+export const radians = (degrees) => degrees / DEGREE;
+
+export function number(value, digits = 0) {
+  if (value == null || !Number.isFinite(value)) return UNKNOWN;
+  const text = value.toFixed(digits);
+  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
+}
+
+/** Millimetres with as many digits as their size deserves. */
+export function size(length) {
+  const value = 1000 * length;
+  return `${number(value, Math.abs(value) >= 100 ? 0 : 1)} mm`;
+}
+
+const SHORT = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "short" });
+export const when = (seconds) => SHORT.format(new Date(1000 * seconds));
+
+export function lasting(seconds) {
+  const whole = Math.round(seconds);
+  return whole < 60 ? `${whole} s` : `${Math.floor(whole / 60)} min ${whole % 60} s`;
+}
+
+export function bytes(count) {
+  if (count < 1e3) return `${count} B`;
+  return count < 1e6 ? `${number(count / 1e3)} kB` : `${number(count / 1e6, 1)} MB`;
+}
+
+/** -pi to pi. */
+export const wrap = (angle) => Math.atan2(Math.sin(angle), Math.cos(angle));
+
+/** The value of a number field, or null where it is empty. */
+export function read(field) {
+  return field.value.trim() === "" ? null : Number(field.value);
+}

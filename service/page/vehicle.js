@@ -1,0 +1,92 @@
+// A vehicle: its parameters, how they became what they are, and its exports.
+
+import { call, get, saveBlob } from "./api.js";
+import { $, attempt, el, row, say, show } from "./dom.js";
+import { mm, number, when } from "./units.js";
+
+const SIZES = { wheelbase: "wheelbase", wheel_diameter_left: "left wheel", wheel_diameter_right: "right wheel" };
+const FILES = { toml: "vehicle.toml", ros2: "wheels.yaml", vda5050: "wheel-definitions.json" };
+
+export function setUpVehicle() {
+  $("vehicle-name").addEventListener("change", () => showOne($("vehicle-name").value));
+  for (const id of ["export-format", "wheel-width"]) $(id).addEventListener("change", showExport);
+  $("export-save").addEventListener("click", () => saveBlob(new Blob([$("export-text").textContent]), FILES[$("export-format").value]));
+  $("export-copy").addEventListener("click", () => attempt($("export-copy"), $("export-message"), copy));
+}
+
+export async function openVehicle() {
+  try {
+    const { items } = await get("/v1/vehicles");
+    const before = $("vehicle-name").value;
+    $("vehicle-name").replaceChildren(...items.map(({ name }) => el("option", { value: name }, name)));
+    $("vehicle-name").hidden = items.length < 2;
+    if (!items.length) {
+      say($("vehicle-message"), "There is no vehicle yet.");
+      return;
+    }
+    if (items.some(({ name }) => name === before)) $("vehicle-name").value = before;
+    await showOne($("vehicle-name").value);
+  } catch (problem) {
+    show($("vehicle-message"), problem);
+  }
+}
+
+const address = (name, ...more) => ["/v1/vehicles", encodeURIComponent(name), ...more].join("/");
+
+async function showOne(name) {
+  try {
+    const [vehicle, versions] = await Promise.all([get(address(name)), get(address(name, "versions"))]);
+    say($("vehicle-message"));
+    $("vehicle-title").textContent = `${vehicle.name}, version ${vehicle.version}`;
+    showParameters(vehicle);
+    showHistory(versions.items, Object.keys(vehicle.trucks));
+    await showExport();
+  } catch (problem) {
+    show($("vehicle-message"), problem);
+  }
+}
+
+function showParameters({ trucks, linkage, bus, limits }) {
+  const names = Object.keys(trucks);
+  $("parameters").replaceChildren(
+    el("thead", {}, row(el("th", { scope: "col" }, "mm"), ...names.map((name) => el("th", { scope: "col" }, `truck ${name}`)))),
+    el("tbody", {}, Object.entries(SIZES).map(([key, label]) => row(el("th", { scope: "row" }, label), ...names.map((name) => mm(trucks[name][key], key === "wheelbase" ? 2 : 3))))),
+  );
+  const words = [];
+  if (linkage) words.push(`linkage ${mm(linkage.length, 1)} mm`);
+  if (bus) words.push(`${number(bus.bitrate / 1000)} kbit/s`, `SYNC every ${number(1000 * bus.sync_period, 1)} ms`);
+  if (limits?.speed) words.push(`at most ${mm(limits.speed)} mm/s`);
+  $("vehicle-more").textContent = words.join(", ");
+}
+
+function showHistory(versions, trucks) {
+  const columns = trucks.flatMap((truck) => Object.keys(SIZES).map((key) => [truck, key]));
+  $("history-head").replaceChildren(row(...["Version", "Since", "By", ...columns.map(([truck, key]) => `${truck} ${SIZES[key]} mm`)].map((word) => el("th", { scope: "col" }, word))));
+  $("history").replaceChildren(...versions.map(({ version, created, origin, trucks: sizes }, index) => {
+    const former = versions[index + 1]?.trucks;
+    return row(`${version}`, when(created), origin, ...columns.map(([truck, key]) => {
+      const changed = former && former[truck]?.[key] !== sizes[truck]?.[key];
+      return el(changed ? "b" : "span", {}, mm(sizes[truck]?.[key], key === "wheelbase" ? 2 : 3));
+    }));
+  }));
+}
+
+async function showExport() {
+  const format = $("export-format").value;
+  $("wheel-width-row").hidden = format !== "vda5050";
+  const width = format === "vda5050" ? `?wheel_width=${Number($("wheel-width").value) / 1000}` : "";
+  try {
+    const answer = await call("GET", address($("vehicle-name").value, "exports", format) + width);
+    $("export-text").textContent = await answer.text();
+    say($("export-message"));
+  } catch (problem) {
+    $("export-text").textContent = "";
+    show($("export-message"), problem);
+  }
+}
+
+async function copy() {
+  if (!navigator.clipboard) throw new Error("This browser copies only over https or on this computer; mark the text instead.");
+  await navigator.clipboard.writeText($("export-text").textContent);
+  say($("export-message"), "Copied.", "good");
+}
