@@ -81,7 +81,7 @@ def calibrate(
             raise typer.BadParameter("give recording folders, or --optiodom ROOT")
         return
     from calib.channel_guards import frozen_linkage
-    from cli.plots import check_format
+    from figures.plots import check_format
     from vehicle.folder import load_recording
 
     if plot is not None:
@@ -171,7 +171,7 @@ def _draw(recording: Recording, found: dict[TruckName, PathCalibration], path: P
     from calib.drives import drives_of
     from calib.kinematics import Differential
     from calib.reference import dead_reckoned
-    from cli.plots import Track, plot_floor_plan
+    from figures.plots import Track, plot_floor_plan
 
     name, calibration = next(iter(found.items()))
     drive = drives_of([recording], name)[0]

@@ -27,3 +27,10 @@ class Format(Enum):
     ros2 = "ros2"
     vda5050 = "vda5050"
     json = "json"
+
+
+class KeyRole(Enum):
+    """What a key may do."""
+
+    read = "read"
+    operate = "operate"

@@ -194,7 +194,7 @@ def result_table(
 
 
 def _draw(before: dict[TruckName, Calibration], after: dict[TruckName, Calibration], path: Path) -> None:
-    from cli.plots import Clusters, plot_clusters
+    from figures.plots import Clusters, plot_clusters
 
     plot_clusters(
         [
@@ -207,7 +207,7 @@ def _draw(before: dict[TruckName, Calibration], after: dict[TruckName, Calibrati
 
 def _draw_paths(recording: Recording, true_path: Array, path: Path) -> None:
     """Draw the first square each way: the true path, and odometry's from the fix at each lap's start."""
-    from cli.plots import Track, plot_floor_plan
+    from figures.plots import Track, plot_floor_plan
     from vehicle.odometry import dead_reckon
     from vehicle.se2 import between, compose
 

@@ -24,6 +24,7 @@ from cli.prove import prove
 from cli.record import record
 from cli.replay import replay
 from cli.reproduce import reproduce
+from cli.serve import keys, serve
 from cli.sim import sim
 from cli.simulate import simulate
 from cli.track import track
@@ -53,11 +54,13 @@ for verb in (
     diagnose,
     prove,
     reproduce,
+    serve,
 ):
     app.command()(verb)
 
 app.add_typer(importing, name="import")
 app.add_typer(profiles, name="profile")
+app.add_typer(keys, name="key")
 
 
 def main() -> None:

@@ -177,7 +177,7 @@ def _write_csv(recording: Recording, paths: dict[TruckName, Array], path: Path) 
 
 
 def _draw(recording: Recording, paths: dict[TruckName, Array], path: Path) -> None:
-    from cli.plots import Track, plot_floor_plan
+    from figures.plots import Track, plot_floor_plan
 
     tracks = [Track(f"truck {truck} by odometry", poses) for truck, poses in paths.items()]
     fixes = recording.poses.pose if recording.poses is not None else None

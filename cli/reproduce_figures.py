@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from cli.plots import BLUE, GREEN, GREY, STYLE, VERMILLION, Clusters, PlotError, plot_clusters, save
+from figures.plots import BLUE, GREEN, GREY, STYLE, VERMILLION, Clusters, PlotError, plot_clusters, save
 from reproduction.drives import Turning
 from reproduction.estimates import sizes
 from reproduction.growth import bump_growth

@@ -16,12 +16,7 @@ if TYPE_CHECKING:
     from motion.program import Program
     from vcan_sim.bumps import Bump
     from vcan_sim.truth import Truth
-    from vehicle.parameters import TruckName, VehicleParameters
-
-# The truth of truck a is that of U Fig. 11; truck b errs the other way round.
-WHEELBASE_ERROR: dict[TruckName, float] = {"a": 336.17 / 340.00, "b": 340.00 / 336.17}
-DIAMETER_ERROR: dict[TruckName, float] = {"a": 1.00084, "b": 1.0 / 1.00084}
-
+    from vehicle.parameters import VehicleParameters
 
 _BUMP = {
     "wheel": str, "after": float, "lap": int, "x": float, "y": float, "size": float, "height": float,
@@ -79,12 +74,9 @@ def truth_of(
     """
     from vcan_sim.effects.file import load_effects
     from vcan_sim.floor import Floor
-    from vcan_sim.truth import Truth, with_errors
+    from vcan_sim.truth import Truth, uncalibrated
 
-    if true_vehicle is None:
-        true = with_errors(vehicle, WHEELBASE_ERROR, DIAMETER_ERROR)
-    else:
-        true = load_vehicle(true_vehicle)
+    true = uncalibrated(vehicle) if true_vehicle is None else load_vehicle(true_vehicle)
     floor = Floor(bumps=tuple(parse_bump(text) for text in bumps))
     return Truth(true, floor=floor, seed=seed, effects=() if effects is None else load_effects(effects))
 

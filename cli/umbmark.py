@@ -67,13 +67,13 @@ def umbmark(
     """Calibrate wheelbase and wheel diameters from squares driven cw and ccw (UMBmark)."""
     from calib.profiles import save_profile
     from calib.scale import scale_from_tape
-    from cli.plots import check_format, plot_clusters
     from cli.umbmark_outputs import calibrated_trucks, calibrated_vehicle, export
     from cli.umbmark_report import extended, panel, report
     from cli.umbmark_results import heed, result_of
     from cli.umbmark_sources import load_cases
     from cli.umbmark_tables import METHOD_WORDS
     from cli.umbmark_words import say, show_worksheet
+    from figures.plots import check_format, plot_clusters
     from vehicle.file import load_vehicle, save_vehicle
 
     if plot is not None:

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 from calib.experiment import experiment_of_recordings
 from calib.extended import extended_umbmark
+from calib.stop_rule import stop_rule
 from cli.loading import load
-from cli.plots import Clusters
 from cli.umbmark_tables import calibration_table, errors_table, show
-from cli.umbmark_words import all_passes, extended_words, say, stop_rule, summary
+from cli.umbmark_words import all_passes, extended_words, say, summary
+from figures.plots import Clusters
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

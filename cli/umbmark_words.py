@@ -13,12 +13,11 @@ from calib.floor import floor_roughness
 from calib.uncertainty import uncertainty_of
 from calib.worksheet import worksheet
 from cli.console import out
-from cli.umbmark_tables import METHOD_WORDS, millimetres, new_table, show, within
+from cli.umbmark_tables import METHOD_WORDS, new_table, show, within
 
 if TYPE_CHECKING:
     from calib.experiment import Calibration
     from calib.extended import Extended
-    from calib.return_errors import ReturnErrors
     from cli.umbmark_sources import Case
     from vehicle.parameters import Truck
 
@@ -45,18 +44,6 @@ def summary(case: Case, calibration: Calibration) -> list[str]:
             f"({1e3 * rough.low:.2f} to {1e3 * rough.high:.2f})"
         )
     return lines
-
-
-def stop_rule(errors: ReturnErrors) -> str:
-    """Return what U section V says about calibrating: E_max,syst against 3 SEM."""
-    size = f"E_max,syst {millimetres(errors.e_max_syst)} mm"
-    helps = errors.second_pass_helps
-    if helps is None:
-        return f"{size}; SEM unknown with one run in each direction: drive five"
-    limit = f"3 SEM = {millimetres(3.0 * errors.sem)} mm"
-    if helps:
-        return f"{size} > {limit}: the systematic errors stand out, this pass will help"
-    return f"{size} <= {limit}: the runs' scatter explains it, another pass is unlikely to help"
 
 
 def all_passes(first: Truck, last: Truck) -> str:

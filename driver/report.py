@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from vehicle.recording import Gap
 
 
+OPERATIONAL = "operational"
+
+
 @dataclass(frozen=True, slots=True)
 class NodeReport:
     """One node's frames, counted.
@@ -31,6 +34,7 @@ class NodeReport:
         jumps: readings that no robot can make.
         restarts: boot-ups and losses of the configuration.
         emergencies: EMCY frames.
+        is_lost: its heartbeat is overdue.
     """
 
     node: int
@@ -45,6 +49,12 @@ class NodeReport:
     jumps: int
     restarts: int
     emergencies: int
+    is_lost: bool = False
+
+    @property
+    def is_well(self) -> bool:
+        """Whether it works now."""
+        return self.state == OPERATIONAL and not self.is_lost
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,4 +126,5 @@ def _node_report(vehicle: VehicleParameters, monitor: Monitor, node: int) -> Nod
         counts.jumps,
         state.restarts,
         state.emergencies,
+        state.is_lost,
     )

@@ -72,12 +72,20 @@ def umbmark(
 
 
 def squares(
-    directions: list[Direction], side: float = 4.0, *, speed: float = 0.2, link_length: float | None = None
+    directions: list[Direction],
+    side: float = 4.0,
+    *,
+    speed: float = 0.2,
+    link_length: float | None = None,
+    home_first: bool = False,
 ) -> Program:
-    """Return UMBmark squares in the directions given; the arguments are those of `umbmark`."""
+    """Return UMBmark squares in the directions given; the arguments are those of `umbmark`.
+
+    With `home_first` the robot drives home before the first square, too, as it does before every other.
+    """
     rows: list[Row] = []
     for lap, direction in enumerate(directions):
-        if lap:
+        if lap or home_first:
             rows += [rest(STOP, fix=True), *_home("parallel", link_length, speed)]
         rows += [rest(STOP, fix=True), *in_lap(lap, _square(side, direction, speed), HERE)]
     rows.append(rest(STOP, fix=True))

@@ -17,16 +17,23 @@ MAY_IMPORT = {
     "proof": set(),
     "reproduction": {"vehicle", "motion", "calib", "ipec", "vcan_sim"},
     "imports": {"vehicle", "calib"},
+    "figures": {"vehicle", "calib"},
+    "service": {
+        *("vehicle", "motion", "driver", "calib", "ipec", "vcan_sim"),
+        *("mismatch", "figures"),
+    },
     "cli": {
         *("vehicle", "motion", "driver", "calib", "ipec", "vcan_sim"),
-        *("mismatch", "proof", "reproduction", "imports"),
+        *("mismatch", "proof", "reproduction", "imports", "figures", "service"),
     },
 }
 ONLY_IN = {
     "canopen": {"driver", "vcan_sim"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "matplotlib": {"cli"},
+    "matplotlib": {"cli", "figures"},
+    "fastapi": {"service"},
+    "sqlalchemy": {"service"},
     "numba": {"vehicle"},
     "rosbags": {"imports"},
 }

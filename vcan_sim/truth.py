@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from vehicle.parameters import TruckName, VehicleParameters
 
 
+# The errors of U Fig. 11; truck b errs the other way round.
+WHEELBASE_ERROR: dict[TruckName, float] = {"a": 336.17 / 340.00, "b": 340.00 / 336.17}
+DIAMETER_ERROR: dict[TruckName, float] = {"a": 1.00084, "b": 1.0 / 1.00084}
+
+
 @dataclass(frozen=True, slots=True)
 class Truth:
     """A robot as it really is.
@@ -53,6 +58,11 @@ class Truth:
                     f"{effect.name}: {self.vehicle.name} has no {effect.component}; "
                     f"expected one of {', '.join(there)}"
                 )
+
+
+def uncalibrated(vehicle: VehicleParameters) -> VehicleParameters:
+    """Return a vehicle whose truck a truly has the errors of U Fig. 11, and truck b the opposite ones."""
+    return with_errors(vehicle, WHEELBASE_ERROR, DIAMETER_ERROR)
 
 
 def with_errors(

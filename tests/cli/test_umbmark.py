@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from calib.errors import CalibrationError, DirectionError, ReturnTableError
 from calib.profiles import load_profiles
-from cli.plots import PlotError
+from figures.plots import PlotError
 from cli.umbmark import umbmark
 from motion.paths import umbmark as squares
 from vcan_sim.bumps import Bump

@@ -106,6 +106,11 @@ def plot_clusters(panels: Sequence[Clusters], path: Path) -> None:
         PlotError: the file cannot be written.
     """
     check_format(path)
+    save(cluster_figure(panels), path)
+
+
+def cluster_figure(panels: Sequence[Clusters]) -> Figure:
+    """Return the figure of `plot_clusters`."""
     columns = min(len(panels), 2)
     rows = -(-len(panels) // columns)
     with mpl.rc_context(STYLE):
@@ -116,7 +121,7 @@ def plot_clusters(panels: Sequence[Clusters], path: Path) -> None:
             axes.set_axis_off()
         after = any(panel.after is not None for panel in panels)
         figure.legend(handles=_cluster_legend(after=after), loc="outside lower center", ncols=2)
-        save(figure, path)
+    return figure
 
 
 def _draw_clusters(axes: Axes, panel: Clusters) -> None:
@@ -229,12 +234,21 @@ def _millimetres(value: float) -> str:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure whole or not at all, and the same bytes for the same content."""
-    buffer = io.BytesIO()
-    kind = path.suffix.lower().removeprefix(".")
-    stamp = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    figure.savefig(buffer, format=kind, dpi=160, metadata=stamp)
+    """Write a figure whole or not at all.
+
+    Raises:
+        PlotError: the file cannot be written.
+    """
     try:
-        write_bytes(path, buffer.getvalue())
+        write_bytes(path, rendered(figure, path.suffix.lower().removeprefix(".")))
     except OSError as error:
         raise PlotError(path, f"cannot be written: {error}") from error
+
+
+def rendered(figure: Figure, kind: str) -> bytes:
+    """Return a figure as a png, svg or pdf: the same bytes for the same content."""
+    buffer = io.BytesIO()
+    stamp = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
+    with mpl.rc_context(STYLE):
+        figure.savefig(buffer, format=kind, dpi=160, metadata=stamp)
+    return buffer.getvalue()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from calib.return_errors import ReturnErrors
-from cli.plots import Clusters, PlotError, Track, plot_clusters, plot_floor_plan
+from figures.plots import Clusters, PlotError, Track, plot_clusters, plot_floor_plan
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0]])
 

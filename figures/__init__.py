@@ -1,0 +1,1 @@
+"""Figures on which people compare: clusters of return errors, floor plans."""

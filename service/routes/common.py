@@ -1,0 +1,49 @@
+"""What several routes share: pages of lists, conditions, how problems are documented."""
+
+from __future__ import annotations
+
+from typing import Annotated, Generic, TypeVar
+
+from fastapi import Header, Query
+from pydantic import BaseModel
+
+from service.errors import ConditionMissingError
+from service.problems import documented
+from service.umbmark.models import Id
+
+T = TypeVar("T")
+
+ALWAYS = documented(401, 403, 413, 422, 429, 503)
+Limit = Annotated[int, Query(ge=1, le=200, description="items of a page")]
+After = Annotated[Id | None, Query(description="`next` of the page before")]
+IfMatch = Annotated[str | None, Header(max_length=200, description="ETag of what is to be changed, or *")]
+
+
+class Page(BaseModel, Generic[T]):
+    """A page of a list, newest first."""
+
+    items: list[T]
+    next: str | None
+
+
+class Done(BaseModel):
+    """That something was done."""
+
+    done: str
+
+
+def etag(content: object) -> str:
+    """Return an ETag."""
+    return f'"{content}"'
+
+
+def condition(if_match: str | None) -> str | None:
+    """Return what If-Match names; None for `*`.
+
+    Raises:
+        ConditionMissingError: there is no If-Match.
+    """
+    if if_match is None:
+        raise ConditionMissingError("send If-Match with the ETag of what you saw, or * for whatever is there")
+    tag = if_match.strip().removeprefix("W/").strip('"')
+    return None if tag == "*" else tag

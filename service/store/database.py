@@ -1,0 +1,125 @@
+"""The database: one writer at a time in SQLite, row locks in PostgreSQL, migrations at the start."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import create_engine, event, make_url, text
+from sqlalchemy.exc import ArgumentError, OperationalError
+from sqlalchemy.orm import Session
+from sqlalchemy.pool import QueuePool
+
+from service.errors import ServiceError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sqlalchemy.engine import Connection, Engine
+
+MIGRATIONS = Path(__file__).with_name("migrations")
+PATIENCE = 10.0  # [s] for another process to finish its write
+MIGRATING = 0x6F6D6E69  # number of the lock under which PostgreSQL's tables are changed
+
+
+class DatabaseError(ServiceError):
+    """A database that cannot be used.
+
+    Attributes:
+        url: without its password.
+    """
+
+    def __init__(self, url: str, problem: str) -> None:
+        super().__init__(
+            f"database {url}: {problem}; expected sqlite:///file.db or postgresql+psycopg://user@host/name"
+        )
+        self.url = url
+
+
+class Database:
+    """A database with its tables as this version of the service needs them.
+
+    Attributes:
+        engine: of SQLAlchemy.
+    """
+
+    def __init__(self, url: str) -> None:
+        """Connect and bring the tables up to date.
+
+        Raises:
+            DatabaseError: it is not there, or not of a kind that the service knows.
+        """
+        shown, self.engine = _engine(url)
+        self._sqlite = self.engine.dialect.name == "sqlite"
+        self._turn = threading.Lock() if self._sqlite else nullcontext()
+        try:
+            with self.engine.execution_options(immediate=True).begin() as connection:
+                _migrate(connection)
+        except OperationalError as error:
+            raise DatabaseError(shown, f"cannot be opened: {error.orig}") from error
+
+    @contextmanager
+    def reading(self) -> Iterator[Session]:
+        """Yield a session for reading."""
+        with Session(self.engine) as session:
+            yield session
+
+    @contextmanager
+    def writing(self) -> Iterator[Session]:
+        """Yield a session whose changes are all made at the end, durably, or none of them."""
+        with self._turn, Session(self.engine.execution_options(immediate=True)) as session, session.begin():
+            yield session
+
+    def check(self) -> None:
+        """Ask the database for an answer; SQLAlchemyError where it gives none."""
+        with self.engine.connect() as connection:
+            connection.execute(text("select 1"))
+
+    def close(self) -> None:
+        """Let go of all connections."""
+        self.engine.dispose()
+
+
+def _engine(url: str) -> tuple[str, Engine]:
+    try:
+        parsed = make_url(url)
+        shown = parsed.render_as_string(hide_password=True)
+        if parsed.get_backend_name() not in {"sqlite", "postgresql"}:
+            raise DatabaseError(shown, "of another kind")
+        engine = create_engine(parsed, poolclass=QueuePool, pool_size=20, max_overflow=40, pool_pre_ping=True)
+    except ArgumentError as error:
+        raise DatabaseError("(as given)", f"no URL: {error}") from error
+    except ModuleNotFoundError as error:
+        raise DatabaseError(
+            shown, f"{error.name} is not installed: pip install 'omnimate[postgresql]'"
+        ) from error
+    if engine.dialect.name == "sqlite":
+        event.listen(engine, "connect", _on_connect)
+        event.listen(engine, "begin", _on_begin)
+    return shown, engine
+
+
+def _on_connect(connection: Any, _record: object) -> None:  # noqa: ANN401  # of the driver
+    """Let readers go on beside the writer, and a commit mean that it is on the disk."""
+    connection.isolation_level = None  # transactions begin where `_on_begin` says
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", f"busy_timeout={int(1000 * PATIENCE)}"):
+        connection.execute(f"PRAGMA {pragma}")
+
+
+def _on_begin(connection: Connection) -> None:
+    """Begin; who is going to write takes the lock at once, so that it never has to give up midway."""
+    immediate = connection.get_execution_options().get("immediate", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if immediate else "BEGIN")
+
+
+def _migrate(connection: Connection) -> None:
+    if connection.dialect.name == "postgresql":
+        connection.execute(text("select pg_advisory_xact_lock(:lock)"), {"lock": MIGRATING})
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    config.attributes["connection"] = connection
+    command.upgrade(config, "head")

@@ -1,0 +1,126 @@
+"""The tables. Times are seconds since 1970; JSON stands in text, so that both databases keep it alike."""
+
+from __future__ import annotations
+
+from sqlalchemy import ForeignKey, Index, LargeBinary, String, Text
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+
+class Base(DeclarativeBase):
+    """All tables."""
+
+
+class VehicleRow(Base):
+    """One version of a vehicle's parameters; versions are added and never changed."""
+
+    __tablename__ = "vehicles"
+    name: Mapped[str] = mapped_column(String(100), primary_key=True)
+    version: Mapped[int] = mapped_column(primary_key=True)
+    toml: Mapped[str] = mapped_column(Text)
+    origin: Mapped[str] = mapped_column(String(200))
+    created: Mapped[float]
+
+
+class SessionRow(Base):
+    """A UMBmark session; `revision` counts its changes, and two at once cannot both be made."""
+
+    __tablename__ = "sessions"
+    __table_args__ = (Index("sessions_by_age", "created", "id"), Index("sessions_by_state", "state"))
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    vehicle: Mapped[str] = mapped_column(String(100))
+    vehicle_version: Mapped[int]
+    side: Mapped[float]
+    runs: Mapped[int]
+    how: Mapped[str] = mapped_column(String(20))
+    speed: Mapped[float]
+    lifeline: Mapped[float | None]
+    state: Mapped[str] = mapped_column(String(20))
+    detail: Mapped[str] = mapped_column(String(1000), default="")
+    created: Mapped[float]
+    changed: Mapped[float]
+    expires: Mapped[float]
+    revision: Mapped[int] = mapped_column(default=1)
+    result: Mapped[str | None] = mapped_column(Text)
+    pending: Mapped[str | None] = mapped_column(Text)  # a lap that is driven and not yet measured
+    owner: Mapped[str | None] = mapped_column(String(32))  # the service that drives for it
+    lease: Mapped[float | None]  # until when it does, unless it says so again
+    __mapper_args__ = {"version_id_col": revision}  # noqa: RUF012  # SQLAlchemy's own form
+
+
+class SampleRow(Base):
+    """One run of a session: the return error of each truck."""
+
+    __tablename__ = "samples"
+    session: Mapped[str] = mapped_column(ForeignKey("sessions.id"), primary_key=True)
+    number: Mapped[int] = mapped_column(primary_key=True)
+    direction: Mapped[str] = mapped_column(String(3))
+    errors: Mapped[str] = mapped_column(Text)
+    source: Mapped[str] = mapped_column(String(200))
+    recording: Mapped[str | None] = mapped_column(String(32))
+    created: Mapped[float]
+
+
+class RecordingRow(Base):
+    """A recording folder as a zip."""
+
+    __tablename__ = "recordings"
+    __table_args__ = (Index("recordings_by_age", "created", "id"),)
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    name: Mapped[str] = mapped_column(String(200))
+    vehicle: Mapped[str] = mapped_column(String(100))
+    samples: Mapped[int]
+    seconds: Mapped[float]
+    laps: Mapped[int]
+    poses: Mapped[int]
+    size: Mapped[int]
+    created: Mapped[float]
+    content: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+
+
+class JobRow(Base):
+    """A diagnosis; `lease` says until when its owner is believed to be alive."""
+
+    __tablename__ = "jobs"
+    __table_args__ = (Index("jobs_by_age", "created", "id"), Index("jobs_by_state", "state"))
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    recordings: Mapped[str] = mapped_column(Text)
+    state: Mapped[str] = mapped_column(String(20))
+    progress: Mapped[float]
+    doing: Mapped[str] = mapped_column(String(200))
+    verdict: Mapped[str | None] = mapped_column(String(20))
+    says: Mapped[str | None] = mapped_column(Text)
+    error: Mapped[str | None] = mapped_column(Text)
+    attempts: Mapped[int]
+    created: Mapped[float]
+    changed: Mapped[float]
+    owner: Mapped[str | None] = mapped_column(String(32))
+    lease: Mapped[float | None]
+    result: Mapped[str | None] = mapped_column(Text, deferred=True)
+    report: Mapped[str | None] = mapped_column(Text, deferred=True)
+
+
+class KeyRow(Base):
+    """An API key: only the hash of its secret is kept."""
+
+    __tablename__ = "keys"
+    id: Mapped[str] = mapped_column(String(16), primary_key=True)
+    name: Mapped[str] = mapped_column(String(100))
+    role: Mapped[str] = mapped_column(String(20))
+    secret: Mapped[str] = mapped_column(String(64))
+    created: Mapped[float]
+    revoked: Mapped[float | None]
+
+
+class AnswerRow(Base):
+    """The answer to a POST with an Idempotency-Key, given again when the call is repeated."""
+
+    __tablename__ = "answers"
+    __table_args__ = (Index("answers_by_age", "created"),)
+    caller: Mapped[str] = mapped_column(String(16), primary_key=True)
+    key: Mapped[str] = mapped_column(String(200), primary_key=True)
+    call: Mapped[str] = mapped_column(String(400))
+    digest: Mapped[str] = mapped_column(String(64))
+    status: Mapped[int]
+    headers: Mapped[str] = mapped_column(Text)
+    body: Mapped[str] = mapped_column(Text)
+    created: Mapped[float]
