@@ -8,7 +8,9 @@ from mismatch.answer import answer
 from mismatch.diagnosis import Diagnosis
 from mismatch.folds import folds_of
 from mismatch.investigate import STEPS, investigate
-from mismatch.refine import contend, refine
+from mismatch.noise import ORDINARY, WHITE_FLOOR
+from mismatch.parts import WHOLE
+from mismatch.refine import TURNS, contend, refine
 from mismatch.signals import signals_of
 from mismatch.validate import check, too_little
 from mismatch.windows import windows_of
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from mismatch.investigate import Progress
+    from mismatch.parts import Parts
     from vehicle.recording import Recording
 
 
@@ -24,6 +27,7 @@ def diagnose(
     recordings: Sequence[Recording],
     *,
     without: Iterable[str] = (),
+    parts: Parts = WHOLE,
     progress: Progress = lambda _done, _all, _doing: None,
 ) -> Diagnosis:
     """Return where a simulation of the robot and recordings of it differ, and which physics that is.
@@ -31,6 +35,7 @@ def diagnose(
     Args:
         recordings: of one robot, all with the same `vehicle.toml`.
         without: effects to leave out of the library.
+        parts: of the method that are at work.
         progress: is told how much is done, of how much, and what is being done.
 
     Raises:
@@ -42,11 +47,14 @@ def diagnose(
     reason = too_little(recordings)
     if reason:
         return Diagnosis("insufficient", reason, robot=robot, recordings=names, drive_next=(reason,))
-    windows = [windows_of(signals_of(one)) for one in recordings]
-    found = investigate(windows, folds_of(windows), without=without, progress=progress)
+    windows = [windows_of(signals_of(one, foreseen=parts.foreseen)) for one in recordings]
+    left_out = without if parts.unknown else [*without, "unknown"]
+    noise = ORDINARY if parts.waves else WHITE_FLOOR
+    found = investigate(windows, folds_of(windows), without=left_out, noise=noise, progress=progress)
     progress(STEPS - 1, STEPS, "fitting what was found")
-    contend(found)
-    refined = refine(found)
+    if parts.refinement:
+        contend(found)
+    refined = refine(found, TURNS if parts.refinement else 0)
     diagnosis = answer(found, refined)
     progress(STEPS, STEPS, "done")
     return diagnosis

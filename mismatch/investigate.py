@@ -9,7 +9,7 @@ import numpy as np
 
 from mismatch.bank import add_bank
 from mismatch.choose import EMPTY, Choice, tolerant
-from mismatch.noise import Noise, estimate_noise
+from mismatch.noise import ORDINARY, estimate_noise
 from mismatch.refine import settle
 from mismatch.regression import Regression
 from mismatch.scan import leftover, merged, proposals
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mismatch.choose import Set
+    from mismatch.noise import Noise
     from mismatch.terms import Term
     from mismatch.windows import Windows
     from vcan_sim.effects.effect import Effect
@@ -63,6 +64,7 @@ def investigate(
     *,
     without: Iterable[str] = (),
     base: Sequence[Effect] = (),
+    noise: Noise = ORDINARY,
     progress: Progress = lambda _done, _all, _doing: None,
 ) -> Investigation:
     """Return the set of effects that explains recordings best.
@@ -72,12 +74,13 @@ def investigate(
         folds: of each recording, as `folds_of` gives them.
         without: effects to leave out of the library.
         base: effects about which the model is linear.
+        noise: levels from which to estimate them.
         progress: is told how much is done, of how much, and what is being done.
     """
     left_out = set(without)
     progress(0, STEPS, "signatures of all effects")
     terms = [one for one in smooth_terms([own.signals for own in windows]) if one.effect not in left_out]
-    regression = Regression(windows, Noise(), base, folds)
+    regression = Regression(windows, noise, base, folds)
     skewed = regression.add([one for one in skews(windows[0].signals) if one.effect not in left_out])
     skew = slice(1, 1 + len(skewed))
     places = regression.add(terms)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from mismatch.windows import Windows
     from vehicle.se2 import Array
 
+STILL = 1e-9  # [m/sqrt(m)] of waves that are none: the floor is white, and stays so
 LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
 _FREEDOM = 1.2  # a level is known a priori within a factor of exp(1.2) = 3.3
 # Beyond such a factor no level is believed; waves that are longer would be taken for wheels that change.
@@ -64,6 +65,10 @@ class Noise:
         return {
             f"{name} [{unit}]": value for (name, value), unit in zip(asdict(self).items(), units, strict=True)
         }
+
+
+ORDINARY = Noise()
+WHITE_FLOOR = Noise(waviness=STILL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,6 +167,7 @@ def estimate_noise(
     guess = _first_guess(windows) if start is None else start
     centre = _first_guess(windows).levels()
     active = np.array(_active(windows))
+    active[1:3] &= guess.waviness > STILL
 
     def badness(free: Array) -> float:
         levels = guess.levels()

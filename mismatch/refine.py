@@ -53,8 +53,8 @@ class Refined:
     places: tuple[slice, ...]
 
 
-def refine(found: Investigation) -> Refined:
-    """Return the best set's effects with all of their parameters fitted to the recordings."""
+def refine(found: Investigation, turns: int = TURNS) -> Refined:
+    """Return the best set's effects with all of their parameters fitted, in turns of Gauss-Newton."""
     members = [one for one in found.members() if one.effect != "unknown"]
     noise, linear = found.regression.noise, found.regression.windows
     terms = _placed(found, members)
@@ -68,20 +68,23 @@ def refine(found: Investigation) -> Refined:
     kept = sorted(thinned(choice, frozenset(range(len(terms)))))
     values = [coefficients for _, coefficients, _ in decoded(choice, kept)]
     terms = [terms[one] for one in kept]
-    return fitted(found, terms, values)
+    return fitted(found, terms, values, turns)
 
 
-def fitted(found: Investigation, terms: Sequence[Term], values: Sequence[Array]) -> Refined:
+def fitted(
+    found: Investigation, terms: Sequence[Term], values: Sequence[Array], turns: int = TURNS
+) -> Refined:
     """Return terms with their coefficients fitted by Gauss-Newton, each turn about what the last one found.
 
     Args:
         found: whose recordings and noise to take.
         terms: to fit.
         values: of their coefficients, from which to start.
+        turns: of Gauss-Newton; with none the effects stay as they are.
     """
     noise, linear, folds = found.regression.noise, found.regression.windows, found.regression.folds
-    everything = range(len(terms))
-    for _ in range(TURNS):
+    everything, windows = range(len(terms)), linear
+    for _ in range(turns):
         effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
         windows = [windows_of(relinearised(one.signals, effects)) for one in linear]
         regression = Regression(windows, noise, effects, folds)

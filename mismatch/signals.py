@@ -36,6 +36,7 @@ class Signals:
         reading: (N, 3) of joint_a, joint_b [rad] and link [m]; no columns with a single truck.
         resolution: (3,) one count of each of them [rad, rad, m]; empty likewise.
         poses: measured from outside, in order of time and within the samples; empty without.
+        foreseen: whether the block's readings are foreseen, or those that were read.
     """
 
     recording: Recording
@@ -44,6 +45,7 @@ class Signals:
     reading: Array
     resolution: Array
     poses: Poses | None
+    foreseen: bool = True
 
     @property
     def trucks(self) -> tuple[TruckName, ...]:
@@ -56,7 +58,13 @@ class Signals:
         return self.recording.time
 
 
-def signals_of(recording: Recording, offset: Array | float = 0.0, twist: Array | None = None) -> Signals:
+def signals_of(
+    recording: Recording,
+    offset: Array | float = 0.0,
+    twist: Array | None = None,
+    *,
+    foreseen: bool = True,
+) -> Signals:
     """Return a recording's signals, with all of its effects still in it.
 
     Args:
@@ -64,6 +72,7 @@ def signals_of(recording: Recording, offset: Array | float = 0.0, twist: Array |
         offset: (N, 3) what is known of the linkage readings' errors [rad, rad, m]: the trajectory is that
             of the readings without it.
         twist: (N - 1, T, 3) of the trucks, where more is known than their nominal wheels tell.
+        foreseen: let effects act on the readings that odometry foresees, not on those that were read.
     """
     vehicle, time = recording.vehicle, recording.time
     period = np.diff(time)
@@ -93,13 +102,13 @@ def signals_of(recording: Recording, offset: Array | float = 0.0, twist: Array |
         heading=0.5 * (path[1:, :, 2] + path[:-1, :, 2]),
         travel=travel,
         twist=np.zeros((len(period), len(wheelbase), 3)),
-        reading=_foreseen(path, known, time)[1:],
+        reading=(_foreseen(path, known, time) if foreseen else reading)[1:],
         rest=0.0 if vehicle.linkage is None else vehicle.linkage.length,
     )
     resolution = np.array(
         [abs(vehicle.encoder(name).scale) for name in vehicle.channels if name not in vehicle.wheels]
     )
-    return Signals(recording, block.rolled(), path, reading, resolution, poses)
+    return Signals(recording, block.rolled(), path, reading, resolution, poses, foreseen)
 
 
 def grid(time: Array) -> NDArray[np.int64]:
