@@ -34,6 +34,12 @@ export async function call(method, path, { body, type = "application/json", head
 
 export const get = async (path) => (await call("GET", path)).json();
 
+/** All of a short list, which may come as a page or bare. */
+export async function list(path) {
+  const answer = await get(path);
+  return answer.items ?? answer;
+}
+
 export async function post(path, body, more = {}) {
   const answer = await call("POST", path, { body, ...more });
   return answer.status === 204 ? null : answer.json();

@@ -17,25 +17,31 @@ export function sums(samples, truck) {
   return { centres, largest: Math.max(0, ...Object.values(centres).map(({ x, y }) => Math.hypot(x, y))) };
 }
 
-export function clusterDrawing(samples, truck) {
+/** How far a drawing must reach that holds the runs of all trucks [m]. */
+export function reach(samples) {
+  const lengths = samples.flatMap(({ errors }) => Object.values(errors).map(({ x, y }) => Math.hypot(x, y)));
+  return 1.12 * Math.max(0.01, ...lengths);
+}
+
+/** The return errors of one truck; `edge` is how far the drawing reaches [m]. */
+export function clusterDrawing(samples, truck, edge) {
   const runs = samples.filter((one) => one.errors[truck]);
   const { centres, largest } = sums(samples, truck);
-  const reach = 1.12 * Math.max(0.01, largest, ...runs.map(({ errors }) => Math.hypot(errors[truck].x, errors[truck].y)));
-  const at = (x, y) => [HALF + (x / reach) * EDGE, HALF - (y / reach) * EDGE];
+  const at = (x, y) => [HALF + (x / edge) * EDGE, HALF - (y / edge) * EDGE];
   const both = Object.keys(centres).length === 2;
   return svg("svg", { viewBox: `0 0 ${BOX} ${BOX}`, role: "img", "data-testid": `clusters-${truck}`, "aria-label": describe(truck, centres, largest) },
-    axes(reach),
-    both ? svg("circle", { class: "ring", cx: HALF, cy: HALF, r: (largest / reach) * EDGE }) : null,
+    axes(edge),
+    both ? svg("circle", { class: "ring", cx: HALF, cy: HALF, r: (largest / edge) * EDGE }) : null,
     ...Object.entries(centres).map(([direction, { x, y }]) => centre(direction, at(x, y))),
     ...runs.map((one) => point(one, one.errors[truck], at)));
 }
 
-function axes(reach) {
-  const step = niceStep(reach);
+function axes(edge) {
+  const step = niceStep(edge);
   const parts = [];
-  for (let tick = step; tick < reach; tick += step) {
+  for (let tick = step; tick < edge; tick += step) {
     for (const value of [tick, -tick]) {
-      const away = (value / reach) * EDGE;
+      const away = (value / edge) * EDGE;
       parts.push(svg("path", { class: "grid", d: `M${HALF + away} ${HALF - EDGE}v${2 * EDGE}M${HALF - EDGE} ${HALF - away}h${2 * EDGE}` }));
       parts.push(svg("text", { class: "tick", x: HALF + away, y: HALF + 13, "text-anchor": "middle" }, mm(value)));
       parts.push(svg("text", { class: "tick", x: HALF - 5, y: HALF - away + 4, "text-anchor": "end" }, mm(value)));
@@ -62,9 +68,9 @@ function centre(direction, [x, y]) {
 }
 
 /** 1, 2 or 5 times a power of ten, so that two to five ticks stand on each side. */
-function niceStep(reach) {
-  const power = 10 ** Math.floor(Math.log10(reach / 2));
-  return power * ([5, 2, 1].find((one) => one * power <= reach / 2) ?? 1);
+function niceStep(edge) {
+  const power = 10 ** Math.floor(Math.log10(edge / 2));
+  return power * [5, 2, 1].find((one) => one * power <= edge / 2);
 }
 
 function describe(truck, centres, largest) {

@@ -1,45 +1,49 @@
 // Documents of the service (the plot, the report) shown inside the page although its policy forbids inline styles:
-// their style sheets and style attributes are handed over through the CSSOM. Nothing in them can run.
+// their style sheets and style attributes are taken out of the text and handed over through the CSSOM.
+// Nothing in them can run.
 
 /** Parse an SVG into an element of this page. */
 export function drawing(text) {
-  const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
-  const sheet = parsed.querySelector("style")?.textContent ?? "";
-  const node = document.importNode(parsed.documentElement, true);
-  for (const rule of rules(sheet)) {
-    const styled = rule.selectorText === "*" ? [node, ...node.querySelectorAll("*")] : node.querySelectorAll(rule.selectorText);
-    for (const one of styled) one.style.cssText += rule.style.cssText;
+  const { sheet, bare } = undressed(text);
+  const node = document.importNode(new DOMParser().parseFromString(bare, "image/svg+xml").documentElement, true);
+  const rules = new CSSStyleSheet();
+  rules.replaceSync(sheet);
+  for (const { selectorText, style } of rules.cssRules) {
+    const all = [node, ...node.querySelectorAll("*")].filter((each) => each.style); // metadata have none
+    for (const one of all.filter((each) => each.matches(selectorText))) one.style.cssText += style.cssText;
   }
-  handOver(node, parsed.documentElement);
+  dress(node);
   return node;
 }
 
 /** Show an HTML document in a frame of the same origin in which no script can run. */
 export function showIn(frame, text) {
-  const parsed = new DOMParser().parseFromString(text, "text/html");
+  const { sheet, bare } = undressed(text);
+  const parsed = new DOMParser().parseFromString(bare, "text/html");
   const inside = frame.contentDocument;
-  const sheet = new frame.contentWindow.CSSStyleSheet();
-  sheet.replaceSync([...parsed.querySelectorAll("style")].map((one) => one.textContent).join("\n"));
-  inside.adoptedStyleSheets = [sheet];
+  const rules = new frame.contentWindow.CSSStyleSheet();
+  rules.replaceSync(sheet);
+  inside.adoptedStyleSheets = [rules];
   const body = inside.importNode(parsed.body, true);
   inside.body.replaceWith(body);
-  handOver(body, parsed.body);
+  dress(body);
   inside.documentElement.lang = parsed.documentElement.lang;
 }
 
-function rules(text) {
-  const sheet = new CSSStyleSheet();
-  sheet.replaceSync(text);
-  return [...sheet.cssRules].filter((rule) => rule.selectorText);
+function undressed(text) {
+  const sheets = [];
+  const bare = text
+    .replace(/<style[^>]*>([\s\S]*?)<\/style>/gi, (_, sheet) => {
+      sheets.push(sheet);
+      return "";
+    })
+    .replace(/\sstyle=/gi, " data-style=");
+  return { sheet: sheets.join("\n"), bare };
 }
 
-/** Set the style attributes of `from` on its copy `to`, the way the policy allows. */
-function handOver(to, from) {
-  const copies = [to, ...to.querySelectorAll("*")];
-  [from, ...from.querySelectorAll("*")].forEach((original, index) => {
-    const text = original.getAttribute("style");
-    if (!text) return;
-    copies[index].removeAttribute("style");
-    copies[index].style.cssText += text;
-  });
+function dress(root) {
+  for (const node of root.querySelectorAll("[data-style]")) {
+    node.style.cssText += node.dataset.style;
+    node.removeAttribute("data-style");
+  }
 }

@@ -2,6 +2,7 @@
 
 import { $, el, row } from "./dom.js";
 import { deg, mm, number, wrap } from "./units.js";
+import { get } from "./api.js";
 import { ESTIMATES, Plan, best } from "./plan.js";
 import { on } from "./stream.js";
 
@@ -9,6 +10,7 @@ const OFTEN = 250; // [ms] between two updates of the numbers; eyes want no more
 let plan;
 let vehicle = null;
 let told = 0;
+let session = null; // that is driven for
 
 export function setUpFloor() {
   plan = new Plan($("plan"));
@@ -28,12 +30,6 @@ export function showVehicle(given) {
   plan.redraw();
 }
 
-/** The square of the session that drives, or none. */
-export function showSquare(square) {
-  plan.square = square;
-  plan.redraw();
-}
-
 function legendEntry(name, label) {
   const button = el("button", { type: "button", "aria-pressed": "true", "data-testid": `trail-${name}` }, el("i", { class: `stroke ${name}` }), label);
   button.addEventListener("click", () => {
@@ -47,6 +43,8 @@ function legendEntry(name, label) {
 }
 
 function show(state) {
+  if (state.driving !== session?.id) follow(state.driving);
+  plan.square = session?.side && state.lap ? { side: session.side, direction: state.lap } : null;
   plan.show(state);
   if ($("floor").hidden || performance.now() - told < OFTEN) return;
   told = performance.now();
@@ -57,7 +55,7 @@ function show(state) {
 }
 
 function showPoses(state) {
-  const line = (name, { x, y, theta }, digits) => row(el("th", { scope: "row" }, name), mm(x, digits), mm(y, digits), deg(theta, 1 + digits));
+  const line = (name, { x, y, theta }, digits) => row(el("th", { scope: "row" }, name), mm(x, digits), mm(y, digits), deg(wrap(theta), 1 + digits));
   const given = Object.entries({ plain: "plain", ipec: "IPEC", filter: "filter" }).filter(([name]) => state[name]);
   $("where").replaceChildren(
     ...given.map(([name, word]) => line(el("span", { class: `ofkind ${name}` }, word), state[name], 0)),
@@ -68,23 +66,33 @@ function showPoses(state) {
   $("off").textContent = given.length > 1
     ? `Plain odometry is off by ${mm(Math.hypot(plain.x - x, plain.y - y))} mm and ${deg(Math.abs(wrap(plain.theta - theta)), 1)}°.`
     : "";
-  $("plan").setAttribute("aria-label", `Floor plan; truck a at x ${mm(x)} mm, y ${mm(y)} mm, heading ${deg(theta, 0)}°`);
+  $("plan").setAttribute("aria-label", `Floor plan; truck a at x ${mm(x)} mm, y ${mm(y)} mm, heading ${deg(wrap(theta), 0)}°`);
+}
+
+/** Ask how large the square of a session is. */
+async function follow(id) {
+  session = id ? { id } : null;
+  if (!id) return;
+  const found = await get(`/v1/umbmark/sessions/${id}`).catch(() => null);
+  if (session?.id === id) session.side = found?.side;
 }
 
 function showCorrections({ corrections, lost, joints, wheels }) {
-  const pairs = [];
-  for (const [truck, angle] of Object.entries(corrections ?? {})) pairs.push([`heading of truck ${truck}`, `${deg(angle, 3)}°`]);
-  for (const [wheel, travel] of Object.entries(lost ?? {})) pairs.push([`${wheel} rolled in vain`, `${mm(travel, 1)} mm`]);
-  if (joints) pairs.push(["joints a, b", `${deg(joints.a, 1)}°, ${deg(joints.b, 1)}°`], ["link", `${mm(joints.length, 1)} mm`]);
-  if (wheels?.length) pairs.push(["wheels", `${wheels.map((speed, index) => mm(speed * radius(index))).join(", ")} mm/s`]);
-  $("corrections").replaceChildren(...pairs.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
+  const trucks = wheels?.length === 2 ? ["a"] : ["a", "b"];
+  const line = (name, unit, value) => row(el("th", { scope: "row" }, name, " ", el("small", {}, unit)), ...trucks.map(value));
+  $("corrections").replaceChildren(
+    el("thead", {}, row(el("th", {}, ""), ...trucks.map((truck) => el("th", { scope: "col" }, `truck ${truck}`)))),
+    el("tbody", {},
+      corrections ? line("heading", "°", (truck) => deg(corrections[truck], 3)) : null,
+      lost ? line("left rolled in vain", "mm", (truck) => mm(lost[`${truck}.left`], 1)) : null,
+      lost ? line("right rolled in vain", "mm", (truck) => mm(lost[`${truck}.right`], 1)) : null,
+      joints ? line("joint", "°", (truck) => deg(joints[truck], 1)) : null,
+      wheels?.length ? line("left wheel", "mm/s", (truck, index) => mm(wheels[2 * index] * radius(truck, "left"))) : null,
+      wheels?.length ? line("right wheel", "mm/s", (truck, index) => mm(wheels[2 * index + 1] * radius(truck, "right"))) : null));
+  $("link").textContent = joints ? `The link is ${mm(joints.length, 1)} mm long.` : "";
 }
 
-/** Of the wheel at a place in `wheels`: left and right of a, then of b [m]. */
-function radius(index) {
-  const truck = vehicle?.trucks[index < 2 ? "a" : "b"];
-  return truck ? truck[index % 2 ? "wheel_diameter_right" : "wheel_diameter_left"] / 2 : NaN;
-}
+const radius = (truck, side) => (vehicle?.trucks[truck]?.[`wheel_diameter_${side}`] ?? NaN) / 2;
 
 function nodeLamp(node) {
   const faults = [["missing", node.missing], ["restarts", node.restarts], ["emergencies", node.emergencies]].filter(([, count]) => count);

@@ -1,9 +1,9 @@
 // The page: which view is shown, and the head that stands above all of them.
 
 import { get } from "./api.js";
-import { $ } from "./dom.js";
+import { $, say } from "./dom.js";
 import { setUpDiagnoses } from "./diagnoses.js";
-import { setUpFloor, showSquare, showVehicle } from "./floor.js";
+import { setUpFloor, showVehicle } from "./floor.js";
 import { setUpKey } from "./key.js";
 import { openRecordings, setUpRecordings } from "./recordings.js";
 import { openSession, setUpSession } from "./session.js";
@@ -32,12 +32,10 @@ function route() {
 /** The robot's name and sizes; a stream without them would show lines alone. */
 async function showRobot() {
   try {
-    const [robot, { items }] = await Promise.all([get("/v1/robot"), get("/v1/vehicles")]);
-    const name = robot.vehicle ?? items[0]?.name;
-    if (!name) return;
-    $("robot-name").textContent = name;
-    document.title = `${name}: calibration`;
-    showVehicle(await get(`/v1/vehicles/${encodeURIComponent(name)}`));
+    const { vehicle } = await get("/v1/robot");
+    $("robot-name").textContent = vehicle;
+    document.title = `${vehicle}: calibration`;
+    showVehicle(await get(`/v1/vehicles/${encodeURIComponent(vehicle)}`));
   } catch {
     // The lamp tells that the service cannot be reached, and the key's field that it wants a key.
   }
@@ -51,18 +49,15 @@ function showLink({ now, wait }) {
   if (now === "live") showRobot();
 }
 
-function showState({ mode, driving }) {
-  const words = driving ? `${MODES[mode]}, drives` : MODES[mode];
+function showState({ mode, driving, problem }) {
+  const words = `${MODES[mode]}${driving ? ", drives" : ""}`;
   if ($("mode").textContent !== words) {
     $("mode").hidden = false;
     $("mode").textContent = words;
   }
   document.body.classList.toggle("drives", Boolean(driving));
-}
-
-function showSession({ state, side, driving }) {
-  if (state === "driving") showSquare({ side, direction: driving?.direction ?? "cw" });
-  if (state === "accepted") showRobot();
+  $("robot-problem").hidden = !problem;
+  if ($("robot-problem").textContent !== (problem ?? "")) say($("robot-problem"), problem ?? "", "warning");
 }
 
 setUpStop();
@@ -75,7 +70,7 @@ setUpDiagnoses();
 setUpVehicle();
 on("link", showLink);
 on("state", showState);
-on("session", showSession);
+on("session", ({ state }) => state === "accepted" && showRobot());
 addEventListener("hashchange", route);
 document.addEventListener("key-given", route);
 route();

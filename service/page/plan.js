@@ -8,8 +8,8 @@ import { View } from "./view.js";
 
 export const ESTIMATES = {
   plain: { label: "plain odometry", width: 2, dash: [7, 5] },
-  ipec: { label: "corrected by IPEC", width: 2, dash: [] },
-  filter: { label: "filter over all encoders", width: 3, dash: [] },
+  ipec: { label: "IPEC", width: 2, dash: [] },
+  filter: { label: "filter", width: 3, dash: [] },
 };
 const COLOURS = ["ink", "soft", "line", "paper", "card", "deck", "link", "plain", "ipec", "filter", "sigma"];
 
@@ -128,7 +128,7 @@ function drawGrid(context, view, colours) {
     const px = Math.round(view.at(x, 0)[0]) + 0.5;
     context.moveTo(px, 0);
     context.lineTo(px, view.height);
-    if (px > 34 && px < view.width - 40) context.fillText(number(x, digits), px + 3, view.height - 5);
+    if (px > 34 && px < view.width - 90) context.fillText(number(x, digits), px + 3, view.height - 5);
   });
   lines(view.y, halfHigh, (y) => {
     const py = Math.round(view.at(0, y)[1]) + 0.5;

@@ -14,6 +14,7 @@ const GEOMETRY = { // [label, usual value in mm]
   wall_x: ["short wall, x", -2500],
   wall_y: ["long wall, y", -6000],
 };
+const PARTS = { before: "Before the run", after: "After the run", calculated: "Where odometry ends", geometry: "Geometry" };
 let session;
 let changed;
 let byWalls = null;
@@ -34,18 +35,21 @@ export function setUpSample(current, after) {
   showFields();
 }
 
-export function showSample({ how, state, possible, counts, runs, driving }, vehicle) {
+export function showSample({ how, state, possible, counts, runs }, vehicle) {
   const was = $("sample").hidden;
   $("sample").hidden = how === "recordings" || !possible.includes("sample");
   if ($("sample").hidden) return;
   $("sample-truck").hidden = !vehicle.trucks.b;
   $("from-robot-row").hidden = state !== "measuring";
   showCalculated();
-  const turn = driving?.direction ?? (counts.cw < runs || counts.ccw >= runs ? "cw" : "ccw");
+  const turn = how === "drive" ? fewer(counts) : counts.cw < runs || counts.ccw >= runs ? "cw" : "ccw";
   if (was || $("sample").dataset.next !== turn) $("sample").elements.direction.value = turn;
   $("sample").dataset.next = turn;
   $("sample-title").textContent = `Next run: ${counts.cw + counts.ccw + 1} of ${2 * runs}`;
 }
+
+/** The robot drives cw and ccw in turn. */
+const fewer = ({ cw, ccw }) => (cw <= ccw ? "cw" : "ccw");
 
 function showFields() {
   const walls = $("sample").elements.by.value === "walls";
@@ -100,6 +104,6 @@ function fields(prefix, names) {
 }
 
 function field(where, label, unit, value = null) {
-  const input = el("input", { type: "number", step: "any", autocomplete: "off", "data-where": where, "data-testid": where, "data-label": `${label} (${where.split(".")[0]})`, value });
+  const input = el("input", { type: "number", step: "any", autocomplete: "off", "data-where": where, "data-testid": where, "data-label": `${PARTS[where.split(".")[0]]}, ${label}`, value });
   return el("label", {}, label, el("span", { class: "unit", "data-unit": unit }, input));
 }

@@ -2,7 +2,7 @@
 
 import { get, post, remove } from "./api.js";
 import { $, announce, attempt, el, row, say, show } from "./dom.js";
-import { clusterDrawing, sums } from "./clusters.js";
+import { clusterDrawing, reach, sums } from "./clusters.js";
 import { Plan } from "./plan.js";
 import { clearResult, showResult } from "./result.js";
 import { setUpSample, showSample } from "./sample.js";
@@ -31,7 +31,7 @@ export function setUpSession() {
   });
   does("resume", async () => reload(await post(address(now, "resume"))));
   does("abort", async () => reload(await post(address(now, "abort"))));
-  on("state", (state) => $("driving").hidden || !state.plain || plan.show(state));
+  on("state", showState);
   on("session", ({ id }) => now?.id === id && !$("session").hidden && reload());
   on("link", ({ now: link }) => link === "live" && now && !$("session").hidden && reload());
 }
@@ -77,7 +77,7 @@ async function showSession() {
   $("session-title").textContent = `UMBmark of ${now.vehicle}, ${number(side, side % 1 ? 2 : 0)} × ${number(side, side % 1 ? 2 : 0)} m`;
   $("session-state").textContent = STATES[state];
   $("session-state").className = `chip ${state}`;
-  say($("session-detail"), detail);
+  say($("session-detail"), state === "solved" ? "Look at the result, then accept it, or add runs and solve again." : detail);
   const counts = now.counts;
   [...$("steps").children].forEach((item, index) => {
     const step = state === "collecting" && counts.cw && counts.ccw && enough() ? 2 : (STEP[state] ?? 1);
@@ -89,7 +89,6 @@ async function showSession() {
   $("solve").className = enough() && state !== "solved" ? "primary" : "quiet";
   $("solve").textContent = state === "solved" ? "Solve again" : "Solve";
   $("driving").hidden = how !== "drive";
-  plan.square = { side, direction: now.driving?.direction ?? plan.lap ?? "cw" };
   showLaps();
   showRuns();
   showSample(now, vehicle);
@@ -98,13 +97,21 @@ async function showSession() {
   else clearResult();
 }
 
+function showState(state) {
+  if ($("session").hidden || $("driving").hidden || !state.plain) return;
+  const turned = state.lap !== plan.lap;
+  plan.square = { side: now.side, direction: state.lap ?? "cw" };
+  plan.show(state);
+  if (turned) showLaps();
+}
+
 const enough = () => now.counts.cw >= now.runs && now.counts.ccw >= now.runs;
 
 /** One dot for each run that is wanted, filled as they come. */
 function showLaps() {
   $("laps").replaceChildren(...["cw", "ccw"].map((direction) => {
     const count = now.counts[direction];
-    const current = now.state === "driving" && count < now.runs && (direction === "cw" || now.counts.cw >= now.runs);
+    const current = now.state === "driving" && plan.lap === direction;
     const dots = Array.from({ length: Math.max(now.runs, count) }, (_, index) =>
       el("i", { class: `shape ${direction}${index < count ? " full" : ""}${current && index === count ? " current" : ""}` }));
     return el("p", { "data-testid": `laps-${direction}`, "aria-label": `${direction}: ${count} of ${now.runs} runs` }, el("span", {}, direction), ...dots, el("b", {}, `${count} of ${now.runs}`));
@@ -113,10 +120,11 @@ function showLaps() {
 
 function showRuns() {
   const trucks = Object.keys(vehicle.trucks).filter((truck) => now.samples.some(({ errors }) => errors[truck]));
+  const edge = reach(now.samples);
   $("clusters").replaceChildren(...(trucks.length ? trucks : ["a"]).map((truck) => {
     const { centres, largest } = sums(now.samples, truck);
-    const so = Object.keys(centres).length === 2 ? `: E_max,syst ${size(largest)}` : "";
-    return el("figure", {}, clusterDrawing(now.samples, truck), el("figcaption", {}, `truck ${truck}${so}`));
+    const so = Object.keys(centres).length === 2 ? [": E", el("sub", {}, "max,syst"), ` ${size(largest)}`] : [];
+    return el("figure", {}, clusterDrawing(now.samples, truck, edge), el("figcaption", {}, `truck ${truck}`, so));
   }));
   const leave = now.possible.includes("remove");
   $("runs").replaceChildren(...now.samples.flatMap((sample) => trucks.filter((truck) => sample.errors[truck]).map((truck, index) => {

@@ -1,6 +1,7 @@
 // Where an estimate has been: one segment for each lap, thinned out.
 
 const NEAR = 0.015; // [m]: points closer than that say nothing
+const FAR = 0.3; // [m]: between such points a fast simulation may have turned a corner
 const LAPS = 12;
 const POINTS = 3000; // of one segment
 
@@ -19,11 +20,16 @@ export class Trail {
     if (this.segments.length > LAPS) this.segments.shift();
   }
 
-  add({ x, y }) {
+  add({ x, y, theta }) {
     const segment = this.#last;
     const before = segment.at(-1);
-    if (before && Math.hypot(x - before[0], y - before[1]) < NEAR) return;
-    segment.push([x, y]);
+    const gap = before ? Math.hypot(x - before[0], y - before[1]) : 0;
+    if (before && gap < NEAR) {
+      before[2] = theta;
+      return;
+    }
+    const between = gap > FAR ? corner(before, [x, y, theta]) : null;
+    segment.push(...(between ? [between] : []), [x, y, theta]);
     if (segment.length > POINTS) this.segments[this.segments.length - 1] = segment.filter((_, index) => index % 2 === 0);
   }
 
@@ -52,4 +58,14 @@ export class Trail {
     });
     context.globalAlpha = 1;
   }
+}
+
+/** Where a robot that turns on the spot must have turned: straight ahead of one pose and straight behind the other. */
+function corner([x, y, before], [nx, ny, after]) {
+  const turn = Math.sin(after - before);
+  if (Math.abs(turn) < 0.3) return null;
+  const [dx, dy] = [nx - x, ny - y];
+  const ahead = (dx * Math.sin(after) - dy * Math.cos(after)) / turn;
+  const behind = (dy * Math.cos(before) - dx * Math.sin(before)) / turn;
+  return ahead > 0 && behind > 0 ? [x + ahead * Math.cos(before), y + ahead * Math.sin(before), after] : null;
 }

@@ -1,8 +1,8 @@
 // A vehicle: its parameters, how they became what they are, and its exports.
 
-import { call, get, saveBlob } from "./api.js";
+import { call, get, list, saveBlob } from "./api.js";
 import { $, attempt, el, row, say, show } from "./dom.js";
-import { mm, number, when } from "./units.js";
+import { mm, when } from "./units.js";
 
 const SIZES = { wheelbase: "wheelbase", wheel_diameter_left: "left wheel", wheel_diameter_right: "right wheel" };
 const FILES = { toml: "vehicle.toml", ros2: "wheels.yaml", vda5050: "wheel-definitions.json" };
@@ -16,7 +16,7 @@ export function setUpVehicle() {
 
 export async function openVehicle() {
   try {
-    const { items } = await get("/v1/vehicles");
+    const items = await list("/v1/vehicles");
     const before = $("vehicle-name").value;
     $("vehicle-name").replaceChildren(...items.map(({ name }) => el("option", { value: name }, name)));
     $("vehicle-name").hidden = items.length < 2;
@@ -35,28 +35,24 @@ const address = (name, ...more) => ["/v1/vehicles", encodeURIComponent(name), ..
 
 async function showOne(name) {
   try {
-    const [vehicle, versions] = await Promise.all([get(address(name)), get(address(name, "versions"))]);
+    const [vehicle, versions] = await Promise.all([get(address(name)), list(address(name, "versions"))]);
     say($("vehicle-message"));
     $("vehicle-title").textContent = `${vehicle.name}, version ${vehicle.version}`;
     showParameters(vehicle);
-    showHistory(versions.items, Object.keys(vehicle.trucks));
+    showHistory(versions, Object.keys(vehicle.trucks));
     await showExport();
   } catch (problem) {
     show($("vehicle-message"), problem);
   }
 }
 
-function showParameters({ trucks, linkage, bus, limits }) {
+function showParameters({ trucks, link_length: link }) {
   const names = Object.keys(trucks);
   $("parameters").replaceChildren(
     el("thead", {}, row(el("th", { scope: "col" }, "mm"), ...names.map((name) => el("th", { scope: "col" }, `truck ${name}`)))),
     el("tbody", {}, Object.entries(SIZES).map(([key, label]) => row(el("th", { scope: "row" }, label), ...names.map((name) => mm(trucks[name][key], key === "wheelbase" ? 2 : 3))))),
   );
-  const words = [];
-  if (linkage) words.push(`linkage ${mm(linkage.length, 1)} mm`);
-  if (bus) words.push(`${number(bus.bitrate / 1000)} kbit/s`, `SYNC every ${number(1000 * bus.sync_period, 1)} ms`);
-  if (limits?.speed) words.push(`at most ${mm(limits.speed)} mm/s`);
-  $("vehicle-more").textContent = words.join(", ");
+  $("vehicle-more").textContent = link ? `The linkage between the trucks' centres is ${mm(link, 1)} mm long.` : "";
 }
 
 function showHistory(versions, trucks) {

@@ -1,6 +1,6 @@
 // UMBmark, first step: start a session, or go on with one that there is.
 
-import { get, post } from "./api.js";
+import { get, list, post } from "./api.js";
 import { $, attempt, el, pages, row, say, show } from "./dom.js";
 import { squareDrawing } from "./drawings.js";
 import { on } from "./stream.js";
@@ -22,7 +22,7 @@ export function setUpWizard() {
 
 export async function openWizard() {
   try {
-    const { items } = await get("/v1/vehicles");
+    const items = await list("/v1/vehicles");
     $("start-vehicle").replaceChildren(...items.map(({ name, version }) => el("option", { value: name }, `${name} (version ${version})`)));
     say($("start-message"));
   } catch (problem) {
