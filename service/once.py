@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from service.parts import Parts
 
 JSON = "application/json"
+LONGEST = 200
+KEY = f"the same key twice, of up to {LONGEST} characters: done once, answered twice"
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,11 +127,11 @@ def _response(answer: Answer) -> Response:
 def _reading(
     request: Request,
     authorization: Annotated[str | None, Header(include_in_schema=False)] = None,
-    idempotency_key: Annotated[
-        str | None, Header(max_length=200, description="the same key twice: done once")
-    ] = None,
+    idempotency_key: Annotated[str | None, Header(description=KEY)] = None,
 ) -> Call:
     parts: Parts = request.app.state.parts
+    if idempotency_key is not None and not 0 < len(idempotency_key) <= LONGEST:
+        raise ValueProblem("Idempotency-Key", f"{len(idempotency_key)} characters; expected 1 to {LONGEST}")
     with parts.database.reading() as db:
         caller = caller_of(db, authorization, open_house=parts.settings.is_loopback)
     return Call(parts, caller, idempotency_key, f"{request.method} {request.url.path}")

@@ -70,13 +70,15 @@ function recordingRow(recording) {
     showChosen();
   });
   return row(
-    box, el("b", {}, name), recording.vehicle, lasting(recording.seconds), String(recording.laps), String(recording.poses),
+    box, el("b", {}, name), recording.vehicle, lasting(recording.seconds), counted(recording.laps, "laps"), counted(recording.poses, "fixes"),
     bytes(recording.size), when(recording.created),
     el("span", { class: "buttons" },
       action("Download", name, () => save(`/v1/recordings/${id}/download`, `${name}.zip`)),
       erase(id, name)),
   );
 }
+
+const counted = (count, word) => el("td", { "data-word": word }, String(count));
 
 function action(word, name, work) {
   const button = el("button", { type: "button", class: "quiet small", "aria-label": `${word} ${name}` }, word);

@@ -55,6 +55,7 @@ function showFields() {
   const walls = $("sample").elements.by.value === "walls";
   if (walls === byWalls) return;
   byWalls = walls;
+  say($("sample-message"));
   $("corner").hidden = $("geometry").hidden = !walls;
   for (const when of ["before", "after"]) {
     $(when).querySelector(".fields")?.remove();

@@ -74,7 +74,7 @@ function forget() {
 
 async function showSession() {
   const { state, how, possible, side, detail } = now;
-  $("session-title").textContent = `UMBmark of ${now.vehicle}, ${number(side, side % 1 ? 2 : 0)} × ${number(side, side % 1 ? 2 : 0)} m`;
+  $("session-title").textContent = `UMBmark of ${now.vehicle}, ${[side, side].map((one) => number(one, one % 1 ? 2 : 0)).join("\u00a0×\u00a0")}\u00a0m`;
   $("session-state").textContent = STATES[state];
   $("session-state").className = `chip ${state}`;
   say($("session-detail"), state === "solved" ? "Look at the result, then accept it, or add runs and solve again." : detail);

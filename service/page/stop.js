@@ -22,7 +22,7 @@ async function stop() {
   tell("Stopping …", "");
   try {
     await post("/v1/robot/stop");
-    tell("Stop sent: the robot stands.", "good");
+    tell("Stop sent: the robot stops.", "good");
     hide = setTimeout(() => ($("stop-message").hidden = true), 8000);
   } catch (problem) {
     tell(`The robot was NOT stopped from here: ${problem.message} Use the switch on the robot.`, "wrong");

@@ -3,6 +3,7 @@
 const CLOSEST = 4000; // [px/m]
 const FARTHEST = 2;
 const STEP = 1.25;
+const HEAD = 24; // [px]: the buttons stand on the plan
 
 export class View {
   /** `redraw` is called whenever another part is seen. While nobody has moved it, the view is not `free`. */
@@ -57,10 +58,10 @@ export class View {
 
   /** Show all of a part of the floor: [left, bottom, right, top] in metres. */
   fit([left, bottom, right, top], margin = 36) {
-    this.x = (left + right) / 2;
-    this.y = (bottom + top) / 2;
     const room = (pixels) => Math.max(40, pixels - 2 * margin);
-    this.scale = Math.min(room(this.width) / (right - left), room(this.height) / (top - bottom), 300);
+    this.scale = Math.min(room(this.width) / (right - left), room(this.height - HEAD) / (top - bottom), 300);
+    this.x = (left + right) / 2;
+    this.y = (bottom + top) / 2 + HEAD / 2 / this.scale;
   }
 
   #resize() {

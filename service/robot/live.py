@@ -113,7 +113,7 @@ class Live:
         self._follower: Follower | None = None
         self._before = 0, 0
         self._seen = self._shown = self._reported = self._renewed = 0.0
-        self._aside = ThreadPoolExecutor(1, "desk")
+        self._aside = ThreadPoolExecutor(2, "desk")
         self._thread = threading.Thread(target=self._run, name="robot", daemon=True)
 
     # What others call
@@ -274,7 +274,10 @@ class Live:
         program = squares(
             [turn], work.side, speed=work.speed, link_length=link, home_first=rig.fix is not None
         )
-        runner, journal = Runner(program, vehicle), Journal(program)
+        runner = self._while_reading(
+            rig, Runner, program, vehicle
+        )  # it may have to compile
+        journal = Journal(program)
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place) / "lap"
             with Recorder(folder, vehicle, protocol=program.protocol, side=program.side) as recorder:

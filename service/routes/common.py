@@ -16,7 +16,7 @@ T = TypeVar("T")
 ALWAYS = documented(401, 403, 413, 422, 429, 503)
 Limit = Annotated[int, Query(ge=1, le=200, description="items of a page")]
 After = Annotated[Id | None, Query(description="`next` of the page before")]
-IfMatch = Annotated[str | None, Header(max_length=200, description="ETag of what is to be changed, or *")]
+IfMatch = Annotated[str | None, Header(description="ETag of what is to be changed, or *")]
 
 
 class Page(BaseModel, Generic[T]):

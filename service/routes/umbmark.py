@@ -48,20 +48,19 @@ Name = Annotated[Id, PathParameter(description="of the session")]
 def start(body: SessionStart, call: Operating) -> Response:
     """Start a session; with `how: drive` the robot begins to drive."""
     parts = call.parts
-    begun: list[SessionRow] = []
+    begun: list[Work] = []
 
     def act(db: Db) -> Answer:
         row = sessions.start(db, body, body.vehicle or parts.vehicle, parts.settings.lifetime)
         if body.how == "drive":
-            _drive(call, row)
-            begun.append(row)
+            begun.append(_drive(call, row))
         return Answer(sessions.full_view(db, row), 201, {"Location": f"{router.prefix}/{row.id}"})
 
     return _driven(call, begun, lambda: call.once(body, act))
 
 
-def _drive(call: Call, row: SessionRow) -> None:
-    """Have the robot on the bus drive for a session.
+def _drive(call: Call, row: SessionRow) -> Work:
+    """Reserve the robot on the bus for a session; return what it is going to do.
 
     Raises:
         ValueProblem: the session is of another vehicle.
@@ -75,20 +74,21 @@ def _drive(call: Call, row: SessionRow) -> None:
     call.parts.live.reserve(row.id)
     row.state, row.detail = "driving", ""
     row.owner, row.lease = call.parts.settings.instance, lease()
+    return Work(row.id, row.side, row.speed, row.lifeline)
 
 
-def _driven(call: Call, begun: list[SessionRow], made: Callable[[], Response]) -> Response:
+def _driven(call: Call, begun: list[Work], made: Callable[[], Response]) -> Response:
     """Let the robot go once the session is written down, and not at all if it could not be."""
     live = call.parts.live
     try:
         response = made()
     except BaseException:
-        for row in begun:
-            live.release(row.id)
+        for work in begun:
+            live.release(work.session)
         raise
-    for row in begun:
-        live.begin(Work(row.id, row.side, row.speed, row.lifeline))
-        call.parts.desk.tell(row.id)
+    for work in begun:
+        live.begin(work)
+        call.parts.desk.tell(work.session)
     return response
 
 
@@ -121,7 +121,7 @@ def one(name: Name, call: Reading) -> Session:
 )
 def sample(name: Name, body: SampleGiven, call: Operating) -> Response:
     """Add a run by its fixes, or the runs of a recording; what is answered 201 stays."""
-    begun: list[SessionRow] = []
+    begun: list[Work] = []
 
     def act(db: Db) -> Answer:
         row = sessions.opened(db, name, "sample")
@@ -142,14 +142,13 @@ def sample(name: Name, body: SampleGiven, call: Operating) -> Response:
     return response
 
 
-def _go_on(call: Call, db: Db, row: SessionRow, begun: list[SessionRow]) -> None:
+def _go_on(call: Call, db: Db, row: SessionRow, begun: list[Work]) -> None:
     """Drive the next square after one was measured, or end."""
     count = sessions.counts(db, [row.id])[row.id]
     if min(count.cw, count.ccw) >= row.runs:
         row.state, row.detail = "collecting", "all squares are driven: solve"
     else:
-        _drive(call, row)
-        begun.append(row)
+        begun.append(_drive(call, row))
 
 
 def _of_recording(call: Call, db: Db, row: SessionRow, recording: str) -> list[SampleRow]:
@@ -291,13 +290,12 @@ def accept(name: Name, call: Operating, body: Accept | None = None, if_match: If
 )
 def resume(name: Name, call: Operating) -> Response:
     """Drive the squares that are left, after an interruption."""
-    begun: list[SessionRow] = []
+    begun: list[Work] = []
 
     def act(db: Db) -> Answer:
         row = sessions.opened(db, name, "resume")
         sessions.touched(row, call.parts.settings.lifetime)
-        _drive(call, row)
-        begun.append(row)
+        begun.append(_drive(call, row))
         return Answer(sessions.full_view(db, row))
 
     return _driven(call, begun, lambda: call.once(None, act))
