@@ -111,7 +111,7 @@ def filter_of(windows: Windows, noise: Noise) -> Filter:
     trucks = 3 * len(windows.signals.trucks)
     moving = windows.rolled.sum(axis=1) > 0.0
     process[:, range(trucks), range(trucks)] += (_TIDE**2) * moving[:, None]
-    transition, start = windows.transition.copy(), _start(windows)
+    transition, start = windows.transition.copy(), start_of(windows)
     waves = np.arange(process.shape[1] - windows.rolled.shape[1], process.shape[1])
     ratio = windows.rolled / noise.wave
     kept = np.exp(-ratio)
@@ -137,7 +137,7 @@ def variance_of(windows: Windows, noise: Noise) -> Array:
     return np.where(np.isfinite(windows.measured), variance, np.nan)
 
 
-def _start(windows: Windows) -> Array:
+def start_of(windows: Windows) -> Array:
     """Return the covariance of the first state: without poses truck a stands where we say."""
     signals = windows.signals
     states = windows.transition.shape[1]

@@ -70,7 +70,11 @@ class Regression:
     def whiten(self, noise: Noise) -> None:
         """Whiten all columns anew with other levels of noise."""
         self.noise = noise
-        self.filters = [filter_of(one, noise) for one in self.windows]
+        self.filter([filter_of(one, noise) for one in self.windows])
+
+    def filter(self, filters: Sequence[Filter]) -> None:
+        """Send all columns through other filters, one for each recording."""
+        self.filters = list(filters)
         places = [np.argwhere(np.isfinite(run.spread)) for run in self.filters]
         self.owner = np.repeat(np.arange(len(places)), [len(one) for one in places])
         self.moment, self.channel = np.concatenate(places).T
