@@ -1,0 +1,293 @@
+"""The page in a real browser: what a person can do by clicking, with the service and its simulated robot."""
+
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.chain import square_returns
+from vcan_sim.reference import reference_vehicle
+from vcan_sim.sonar import Sonar
+from vehicle.parameters import Truck
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+expect = playwright.expect
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None, reason="no chromium on this machine: the page is not tested in a browser"
+)
+ARGUMENTS = [
+    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+COMMAND = [sys.executable, "-c", "from cli.main import main; main()"]
+SOON, LATER = 30_000, 300_000  # [ms] for an answer, and for a drive or a diagnosis on a slow machine
+WIDE, PHONE = {"width": 1440, "height": 900}, {"width": 375, "height": 760}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as running:
+        chromium = running.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    """Of a service that several tests share."""
+    with serving(tmp_path_factory.mktemp("service")) as found:
+        yield found
+
+
+@contextmanager
+def serving(folder):
+    command = [*COMMAND, "serve", "--port", "0"]
+    with (
+        (folder / "serve.log").open("wb") as log,
+        subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=log, text=True) as service,
+    ):
+        try:
+            yield re.search(r"http://\S+", service.stdout.readline())[0]
+        finally:
+            service.terminate()
+            service.wait(30)
+
+
+@contextmanager
+def opened(browser, address):
+    """A page of the service; afterwards, nothing on it may have failed or broken its policy."""
+    with browser.new_context(viewport=WIDE, color_scheme="light", reduced_motion="reduce") as context:
+        context.set_default_timeout(SOON)
+        page = context.new_page()
+        faults = []
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("console", lambda line: "Content Security Policy" in line.text and faults.append(line.text))
+        page.goto(address)
+        yield page
+    assert faults == []
+
+
+@pytest.fixture
+def page(browser, address):
+    with opened(browser, address) as found:
+        yield found
+
+
+@pytest.fixture
+def robot_page(browser, tmp_path):
+    """A page of a service whose robot has not moved yet."""
+    with serving(tmp_path) as address, opened(browser, address) as found:
+        yield found
+
+
+@pytest.fixture
+def picture(tmp_path):
+    folder = Path(os.environ.get("OMNIMATE_SCREENSHOTS", tmp_path))
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def take(page, name):
+        page.screenshot(path=folder / f"{name}.png")
+
+    return take
+
+
+def live(page):
+    """Wait until the robot's stream is there."""
+    expect(page.locator("#lamp")).to_have_text("live", timeout=LATER)
+    expect(page.get_by_test_id("node-1")).to_have_count(1, timeout=LATER)
+
+
+def start(page, how, runs, side=4):
+    page.locator("#tab-calibrate").click()
+    page.locator(f"#start input[value={how}]").check()
+    page.locator("#start-side").fill(str(side))
+    page.locator("#start-runs").fill(str(runs))
+    expect(page.locator("#start-vehicle option")).not_to_have_count(0, timeout=SOON)
+    page.locator("#start-send").click()
+    expect(page.locator("#session-title")).to_contain_text("UMBmark of", timeout=SOON)
+
+
+def accept(page):
+    """Solve, accept, and see the vehicle's next version."""
+    page.locator("#solve").click()
+    expect(page.locator("#plot svg")).to_be_visible(timeout=LATER)
+    page.locator("#accept").click()
+    expect(page.locator("#session-state")).to_have_text("accepted", timeout=SOON)
+    page.locator("#tab-vehicle").click()
+    expect(page.locator("#vehicle-title")).to_have_text("omnimate, version 2", timeout=SOON)
+
+
+def add_run(page, direction, error):
+    """Type a run that ends `error` (x, y [m], theta [rad]) beside where odometry believes it is."""
+    page.locator("#sample label", has=page.locator(f"input[value={direction}]")).click()
+    believed = (12.0, -7.0, 0.25)
+    for name, value, calculated in zip(("x", "y", "theta"), in_screen_units(error), believed, strict=True):
+        page.get_by_test_id(f"after.{name}").fill(f"{value + calculated:.4f}")
+        page.get_by_test_id(f"calculated.{name}").fill(f"{calculated}")
+    page.locator("#sample-send").click()
+
+
+def in_screen_units(pose):
+    return 1e3 * pose[0], 1e3 * pose[1], math.degrees(pose[2])
+
+
+def number_in(text):
+    return float(re.search(r"\d+(\.\d+)?", text)[0])
+
+
+def test_a_calibration_typed_in_millimetres_finds_the_robot_that_made_the_numbers(page, picture):
+    believed, actual = reference_vehicle().trucks["a"], Truck(0.3362, 0.14994, 0.15006)
+    returns = dict(zip(("cw", "ccw"), square_returns(believed, actual, 4.0), strict=True))
+    scatter = np.random.default_rng(4).normal(0.0, [0.004, 0.004, 0.001], (2, 3, 3))
+    start(page, "manual", runs=3)
+    for direction, deviations in zip(("cw", "ccw"), scatter, strict=True):
+        for number, deviation in enumerate(deviations, start=1):
+            add_run(page, direction, returns[direction] + deviation)
+            marks = page.get_by_test_id("clusters-a").locator(f".run.{direction}")
+            expect(marks).to_have_count(number, timeout=SOON)
+    picture(page, "manual-runs")
+    page.locator("#solve").click()
+    result = page.get_by_test_id("result-a")
+    found = number_in(result.locator(".headline strong").nth(1).inner_text())
+    assert found == pytest.approx(1e3 * actual.wheelbase, abs=0.5)
+    expect(result.locator(".methods tbody tr")).not_to_have_count(1)
+    picture(page, "manual-result")
+    accept(page)
+    picture(page, "vehicle")
+
+
+def test_a_run_left_out_leaves_the_clusters(page):
+    start(page, "manual", runs=2)
+    for error in ((0.10, -0.02, 0.01), (0.11, -0.03, 0.01)):
+        add_run(page, "cw", error)
+        expect(page.locator("#sample-message")).to_contain_text("Added", timeout=SOON)
+    marks = page.get_by_test_id("clusters-a").locator(".run")
+    expect(marks).to_have_count(2)
+    page.get_by_test_id("leave-out-1").click()
+    expect(marks).to_have_count(1, timeout=SOON)
+    expect(page.locator("#runs")).to_contain_text("110.0")
+
+
+def test_three_distances_give_the_same_run_as_coordinates(page):
+    after = np.array([0.030, -0.020, math.radians(1.5)])
+    distances = [Sonar().ranges(pose) for pose in (np.zeros(3), after)]
+    start(page, "manual", runs=1)
+    page.locator("#sample label", has=page.locator("input[value=walls]")).click()
+    for when, ranges in zip(("before", "after"), distances, strict=True):
+        for name, value in zip(("right_front", "right_rear", "behind"), ranges, strict=True):
+            page.get_by_test_id(f"{when}.walls.{name}").fill(f"{1e3 * value:.4f}")
+    for name in ("x", "y", "theta"):
+        page.get_by_test_id(f"calculated.{name}").fill("0")
+    page.locator("#sample-send").click()
+    cells = page.locator("#runs td")
+    expect(cells.nth(2)).to_have_text("30.0", timeout=SOON)
+    expect(cells.nth(3)).to_have_text("\N{MINUS SIGN}20.0")
+    expect(cells.nth(4)).to_have_text("1.50")
+
+
+def test_what_the_service_refuses_is_said_where_it_was_typed(page):
+    start(page, "manual", runs=1)
+    add_run(page, "cw", (2.9, 0.0, 0.0))
+    expect(page.locator("#sample-message")).to_contain_text("no error of odometry", timeout=SOON)
+    expect(page.locator("#sample-message")).to_have_attribute("data-kind", "wrong")
+
+
+def test_a_robot_that_drives_by_itself_is_calibrated_while_one_looks_on(robot_page, picture):
+    page = robot_page
+    live(page)
+    start(page, "drive", runs=2)
+    expect(page.get_by_test_id("laps-cw")).to_contain_text("1 of 2", timeout=LATER)
+    page.locator("#tab-floor").click()
+    expect(page.locator("#where tr")).not_to_have_count(0)
+    picture(page, "floor")
+    page.locator("#theme").click()
+    picture(page, "floor-dark")
+    page.set_viewport_size(PHONE)
+    picture(page, "floor-phone-dark")
+    page.locator("#theme").click()
+    page.set_viewport_size(WIDE)
+    page.locator("#tab-calibrate").click()
+    page.locator("#sessions a").first.click()
+    for direction in ("cw", "ccw"):
+        expect(page.get_by_test_id(f"laps-{direction}")).to_contain_text("2 of 2", timeout=LATER)
+    expect(page.locator("#session-state")).to_have_text("collecting runs", timeout=LATER)
+    picture(page, "drive-runs")
+    page.locator("#solve").click()
+    for truck in ("a", "b"):
+        headline = page.get_by_test_id(f"result-{truck}").locator(".headline strong").first
+        before, after = map(number_in, headline.inner_text().split("→"))
+        assert after < before
+    picture(page, "drive-result")
+    accept(page)
+
+
+def test_s_stops_the_robot_and_the_session_says_so(robot_page, picture):
+    page = robot_page
+    live(page)
+    start(page, "drive", runs=5)
+    expect(page.locator("#mode")).to_contain_text("drives", timeout=SOON)
+    page.locator("#session-title").press("s")
+    expect(page.locator("#stop-message")).to_contain_text("Stop sent", timeout=SOON)
+    expect(page.locator("#session-state")).to_have_text("interrupted", timeout=SOON)
+    expect(page.locator("#resume")).to_be_visible()
+    picture(page, "stopped")
+
+
+def test_a_recording_is_uploaded_and_diagnosed_by_clicking(page, tmp_path, picture):
+    folder = tmp_path / "straight"
+    drive = [*COMMAND, "simulate", str(folder), "--protocol", "straight", "--side", "2", "--runs", "1"]
+    subprocess.run(drive, check=True, capture_output=True)
+    archive = shutil.make_archive(str(folder), "zip", folder)
+    page.locator("#tab-recordings").click()
+    page.locator("#upload").set_input_files(archive)
+    expect(page.locator("#upload-message")).to_have_text("straight.zip is stored.", timeout=SOON)
+    page.get_by_label("Choose straight").check()
+    page.locator("#diagnose").click()
+    job = page.locator("#jobs li").first
+    expect(job).to_have_attribute("data-state", "done", timeout=LATER)
+    expect(job.locator(".says")).to_contain_text("cannot show the wheelbase")
+    picture(page, "recordings")
+    job.get_by_role("button", name="Report").click()
+    report = page.frame_locator("#report")
+    expect(report.locator("h1")).to_have_text("omnimate", timeout=SOON)
+    picture(page, "report")
+    page.locator("#report-close").click()
+    page.get_by_role("button", name="Delete straight").dblclick()
+    expect(page.locator("#no-recordings")).to_be_visible(timeout=SOON)
+
+
+def test_a_service_with_keys_asks_for_one_and_goes_on(browser, tmp_path, picture):
+    made = subprocess.run(
+        [*COMMAND, "key", "add", "shop floor", "--role", "operate"],
+        cwd=tmp_path, check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    key = made.stdout.split()[-1]
+    with serving(tmp_path) as address, opened(browser, address) as page:
+        expect(page.locator("#key-dialog")).to_be_visible(timeout=SOON)
+        picture(page, "key")
+        page.locator("#key").fill(f"{key[:-4]}xxxx")
+        page.locator("#key-send").click()
+        expect(page.locator("#key-message")).not_to_be_empty(timeout=SOON)
+        page.locator("#key").fill(key)
+        page.locator("#key-send").click()
+        live(page)
+        expect(page.locator("#key-dialog")).to_be_hidden()
+
+
+@pytest.mark.parametrize("view", ["floor", "calibrate", "recordings", "vehicle"])
+def test_no_view_is_wider_than_a_phone(page, view, picture):
+    page.set_viewport_size(PHONE)
+    page.locator(f"#tab-{view}").click()
+    expect(page.locator(f"#{view}")).to_be_visible()
+    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+    expect(page.locator("#stop")).to_be_in_viewport(ratio=1)
+    picture(page, f"phone-{view}")
