@@ -49,12 +49,6 @@ class ChangedError(ServiceError):
     status, title = 412, "Changed since"
 
 
-class ConditionMissingError(ServiceError):
-    """A change without If-Match."""
-
-    status, title = 428, "If-Match is missing"
-
-
 class ValueProblem(ServiceError):  # noqa: N818  # the title of its status
     """A value that no robot and no room can have.
 

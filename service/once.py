@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated
 
 from fastapi import Depends, Header, Request
@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from sqlalchemy.exc import IntegrityError
 
 from service.access import Caller, caller_of, demand
-from service.errors import ValueProblem
+from service.errors import StateError
 from service.store.tables import AnswerRow
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 JSON = "application/json"
 LONGEST = 200
-KEY = f"the same key twice, of up to {LONGEST} characters: done once, answered twice"
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +63,7 @@ class Call:
         """Do something in one transaction, or answer as before where this very call was made before.
 
         Raises:
-            ValueProblem: the Idempotency-Key belongs to another call.
+            StateError: the Idempotency-Key belongs to another call.
         """
         database = self.parts.database
         if self.key is None:
@@ -108,8 +107,8 @@ class Call:
 
     def _again(self, before: AnswerRow, digest: str) -> Response:
         if (before.call, before.digest) != (self.name, digest):
-            raise ValueProblem(
-                "Idempotency-Key", f"{self.key!r} was used for another call; take a new key for a new call"
+            raise StateError(
+                f"Idempotency-Key {self.key!r} was used for another call; take a new key for a new call"
             )
         headers = json.loads(before.headers) | {"Idempotency-Replayed": "true"}
         return Response(before.body, before.status, headers, JSON)
@@ -125,21 +124,27 @@ def _response(answer: Answer) -> Response:
 
 
 def _reading(
-    request: Request,
-    authorization: Annotated[str | None, Header(include_in_schema=False)] = None,
-    idempotency_key: Annotated[str | None, Header(description=KEY)] = None,
+    request: Request, authorization: Annotated[str | None, Header(include_in_schema=False)] = None
 ) -> Call:
     parts: Parts = request.app.state.parts
-    if idempotency_key is not None and not 0 < len(idempotency_key) <= LONGEST:
-        raise ValueProblem("Idempotency-Key", f"{len(idempotency_key)} characters; expected 1 to {LONGEST}")
     with parts.database.reading() as db:
         caller = caller_of(db, authorization, open_house=parts.settings.is_loopback)
-    return Call(parts, caller, idempotency_key, f"{request.method} {request.url.path}")
+    return Call(parts, caller, None, f"{request.method} {request.url.path}")
 
 
-def _operating(call: Annotated[Call, Depends(_reading)]) -> Call:
+def _operating(
+    call: Annotated[Call, Depends(_reading)],
+    idempotency_key: Annotated[
+        str | None, Header(description="the same key twice: done once, answered twice")
+    ] = None,
+) -> Call:
     demand(call.caller, "operate")
-    return call
+    return replace(call, key=_short(idempotency_key) if idempotency_key else None)
+
+
+def _short(key: str) -> str:
+    """Return a key that fits into the table, whatever its length."""
+    return key if len(key) <= LONGEST else hashlib.sha256(key.encode()).hexdigest()
 
 
 Reading = Annotated[Call, Depends(_reading)]

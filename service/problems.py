@@ -12,6 +12,7 @@ from pydantic import BaseModel, Field
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
+from starlette.routing import Route
 
 from service.errors import ServiceError, StateError, ValueProblem
 from vehicle.errors import OmnimateError
@@ -103,16 +104,32 @@ async def _of_validation(_request: Request, error: Exception) -> JSONResponse:
         {"where": ".".join(str(part) for part in one["loc"]), "problem": str(one["msg"])}
         for one in error.errors()[:20]
     ]
+    if any(one["type"] == "missing" and one["loc"] == ("header", "if-match") for one in error.errors()):
+        return answer(428, "If-Match is missing", "send If-Match with the ETag of what you saw, or * for any")
     detail = "; ".join(f"{one['where']}: {one['problem']}" for one in errors)
     return answer(422, "Not as expected", detail[:1000], errors=errors)
 
 
-async def _of_http(_request: Request, error: Exception) -> JSONResponse:
+async def _of_http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     title = HTTPStatus(error.status_code).phrase
+    if error.status_code == 405:
+        return answer(
+            405,
+            title,
+            f"{request.method} is not among {_allowed(request)}",
+            headers={"Allow": _allowed(request)},
+        )
     own = error.detail != title
     detail = error.detail if own else f"{title}; see /openapi.json for the calls that there are"
     return answer(error.status_code, title, detail, headers=dict(error.headers or {}))
+
+
+def _allowed(request: Request) -> str:
+    """Return all methods of a path, whichever route has them."""
+    routes = (route for route in request.app.routes if isinstance(route, Route))
+    matching = (route for route in routes if route.path_regex.match(request.url.path))
+    return ", ".join(sorted({method for route in matching for method in route.methods or ()}))
 
 
 async def _of_database(_request: Request, error: Exception) -> JSONResponse:

@@ -274,9 +274,7 @@ class Live:
         program = squares(
             [turn], work.side, speed=work.speed, link_length=link, home_first=rig.fix is not None
         )
-        runner = self._while_reading(
-            rig, Runner, program, vehicle
-        )  # it may have to compile
+        runner = self._while_reading(rig, Runner, program, vehicle)  # it may have to compile
         journal = Journal(program)
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place) / "lap"

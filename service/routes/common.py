@@ -7,16 +7,15 @@ from typing import Annotated, Generic, TypeVar
 from fastapi import Header, Query
 from pydantic import BaseModel
 
-from service.errors import ConditionMissingError
 from service.problems import documented
 from service.umbmark.models import Id
 
 T = TypeVar("T")
 
-ALWAYS = documented(401, 403, 413, 422, 429, 503)
+ALWAYS = documented(400, 401, 403, 409, 413, 422, 429, 503)
 Limit = Annotated[int, Query(ge=1, le=200, description="items of a page")]
 After = Annotated[Id | None, Query(description="`next` of the page before")]
-IfMatch = Annotated[str | None, Header(description="ETag of what is to be changed, or *")]
+IfMatch = Annotated[str, Header(description="ETag of what is to be changed, or *")]
 
 
 class Page(BaseModel, Generic[T]):
@@ -37,13 +36,7 @@ def etag(content: object) -> str:
     return f'"{content}"'
 
 
-def condition(if_match: str | None) -> str | None:
-    """Return what If-Match names; None for `*`.
-
-    Raises:
-        ConditionMissingError: there is no If-Match.
-    """
-    if if_match is None:
-        raise ConditionMissingError("send If-Match with the ETag of what you saw, or * for whatever is there")
+def condition(if_match: str) -> str | None:
+    """Return what If-Match names; None for `*`."""
     tag = if_match.strip().removeprefix("W/").strip('"')
     return None if tag == "*" else tag

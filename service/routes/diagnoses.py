@@ -43,7 +43,7 @@ def start(body: DiagnosisStart, call: Operating) -> Response:
     return response
 
 
-@router.get("", operation_id="listDiagnoses", response_model=Page[Job])
+@router.get("", operation_id="listDiagnoses", response_model=Page[Job], responses=documented(404))
 def every(call: Reading, limit: Limit = 50, after: After = None) -> Page[Job]:
     """Return diagnoses, newest first."""
     with call.parts.database.reading() as db:
@@ -51,36 +51,36 @@ def every(call: Reading, limit: Limit = 50, after: After = None) -> Page[Job]:
         return Page(items=[job_view(row) for row in rows], next=following)
 
 
-@router.get("/{name}", operation_id="getDiagnosis", response_model=Job, responses=documented(404))
-def one(name: Name, call: Reading) -> Job:
+@router.get("/{diagnosis_id}", operation_id="getDiagnosis", response_model=Job, responses=documented(404))
+def one(diagnosis_id: Name, call: Reading) -> Job:
     """Return how far a diagnosis is."""
     with call.parts.database.reading() as db:
-        return job_view(job(db, name))
+        return job_view(job(db, diagnosis_id))
 
 
 @router.get(
-    "/{name}/result",
+    "/{diagnosis_id}/result",
     operation_id="getDiagnosisResult",
     response_model=dict[str, Any],
     responses=documented(404, 409),
 )
-def result(name: Name, call: Reading) -> Response:
+def result(diagnosis_id: Name, call: Reading) -> Response:
     """Return the diagnosis, in the JSON that every tool of this kind writes."""
     with call.parts.database.reading() as db:
-        row = job(db, name)
+        row = job(db, diagnosis_id)
         return JSONResponse(json.loads(_done(row, row.result)))
 
 
 @router.get(
-    "/{name}/report",
+    "/{diagnosis_id}/report",
     operation_id="getDiagnosisReport",
     response_class=HTMLResponse,
     responses=documented(404, 409),
 )
-def report(name: Name, call: Reading) -> Response:
+def report(diagnosis_id: Name, call: Reading) -> Response:
     """Return the report for people, a page with nothing outside itself."""
     with call.parts.database.reading() as db:
-        row = job(db, name)
+        row = job(db, diagnosis_id)
         return HTMLResponse(_done(row, row.report), headers=REPORT)
 
 
@@ -91,8 +91,11 @@ def _done(row: JobRow, content: str | None) -> str:
 
 
 @router.post(
-    "/{name}/cancel", operation_id="cancelDiagnosis", response_model=Job, responses=documented(404, 409)
+    "/{diagnosis_id}/cancel",
+    operation_id="cancelDiagnosis",
+    response_model=Job,
+    responses=documented(404, 409),
 )
-def cancel(name: Name, call: Operating) -> Response:
+def cancel(diagnosis_id: Name, call: Operating) -> Response:
     """End a diagnosis that is not done."""
-    return call.once(None, lambda db: Answer(job_view(cancel_job(db, name))))
+    return call.once(None, lambda db: Answer(job_view(cancel_job(db, diagnosis_id))))

@@ -80,7 +80,7 @@ def _keep(call: Call, name: str | None, content: bytes) -> Response:
     return call.once(content, act)
 
 
-@router.get("", operation_id="listRecordings", response_model=Page[Recording])
+@router.get("", operation_id="listRecordings", response_model=Page[Recording], responses=documented(404))
 def every(call: Reading, limit: Limit = 50, after: After = None) -> Page[Recording]:
     """Return recordings, newest first."""
     with call.parts.database.reading() as db:
@@ -88,34 +88,38 @@ def every(call: Reading, limit: Limit = 50, after: After = None) -> Page[Recordi
         return Page(items=[view(row) for row in rows], next=following)
 
 
-@router.get("/{name}", operation_id="getRecording", response_model=Recording, responses=documented(404))
-def one(name: Name, call: Reading) -> Recording:
+@router.get(
+    "/{recording_id}", operation_id="getRecording", response_model=Recording, responses=documented(404)
+)
+def one(recording_id: Name, call: Reading) -> Recording:
     """Return what is known of a recording."""
     with call.parts.database.reading() as db:
-        return view(_row(db, name))
+        return view(_row(db, recording_id))
 
 
 @router.get(
-    "/{name}/download",
+    "/{recording_id}/download",
     operation_id="downloadRecording",
     response_class=Response,
     responses={**documented(404), 200: {"content": {"application/zip": BINARY}}},
 )
-def download(name: Name, call: Reading) -> Response:
+def download(recording_id: Name, call: Reading) -> Response:
     """Return the zip."""
     with call.parts.database.reading() as db:
-        content = _row(db, name).content
-    headers = {"Content-Disposition": f'attachment; filename="recording-{name}.zip"'}
+        content = _row(db, recording_id).content
+    headers = {"Content-Disposition": f'attachment; filename="recording-{recording_id}.zip"'}
     return Response(content, media_type="application/zip", headers=headers)
 
 
-@router.delete("/{name}", operation_id="deleteRecording", response_model=Done, responses=documented(404))
-def delete(name: Name, call: Operating) -> Response:
+@router.delete(
+    "/{recording_id}", operation_id="deleteRecording", response_model=Done, responses=documented(404)
+)
+def delete(recording_id: Name, call: Operating) -> Response:
     """Delete a recording."""
 
     def act(db: Db) -> Answer:
-        db.delete(_row(db, name))
-        return Answer(Done(done=f"recording {name} is deleted"))
+        db.delete(_row(db, recording_id))
+        return Answer(Done(done=f"recording {recording_id} is deleted"))
 
     return call.once(None, act)
 

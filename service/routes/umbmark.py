@@ -29,6 +29,7 @@ from service.umbmark.models import (
     Result,
     Sample,
     SampleGiven,
+    SampleOfFixes,
     Session,
     SessionStart,
     Solve,
@@ -92,7 +93,7 @@ def _driven(call: Call, begun: list[Work], made: Callable[[], Response]) -> Resp
     return response
 
 
-@router.get("", operation_id="listSessions", response_model=Page[Session])
+@router.get("", operation_id="listSessions", response_model=Page[Session], responses=documented(404))
 def every(
     call: Reading, limit: Limit = 50, after: After = None, state: Annotated[State | None, Query()] = None
 ) -> Page[Session]:
@@ -104,29 +105,29 @@ def every(
         return Page(items=[sessions.view(row, counts[row.id]) for row in rows], next=following)
 
 
-@router.get("/{name}", operation_id="getSession", response_model=Session, responses=documented(404))
-def one(name: Name, call: Reading) -> Session:
+@router.get("/{session_id}", operation_id="getSession", response_model=Session, responses=documented(404))
+def one(session_id: Name, call: Reading) -> Session:
     """Return a session with its runs."""
-    call.parts.live.seen(name)
+    call.parts.live.seen(session_id)
     with call.parts.database.reading() as db:
-        return sessions.full_view(db, sessions.session(db, name))
+        return sessions.full_view(db, sessions.session(db, session_id))
 
 
 @router.post(
-    "/{name}/samples",
+    "/{session_id}/samples",
     operation_id="addSample",
     status_code=201,
     response_model=Sample,
     responses=documented(404, 409, 410),
 )
-def sample(name: Name, body: SampleGiven, call: Operating) -> Response:
+def sample(session_id: Name, body: SampleGiven, call: Operating) -> Response:
     """Add a run by its fixes, or the runs of a recording; what is answered 201 stays."""
     begun: list[Work] = []
 
     def act(db: Db) -> Answer:
-        row = sessions.opened(db, name, "sample")
+        row = sessions.opened(db, session_id, "sample")
         waited = row.state == "measuring"
-        if body.recording is None:
+        if isinstance(body, SampleOfFixes):
             added = sessions.add_given(db, row, body)
         else:
             added = _of_recording(call, db, row, body.recording)
@@ -135,10 +136,10 @@ def sample(name: Name, body: SampleGiven, call: Operating) -> Response:
         if waited:
             _go_on(call, db, row, begun)
         last = sessions.sample_view(added[-1])
-        return Answer(last, 201, {"Location": f"{router.prefix}/{name}/samples/{last.number}"})
+        return Answer(last, 201, {"Location": f"{router.prefix}/{session_id}/samples/{last.number}"})
 
     response = _driven(call, begun, lambda: call.once(body, act))
-    call.parts.desk.tell(name)
+    call.parts.desk.tell(session_id)
     return response
 
 
@@ -185,55 +186,60 @@ def _of_recording(call: Call, db: Db, row: SessionRow, recording: str) -> list[S
 
 
 @router.delete(
-    "/{name}/samples/{number}",
+    "/{session_id}/samples/{number}",
     operation_id="removeSample",
     response_model=Done,
     responses=documented(404, 409, 410),
 )
 def remove(
-    name: Name, number: Annotated[int, PathParameter(ge=1, le=1_000_000)], call: Operating
+    session_id: Name, number: Annotated[int, PathParameter(ge=1, le=1_000_000)], call: Operating
 ) -> Response:
     """Leave a run out."""
 
     def act(db: Db) -> Answer:
-        row = sessions.opened(db, name, "remove")
+        row = sessions.opened(db, session_id, "remove")
         sessions.remove(db, row, number)
         sessions.touched(row, call.parts.settings.lifetime)
         return Answer(Done(done=f"run {number} is left out"))
 
     response = call.once(None, act)
-    call.parts.desk.tell(name)
+    call.parts.desk.tell(session_id)
     return response
 
 
 @router.post(
-    "/{name}/solve", operation_id="solveSession", response_model=Result, responses=documented(404, 409, 410)
+    "/{session_id}/solve",
+    operation_id="solveSession",
+    response_model=Result,
+    responses=documented(404, 409, 410),
 )
-def solve(name: Name, call: Operating, body: Solve | None = None) -> Response:
+def solve(session_id: Name, call: Operating, body: Solve | None = None) -> Response:
     """Solve with the runs that there are; more may be added and solved again."""
 
     def act(db: Db) -> Answer:
-        row = sessions.opened(db, name, "solve")
+        row = sessions.opened(db, session_id, "solve")
         result = sessions.solve(db, row, (body or Solve()).method)
         sessions.touched(row, call.parts.settings.lifetime)
         return Answer(result, 200, {"ETag": etag(result.revision)})
 
     response = call.once(body, act)
-    call.parts.desk.tell(name)
+    call.parts.desk.tell(session_id)
     return response
 
 
-@router.get("/{name}/result", operation_id="getResult", response_model=Result, responses=documented(404, 409))
-def result(name: Name, call: Reading, response: Response) -> Result:
+@router.get(
+    "/{session_id}/result", operation_id="getResult", response_model=Result, responses=documented(404, 409)
+)
+def result(session_id: Name, call: Reading, response: Response) -> Result:
     """Return the result of the last solve."""
     with call.parts.database.reading() as db:
-        found = sessions.result(sessions.session(db, name))
+        found = sessions.result(sessions.session(db, session_id))
     response.headers["ETag"] = etag(found.revision)
     return found
 
 
 @router.get(
-    "/{name}/plot.{kind}",
+    "/{session_id}/plot.{kind}",
     operation_id="getPlot",
     response_class=Response,
     responses={
@@ -241,13 +247,15 @@ def result(name: Name, call: Reading, response: Response) -> Result:
         200: {"content": {"image/svg+xml": {"schema": {"type": "string"}}, "image/png": {}}},
     },
 )
-def plot(name: Name, kind: Annotated[str, PathParameter(pattern="^(svg|png)$")], call: Reading) -> Response:
+def plot(
+    session_id: Name, kind: Annotated[str, PathParameter(pattern="^(svg|png)$")], call: Reading
+) -> Response:
     """Return the clusters before and after, as U Fig. 11."""
     from figures.plots import cluster_figure, rendered
     from service.umbmark.result import experiments_of, panels
 
     with call.parts.database.reading() as db:
-        row = sessions.session(db, name)
+        row = sessions.session(db, session_id)
         found = sessions.result(row)
         vehicle = vehicles.parameters(vehicles.version(db, row.vehicle, row.vehicle_version))
         experiments = experiments_of(row, sessions.samples(db, row), vehicle)
@@ -256,18 +264,18 @@ def plot(name: Name, kind: Annotated[str, PathParameter(pattern="^(svg|png)$")],
 
 
 @router.post(
-    "/{name}/accept",
+    "/{session_id}/accept",
     operation_id="acceptResult",
     response_model=Session,
     responses=documented(404, 409, 410, 412, 428),
 )
-def accept(name: Name, call: Operating, body: Accept | None = None, if_match: IfMatch = None) -> Response:
+def accept(session_id: Name, call: Operating, if_match: IfMatch, body: Accept | None = None) -> Response:
     """Make the result the newest version of the vehicle; the former ones stay."""
     wanted = condition(if_match)
     force = (body or Accept()).force
 
     def act(db: Db) -> Answer:
-        row = sessions.opened(db, name, "accept")
+        row = sessions.opened(db, session_id, "accept")
         version = sessions.accept(db, row, wanted, force=force)
         sessions.touched(row, call.parts.settings.lifetime)
         return Answer(
@@ -278,22 +286,22 @@ def accept(name: Name, call: Operating, body: Accept | None = None, if_match: If
 
     response = call.once(body, act)
     call.parts.live.reload()
-    call.parts.desk.tell(name)
+    call.parts.desk.tell(session_id)
     return response
 
 
 @router.post(
-    "/{name}/resume",
+    "/{session_id}/resume",
     operation_id="resumeSession",
     response_model=Session,
     responses=documented(404, 409, 410),
 )
-def resume(name: Name, call: Operating) -> Response:
+def resume(session_id: Name, call: Operating) -> Response:
     """Drive the squares that are left, after an interruption."""
     begun: list[Work] = []
 
     def act(db: Db) -> Answer:
-        row = sessions.opened(db, name, "resume")
+        row = sessions.opened(db, session_id, "resume")
         sessions.touched(row, call.parts.settings.lifetime)
         begun.append(_drive(call, row))
         return Answer(sessions.full_view(db, row))
@@ -302,19 +310,22 @@ def resume(name: Name, call: Operating) -> Response:
 
 
 @router.post(
-    "/{name}/abort", operation_id="abortSession", response_model=Session, responses=documented(404, 409, 410)
+    "/{session_id}/abort",
+    operation_id="abortSession",
+    response_model=Session,
+    responses=documented(404, 409, 410),
 )
-def abort(name: Name, call: Operating) -> Response:
+def abort(session_id: Name, call: Operating) -> Response:
     """End a session; a robot that drives for it stops."""
-    if call.parts.live.driving == name:
+    if call.parts.live.driving == session_id:
         call.parts.live.halt("the session was aborted")
 
     def act(db: Db) -> Answer:
-        row = sessions.opened(db, name, "abort")
+        row = sessions.opened(db, session_id, "abort")
         row.state, row.detail, row.owner, row.lease = "aborted", "aborted", None, None
         sessions.touched(row, call.parts.settings.lifetime)
         return Answer(sessions.full_view(db, row))
 
     response = call.once(None, act)
-    call.parts.desk.tell(name)
+    call.parts.desk.tell(session_id)
     return response

@@ -26,6 +26,10 @@ from vehicle.parameters import TruckName, VehicleParameters
 router = APIRouter(prefix="/v1/vehicles", tags=["vehicles"], responses=ALWAYS)
 Robot = Annotated[Name, PathParameter(description="name of the vehicle")]
 TOML = ("application/toml", "text/plain", "text/x-toml")
+TEXTS = {kind: {"schema": {"type": "string"}} for kind in ("application/toml",)} | {
+    "application/yaml": {},
+    "application/json": {"schema": {"type": "object"}},
+}
 BODY = {"requestBody": {"required": True, "content": {"application/toml": {"schema": {"type": "string"}}}}}
 
 
@@ -98,7 +102,7 @@ def one(name: Robot, call: Reading, response: Response) -> Vehicle:
     responses=documented(404, 412, 415, 428),
     openapi_extra=BODY,
 )
-async def change(name: Robot, request: Request, call: Operating, if_match: IfMatch = None) -> Response:
+async def change(name: Robot, request: Request, call: Operating, if_match: IfMatch) -> Response:
     """Add a version of a vehicle; the former ones stay."""
     wanted = condition(if_match)
     content = await request.body()
@@ -154,8 +158,8 @@ def former(
 @router.get(
     "/{name}/exports/{format}",
     operation_id="exportVehicle",
-    response_class=PlainTextResponse,
-    responses=documented(404),
+    response_class=Response,
+    responses={**documented(404), 200: {"content": TEXTS}},
 )
 def export(
     name: Robot,

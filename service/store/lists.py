@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from sqlalchemy import select, tuple_
 
-from service.errors import ValueProblem
+from service.errors import NotThereError
 from service.store.tables import JobRow, RecordingRow, SessionRow
 
 if TYPE_CHECKING:
@@ -22,13 +22,13 @@ def page(
     """Return up to `limit` rows that come after the one of the cursor, and the next cursor or None.
 
     Raises:
-        ValueProblem: the cursor is of no row.
+        NotThereError: the cursor is of no row.
     """
     query = select(table).where(*where).order_by(table.created.desc(), table.id.desc()).limit(limit + 1)
     if after is not None:
         last = db.get(table, after)
         if last is None:
-            raise ValueProblem("after", f"{after!r} is no cursor; expected `next` of the page before")
+            raise NotThereError("row of the cursor", after)
         query = query.where(tuple_(table.created, table.id) < tuple_(last.created, last.id))
     rows = list(db.scalars(query))
     more = len(rows) > limit

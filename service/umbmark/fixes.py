@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from service.errors import ValueProblem
+from service.umbmark.models import ByWalls
 from vcan_sim.sonar import Sonar
 from vehicle.se2 import between, wrap
 
 if TYPE_CHECKING:
-    from service.umbmark.models import Fix, Pose, Walls
+    from service.umbmark.models import Fix, Walls
     from vehicle.se2 import Array
 
 
@@ -20,15 +21,10 @@ def pose_of(fix: Fix, where: str) -> Array:
     """Return the pose `(3,)` of a fix; theta is nan where it was not measured.
 
     Raises:
-        ValueProblem: it holds both coordinates and walls, or neither, or distances that no pose has.
+        ValueProblem: no pose has such distances to the walls.
     """
-    by_coordinates = fix.x is not None and fix.y is not None
-    if (fix.walls is not None) == (fix.x is not None or fix.y is not None):
-        raise ValueProblem(where, "expected either x and y, or walls with three distances")
-    if fix.walls is not None:
+    if isinstance(fix, ByWalls):
         return _of_walls(fix.walls, where)
-    if not by_coordinates:
-        raise ValueProblem(where, "x or y is missing; expected both, in metres")
     return np.array([fix.x, fix.y, math.nan if fix.theta is None else fix.theta], np.float64)
 
 
@@ -43,11 +39,6 @@ def _of_walls(walls: Walls, where: str) -> Array:
             "measure them anew, perpendicular to the wall",
         )
     return pose
-
-
-def calculated_pose(pose: Pose) -> Array:
-    """Return the pose `(3,)` where odometry ends; theta is nan where it is not known."""
-    return np.array([pose.x, pose.y, math.nan if pose.theta is None else pose.theta], np.float64)
 
 
 def return_error(before: Array, after: Array, calculated: Array) -> Array:

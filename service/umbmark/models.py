@@ -53,21 +53,21 @@ class Walls(Sent):
     geometry: Geometry = Geometry()
 
 
-class Fix(Sent):
-    """An absolute pose: coordinates, or the distances from which they follow."""
-
-    x: Metre | None = None
-    y: Metre | None = None
-    theta: Radian | None = None
-    walls: Walls | None = None
-
-
-class Pose(Sent):
-    """A pose; theta may be unknown."""
+class Coordinates(Sent):
+    """An absolute pose; theta may be left out."""
 
     x: Metre
     y: Metre
     theta: Radian | None = None
+
+
+class ByWalls(Sent):
+    """An absolute pose by the distances from which it follows."""
+
+    walls: Walls
+
+
+Fix = Coordinates | ByWalls
 
 
 class SessionStart(Sent):
@@ -93,17 +93,26 @@ class SessionStart(Sent):
     ] = 30.0
 
 
-class SampleGiven(Sent):
-    """One run by its fixes, or the runs of a recording."""
+class SampleOfFixes(Sent):
+    """One run by its absolute fixes and where odometry ends."""
 
-    direction: Turn | None = None
+    direction: Annotated[Turn | None, Field(description="left out: that of the lap that was driven")] = None
     truck: TruckName = "a"
-    before: Fix = Fix(x=0.0, y=0.0, theta=0.0)
-    after: Fix | None = None
-    calculated: Annotated[Pose | None, Field(description="where odometry ends, having begun at `before`")] = (
-        None
-    )
-    recording: Id | None = None
+    before: Fix = Coordinates(x=0.0, y=0.0, theta=0.0)
+    after: Fix
+    calculated: Annotated[
+        Coordinates | None,
+        Field(description="where odometry ends, having begun at `before`; left out: as the lap was driven"),
+    ] = None
+
+
+class SampleOfRecording(Sent):
+    """All runs of an uploaded recording."""
+
+    recording: Id
+
+
+SampleGiven = SampleOfFixes | SampleOfRecording
 
 
 class Solve(Sent):

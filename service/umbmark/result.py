@@ -16,7 +16,7 @@ from calib.guards import advise
 from calib.return_errors import ReturnErrors
 from calib.stop_rule import stop_rule
 from calib.uncertainty import uncertainty_of
-from service.errors import ValueProblem
+from service.errors import StateError, ValueProblem
 from service.umbmark.models import (
     Advice,
     Errors,
@@ -50,7 +50,8 @@ def result_of(
     """Return what the runs of a session make of its vehicle.
 
     Raises:
-        ValueProblem: no truck has runs in both directions, or the data do not allow the method.
+        StateError: no truck has runs in both directions.
+        ValueProblem: the data do not allow the method.
     """
     experiments = experiments_of(row, samples, vehicle)
     found = {name: _truck(one, method) for name, one in experiments.items()}
@@ -74,7 +75,7 @@ def experiments_of(
     """Return the experiment of every truck that was driven in both directions.
 
     Raises:
-        ValueProblem: no truck was.
+        StateError: no truck was.
     """
     experiments = {}
     for name, truck in vehicle.trucks.items():
@@ -84,8 +85,7 @@ def experiments_of(
             experiments[name] = Experiment(errors.source, truck, errors)
     if not experiments:
         count = {turn: sum(one.direction == turn for one in samples) for turn in TURNS}
-        raise ValueProblem(
-            "samples",
+        raise StateError(
             f"{count['cw']} run(s) cw and {count['ccw']} ccw; one direction alone cannot tell the wheelbase "
             "from the diameters: drive the square in both, five times each",
         )

@@ -14,7 +14,7 @@ from sqlalchemy import func, select
 from service.errors import ChangedError, NotThereError, StateError, ValueProblem
 from service.store import vehicles
 from service.store.tables import SampleRow, SessionRow
-from service.umbmark.fixes import calculated_pose, pose_of, return_error
+from service.umbmark.fixes import pose_of, return_error
 from service.umbmark.models import Counts, Result, ReturnError, Sample, Session
 from service.umbmark.states import demand, possible, state_of
 from vehicle.se2 import compose
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
 
     from service.store.tables import VehicleRow
-    from service.umbmark.models import Call, Method, SampleGiven, SessionStart, Turn
+    from service.umbmark.models import Call, Method, SampleOfFixes, SessionStart, Turn
     from vehicle.parameters import TruckName
     from vehicle.se2 import Array
 
@@ -88,40 +88,38 @@ def touched(row: SessionRow, lifetime: float) -> None:
     row.expires = row.changed + lifetime
 
 
-def add_given(db: Db, row: SessionRow, given: SampleGiven) -> list[SampleRow]:
+def add_given(db: Db, row: SessionRow, given: SampleOfFixes) -> list[SampleRow]:
     """Add the run that a client describes by fixes.
 
     Raises:
-        ValueProblem: something is missing, or no return error.
-        StateError: the direction is not that of the lap that waits to be measured.
+        ValueProblem: what was measured is no return error.
+        StateError: the session takes recordings, or something is missing that no driven lap tells.
     """
     if row.how == "recordings":
-        raise ValueProblem("recording", "missing; this session takes its runs from uploaded recordings")
+        raise StateError("this session takes its runs from uploaded recordings; send the id of one")
     direction, calculated = _direction(row, given), _calculated(row, given)
-    if given.after is None:
-        raise ValueProblem("after", "missing; expected the absolute fix after the run")
     error = return_error(pose_of(given.before, "before"), pose_of(given.after, "after"), calculated)
     added = add(db, row, direction, {given.truck: error}, "fixes")
     row.pending = None
     return [added]
 
 
-def _direction(row: SessionRow, given: SampleGiven) -> Turn:
+def _direction(row: SessionRow, given: SampleOfFixes) -> Turn:
     waiting = json.loads(row.pending)["direction"] if row.pending else None
     if waiting is not None and given.direction not in {None, waiting}:
         raise StateError(f"the lap that waits to be measured was driven {waiting}, not {given.direction}")
     direction: Turn | None = given.direction or waiting
     if direction is None:
-        raise ValueProblem("direction", "missing; expected cw or ccw")
+        raise StateError("no lap was driven that would tell the direction; send it: cw or ccw")
     return direction
 
 
-def _calculated(row: SessionRow, given: SampleGiven) -> Array:
+def _calculated(row: SessionRow, given: SampleOfFixes) -> Array:
     """Return where odometry ends: as given, or as the driven lap tells it from its start."""
     if given.calculated is not None:
-        return calculated_pose(given.calculated)
+        return pose_of(given.calculated, "calculated")
     if row.pending is None:
-        raise ValueProblem("calculated", "missing; expected where odometry ends, having begun at `before`")
+        raise StateError("no lap was driven that would tell where odometry ends; send it as `calculated`")
     driven = json.loads(row.pending)["calculated"].get(given.truck)
     if driven is None:
         raise ValueProblem("truck", f"the robot has no truck {given.truck!r}")
