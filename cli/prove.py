@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import math
 import tempfile
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,13 +13,15 @@ import typer
 from rich.progress import Progress
 from rich.table import Table
 
+from cli import proving
 from cli.console import err, out
-from vehicle.errors import OmnimateError
+from cli.prove_tables import compared, missed, shown
+from cli.proving import Corpus, ask, ask_all, ask_without, telling
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-    from proof.score import Row
+    from cli.proving import Answers, Tool
 
 
 def prove(
@@ -38,38 +40,88 @@ def prove(
     ] = Path("../shared/data/real"),
     jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Of the corpus.", min=0)] = 1,
+    baselines: Annotated[
+        bool | None,
+        typer.Option("--baselines/--no-baselines", help="Also plain methods; with --quick on a few cases."),
+    ] = None,
+    ablations: Annotated[
+        bool | None,
+        typer.Option("--ablations/--no-ablations", help="Also the tool without each of its parts; likewise."),
+    ] = None,
+    leave_one_out: Annotated[
+        bool | None,
+        typer.Option(
+            "--leave-one-out/--no-leave-one-out",
+            help="Also the tool without the effect that is concealed; likewise.",
+        ),
+    ] = None,
 ) -> None:
     """Prove the mismatch tool on recordings in which engines that share no code with it conceal effects."""
     with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
-        _prove(Path(place), jobs, quick=quick, contact=contact, seed=seed)
+        corpora = _corpora(Path(place), jobs, quick=quick, contact=contact, seed=seed)
+        answers = _prove(Path(place), corpora, jobs)
+        for wanted, show in (
+            (baselines, partial(_compare, "Baselines", proving.baselines(), answers)),
+            (ablations, partial(_compare, "Ablations", proving.ablations(), answers)),
+            (leave_one_out, _leave_one_out),
+        ):
+            for corpus in _portion(corpora, quick=quick, wanted=wanted):
+                show(corpus, Path(place), jobs)
     if not quick:
         _real(real)
 
 
-def _prove(place: Path, jobs: int, *, quick: bool, contact: bool, seed: int) -> None:
-    from proof.run import asked, sealed, write_corpus
+def _corpora(place: Path, jobs: int, *, quick: bool, contact: bool, seed: int) -> list[Corpus]:
+    """Write the corpora; print what seals their labels before any tool runs."""
+    from proof.run import sealed, write_corpus
 
-    with Progress(console=err, transient=True) as progress:
-        task = progress.add_task("concealing effects", total=None)
-
-        def tell(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total)
-
+    with telling("concealing effects") as tell:
         labels = write_corpus(place / "own", jobs, tell, quick=quick, seed=seed)
-        folders = {name: place / "own" / name for name in labels}
-        out.print(
-            f"labels of the independent engine: {len(labels)}, SHA-256 {sealed(labels, place / 'own.json')}"
-        )
-        bodies = _contact(place / "mujoco", quick=quick, seed=seed) if contact else {}
-        if bodies:
-            folders |= {name: place / "mujoco" / name for name in bodies}
-            out.print(f"labels of MuJoCo: {len(bodies)}, SHA-256 {sealed(bodies, place / 'mujoco.json')}")
-        progress.update(task, description="diagnosing")
-        answers = asked(_ask, folders, jobs, tell)
-    (place / "answers.json").write_text(json.dumps(answers), encoding="utf-8")
-    _show("independent engine", labels, answers)
+    corpora = [Corpus("independent engine", labels, place / "own")]
+    bodies = _contact(place / "mujoco", quick=quick, seed=seed) if contact else {}
     if bodies:
-        _show("contact physics (MuJoCo)", bodies, answers)
+        corpora.append(Corpus("contact physics (MuJoCo)", bodies, place / "mujoco"))
+    for one in corpora:
+        seal = sealed(dict(one.labels), one.folder.with_suffix(".json"))
+        out.print(f"labels of the {one.title}: {len(one.labels)}, SHA-256 {seal}")
+    return corpora
+
+
+def _prove(place: Path, corpora: Sequence[Corpus], jobs: int) -> Answers:
+    """Print how often the tool is right; return its answers to all cases."""
+    from mismatch import diagnose
+
+    cases = {name: (one.folder / name, diagnose) for one in corpora for name in one.labels}
+    answers = ask("diagnosing", cases, jobs)
+    (place / "answers.json").write_text(json.dumps(answers), encoding="utf-8")
+    for one in corpora:
+        out.print(shown(one.title, one.labels, answers))
+    return answers
+
+
+def _portion(corpora: Sequence[Corpus], *, quick: bool, wanted: bool | None) -> Sequence[Corpus]:
+    """Return what to ask more about: everything, nothing, or a few cases where little time is to be spent."""
+    if wanted is None and quick:
+        return [corpora[0].few()]
+    return [] if wanted is False else corpora
+
+
+def _compare(
+    title: str, tools: Mapping[str, Tool], known: Answers, corpus: Corpus, place: Path, jobs: int
+) -> None:
+    """Print what other tools' answers are worth beside the tool's own."""
+    found = ask_all(title.lower(), corpus, tools, jobs)
+    path = place / f"{title.lower()}-{corpus.folder.name}.json"
+    path.write_text(json.dumps(found), encoding="utf-8")
+    out.print(compared(f"{title}: {corpus.title}", corpus.labels, {"diagnose": known, **found}))
+
+
+def _leave_one_out(corpus: Corpus, place: Path, jobs: int) -> None:
+    """Print what the tool answers where what is concealed has no name."""
+    found = ask_without(corpus, jobs)
+    path = place / f"leave-one-out-{corpus.folder.name}.json"
+    path.write_text(json.dumps(found), encoding="utf-8")
+    out.print(missed(f"Leave one out: {corpus.title}", corpus.labels, found))
 
 
 def _real(folder: Path) -> None:
@@ -112,48 +164,3 @@ def _contact(folder: Path, *, quick: bool, seed: int) -> dict[str, Any]:
         return {}
     write(folder, corpus(6 if quick else 46), seed)
     return dict(json.loads((folder / "labels.json").read_text(encoding="utf-8")))
-
-
-def _ask(folder: Path) -> dict[str, Any]:
-    """Return the tool's answer to all recordings of a case."""
-    from mismatch import diagnose
-    from vehicle.folder import load_recording
-
-    try:
-        recordings = [load_recording(one) for one in sorted(folder.iterdir()) if one.is_dir()]
-        return diagnose(recordings).as_json()
-    except OmnimateError as error:
-        return {"verdict": "error", "says": str(error), "findings": [], "fit": None}
-
-
-def _show(title: str, labels: Mapping[str, Any], answers: Mapping[str, Any]) -> None:
-    from proof.score import rows
-
-    table = Table(title=title)
-    for heading, justify in (
-        ("what", "left"),
-        ("share", "right"),
-        ("95 %", "right"),
-        ("of", "right"),
-        ("target", "right"),
-        ("", "left"),
-    ):
-        table.add_column(heading, justify=justify)  # type: ignore[arg-type]
-    for row in rows(labels, answers):
-        table.add_row(*_cells(row), style="" if row.verdict != "NOT REACHED" else "bold")
-    out.print(table)
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    if math.isnan(row.share):
-        return row.name, "-", "", "0", "", row.note
-    low, high = row.interval
-    target = "" if row.target is None else f"{'<=' if row.most else '>='} {row.target:.2f}"
-    return (
-        row.name,
-        f"{row.share:.3f}",
-        f"{low:.2f}-{high:.2f}",
-        str(row.of),
-        target,
-        f"{row.verdict} {row.note}".strip(),
-    )

@@ -5,15 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 from concurrent.futures import ProcessPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from proof.corpus import cases, make
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
 Answer = dict[str, Any]
+Question = TypeVar("Question")
 
 
 def write_corpus(
@@ -41,19 +42,23 @@ def sealed(labels: dict[str, Any], path: Path) -> str:
 
 
 def asked(
-    ask: Callable[[Path], Answer], folders: dict[str, Path], jobs: int, tell: Callable[[int, int], None]
+    ask: Callable[[Question], Answer],
+    questions: Mapping[str, Question],
+    jobs: int,
+    tell: Callable[[int, int], None],
 ) -> dict[str, Answer]:
-    """Return the answers of a tool to recordings, by name.
+    """Return the answers to questions, by name.
 
     Args:
-        ask: the tool: a folder of recordings to its JSON answer.
-        folders: of each case.
+        ask: what is asked, as a folder of recordings and a tool, to its JSON answer.
+        questions: by name.
         jobs: processes.
         tell: is told how many are done, of how many.
     """
     answers = {}
     with ProcessPoolExecutor(jobs) as pool:
-        for number, (name, answer) in enumerate(zip(folders, pool.map(ask, folders.values()), strict=True)):
+        given = pool.map(ask, questions.values())
+        for number, (name, answer) in enumerate(zip(questions, given, strict=True)):
             answers[name] = answer
-            tell(number + 1, len(folders))
+            tell(number + 1, len(questions))
     return answers

@@ -1,0 +1,79 @@
+"""Tables of what answers about a corpus are worth."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from cli.proving import Answers
+    from proof.score import Row
+
+
+def shown(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
+    """Return a table of what a tool's answers are worth."""
+    from proof.score import rows
+
+    table = Table(title=title)
+    for heading, justify in (
+        ("what", "left"),
+        ("share", "right"),
+        ("95 %", "right"),
+        ("of", "right"),
+        ("target", "right"),
+        ("", "left"),
+    ):
+        table.add_column(heading, justify=justify)  # type: ignore[arg-type]
+    for row in rows(labels, answers):
+        table.add_row(*_cells(row), style="" if row.verdict != "NOT REACHED" else "bold")
+    return table
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    if math.isnan(row.share):
+        return row.name, "-", "", "0", "", row.note
+    low, high = row.interval
+    return (
+        row.name,
+        f"{row.share:.3f}",
+        f"{low:.2f}-{high:.2f}",
+        str(row.of),
+        _target(row),
+        f"{row.verdict} {row.note}".strip(),
+    )
+
+
+def compared(title: str, labels: Mapping[str, Any], answers: Mapping[str, Answers]) -> Table:
+    """Return a table of what the answers of several tools are worth, a column for each."""
+    from proof.score import rows
+
+    table = Table(title=title)
+    for heading in ("what", "wanted", *answers):
+        table.add_column(heading, justify="left" if heading == "what" else "right")
+    for line in zip(*(rows(labels, own) for own in answers.values()), strict=True):
+        table.add_row(line[0].name, _target(line[0]), *map(_share, line))
+    return table
+
+
+def _target(row: Row) -> str:
+    return "" if row.target is None else f"{'<=' if row.most else '>='} {row.target:.2f}"
+
+
+def _share(row: Row) -> str:
+    return f"{row.share:.2f} of {row.of}" if row.of else "-"
+
+
+def missed(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
+    """Return a table of what is answered where the effect that is concealed has no name, a row for each."""
+    from proof.leave_one_out import OUTCOMES, left_out_rows
+
+    table = Table(title=title)
+    for heading in ("effect", "cases", *OUTCOMES):
+        table.add_column(heading, justify="left" if heading == "effect" else "right")
+    for row in left_out_rows(labels, answers):
+        table.add_row(row.effect, str(row.cases), *(str(row.outcomes.get(one, 0)) for one in OUTCOMES))
+    return table

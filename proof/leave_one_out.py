@@ -1,0 +1,70 @@
+"""Leave one out: an effect that is missing from a tool's library must not be given another one's name."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from proof.score import ASSERTED, asserted, wrong
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from proof.score import Answer, Label
+
+Outcome = Literal["unknown", "acceptable", "wrong name", "nothing"]
+OUTCOMES: tuple[Outcome, ...] = ("unknown", "acceptable", "wrong name", "nothing")
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """One line of the table.
+
+    Attributes:
+        effect: that was left out of the library.
+        outcomes: how often each was the answer.
+    """
+
+    effect: str
+    outcomes: Mapping[Outcome, int]
+
+    @property
+    def cases(self) -> int:
+        """How many recordings conceal the effect."""
+        return sum(self.outcomes.values())
+
+
+def concealing(labels: Mapping[str, Label]) -> dict[str, str]:
+    """Return of every case that conceals one named effect, and nothing else, that effect."""
+    return {name: label["effects"][0]["effect"] for name, label in labels.items() if _conceals_one(label)}
+
+
+def _conceals_one(label: Label) -> bool:
+    return label["kind"] in {"single", "masked"} and len(label["effects"]) == 1
+
+
+def outcome(label: Label, answer: Answer) -> Outcome:
+    """Return what an answer makes of the missing effect; one wrong name among its assertions is wrong."""
+    found = asserted(answer, ASSERTED)
+    named = [finding for finding in found if finding["effect"] != "unknown"]
+    if any(wrong(finding, label) for finding in named):
+        return "wrong name"
+    if len(named) < len(found):
+        return "unknown"
+    return "acceptable" if named else "nothing"
+
+
+def left_out_rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[LeftOut]:
+    """Return a line for every effect, and one for all of them.
+
+    Args:
+        labels: of each case.
+        answers: of the tool without the effect that a case conceals; cases without one do not count.
+    """
+    found: dict[str, Counter[Outcome]] = {}
+    for name, effect in concealing(labels).items():
+        if name in answers:
+            found.setdefault(effect, Counter())[outcome(labels[name], answers[name])] += 1
+    whole: Counter[Outcome] = sum(found.values(), Counter())
+    return [*(LeftOut(*pair) for pair in sorted(found.items())), LeftOut("all", whole)]

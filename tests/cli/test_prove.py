@@ -1,0 +1,67 @@
+"""`omnimate prove`: which tools are asked about which cases, and that their tables are printed."""
+
+import pytest
+
+from proof.corpus import cases
+
+ANSWER = {"verdict": "agreement", "findings": [], "fit": None}
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Let nothing be driven and nothing be diagnosed; return the names of all questions, a list a bar."""
+    questions = []
+
+    def corpus(folder, _jobs, _tell, **kinds):
+        folder.mkdir(parents=True)
+        found = cases(kinds["quick"])
+        return {f"own-{number:04d}": label(case) for number, case in enumerate(found)}
+
+    def answers(_ask, wanted, _jobs, _tell):
+        questions.append(list(wanted))
+        return dict.fromkeys(wanted, ANSWER)
+
+    monkeypatch.setattr("proof.run.write_corpus", corpus)
+    monkeypatch.setattr("proof.run.asked", answers)
+    return questions
+
+
+def label(case):
+    effects = [
+        {"effect": effect, "component": component, "intervals": [], "parameters": {}, "acceptable": []}
+        for effect, component in case.effects
+    ]
+    return {"kind": case.kind, "effects": effects}
+
+
+def test_quick_asks_more_about_a_few_cases_only(omnimate, asked):
+    shown = omnimate("prove", "--quick", "--no-contact").out
+    assert [len(names) for names in asked] == [len(cases(quick=True)), 3 * 3, 3 * 4, 1]
+    for title in ("Baselines", "Ablations", "Leave one out"):
+        assert title in shown
+
+
+def test_every_case_is_asked_about_on_request(omnimate, asked):
+    shown = omnimate(
+        "prove", "--quick", "--no-contact", "--baselines", "--no-ablations", "--leave-one-out"
+    ).out
+    whole = cases(quick=True)
+    alone = [one for one in whole if one.kind in {"single", "masked"} and len(one.effects) == 1]
+    assert [len(names) for names in asked] == [len(whole), 3 * len(whole), len(alone)]
+    assert "STLSQ" in shown
+    assert "Ablations" not in shown
+
+
+def test_the_full_run_asks_about_everything(omnimate, asked, tmp_path):
+    omnimate("prove", "--no-contact", "--real", tmp_path)
+    whole = len(cases(quick=False))
+    assert [len(names) for names in asked][:3] == [whole, 3 * whole, 4 * whole]
+
+
+def test_the_answers_of_all_tools_are_kept(omnimate, asked, tmp_path):
+    omnimate("prove", "--quick", "--no-contact", "--out", tmp_path / "kept")
+    kept = {path.name for path in (tmp_path / "kept").glob("*.json")}
+    assert kept == {
+        *("own.json", "answers.json", "baselines-own.json", "ablations-own.json"),
+        "leave-one-out-own.json",
+    }
