@@ -28,12 +28,14 @@ export function clusterDrawing(samples, truck, edge) {
   const runs = samples.filter((one) => one.errors[truck]);
   const { centres, largest } = sums(samples, truck);
   const at = (x, y) => [HALF + (x / edge) * EDGE, HALF - (y / edge) * EDGE];
-  const both = Object.keys(centres).length === 2;
+  const middles = Object.entries(centres).map(([direction, { x, y }]) => [direction, at(x, y)]);
+  const both = middles.length === 2;
   return svg("svg", { viewBox: `0 0 ${BOX} ${BOX}`, role: "img", "data-testid": `clusters-${truck}`, "aria-label": describe(truck, centres, largest) },
-    axes(edge),
     both ? svg("circle", { class: "ring", cx: HALF, cy: HALF, r: (largest / edge) * EDGE }) : null,
-    ...Object.entries(centres).map(([direction, { x, y }]) => centre(direction, at(x, y))),
-    ...runs.map((one) => point(one, one.errors[truck], at)));
+    axes(edge),
+    ...middles.map(([direction, [x, y]]) => svg("path", { class: `spoke ${direction}`, d: `M${HALF} ${HALF}L${x} ${y}` })),
+    ...runs.map((one) => point(one, one.errors[truck], at)),
+    ...middles.map(([, [x, y]]) => svg("path", { class: "cross", d: `M${x - 10} ${y}h20M${x} ${y - 10}v20` })));
 }
 
 function axes(edge) {
@@ -59,12 +61,6 @@ function point({ number: run, direction }, error, at) {
   return direction === "cw"
     ? svg("circle", { class: "run cw", "data-run": run, cx: x, cy: y, r: 5.5 }, title)
     : svg("rect", { class: "run ccw", "data-run": run, x: x - 5, y: y - 5, width: 10, height: 10 }, title);
-}
-
-function centre(direction, [x, y]) {
-  return svg("g", { class: `centre ${direction}` },
-    svg("path", { class: "spoke", d: `M${HALF} ${HALF}L${x} ${y}` }),
-    svg("path", { class: "cross", d: `M${x - 9} ${y}h18M${x} ${y - 9}v18` }));
 }
 
 /** 1, 2 or 5 times a power of ten, so that two to five ticks stand on each side. */

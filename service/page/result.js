@@ -63,7 +63,7 @@ function truckCard(truck, { errors, methods, advice, second_pass: pass, nominal,
     el("p", { class: "soft" }, `${pass}.`),
     el("div", { class: "scroll" }, el("table", { class: "numbers methods" },
       el("caption", {}, "All methods, with 95 % confidence"),
-      el("thead", {}, row(...["method", "E_b", "E_d", "wheelbase mm", "left mm", "right mm", "c left", "c right", "error after mm"].map((word) => el("th", { scope: "col" }, word)))),
+      el("thead", {}, row(...["method", factor("b"), factor("d"), "wheelbase mm", "left mm", "right mm", "c left", "c right", "error after mm"].map((word) => el("th", { scope: "col" }, word)))),
       el("tbody", {}, methods.map((one) => methodRow(one, one.method === chosen))))));
 }
 
@@ -87,6 +87,7 @@ function limits({ value, low, high }, factor, digits) {
   return low == null ? text : el("span", {}, text, el("small", {}, `${number(factor * low, digits)} to ${number(factor * high, digits)}`));
 }
 
+const factor = (letter) => el("span", {}, "E", el("sub", {}, letter));
 const fine = (length, digits = 2) => number(1000 * length, digits);
 const change = (before, after, digits = 2) => `was ${fine(before, digits)}, ${after >= before ? "+" : ""}${fine(after - before, digits)}`;
 

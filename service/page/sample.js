@@ -45,7 +45,8 @@ export function showSample({ how, state, possible, counts, runs }, vehicle) {
   const turn = how === "drive" ? fewer(counts) : counts.cw < runs || counts.ccw >= runs ? "cw" : "ccw";
   if (was || $("sample").dataset.next !== turn) $("sample").elements.direction.value = turn;
   $("sample").dataset.next = turn;
-  $("sample-title").textContent = `Next run: ${counts.cw + counts.ccw + 1} of ${2 * runs}`;
+  const next = counts.cw + counts.ccw + 1;
+  $("sample-title").textContent = next > 2 * runs ? "One more run" : `Next run: ${next} of ${2 * runs}`;
 }
 
 /** The robot drives cw and ccw in turn. */
@@ -83,7 +84,7 @@ async function add() {
   for (const one of $("sample").querySelectorAll("#after input, #calculated input")) one.value = "";
   announce("The run is added.");
   await changed();
-  say($("sample-message"), "Added. The next one.", "good");
+  say($("sample-message"), "Added.", "good");
   $("after").querySelector("input")?.focus();
 }
 

@@ -121,11 +121,12 @@ function showLaps() {
 function showRuns() {
   const trucks = Object.keys(vehicle.trucks).filter((truck) => now.samples.some(({ errors }) => errors[truck]));
   const edge = reach(now.samples);
-  $("clusters").replaceChildren(...(trucks.length ? trucks : ["a"]).map((truck) => {
+  $("clusters").replaceChildren(...trucks.map((truck) => {
     const { centres, largest } = sums(now.samples, truck);
     const so = Object.keys(centres).length === 2 ? [": E", el("sub", {}, "max,syst"), ` ${size(largest)}`] : [];
     return el("figure", {}, clusterDrawing(now.samples, truck, edge), el("figcaption", {}, `truck ${truck}`, so));
   }));
+  if (!trucks.length) $("clusters").append(el("p", { class: "soft" }, "Each run appears here as soon as it is measured."));
   const leave = now.possible.includes("remove");
   $("runs").replaceChildren(...now.samples.flatMap((sample) => trucks.filter((truck) => sample.errors[truck]).map((truck, index) => {
     const { x, y, theta } = sample.errors[truck];
