@@ -62,7 +62,7 @@ def one(diagnosis_id: Name, call: Reading) -> Job:
     "/{diagnosis_id}/result",
     operation_id="getDiagnosisResult",
     response_model=dict[str, Any],
-    responses=documented(404, 409),
+    responses=documented(404),
 )
 def result(diagnosis_id: Name, call: Reading) -> Response:
     """Return the diagnosis, in the JSON that every tool of this kind writes."""
@@ -75,7 +75,7 @@ def result(diagnosis_id: Name, call: Reading) -> Response:
     "/{diagnosis_id}/report",
     operation_id="getDiagnosisReport",
     response_class=HTMLResponse,
-    responses=documented(404, 409),
+    responses=documented(404),
 )
 def report(diagnosis_id: Name, call: Reading) -> Response:
     """Return the report for people, a page with nothing outside itself."""
@@ -94,7 +94,7 @@ def _done(row: JobRow, content: str | None) -> str:
     "/{diagnosis_id}/cancel",
     operation_id="cancelDiagnosis",
     response_model=Job,
-    responses=documented(404, 409),
+    responses=documented(404),
 )
 def cancel(diagnosis_id: Name, call: Operating) -> Response:
     """End a diagnosis that is not done."""

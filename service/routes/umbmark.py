@@ -118,7 +118,7 @@ def one(session_id: Name, call: Reading) -> Session:
     operation_id="addSample",
     status_code=201,
     response_model=Sample,
-    responses=documented(404, 409, 410),
+    responses=documented(404, 410),
 )
 def sample(session_id: Name, body: SampleGiven, call: Operating) -> Response:
     """Add a run by its fixes, or the runs of a recording; what is answered 201 stays."""
@@ -189,7 +189,7 @@ def _of_recording(call: Call, db: Db, row: SessionRow, recording: str) -> list[S
     "/{session_id}/samples/{number}",
     operation_id="removeSample",
     response_model=Done,
-    responses=documented(404, 409, 410),
+    responses=documented(404, 410),
 )
 def remove(
     session_id: Name, number: Annotated[int, PathParameter(ge=1, le=1_000_000)], call: Operating
@@ -211,7 +211,7 @@ def remove(
     "/{session_id}/solve",
     operation_id="solveSession",
     response_model=Result,
-    responses=documented(404, 409, 410),
+    responses=documented(404, 410),
 )
 def solve(session_id: Name, call: Operating, body: Solve | None = None) -> Response:
     """Solve with the runs that there are; more may be added and solved again."""
@@ -228,7 +228,7 @@ def solve(session_id: Name, call: Operating, body: Solve | None = None) -> Respo
 
 
 @router.get(
-    "/{session_id}/result", operation_id="getResult", response_model=Result, responses=documented(404, 409)
+    "/{session_id}/result", operation_id="getResult", response_model=Result, responses=documented(404)
 )
 def result(session_id: Name, call: Reading, response: Response) -> Result:
     """Return the result of the last solve."""
@@ -243,7 +243,7 @@ def result(session_id: Name, call: Reading, response: Response) -> Result:
     operation_id="getPlot",
     response_class=Response,
     responses={
-        **documented(404, 409),
+        **documented(404),
         200: {"content": {"image/svg+xml": {"schema": {"type": "string"}}, "image/png": {}}},
     },
 )
@@ -267,7 +267,7 @@ def plot(
     "/{session_id}/accept",
     operation_id="acceptResult",
     response_model=Session,
-    responses=documented(404, 409, 410, 412, 428),
+    responses=documented(404, 410, 412, 428),
 )
 def accept(session_id: Name, call: Operating, if_match: IfMatch, body: Accept | None = None) -> Response:
     """Make the result the newest version of the vehicle; the former ones stay."""
@@ -294,7 +294,7 @@ def accept(session_id: Name, call: Operating, if_match: IfMatch, body: Accept | 
     "/{session_id}/resume",
     operation_id="resumeSession",
     response_model=Session,
-    responses=documented(404, 409, 410),
+    responses=documented(404, 410),
 )
 def resume(session_id: Name, call: Operating) -> Response:
     """Drive the squares that are left, after an interruption."""
@@ -313,7 +313,7 @@ def resume(session_id: Name, call: Operating) -> Response:
     "/{session_id}/abort",
     operation_id="abortSession",
     response_model=Session,
-    responses=documented(404, 409, 410),
+    responses=documented(404, 410),
 )
 def abort(session_id: Name, call: Operating) -> Response:
     """End a session; a robot that drives for it stops."""
