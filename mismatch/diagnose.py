@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from mismatch.answer import answer
 from mismatch.diagnosis import Diagnosis
+from mismatch.far_off import far_off
+from mismatch.first_look import first_look
 from mismatch.folds import folds_of
 from mismatch.investigate import STEPS, investigate
 from mismatch.noise import ORDINARY, WHITE_FLOOR
@@ -47,6 +49,10 @@ def diagnose(
     reason = too_little(recordings)
     if reason:
         return Diagnosis("insufficient", reason, robot=robot, recordings=names, drive_next=(reason,))
+    progress(0, STEPS, "a first look")
+    look = first_look(recordings)
+    if look is not None:
+        return far_off(recordings, look)
     windows = [windows_of(signals_of(one, foreseen=parts.foreseen)) for one in recordings]
     left_out = without if parts.unknown else [*without, "unknown"]
     noise = ORDINARY if parts.waves else WHITE_FLOOR

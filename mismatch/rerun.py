@@ -81,7 +81,8 @@ def _missed(windows: Windows, signals: Signals, effects: Sequence[Effect]) -> di
             gone = [_driven(signals, block.twist, number, *pair) for pair in itertools.pairwise(stops)]
             off = np.array(gone)
             found[f"{truck} position"] = stops[1:], np.hypot(off[:, 0], off[:, 1])
-            found[f"{truck} heading"] = stops[1:], off[:, 2]
+            if np.isfinite(signals.poses.pose[signals.poses.body == truck, 2]).any():
+                found[f"{truck} heading"] = stops[1:], off[:, 2]
     return found
 
 

@@ -191,7 +191,9 @@ def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | Non
             at = own.time[heading]
             off = np.unwrap(wrap(own.pose[heading, 2] - np.interp(at, time, lead[:, 2])))
             turn = np.interp(time, at, off)
-            lead = _along(lead, twist[:, 0], turn)
+        else:
+            turn = np.full(len(time), _direction(own, time, lead))
+        lead = _along(lead, twist[:, 0], turn)
         for axis in range(2):
             known = np.isfinite(own.pose[:, axis])
             if known.any():
@@ -215,6 +217,16 @@ def _averaged(poses: Poses) -> Poses:
     last = np.append(middle[1:], len(group))
     pick = (middle + last) // 2
     return type(poses)(poses.time[pick], poses.body[pick], poses.pose[pick], poses.sigma[pick])
+
+
+def _direction(poses: Poses, time: Array, path: Array) -> float:
+    """Return by how much to turn a path so that it runs as measured positions do [rad]."""
+    known = np.isfinite(poses.pose[:, :2]).all(axis=1)
+    if known.sum() < 2:
+        return 0.0
+    x, y = (np.interp(poses.time[known], time, path[:, axis]) for axis in range(2))
+    driven, measured = x + 1j * y, poses.pose[known, 0] + 1j * poses.pose[known, 1]
+    return float(np.angle(np.vdot(driven - driven.mean(), measured - measured.mean())))
 
 
 def _start(poses: Poses) -> Array:
