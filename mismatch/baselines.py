@@ -1,7 +1,7 @@
 """What simpler methods answer: one-step-ahead residuals taken for white noise, and a plain choice of terms.
 
-The library's columns, the proposals of events and the answer are the tool's own. What is not: its noise
-model, its comparison of sets, its unknowns, what it tolerates, its refinement.
+The library's columns, what is tolerated in every robot, the proposals of events and the answer are the
+tool's own. What is not: its noise model, its comparison of sets, its unknowns, its refinement.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ import numpy as np
 from mismatch.choose import Choice, decoded
 from mismatch.diagnosis import Alternative, Diagnosis, Finding, Parameter, Where
 from mismatch.folds import folds_of
+from mismatch.investigate import tolerated
 from mismatch.noise import ORDINARY, Filter, start_of
 from mismatch.refine import sigmas
 from mismatch.regression import Regression
 from mismatch.scan import merged, proposals
 from mismatch.signals import signals_of
 from mismatch.sparse import METHODS, NOTHING, chosen, left, weights
-from mismatch.terms import smooth_terms
+from mismatch.terms import skews, smooth_terms
 from mismatch.validate import check, too_little
 from mismatch.where import crossings
 from mismatch.whitening import gains_of
@@ -93,15 +94,16 @@ def searched(regression: Regression, method: Method) -> tuple[Choice, Set]:
         method: of choosing terms.
     """
     terms = smooth_terms([own.signals for own in regression.windows])
+    skew = slice(1, 1 + len(regression.add(skews(regression.windows[0].signals))))
     places = regression.add(terms)
     level(regression)
-    choice = Choice(terms, places, regression.total)
+    choice = Choice(terms, places, tolerated(regression, terms, places, skew))
     best = chosen(choice, method, len(regression.white))
     for _ in range(ROUNDS):
         new = merged(terms, proposals(regression, choice, best))
         places = [*places, *regression.add(new)]
         terms = [*terms, *new]
-        choice = Choice(terms, places, regression.total)
+        choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         best = chosen(choice, method, len(regression.white))
     return choice, best
 
