@@ -30,6 +30,7 @@ ARGUMENTS = [
 ]  # fmt: skip
 COMMAND = [sys.executable, "-c", "from cli.main import main; main()"]
 SOON, LATER = 30_000, 300_000  # [ms] for an answer, and for a drive or a diagnosis on a slow machine
+METHODS = ("get", "post", "put", "delete")
 WIDE, PHONE = {"width": 1440, "height": 900}, {"width": 375, "height": 760}
 
 
@@ -281,6 +282,16 @@ def test_a_service_with_keys_asks_for_one_and_goes_on(browser, tmp_path, picture
         page.locator("#key-send").click()
         live(page)
         expect(page.locator("#key-dialog")).to_be_hidden()
+
+
+def test_docs_show_every_call_of_the_interface(page, address, picture):
+    described = page.request.get(f"{address}/openapi.json").json()
+    calls = sum(method in item for item in described["paths"].values() for method in METHODS)
+    page.goto(f"{address}/docs")
+    expect(page.locator("details")).to_have_count(calls, timeout=SOON)
+    page.locator("summary").nth(1).click()
+    expect(page.locator("details pre").nth(2)).to_contain_text("side: number", timeout=SOON)
+    picture(page, "docs")
 
 
 @pytest.mark.parametrize("view", ["floor", "calibrate", "recordings", "vehicle"])

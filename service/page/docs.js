@@ -1,0 +1,74 @@
+// The interface for people to read: what /openapi.json says, call by call.
+
+import { get } from "./api.js";
+import { $, el, row, show } from "./dom.js";
+
+const METHODS = ["get", "post", "put", "delete"];
+const DEEP = 5; // levels of a schema that are shown
+let schemas = {};
+
+try {
+  const described = await get("/openapi.json");
+  schemas = described.components?.schemas ?? {};
+  $("about").textContent = described.info.description;
+  $("calls").append(...sections(described.paths));
+} catch (problem) {
+  show($("message"), problem);
+}
+
+function sections(paths) {
+  const calls = Object.entries(paths).flatMap(([path, item]) =>
+    METHODS.filter((method) => item[method]).map((method) => ({ path, method, ...item[method] })));
+  const tags = [...new Set(calls.map(({ tags: [tag] = ["others"] }) => tag))];
+  return tags.map((tag) => el("section", { class: "card" },
+    el("h2", {}, tag),
+    calls.filter(({ tags: [own] = ["others"] }) => own === tag).map(callDetails)));
+}
+
+function callDetails({ path, method, description, summary, parameters = [], requestBody, responses }) {
+  const answers = Object.entries(responses);
+  const problems = answers.filter(([status]) => status >= 400).map(([status, answer]) => `${status} ${answer.description}`);
+  return el("details", {},
+    el("summary", {}, el("span", { class: `chip ${method}` }, method.toUpperCase()), el("code", {}, ` ${path} `), el("span", { class: "soft" }, description ?? summary)),
+    parameters.length ? el("div", { class: "scroll" }, el("table", {}, el("tbody", {}, parameters.map(parameterRow)))) : null,
+    requestBody ? [el("h3", {}, "What is sent"), content(requestBody.content)] : null,
+    el("h3", {}, "What is answered"),
+    answers.filter(([status]) => status < 400).map(([status, answer]) => answerDetails(status, answer)),
+    el("p", { class: "soft" }, `Problems: ${problems.join(", ") || "none"}.`));
+}
+
+
+function parameterRow({ name, in: where, required, schema, description }) {
+  return row(el("code", {}, name), `${where}${required ? "" : ", optional"}`, el("code", {}, shape(schema)), description ?? "");
+}
+
+function answerDetails(status, { description, content: found }) {
+  return el("div", {}, el("p", {}, `${status} ${description}`), found ? content(found) : null);
+}
+
+function content(kinds) {
+  return Object.entries(kinds).map(([kind, { schema }]) =>
+    el("div", {}, el("p", { class: "soft" }, kind), schema ? el("pre", { tabindex: "0" }, shape(schema)) : null));
+}
+
+/** A schema as the JSON that it describes. */
+function shape(schema = {}, depth = 0) {
+  if (schema.$ref) return shape(schemas[schema.$ref.split("/").at(-1)], depth);
+  const choices = schema.anyOf ?? schema.oneOf;
+  if (choices) return choices.map((one) => shape(one, depth)).join(" or ");
+  if ("const" in schema) return JSON.stringify(schema.const);
+  if (schema.enum) return schema.enum.map((one) => JSON.stringify(one)).join(" | ");
+  if (schema.type === "array") return `[${shape(schema.items, depth)}, ...]`;
+  if (schema.properties && depth < DEEP) return object(schema, depth);
+  if (schema.additionalProperties?.$ref) return `{name: ${shape(schema.additionalProperties, depth + 1)}}`;
+  return schema.type ?? "anything";
+}
+
+function object({ properties, required = [] }, depth) {
+  const inside = "  ".repeat(depth + 1);
+  const lines = Object.entries(properties).map(([name, one]) => {
+    const notes = [required.includes(name) ? "" : "optional", one.description ?? "", "default" in one ? `default ${JSON.stringify(one.default)}` : ""].filter(Boolean);
+    return `${inside}${name}: ${shape(one, depth + 1)}${notes.length ? `  // ${notes.join("; ")}` : ""}`;
+  });
+  return `{\n${lines.join("\n")}\n${"  ".repeat(depth)}}`;
+}
