@@ -1,8 +1,12 @@
 """`omnimate prove`: which tools are asked about which cases, and that their tables are printed."""
 
+import pickle
+
 import pytest
 
-from proof.corpus import cases
+from cli.proving import ablations, answered, baselines
+from mismatch import Diagnosis
+from proof.corpus import Case, cases, make
 
 ANSWER = {"verdict": "agreement", "findings": [], "fit": None}
 
@@ -65,3 +69,15 @@ def test_the_answers_of_all_tools_are_kept(omnimate, asked, tmp_path):
         *("own.json", "answers.json", "baselines-own.json", "ablations-own.json"),
         "leave-one-out-own.json",
     }
+
+
+def test_a_tool_is_given_all_recordings_of_a_case_and_answers_in_json(tmp_path):
+    make(tmp_path, Case("null", (), "squares", "mocap", trucks=1, note="short"), 3)
+    answer = answered((tmp_path, lambda recordings: Diagnosis("agreement", f"{len(recordings)} seen")))
+    assert (answer["verdict"], answer["says"], answer["findings"]) == ("agreement", "1 seen", [])
+
+
+@pytest.mark.parametrize("tools", [baselines, ablations])
+def test_tools_go_to_other_processes(tools):
+    for name, tool in tools().items():
+        assert pickle.loads(pickle.dumps(tool)).keywords == tool.keywords, name
