@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.progress import Progress
-from rich.table import Table
 
 from cli import proving
-from cli.console import err, out
+from cli.console import out
+from cli.prove_real import show_real
 from cli.prove_tables import compared, missed, shown
 from cli.proving import Corpus, ask, ask_all, ask_without, telling
 
@@ -38,6 +37,10 @@ def prove(
     real: Annotated[
         Path, typer.Option(help="Folder of real recordings; its part is left out where it is absent.")
     ] = Path("../shared/data/real"),
+    real_only: Annotated[bool, typer.Option("--real-only", help="Only the real recordings.")] = False,
+    figures: Annotated[
+        Path | None, typer.Option(help="Folder for figures of the real recordings.", exists=True)
+    ] = None,
     jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Of the corpus.", min=0)] = 1,
     baselines: Annotated[
@@ -57,6 +60,9 @@ def prove(
     ] = None,
 ) -> None:
     """Prove the mismatch tool on recordings in which engines that share no code with it conceal effects."""
+    if real_only:
+        show_real(real, figures)
+        return
     with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
         corpora = _corpora(Path(place), jobs, quick=quick, contact=contact, seed=seed)
         answers = _prove(Path(place), corpora, jobs)
@@ -68,7 +74,7 @@ def prove(
             for corpus in _portion(corpora, quick=quick, wanted=wanted):
                 show(corpus, Path(place), jobs)
     if not quick:
-        _real(real)
+        show_real(real, figures)
 
 
 def _corpora(place: Path, jobs: int, *, quick: bool, contact: bool, seed: int) -> list[Corpus]:
@@ -122,36 +128,6 @@ def _leave_one_out(corpus: Corpus, place: Path, jobs: int) -> None:
     path = place / f"leave-one-out-{corpus.folder.name}.json"
     path.write_text(json.dumps(found), encoding="utf-8")
     out.print(missed(f"Leave one out: {corpus.title}", corpus.labels, found))
-
-
-def _real(folder: Path) -> None:
-    """Print what the tool finds in recordings of real robots, where nobody knows the truth."""
-    from imports.optiodom import differential_sets, recordings_of
-    from mismatch import diagnose
-
-    if not (folder / "optiodom").is_dir():
-        out.print(f"{folder / 'optiodom'} is not there: the real recordings are left out")
-        return
-    table = Table(title="OptiOdom: the nominal robot against its recordings, every set on its own")
-    for heading in ("set", "held-out residual", "position, 10 s open loop", "first findings"):
-        table.add_column(heading)
-    sets, _ = differential_sets(folder / "optiodom")
-    with Progress(console=err, transient=True) as progress:
-        for one in progress.track(sets, description="real recordings"):
-            diagnosis = diagnose(recordings_of(one))
-            fit = diagnosis.fit
-            assert fit is not None  # every set has poses and minutes of driving
-            found = [
-                f"{own.effect} {own.component} ({own.probability:.0%})" for own in diagnosis.findings[:3]
-            ]
-            loop = fit.rerun.get("a position")
-            table.add_row(
-                f"{one.parent.name}/{one.name}",
-                f"{fit.heldout.before:.2f} -> {fit.heldout.after:.2f}",
-                "-" if loop is None else f"{1e3 * loop.before:.1f} -> {1e3 * loop.after:.1f} mm",
-                ", ".join(found) or diagnosis.verdict,
-            )
-    out.print(table)
 
 
 def _contact(folder: Path, *, quick: bool, seed: int) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from mismatch.diagnosis import Change
 from mismatch.model import replayed
-from mismatch.signals import expected_reading, integrated
+from mismatch.signals import expected_reading, integrated, signals_of
 from vehicle.se2 import between, wrap
 
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from mismatch.heldout import HeldOut
     from mismatch.regression import Regression
     from mismatch.signals import Signals
-    from mismatch.windows import Windows
     from vcan_sim.effects.effect import Effect
+    from vehicle.recording import Recording
     from vehicle.se2 import Array
 
 STRETCH = 10.0  # [s] long against the sensors' resolution, short against what odometry forgets
@@ -41,11 +41,11 @@ def rerun(regression: Regression, residuals: HeldOut) -> dict[str, Change]:
     before: dict[str, list[Array]] = {}
     after: dict[str, list[Array]] = {}
     for windows, folds in zip(regression.windows, residuals.folds, strict=True):
-        nominal = _missed(windows, windows.signals, ())
+        nominal = _missed(windows.signals, ())
         for name, (_, missed) in nominal.items():
             before.setdefault(name, []).append(missed)
         for fold in np.unique(folds):
-            own = _missed(windows, windows.signals, residuals.effects[fold])
+            own = _missed(windows.signals, residuals.effects[fold])
             for name, (at, missed) in own.items():
                 mine = folds[np.searchsorted(windows.ends, at).clip(max=len(folds) - 1)] == fold
                 after.setdefault(name, []).append(missed[mine])
@@ -57,7 +57,16 @@ def rerun(regression: Regression, residuals: HeldOut) -> dict[str, Change]:
     return found
 
 
-def _missed(windows: Windows, signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Array, Array]]:
+def open_loop(recordings: Sequence[Recording]) -> dict[str, float]:
+    """Return by how much robots as described, run open loop, miss each channel, rms [m, rad]."""
+    parts: dict[str, list[Array]] = {}
+    for one in recordings:
+        for name, (_, missed) in _missed(signals_of(one), ()).items():
+            parts.setdefault(name, []).append(missed)
+    return {name: float(np.sqrt(np.mean(np.concatenate(own) ** 2))) for name, own in parts.items()}
+
+
+def _missed(signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Array, Array]]:
     """Return of each channel the samples at which stretches end, and what the simulator misses there."""
     block = replayed(signals, effects)
     shown = block.reading - signals.block.reading
@@ -65,7 +74,7 @@ def _missed(windows: Windows, signals: Signals, effects: Sequence[Effect]) -> di
     found: dict[str, tuple[Array, Array]] = {}
     count = max(1, round(float(signals.time[-1] - signals.time[0]) / STRETCH))
     edges = np.linspace(0, len(signals.time) - 1, count + 1).astype(int)
-    if windows.linkage:
+    if signals.reading.shape[1]:
         rows = np.array([_linkage(signals, block.twist, offset, *pair) for pair in itertools.pairwise(edges)])
         for number, name in enumerate(("joint_a", "joint_b", "link")):
             found[name] = edges[1:], rows[:, number]

@@ -1,4 +1,4 @@
-"""Before any search: a robot that is described wrongly is told so, and one that is not goes on to the search."""
+"""Before any search: a robot that is described wrongly is told so, and any other goes on to the search."""
 
 from dataclasses import replace
 
@@ -15,6 +15,7 @@ from vcan_sim.effects import effect_named
 from vcan_sim.reference import reference_single
 from vcan_sim.simulate import simulate
 from vcan_sim.truth import Truth
+from vehicle.odometry import dead_reckon
 from vehicle.parameters import Truck
 from vehicle.recording import Poses
 
@@ -27,8 +28,6 @@ def drive():
 
 
 def watched(recording):
-    from vehicle.odometry import dead_reckon
-
     path, every = dead_reckon(recording), slice(None, None, 10)
     count = len(path[every])
     return replace(
