@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fastapi import FastAPI, Request
+from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
-from fastapi.responses import FileResponse, Response
+from fastapi.responses import FileResponse
 from fastapi.staticfiles import StaticFiles
 
 from service import problems
 from service.limits import Limits
-from service.metrics import Calls
+from service.metrics import Calls, Measured
 from service.routes import diagnoses, health, recordings, robot, umbmark, vehicles
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ def create_app(parts: Parts) -> FastAPI:
     )  # fmt: skip
     app.state.parts, app.state.calls = parts, Calls()
     problems.install(app)
-    app.middleware("http")(_measured)
+    app.add_middleware(Measured, calls=app.state.calls)
     app.add_middleware(Limits, settings=parts.settings)
     for routes in (umbmark, vehicles, recordings, diagnoses, robot, health):
         app.include_router(routes.router)
@@ -66,16 +65,6 @@ def _close(parts: Parts) -> None:
     parts.live.close()
     parts.worker.close()
     parts.database.close()
-
-
-async def _measured(request: Request, following: Callable[[Request], Awaitable[Response]]) -> Response:
-    """Note how long a call takes, under the name of its operation."""
-    began = time.perf_counter()
-    response = await following(request)
-    route = request.scope.get("route")
-    operation = getattr(route, "operation_id", None) or "other"
-    request.app.state.calls.took(request.method, operation, response.status_code, time.perf_counter() - began)
-    return response
 
 
 def _page(name: str) -> Callable[[], Awaitable[FileResponse]]:

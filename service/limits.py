@@ -6,7 +6,7 @@ import time
 from collections import OrderedDict
 from typing import TYPE_CHECKING
 
-from starlette.exceptions import HTTPException
+from fastapi import HTTPException
 
 from service.problems import answer
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
@@ -11,6 +12,8 @@ from sqlalchemy import func, select
 from service.store.tables import JobRow, SessionRow
 
 if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
     from service.parts import Parts
 
 BUCKETS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)
@@ -32,6 +35,32 @@ class Calls:
     def took(self, method: str, operation: str, status: int, seconds: float) -> None:
         """Note a call."""
         self.seconds.labels(method, operation, str(status)).observe(seconds)
+
+
+class Measured:
+    """An ASGI application in front of another one, which notes how long calls take, by their operation."""
+
+    def __init__(self, app: ASGIApp, calls: Calls) -> None:
+        self.app, self._calls = app, calls
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a call and note it."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        began, status = time.perf_counter(), 500
+
+        async def noted(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+            await send(message)
+
+        try:
+            await self.app(scope, receive, noted)
+        finally:
+            operation = getattr(scope.get("route"), "operation_id", None) or "other"
+            self._calls.took(scope["method"], operation, status, time.perf_counter() - began)
 
 
 def exposition(parts: Parts, calls: Calls) -> tuple[bytes, str]:

@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
-from starlette.routing import Route
+from starlette.routing import compile_path
 
 from service.errors import ServiceError, StateError, ValueProblem
 from vehicle.errors import OmnimateError
@@ -126,10 +126,10 @@ async def _of_http(request: Request, error: Exception) -> JSONResponse:
 
 
 def _allowed(request: Request) -> str:
-    """Return all methods of a path, whichever route has them."""
-    routes = (route for route in request.app.routes if isinstance(route, Route))
-    matching = (route for route in routes if route.path_regex.match(request.url.path))
-    return ", ".join(sorted({method for route in matching for method in route.methods or ()}))
+    """Return all methods that the document lists for a path; whichever route has them."""
+    paths = request.app.openapi()["paths"].items()
+    matching = (calls for path, calls in paths if compile_path(path)[0].match(request.url.path))
+    return ", ".join(sorted({method.upper() for calls in matching for method in calls}))
 
 
 async def _of_database(_request: Request, error: Exception) -> JSONResponse:

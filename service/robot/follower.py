@@ -10,6 +10,7 @@ import numpy as np
 from motion.reading import LinkReader
 from vehicle.odometry import Odometer
 from vehicle.parameters import WHEELS
+from vehicle.se2 import wrap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,17 +69,22 @@ class Follower:
         """Return what is known, as the stream's `state` event holds it."""
         tracker = self._tracker
         row = tracker.row() if tracker is not None and tracker.started else None
-        joints = self._joints
         return {
             "plain": _pose(self._odometers["a"].pose),
             "ipec": None if row is None else _pose(row.ipec),
             "filter": None if row is None else _pose(row.filtered),
             "sigma": None if row is None else _pose(row.sigma),
             "follower": _follower(None if row is None else row.follower, self._odometers),
-            "joints": None if joints is None else {"a": joints[0], "b": joints[1], "length": joints[2]},
+            "joints": _joints(self._joints),
             "corrections": None if row is None else dict(zip("ab", row.corrections.tolist(), strict=True)),
             "lost": None if row is None else dict(zip(WHEELS, row.lost.tolist(), strict=True)),
         }
+
+
+def _joints(read: tuple[float, float, float] | None) -> dict[str, float] | None:
+    if read is None:
+        return None
+    return {"a": float(wrap(read[0])), "b": float(wrap(read[1])), "length": read[2]}
 
 
 def _pose(pose: Sequence[float] | np.ndarray[Any, Any]) -> dict[str, float] | None:

@@ -17,18 +17,18 @@ def upgrade() -> None:
         sa.Column("version", sa.Integer, primary_key=True),
         sa.Column("toml", sa.Text, nullable=False),
         sa.Column("origin", sa.String(200), nullable=False),
-        sa.Column("created", sa.Float(53), nullable=False),
+        sa.Column("created", sa.Double(), nullable=False),
     )
     op.create_table(
         "sessions",
         sa.Column("id", sa.String(32), primary_key=True),
         sa.Column("vehicle", sa.String(100), nullable=False),
         sa.Column("vehicle_version", sa.Integer, nullable=False),
-        sa.Column("side", sa.Float(53), nullable=False),
+        sa.Column("side", sa.Double(), nullable=False),
         sa.Column("runs", sa.Integer, nullable=False),
         sa.Column("how", sa.String(20), nullable=False),
-        sa.Column("speed", sa.Float(53), nullable=False),
-        sa.Column("lifeline", sa.Float(53)),
+        sa.Column("speed", sa.Double(), nullable=False),
+        sa.Column("lifeline", sa.Double()),
         sa.Column("state", sa.String(20), nullable=False),
         sa.Column("detail", sa.String(1000), nullable=False),
         *_ages("created", "changed", "expires"),
@@ -36,7 +36,7 @@ def upgrade() -> None:
         sa.Column("result", sa.Text),
         sa.Column("pending", sa.Text),
         sa.Column("owner", sa.String(32)),
-        sa.Column("lease", sa.Float(53)),
+        sa.Column("lease", sa.Double()),
     )
     op.create_index("sessions_by_age", "sessions", ["created", "id"])
     op.create_index("sessions_by_state", "sessions", ["state"])
@@ -56,7 +56,7 @@ def upgrade() -> None:
         sa.Column("name", sa.String(200), nullable=False),
         sa.Column("vehicle", sa.String(100), nullable=False),
         sa.Column("samples", sa.Integer, nullable=False),
-        sa.Column("seconds", sa.Float(53), nullable=False),
+        sa.Column("seconds", sa.Double(), nullable=False),
         sa.Column("laps", sa.Integer, nullable=False),
         sa.Column("poses", sa.Integer, nullable=False),
         sa.Column("size", sa.Integer, nullable=False),
@@ -72,7 +72,7 @@ def upgrade() -> None:
         sa.Column("role", sa.String(20), nullable=False),
         sa.Column("secret", sa.String(64), nullable=False),
         *_ages("created"),
-        sa.Column("revoked", sa.Float(53)),
+        sa.Column("revoked", sa.Double()),
     )
     op.create_table(
         "answers",
@@ -100,7 +100,7 @@ def _jobs() -> None:
         sa.Column("id", sa.String(32), primary_key=True),
         sa.Column("recordings", sa.Text, nullable=False),
         sa.Column("state", sa.String(20), nullable=False),
-        sa.Column("progress", sa.Float(53), nullable=False),
+        sa.Column("progress", sa.Double(), nullable=False),
         sa.Column("doing", sa.String(200), nullable=False),
         sa.Column("verdict", sa.String(20)),
         sa.Column("says", sa.Text),
@@ -108,7 +108,7 @@ def _jobs() -> None:
         sa.Column("attempts", sa.Integer, nullable=False),
         *_ages("created", "changed"),
         sa.Column("owner", sa.String(32)),
-        sa.Column("lease", sa.Float(53)),
+        sa.Column("lease", sa.Double()),
         sa.Column("result", sa.Text),
         sa.Column("report", sa.Text),
     )
@@ -117,4 +117,4 @@ def _jobs() -> None:
 
 
 def _ages(*names: str) -> list[sa.Column[float]]:
-    return [sa.Column(name, sa.Float(53), nullable=False) for name in names]
+    return [sa.Column(name, sa.Double(), nullable=False) for name in names]

@@ -1,0 +1,92 @@
+"""The service drives the simulated robot: squares for a session, stop at any time, one session at once."""
+
+import time
+
+import pytest
+
+from service.store.tables import SessionRow
+
+SESSIONS = "/v1/umbmark/sessions"
+DRIVE = {"how": "drive", "side": 1.0, "runs": 1}
+
+
+@pytest.fixture
+def standing(client, until):
+    """A service whose robot does not drive, before and after the test."""
+    yield client
+    client.post("/v1/robot/stop")
+    until(lambda: client.get("/v1/robot").json()["driving"] is None)
+
+
+def test_a_driven_session_takes_its_own_samples_of_both_trucks(standing, started, until):
+    path = started(standing, **DRIVE)
+    until(lambda: standing.get(path).json()["state"] != "driving", 0.2)
+    session = standing.get(path).json()
+    assert session["state"] == "collecting", session["detail"]
+    runs = session["samples"]
+    assert [run["direction"] for run in runs] == ["cw", "ccw"]
+    assert all(set(run["errors"]) == {"a", "b"} for run in runs)
+    kept = standing.get(f"/v1/recordings/{runs[0]['recording']}").json()
+    assert (kept["laps"], kept["vehicle"]) == (1, "omnimate")
+    trucks = standing.post(f"{path}/solve").json()["trucks"]
+    assert trucks["a"]["calibrated"]["wheelbase"] < 0.34 < trucks["b"]["calibrated"]["wheelbase"]
+
+
+def test_stop_interrupts_and_resume_drives_what_is_left(standing, started, until):
+    path = started(standing, **DRIVE | {"side": 20.0})
+    until(lambda: any(standing.get("/v1/robot").json()["state"]["wheels"]))
+    assert standing.post("/v1/robot/stop").status_code == 200
+    until(lambda: standing.get(path).json()["state"] == "interrupted")
+    until(lambda: not any(standing.get("/v1/robot").json()["state"]["wheels"]))
+    assert "stop" in standing.get(path).json()["detail"]
+    assert standing.post(f"{path}/resume").json()["state"] == "driving"
+
+
+def test_only_one_session_drives(standing, started):
+    started(standing, **DRIVE | {"side": 20.0})
+    answer = standing.post(SESSIONS, json=DRIVE)
+    assert answer.status_code == 503
+    assert "drives for session" in answer.json()["detail"]
+
+
+def test_an_aborted_session_stops_the_robot(standing, started, until):
+    path = started(standing, **DRIVE | {"side": 20.0})
+    assert standing.post(f"{path}/abort").json()["state"] == "aborted"
+    until(lambda: standing.get("/v1/robot").json()["driving"] is None)
+    assert standing.get(path).json()["state"] == "aborted"
+
+
+def test_a_robot_that_nobody_asks_for_stops(standing, started, until):
+    path = started(standing, **DRIVE | {"side": 50.0, "runs": 50, "lifeline": 1.0})
+    until(lambda: standing.get("/v1/robot").json()["driving"] is None)
+    assert "no client asked" in standing.get(path).json()["detail"]
+
+
+def test_a_session_whose_service_has_died_is_interrupted(standing, started, until):
+    path = started(standing)
+    with standing.parts.database.writing() as db:
+        row = db.get(SessionRow, path.rpartition("/")[2])
+        row.how, row.state, row.owner, row.lease = "drive", "driving", "another", time.time() - 1.0
+    until(lambda: standing.get(path).json()["state"] == "interrupted")
+    assert "resume" in standing.get(path).json()["possible"]
+
+
+def test_accepting_gives_the_robot_its_new_parameters(standing, started, sampled, until):
+    path = started(standing)
+    sampled(standing, path)
+    standing.post(f"{path}/solve")
+    before = standing.get("/v1/robot").json()["samples"]
+    standing.post(f"{path}/accept", headers={"If-Match": "*"})
+    until(lambda: standing.get("/v1/robot").json()["samples"] > before + 10)
+    assert standing.get("/readyz").status_code == 200
+
+
+def test_the_bus_is_told_node_by_node_and_frame_by_frame(standing, until):
+    until(lambda: len(standing.get("/v1/bus").json()["nodes"]) == 11)
+    bus = standing.get("/v1/bus").json()
+    assert {one["names"][0] for one in bus["nodes"]} >= {"a.left", "link", "drive of b.right"}
+    lines = standing.get("/v1/bus/frames", params={"count": 20}).text.splitlines()
+    assert len(lines) == 20
+    assert any(" can0 080#" in line for line in lines)
+    until(lambda: standing.get("/v1/robot/errors").json() == {"errors": []})
+    assert standing.get("/v1/robot/errors", params={"format": "open-rmf"}).json() == {"issues": []}
