@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vehicle.recording import Recording
     from vehicle.se2 import Array
 
-LEASE = 30.0  # [s] after which a service that says nothing is believed to be dead
+LEASE = 10.0  # [s] after which a service that says nothing is believed to be dead
 
 
 class LapError(OmnimateError):

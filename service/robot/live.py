@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 _log = logging.getLogger(__name__)
-SHOWN, REPORTED, RENEWED, AGAIN = 0.1, 1.0, 3.0, 2.0  # [s] between two events, reports, leases, attempts
+SHOWN, REPORTED, RENEWED, AGAIN = 0.1, 1.0, 2.0, 2.0  # [s] between two events, reports, leases, attempts
 
 
 @dataclass(frozen=True, slots=True)

@@ -98,7 +98,7 @@ class SampleOfFixes(Sent):
 
     direction: Annotated[Turn | None, Field(description="left out: that of the lap that was driven")] = None
     truck: TruckName = "a"
-    before: Fix = Coordinates(x=0.0, y=0.0, theta=0.0)
+    before: Annotated[Fix | None, Field(description="left out: the origin, heading 0")] = None
     after: Fix
     calculated: Annotated[
         Coordinates | None,

@@ -98,10 +98,14 @@ def add_given(db: Db, row: SessionRow, given: SampleOfFixes) -> list[SampleRow]:
     if row.how == "recordings":
         raise StateError("this session takes its runs from uploaded recordings; send the id of one")
     direction, calculated = _direction(row, given), _calculated(row, given)
-    error = return_error(pose_of(given.before, "before"), pose_of(given.after, "after"), calculated)
+    error = return_error(_start(given), pose_of(given.after, "after"), calculated)
     added = add(db, row, direction, {given.truck: error}, "fixes")
     row.pending = None
     return [added]
+
+
+def _start(given: SampleOfFixes) -> Array:
+    return np.zeros(3) if given.before is None else pose_of(given.before, "before")
 
 
 def _direction(row: SessionRow, given: SampleOfFixes) -> Turn:
@@ -123,7 +127,7 @@ def _calculated(row: SessionRow, given: SampleOfFixes) -> Array:
     driven = json.loads(row.pending)["calculated"].get(given.truck)
     if driven is None:
         raise ValueProblem("truck", f"the robot has no truck {given.truck!r}")
-    return np.asarray(compose(pose_of(given.before, "before"), driven), np.float64)
+    return np.asarray(compose(_start(given), driven), np.float64)
 
 
 def add(

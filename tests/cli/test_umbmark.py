@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from calib.errors import CalibrationError, DirectionError, ReturnTableError
 from calib.profiles import load_profiles
-from figures.plots import PlotError
 from cli.umbmark import umbmark
+from figures.plots import PlotError
 from motion.paths import umbmark as squares
 from vcan_sim.bumps import Bump
 from vcan_sim.floor import Floor

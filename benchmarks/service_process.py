@@ -1,0 +1,74 @@
+"""A service in a process of its own, to be loaded and to be killed."""
+
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx2
+
+COMMAND = [sys.executable, "-c", "from cli.main import main; main()", "serve", "--port", "0", "--rate", "1e6"]
+PATIENCE = 120.0  # [s] that a slow machine may take to start it
+
+
+class Service:
+    """One that listens.
+
+    Attributes:
+        url: where.
+        process: that does.
+        ready: how long it took until /readyz said so [s].
+    """
+
+    def __init__(self, folder: Path | str, database: str, *options: str) -> None:
+        began = time.perf_counter()
+        with (Path(folder) / "serve.log").open("ab") as log:
+            self.process = subprocess.Popen(
+                [*COMMAND, "--database", database, *options],
+                cwd=folder, stdout=subprocess.PIPE, stderr=log, text=True,
+            )  # fmt: skip
+        line = self.process.stdout.readline()
+        found = re.search(r"http://\S+", line)
+        if found is None:
+            raise RuntimeError(
+                f"the service did not start: {(Path(folder) / 'serve.log').read_text()[-2000:]}"
+            )
+        self.url = found[0]
+        self._wait(began)
+        self.ready = time.perf_counter() - began
+
+    def _wait(self, began: float) -> None:
+        while time.perf_counter() - began < PATIENCE:
+            try:
+                if httpx2.get(f"{self.url}/readyz", timeout=5.0).status_code == 200:
+                    return
+            except httpx2.TransportError:
+                pass
+            time.sleep(0.02)
+        raise RuntimeError("the service is not ready")
+
+    def kill(self) -> None:
+        """End it as a power cut would: it does not get to say a word."""
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+    def stop(self) -> None:
+        """End it as Ctrl-C does."""
+        self.process.terminate()
+        self.process.wait(30.0)
+        self.process.stdout.close()
+
+
+@contextmanager
+def serving(folder: Path | str, database: str, *options: str) -> Iterator[Service]:
+    """A service for the length of a block."""
+    service = Service(folder, database, *options)
+    try:
+        yield service
+    finally:
+        if service.process.poll() is None:
+            service.stop()

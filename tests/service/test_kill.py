@@ -1,0 +1,15 @@
+"""Nothing acknowledged is lost: the service is killed under load, on both databases.
+
+`python -m benchmarks.service_kill` does it 200 times.
+"""
+
+import pytest
+
+service_kill = pytest.importorskip("benchmarks.service_kill")
+
+
+def test_what_was_answered_201_is_there_after_kill_9(tmp_path, database_url):
+    promises, missing, stuck = service_kill.trial(tmp_path, database_url, kills=2)
+    assert promises > 0
+    assert missing == []
+    assert stuck == set()

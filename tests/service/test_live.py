@@ -1,0 +1,80 @@
+"""A service in a process of its own, as its clients meet it: streams, examples, and its own document."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from benchmarks.service_contract import contract
+from benchmarks.service_process import serving
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("live")
+    with serving(folder, f"sqlite:///{folder}/service.db", "--pace", "1000") as service:
+        yield service.url
+
+
+def test_the_stream_begins_with_the_robot_and_its_nodes(url):
+    with httpx2.stream("GET", f"{url}/v1/robot/stream", timeout=60.0) as stream:
+        assert stream.headers["content-type"].startswith("text/event-stream")
+        kinds = set()
+        for line in stream.iter_lines():
+            kinds |= {line} if line.startswith("event: ") else set()
+            if kinds >= {"event: state", "event: nodes"}:
+                break
+
+
+def test_the_page_and_the_document_come_without_any_other_host(url):
+    page = httpx2.get(url, timeout=60.0)
+    assert "default-src 'self'" in page.headers["content-security-policy"]
+    assert "http" not in page.text.replace("http-equiv", "").replace("http://www.w3.org", "")
+    document = httpx2.get(f"{url}/openapi.json", timeout=60.0).json()
+    assert document["openapi"].startswith("3.1")
+    calls = [call for path in document["paths"].values() for call in path.values()]
+    assert len({call["operationId"] for call in calls}) == len(calls)
+
+
+def test_the_figures_are_those_of_prometheus(url):
+    text = httpx2.get(f"{url}/metrics", timeout=60.0).text
+    for name in ("omnimate_samples_total", 'omnimate_node_well{node="1"}', "omnimate_call_seconds_count"):
+        assert name in text
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not on this machine")
+def test_the_example_with_curl_calibrates_the_robot(url):
+    done = subprocess.run(
+        ["bash", EXAMPLES / "umbmark.sh", url, "1", "2"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )  # fmt: skip
+    assert "wheel_separation_multiplier: 0.98" in done.stdout
+
+
+def test_the_example_with_a_generated_client_calibrates_the_robot(url, tmp_path):
+    generator = Path(sys.executable).with_name("openapi-python-client")
+    subprocess.run(
+        [generator, "generate", "--url", f"{url}/openapi.json", "--meta", "setup", "--output-path", tmp_path / "gen"],
+        check=True, capture_output=True, timeout=120,
+    )  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / "umbmark.py", url, "1", "2"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path / "gen")},
+        capture_output=True, text=True, check=True, timeout=300,
+    )  # fmt: skip
+    assert "E_max,syst" in done.stdout
+    assert "is now at version" in done.stdout
+
+
+def test_no_answer_is_one_that_the_document_does_not_know(url, tmp_path):
+    run = contract(tmp_path, url, 3, "examples,fuzzing", None)
+    assert run.returncode == 0, run.stdout[-4000:]
