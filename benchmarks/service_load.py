@@ -2,7 +2,7 @@
 
     python -m benchmarks.service_load [--seconds 20] [--reads 200] [--posts 50] [--listeners 50]
 
-Calls leave at fixed times whether or not the ones before them have been answered, and a call's duration counts
+Calls leave at fixed times whether or not the ones before them have been answered, and its duration counts
 from when it should have left, so that a slow answer is not hidden by the wait for it.
 """
 
@@ -145,7 +145,7 @@ def main() -> None:
             f"{len(events)} listeners: {min(events)} to {max(events)} state events in {options.seconds:g} s"
         )
     print(
-        f"bus at {options.bus_rate:g} Hz: {after['samples'] - before['samples']} samples of {expected:.0f} due, "
+        f"bus at {options.bus_rate:g} Hz: {after['samples'] - before['samples']} of {expected:.0f} samples, "
         f"{after['incomplete'] - before['incomplete']} incomplete"
     )
     print(f"listing with {options.stored} sessions stored: {words(pages)}")
