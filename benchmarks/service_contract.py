@@ -3,7 +3,7 @@
     python -m benchmarks.service_contract [--examples 50] [--phases examples,coverage,fuzzing]
 
 What is left aside, and why: the two endless streams; bodies of TOML and zip, which schemathesis cannot make;
-that 428 is the answer to a missing If-Match (RFC 6585), which it does not know; and that what no robot can have
+that 428 answers a missing If-Match (RFC 6585), which it does not know; and that what no robot can have
 measured is a 422 although every number is in range.
 """
 

@@ -63,8 +63,8 @@ def test_the_example_with_curl_calibrates_the_robot(url):
 def test_the_example_with_a_generated_client_calibrates_the_robot(url, tmp_path):
     generator = Path(sys.executable).with_name("openapi-python-client")
     subprocess.run(
-        [generator, "generate", "--url", f"{url}/openapi.json", "--meta", "setup", "--output-path", tmp_path / "gen"],
-        check=True, capture_output=True, timeout=120,
+        [generator, "generate", "--url", f"{url}/openapi.json", "--meta", "setup", "--output-path",
+         tmp_path / "gen"], check=True, capture_output=True, timeout=120,
     )  # fmt: skip
     done = subprocess.run(
         [sys.executable, EXAMPLES / "umbmark.py", url, "1", "2"],
