@@ -62,7 +62,7 @@ def plot_turns(wheels: Array, measured: Array, ratio: float, path: Path, *, titl
         axes = figure.subplots()
         axes.plot(np.degrees(wheels), np.degrees(measured), ".", color=GREY, markersize=4, alpha=0.6)
         axes.plot(ends, ends, "--", color=VERMILLION, label="as described")
-        axes.plot(ends, ends / ratio, color=GREEN, label=f"as found: {ratio:.2f} times the turn is needed")
+        axes.plot(ends, ends / ratio, color=GREEN, label=f"as found: divided by {ratio:.2f}")
         axes.set(xlabel="turn by the wheels [degrees]", ylabel="turn measured [degrees]", title=title)
         axes.set_ylim(-limit, limit)
         figure.legend(loc="outside lower center", ncols=2)

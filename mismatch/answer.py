@@ -35,6 +35,7 @@ SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to 
 FAINT = 0.01  # of all rows' chi-square: an unknown that explains less is how no model is perfect
 FAINTEST = 60.0
 STRANGE = 0.04  # of the mismatch: an unknown that explains less than this is how no model is perfect
+WORSE = 1.2  # times the nominal robot's open-loop miss, which chance does not reach
 _MANY = 6
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
@@ -47,8 +48,8 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
     fitted = refined.regression
     nominal = Regression(fitted.windows, fitted.noise, (), fitted.folds)
     residuals = held_out(nominal, refined)
-    findings = _findings(found, refined, nominal)
     fit = _fit(fitted, residuals)
+    findings = _contradicted(_findings(found, refined, nominal), fit)
     signals = found.regression.windows[0].signals
     names = tuple(one.signals.recording.source for one in found.regression.windows)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
@@ -225,6 +226,20 @@ def _doubted(finding: Finding, findings: Sequence[Finding]) -> Finding:
         return finding
     return replace(
         finding, probability=finding.probability * finding.explained / (finding.explained + strange)
+    )
+
+
+def _contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
+    """Return findings with less probability where the simulator that has them leads farther astray.
+
+    What stands for a few windows and not for ten seconds is not understood.
+    """
+    worst = max((one.after / one.before for one in fit.rerun.values() if one.before > 0.0), default=1.0)
+    if worst <= WORSE:
+        return tuple(findings)
+    return tuple(
+        one if one.effect == "unknown" else replace(one, probability=one.probability / worst**2)
+        for one in findings
     )
 
 
