@@ -25,7 +25,7 @@ _INDENT = " " * 17
 _WORDS = (
     "misprint: the print is wrong; missed: a printed bound that ours does not keep, and where the error comes"
     " from; unsure: too few robots to tell; unexplained: the paper's own scatter does not make it; shown: for"
-    " comparison; agrees of plain laps: within a factor of two, since the paper does not tell its wheels' errors."
+    " comparison; agrees of plain laps: within a factor of two, as the paper tells no wheels' errors."
     " In brackets the 95 % interval of the mean. CLAPPER, OmniMate: the papers' equations; dead"
     " band: CLAPPER as `track` runs it. Everything is simulated."
 )

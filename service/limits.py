@@ -64,7 +64,7 @@ class Limits:
         limit = self._limit(scope)
         if not length.isdigit() or int(length) > limit:
             return 413, "Too large", f"{length} bytes; at most {limit} are taken here"
-        if not self._may(headers.get(b"authorization") or (scope.get("client") or ("?",))[0]):
+        if not self._may((scope.get("client") or ("?",))[0]):
             return (
                 429,
                 "Too many calls",

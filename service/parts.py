@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from sqlalchemy.exc import IntegrityError
+
 from service.hub import Hub
 from service.jobs.worker import Worker
 from service.robot.desk import Desk
@@ -16,8 +18,6 @@ from vcan_sim.reference import reference_vehicle
 from vehicle.file import format_vehicle, load_vehicle
 
 if TYPE_CHECKING:
-    from sqlalchemy.orm import Session
-
     from service.settings import Settings
     from vehicle.parameters import VehicleParameters
 
@@ -54,8 +54,10 @@ def make_parts(settings: Settings) -> Parts:
     """
     given = reference_vehicle() if settings.vehicle is None else load_vehicle(settings.vehicle)
     database, hub = Database(settings.database), Hub()
-    with database.writing() as db:
-        first = _remembered(db, given)
+    try:
+        first = _remembered(database, given)
+    except IntegrityError:  # another service that starts now was faster
+        first = _remembered(database, given)
     plant = simulated_plant(first) if settings.bus is None else None
     desk = Desk(database, hub, given.name, settings.instance)
     live = Live(settings.bus, plant, settings.pace, hub, desk)
@@ -63,14 +65,15 @@ def make_parts(settings: Settings) -> Parts:
     return Parts(settings, database, hub, given.name, desk, live, worker)
 
 
-def _remembered(db: Session, given: VehicleParameters) -> VehicleParameters:
+def _remembered(database: Database, given: VehicleParameters) -> VehicleParameters:
     """Remember a robot that is new, or whose file has changed; return its first version.
 
     A file that is one of the former versions is what the calibrations since then began with.
     """
     text = format_vehicle(given)
-    if all(one.name != given.name for one in vehicles.every(db)):
-        vehicles.create(db, given, "file")
-    elif all(one.toml != text for one in vehicles.versions(db, given.name)):
-        vehicles.replace(db, given, "file", None)
-    return vehicles.parameters(vehicles.version(db, given.name, 1))
+    with database.writing() as db:
+        if all(one.name != given.name for one in vehicles.every(db)):
+            vehicles.create(db, given, "file")
+        elif all(one.toml != text for one in vehicles.versions(db, given.name)):
+            vehicles.replace(db, given, "file", None)
+        return vehicles.parameters(vehicles.version(db, given.name, 1))

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import select
+from sqlalchemy import delete, select, update
 from sqlalchemy.exc import SQLAlchemyError
 
 from service.errors import NotThereError, StateError
@@ -20,13 +20,15 @@ from service.jobs.child import run
 from service.jobs.models import Job
 from service.recordings import unpack
 from service.robot.desk import interrupt_orphans
-from service.store.tables import JobRow, RecordingRow
+from service.store.tables import AnswerRow, JobRow, RecordingRow, SessionRow
+from service.umbmark.states import OPEN
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from multiprocessing.connection import Connection
     from multiprocessing.process import BaseProcess
 
+    from sqlalchemy import Delete, Update
     from sqlalchemy.orm import Session
 
     from service.hub import Hub
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
 
 LEASE, LOOK, TOLD = 20.0, 1.0, 0.5  # [s] of a lease, between two looks, between two events of progress
 ATTEMPTS = 3
+REMEMBERED = 86400.0  # [s] in which a call with an Idempotency-Key may be repeated
 ENDED = ("done", "failed", "cancelled")
 _log = logging.getLogger(__name__)
 
@@ -102,6 +105,15 @@ def job_view(row: JobRow) -> Job:
     )  # fmt: skip
 
 
+def house_keeping(now: float) -> tuple[Update | Delete, ...]:
+    """Return what ends sessions that nobody went on with, and forgets answers that nobody asks for again."""
+    idle = SessionRow.state.in_(OPEN) & (SessionRow.state != "driving") & (SessionRow.expires < now)
+    return (
+        update(SessionRow).where(idle).values(state="expired"),
+        delete(AnswerRow).where(AnswerRow.created < now - REMEMBERED),
+    )
+
+
 class Worker:
     """A thread that looks for work; any number of services may share a database."""
 
@@ -151,6 +163,8 @@ class Worker:
                     _give_back(row, "the service that worked at it has ended")
         with self._database.writing() as db:
             orphans = interrupt_orphans(db)
+            for statement in house_keeping(now):
+                db.execute(statement)
         for session in orphans:
             self._desk.tell(session)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import tempfile
 import threading
@@ -158,7 +159,10 @@ class Live:
 
     def halt(self, reason: str) -> None:
         """Stop the wheels at the next sample; a session that is driven is interrupted."""
-        self._stop_reason = reason
+        with self._lock:
+            self._stop_reason = reason
+            if self._work is None:  # reserved, and not to begin any more
+                self.driving = None
 
     def seen(self, session: str | None = None) -> None:
         """Note that a client is still there."""
@@ -259,13 +263,14 @@ class Live:
             else:
                 self._while_reading(rig, self._desk.finished, work.session)
         except OmnimateError as error:
-            driver.stop()
-            self._while_reading(rig, self._desk.interrupted, work.session, str(error))
+            with contextlib.suppress(OmnimateError):  # a bus that is lost cannot be told to stop
+                driver.stop()
+            self._desk.interrupted(work.session, str(error))
         finally:
-            driver.drives.disable()
-            rig.pace(1.0)
             with self._lock:
                 self.driving = self._work = self.turn = self._stop_reason = None
+            rig.pace(1.0)
+            driver.drives.disable()
 
     def _lap(self, rig: Rig, work: Work, turn: Turn) -> None:
         """Drive one square, recorded."""

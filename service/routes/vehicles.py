@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
@@ -19,7 +20,7 @@ from service.problems import documented
 from service.routes.common import ALWAYS, IfMatch, condition, etag
 from service.store import vehicles
 from service.store.tables import VehicleRow
-from service.umbmark.models import Name, TruckSizes
+from service.umbmark.models import NAME, Name, TruckSizes
 from vehicle.file import parse_vehicle
 from vehicle.parameters import TruckName, VehicleParameters
 
@@ -128,9 +129,14 @@ def _robot(request: Request, content: bytes) -> VehicleParameters:
     if kind not in TOML:
         raise MediaProblem(f"content type {kind!r}; expected application/toml, the text of a vehicle.toml")
     try:
-        return parse_vehicle(content.decode(), "vehicle.toml as it was sent")
+        robot = parse_vehicle(content.decode(), "vehicle.toml as it was sent")
     except UnicodeDecodeError as error:
         raise ValueProblem("body", f"not UTF-8: {error}") from error
+    if re.fullmatch(NAME, robot.name) is None:
+        raise ValueProblem(
+            "body.name", f"{robot.name[:120]!r}; expected 1 to 100 characters, no slash"
+        )
+    return robot
 
 
 @router.get(

@@ -24,7 +24,8 @@ Radian = Annotated[
     float,
     Field(ge=-2.0 * math.pi, le=2.0 * math.pi, allow_inf_nan=False, description="[rad], counter-clockwise"),
 ]
-Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f/\\]+$")]
+NAME = r"^[^\x00-\x1f/\\]{1,100}$"
+Name = Annotated[str, Field(min_length=1, max_length=100, pattern=NAME)]
 Id = Annotated[str, Field(min_length=1, max_length=32, pattern=r"^[0-9a-z]+$")]
 
 

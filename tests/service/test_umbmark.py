@@ -185,3 +185,26 @@ def test_lists_are_read_page_by_page_newest_first(service, started):
 def test_a_vehicle_of_another_name_must_be_there(client):
     answer = client.post(SESSIONS, json={"vehicle": "nobody"})
     assert answer.status_code == 404
+
+
+def test_a_vehicle_is_changed_only_by_who_saw_its_newest_version(service):
+    text = service.get("/v1/vehicles/omnimate").json()["toml"]
+    other = text.replace('"omnimate"', '"hall-robot"')
+    made = service.post("/v1/vehicles", content=other, headers={"Content-Type": "application/toml"})
+    assert (made.status_code, made.headers["ETag"]) == (201, '"1"')
+    again = service.post("/v1/vehicles", content=other, headers={"Content-Type": "application/toml"})
+    assert again.status_code == 409
+    own, wider = "/v1/vehicles/hall-robot", other.replace("wheelbase = 0.34", "wheelbase = 0.35", 1)
+    toml = {"Content-Type": "application/toml"}
+    assert service.put(own, content=wider, headers=toml | {"If-Match": '"7"'}).status_code == 412
+    assert service.put(own, content=wider, headers=toml | {"If-Match": '"1"'}).json()["version"] == 2
+    assert [one["version"] for one in service.get(f"{own}/versions").json()] == [2, 1]
+    assert "wheel_separation_multiplier: 1.0294" in service.get(f"{own}/exports/ros2").text
+    assert len(service.get(f"{own}/exports/vda5050").json()["wheelDefinitions"]) == 4
+
+
+@pytest.mark.parametrize("name", ["x" * 101, "a/b", ""])
+def test_a_vehicle_needs_a_name_that_fits_into_a_path(client, name):
+    text = client.get("/v1/vehicles/omnimate").json()["toml"].replace('"omnimate"', f'"{name}"')
+    answer = client.post("/v1/vehicles", content=text, headers={"Content-Type": "application/toml"})
+    assert answer.status_code == 422
