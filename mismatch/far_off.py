@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from vehicle.recording import Recording
 
 METRIC = (
-    "root mean square of what plain odometry misses over stretches of {:g} s, in units of what the corrected "
-    "robot misses; held out: each stretch with numbers fitted to others"
+    "root mean square of what plain odometry misses over stretches of up to {:g} s, in units of what the "
+    "corrected robot misses; held out: each stretch with numbers fitted to others"
 )
 _MOST = 0.999
 _WORTH = 0.01  # probability below which an alternative is not worth a word
@@ -41,7 +41,7 @@ def far_off(recordings: Sequence[Recording], look: Look) -> Diagnosis:
 
 def _missed(look: Look) -> str:
     return (
-        f"Plain odometry misses {1e3 * look.nominal:.0f} mm over {STRETCH:g} s as described, and "
+        f"Plain odometry misses {1e3 * look.nominal:.0f} mm over up to {STRETCH:g} s as described, and "
         f"{1e3 * look.heldout:.0f} mm on stretches that no number was fitted to."
     )
 
@@ -52,7 +52,7 @@ def _fit(look: Look) -> Fit:
         METRIC.format(STRETCH),
         Change(before, 1.0),
         Change(before, look.heldout / look.train),
-        noise={f"odometry over {STRETCH:g} s [m]": look.train},
+        noise={f"odometry over up to {STRETCH:g} s [m]": look.train},
     )
 
 
