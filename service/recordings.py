@@ -8,6 +8,7 @@ import stat
 import tempfile
 import time
 import zipfile
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
@@ -127,4 +128,4 @@ def loaded(rows: list[RecordingRow], place: Path, most: int) -> Iterator[Recordi
     for row in rows:
         folder = place / row.id
         folder.mkdir()
-        yield load_recording(unpack(row.content, folder, most))
+        yield replace(load_recording(unpack(row.content, folder, most)), source=row.name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
-def run(parent: Connection, folders: list[str]) -> None:
+def run(parent: Connection, named: list[tuple[str, str]]) -> None:
     """Diagnose recordings and tell the parent how far it is, and in the end what was found."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     from mismatch import diagnose
@@ -27,7 +28,7 @@ def run(parent: Connection, folders: list[str]) -> None:
         parent.send({"progress": done / total, "doing": doing})
 
     try:
-        recordings = [load_recording(Path(one)) for one in folders]
+        recordings = [replace(load_recording(Path(folder)), source=name) for name, folder in named]
         diagnosis = diagnose(recordings, progress=tell)
         parent.send(
             {

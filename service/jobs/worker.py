@@ -192,10 +192,10 @@ class Worker:
         """Have a child diagnose, and follow it."""
         self._tell(name)
         with tempfile.TemporaryDirectory() as place:
-            folders = self._unpack(name, Path(place))
+            named = self._unpack(name, Path(place))
             context = multiprocessing.get_context("spawn")
             mine, its = context.Pipe()
-            child = context.Process(target=run, args=(its, folders), daemon=True)
+            child = context.Process(target=run, args=(its, named), daemon=True)
             child.start()
             its.close()
             try:
@@ -205,16 +205,17 @@ class Worker:
                 child.join()
         self._tell(name)
 
-    def _unpack(self, name: str, place: Path) -> list[str]:
-        folders = []
+    def _unpack(self, name: str, place: Path) -> list[tuple[str, str]]:
+        """Return the recordings' names and the folders into which they are unpacked."""
+        named = []
         with self._database.reading() as db:
             for one in json.loads(job(db, name).recordings):
                 row = db.get(RecordingRow, one)
                 if row is not None:
                     folder = place / row.id
                     folder.mkdir()
-                    folders.append(str(unpack(row.content, folder, self._unpacked)))
-        return folders
+                    named.append((row.name, str(unpack(row.content, folder, self._unpacked))))
+        return named
 
     def _follow(self, name: str, mine: Connection, child: BaseProcess) -> dict[str, Any] | None:
         """Return what the child says in the end; None where it was cancelled, or has died."""

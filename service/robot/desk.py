@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from service.recordings import pack, row_of
@@ -62,7 +63,7 @@ class Desk:
         Raises:
             LapError, CalibrationError: nothing can be made of it.
         """
-        recording, content = load_recording(folder), pack(folder)
+        recording, content = replace(load_recording(folder), source=f"the {turn} square"), pack(folder)
         with self._database.writing() as db:
             row = sessions.session(db, session, change=True)
             if not self._mine(row):

@@ -113,15 +113,17 @@ class Live:
         self._state: dict[str, Any] = {}
         self._follower: Follower | None = None
         self._before = 0, 0
-        self._seen = self._shown = self._reported = self._renewed = 0.0
+        self._seen = self._shown = self._reported = 0.0
         self._aside = ThreadPoolExecutor(2, "desk")
         self._thread = threading.Thread(target=self._run, name="robot", daemon=True)
+        self._keeper = threading.Thread(target=self._keep_lease, name="lease", daemon=True)
 
     # What others call
 
     def start(self) -> None:
         """Begin."""
         self._thread.start()
+        self._keeper.start()
 
     def close(self) -> None:
         """Stop the robot and end the thread."""
@@ -190,7 +192,17 @@ class Live:
         whole, broken = self._before
         return (whole, broken) if own is None else (whole + own.samples, broken + own.incomplete)
 
-    # The thread
+    # The threads
+
+    def _keep_lease(self) -> None:
+        """Say every few seconds that this process lives, whatever the robot's thread is busy with."""
+        while not self._ending.wait(RENEWED):
+            session = self.driving
+            if session is not None:
+                try:
+                    self._desk.renew(session)
+                except Exception:  # noqa: BLE001  # another service may take the session; this one must go on
+                    _log.exception("the lease of session %s was not renewed", session)
 
     def _run(self) -> None:
         while not self._ending.is_set():
@@ -237,9 +249,6 @@ class Live:
             self._reported = now
             self._report = rig.driver.report()
             self._hub.publish("nodes", nodes_event(self._report))
-        if self._work is not None and now - self._renewed >= RENEWED:
-            self._renewed = now
-            self._aside.submit(self._desk.renew, self._work.session)
 
     def _look(self, at: float | None, wheels: tuple[float, ...] = ()) -> dict[str, Any]:
         own = self._follower

@@ -7,18 +7,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from driver.driver import Driver
 from service.robot.pace import PacedClock
 from vcan_sim.coupled_bus import CoupledBus
 from vcan_sim.plant import Plant
 from vcan_sim.truth import Truth, uncalibrated
 
+BY_TAPE = np.array([0.005, 0.005, 0.01])  # [m, m, rad], standard deviations
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from motion.drive import Fix
     from service.robot.tap import Tap
-    from vehicle.parameters import VehicleParameters
+    from vehicle.parameters import TruckName, VehicleParameters
+    from vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +51,16 @@ def simulated_plant(nominal: VehicleParameters) -> Plant:
     return Plant(Truth(uncalibrated(nominal), seed=1), nominal)
 
 
+def _measured(plant: Plant) -> Fix:
+    """Return what measures a simulated robot: its sonar, or a person with a tape where no wall is seen."""
+
+    def fix(truck: TruckName) -> tuple[Array, Array]:
+        pose, sigma = plant.fix(truck)
+        return (pose, sigma) if np.isfinite(pose).all() else (plant.pose(truck), BY_TAPE)
+
+    return fix
+
+
 @contextmanager
 def opened(vehicle: VehicleParameters, bus: str | None, plant: Plant | None, tap: Tap) -> Iterator[Rig]:
     """Open the robot's bus with the driver on it, configured and ready for samples.
@@ -71,4 +86,4 @@ def opened(vehicle: VehicleParameters, bus: str | None, plant: Plant | None, tap
         Driver(vehicle, coupled, clock=clock, recorder=tap) as driver,
     ):
         driver.configure()
-        yield Rig(driver, plant.fix, clock)
+        yield Rig(driver, _measured(plant), clock)

@@ -133,9 +133,7 @@ def _robot(request: Request, content: bytes) -> VehicleParameters:
     except UnicodeDecodeError as error:
         raise ValueProblem("body", f"not UTF-8: {error}") from error
     if re.fullmatch(NAME, robot.name) is None:
-        raise ValueProblem(
-            "body.name", f"{robot.name[:120]!r}; expected 1 to 100 characters, no slash"
-        )
+        raise ValueProblem("body.name", f"{robot.name[:120]!r}; expected 1 to 100 characters, no slash")
     return robot
 
 

@@ -226,7 +226,7 @@ def solve(db: Db, row: SessionRow, method: Method) -> Result:
 
     vehicle = vehicles.parameters(vehicles.version(db, row.vehicle, row.vehicle_version))
     found = result_of(row, samples(db, row), vehicle, method)
-    row.state, row.result = "solved", found.model_dump_json()
+    row.state, row.result, row.detail = "solved", found.model_dump_json(), ""
     return found
 
 

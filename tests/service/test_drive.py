@@ -42,6 +42,17 @@ def test_stop_interrupts_and_resume_drives_what_is_left(standing, started, until
     assert standing.post(f"{path}/resume").json()["state"] == "driving"
 
 
+def test_a_robot_that_was_stopped_in_mid_square_drives_home_and_goes_on(standing, started, until):
+    path = started(standing, **DRIVE | {"side": 2.0})
+    until(lambda: abs(standing.get("/v1/robot").json()["state"]["plain"]["theta"]) > 1.5)
+    standing.post("/v1/robot/stop")
+    until(lambda: standing.get(path).json()["state"] == "interrupted")
+    standing.post(f"{path}/resume")
+    until(lambda: standing.get(path).json()["state"] != "driving", 0.2)
+    session = standing.get(path).json()
+    assert session["state"] == "collecting", session["detail"]
+
+
 def test_only_one_session_drives(standing, started):
     started(standing, **DRIVE | {"side": 20.0})
     answer = standing.post(SESSIONS, json=DRIVE)
