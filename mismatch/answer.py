@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +32,11 @@ if TYPE_CHECKING:
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
 SHAPE = 0.15  # of what a named effect explains may be left by the way in which it is modelled
+EDGE = 0.5  # likewise, at the very moments at which that effect acts
+STAND_IN = 4.0  # a named effect takes so many times as much of an unknown one as it leaves
+UNUSUAL = 2.0  # a-priori sizes beyond which an effect is large
+OPPOSED = 0.8  # cosine of two effects that nearly cancel
+HOLLOW = 0.4  # of the probability of effects that are large and cancel
 SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to it
 FAINT = 0.01  # of all rows' chi-square: an unknown that explains less is how no model is perfect
 FAINTEST = 60.0
@@ -49,7 +55,7 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
     nominal = Regression(fitted.windows, fitted.noise, (), fitted.folds)
     residuals = held_out(nominal, refined)
     fit = _fit(fitted, residuals)
-    findings = _contradicted(_findings(found, refined, nominal), fit)
+    findings = _ordered(_contradicted(_findings(found, refined, nominal), fit))
     signals = found.regression.windows[0].signals
     names = tuple(one.signals.recording.source for one in found.regression.windows)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
@@ -83,7 +89,7 @@ def _excess(rows: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
 
 
 def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tuple[Finding, ...]:
-    """Return the members of the best set as findings, most of the mismatch first."""
+    """Return the members of the best set as findings."""
     probable = inclusion(found.choice)
     whole = _mismatch(found)
     findings = []
@@ -108,7 +114,31 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
         and not _in_the_shape(one, findings)
         and not _overshadowed(one, findings)
     ]
-    return tuple(sorted((_doubted(one, worth) for one in worth), key=lambda one: -one.explained))
+    hollow = {refined.terms[number].key for number in _cancelling(refined)}
+    return tuple(
+        replace(known, probability=HOLLOW * known.probability)
+        if (known.effect, known.component) in hollow
+        else known
+        for known in (_doubted(one, worth) for one in worth)
+    )
+
+
+def _cancelling(refined: Refined) -> set[int]:
+    """Return the effects that are far larger than usual and nearly cancel one another.
+
+    Two curves of the library in a difference make a third one, which is none of the library's.
+    """
+    parts = [
+        refined.regression.white[:, place] @ values
+        for place, values in zip(refined.places, refined.values, strict=True)
+    ]
+    large = [number for number, values in enumerate(refined.values) if np.linalg.norm(values) > UNUSUAL]
+    found: set[int] = set()
+    for first, second in combinations(large, 2):
+        together = float(parts[first] @ parts[second])
+        if together < -OPPOSED * float(np.linalg.norm(parts[first]) * np.linalg.norm(parts[second])):
+            found |= {first, second}
+    return found
 
 
 def _mismatch(found: Investigation) -> float:
@@ -203,9 +233,18 @@ def _unknown(
 def _in_the_shape(finding: Finding, findings: Sequence[Finding]) -> bool:
     """Say whether a finding is what the model of a stronger one on the same component leaves."""
     return finding.effect in {"unknown", *SCANNED} and any(
-        other.component == finding.component and finding.explained < SHAPE * other.explained
+        other.component == finding.component
+        and finding.explained < (EDGE if _touch(finding, other) else SHAPE) * other.explained
         for other in findings
         if other.effect != "unknown" and (finding.effect == "unknown" or other.effect in SCANNED)
+    )
+
+
+def _touch(finding: Finding, other: Finding) -> bool:
+    """Say whether all that a finding is made of lies at the moments of another one."""
+    return bool(finding.where.intervals) and all(
+        any(start < last + WINDOW and end > first - WINDOW for first, last in other.where.intervals)
+        for start, end in finding.where.intervals
     )
 
 
@@ -224,9 +263,8 @@ def _doubted(finding: Finding, findings: Sequence[Finding]) -> Finding:
     )
     if finding.effect == "unknown" or strange <= SHAPE * finding.explained:
         return finding
-    return replace(
-        finding, probability=finding.probability * finding.explained / (finding.explained + strange)
-    )
+    share = finding.explained / (finding.explained + STAND_IN * strange)
+    return replace(finding, probability=finding.probability * share)
 
 
 def _contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
@@ -241,6 +279,11 @@ def _contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
         one if one.effect == "unknown" else replace(one, probability=one.probability / worst**2)
         for one in findings
     )
+
+
+def _ordered(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings with what is asserted first, and most of the mismatch first among these."""
+    return tuple(sorted(findings, key=lambda one: (one.probability < ASSERTED, -one.explained)))
 
 
 def _around(moments: Sequence[float]) -> tuple[tuple[float, float], ...]:

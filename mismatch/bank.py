@@ -100,7 +100,7 @@ def quantities(windows: Windows) -> Curves:
     phase = np.linspace(0.0, np.pi, len(block))
     place = [_standard(lead[:, 0]), _standard(lead[:, 1])]
     curves = {
-        "time": [np.cos(order * phase) for order in (1, 2, 3, 4)],
+        "time": [*(np.cos(order * phase) for order in (1, 2, 3, 4)), *_warming(phase)],
         "heading": [wave(order * lead[:, 2]) for order in (1, 2) for wave in (np.cos, np.sin)],
         "place": [*place, place[0] * place[1], place[0] ** 2, place[1] ** 2],
         "speed": [_standard(np.abs(block.speed[:, :2]).mean(axis=1))],
@@ -110,9 +110,15 @@ def quantities(windows: Windows) -> Curves:
     if signals.reading.shape[1]:
         for number, joint in enumerate(("joint_a", "joint_b")):
             angle = block.reading[:, number]
-            curves[f"angle of {joint}"] = [_standard(angle), _standard(angle**2), np.sin(2.0 * angle)]
+            waves = [wave(order * angle) for order in (1, 2, 3) for wave in (np.cos, np.sin)]
+            curves[f"angle of {joint}"] = [_standard(angle), _standard(angle**2), *waves]
         curves["link length"] = [_standard(block.reading[:, 2])]
     return curves
+
+
+def _warming(phase: Array) -> list[Array]:
+    """Return what approaches its end within a quarter and within a tenth of the drive."""
+    return [_standard(np.exp(-phase / (np.pi * part))) for part in (0.25, 0.1)]
 
 
 def _standard(values: Array) -> Array:

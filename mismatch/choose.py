@@ -26,6 +26,7 @@ Set = frozenset[int]
 EMPTY: Set = frozenset()
 
 MOST = 6  # effects in one answer
+EVENTS = {"bump", "slip_patch"}  # in whose place a push of the whole truck may stand
 STRANGE = 8.0  # log odds against every further unknown: one that is pushed shows in many places
 DOUBT = 2.5  # log odds against any one effect, beyond one among all candidates
 
@@ -75,7 +76,7 @@ class Choice:
         if not members:
             return 0.0
         keys = [self.terms[one].key for one in members]
-        if len(set(keys)) < len(keys) and not self.repeats:
+        if (len(set(keys)) < len(keys) and not self.repeats) or self._twice(members):
             return -math.inf
         columns = self.columns(members)
         products = self.total[np.ix_(columns, columns)] / self.spread
@@ -96,6 +97,33 @@ class Choice:
         )
         return evidence + sum(self.prior(one) for one in members)
 
+    def _twice(self, members: Set) -> bool:
+        """Say whether a set holds an event of a truck and the push that stands in its place."""
+        return any(
+            self._replaces(one) and self.terms[other].component.startswith(self.terms[one].component)
+            for one in members
+            for other in members
+            if self.terms[other].effect in EVENTS
+        )
+
+    def _replaces(self, one: int) -> bool:
+        return "instead" in self.terms[one].fixed
+
+    def _instead(self, members: Set) -> list[Set]:
+        """Return sets in which one unknown takes the place of all that is on its truck, or of all but one.
+
+        Named effects that together stand for something unknown cannot be left one by one.
+        """
+        moves: list[Set] = []
+        for one, term in enumerate(self.terms):
+            if term.effect == "unknown":
+                truck = term.component.partition(".")[0]
+                others = {own for own in members if not self.terms[own].component.startswith(truck)}
+                events = {own for own in members if self.terms[own].effect in EVENTS}
+                moves += [frozenset({one}), frozenset(others | {one}), members - events | {one}]
+                moves += [frozenset({one, own}) for own in members]
+        return moves
+
     def prior(self, one: int) -> float:
         """Return the log odds of a term before anything is seen."""
         names = len({term.key for term in self.terms})
@@ -108,8 +136,7 @@ class Choice:
             moves = [members | {one} for one in everything if one not in members and len(members) < MOST]
             moves += [members - {one} for one in members]
             moves += [members - {old} | {new} for old in members for new in everything if new not in members]
-            if not members:
-                moves += self._pairs()
+            moves += self._instead(members) if members else self._pairs()
             better = max(moves, key=self.worth, default=members)
             if self.worth(better) <= self.worth(members) + 1e-9:
                 return members

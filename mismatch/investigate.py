@@ -116,7 +116,8 @@ def investigate(
         bank, at = add_bank(regression)
         terms, places = [*terms, *bank], [*places, *at]
         choice = Choice(terms, places, tolerated(regression, terms, places, skew))
-        for term, columns in surprises(regression, leftover(regression, choice, chosen)):
+        members = [terms[one] for one in sorted(chosen)]
+        for term, columns in surprises(regression, leftover(regression, choice, chosen), members):
             terms.append(term)
             places.append(regression.extend(columns))
         choice = Choice(terms, places, tolerated(regression, terms, places, skew))

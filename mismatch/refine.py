@@ -134,13 +134,17 @@ def contend(found: Investigation) -> None:
 def _correction(found: Investigation, members: Set) -> float:
     """Return what a set is worth more when it is fitted by Gauss-Newton: Laplace's approximation there."""
     choice, total = found.choice, found.regression.total
-    straight = decoded(Choice(choice.terms, choice.places, total), members)
+    lines = Choice(choice.terms, choice.places, total)  # nothing tolerated, on either side of the difference
+    before = lines.worth(members)
+    if not np.isfinite(before):
+        return 0.0  # a size below zero, which only what is tolerated makes sense of
+    straight = decoded(lines, members)
     bent = fitted(found, [choice.terms[one] for one, _, _ in straight], [own for _, own, _ in straight])
     columns = bent.regression.white[:, bent.places[0].start : bent.places[-1].stop]
     values, left = np.concatenate(bent.values), bent.regression.white[:, 0]
     volume = float(np.linalg.slogdet(columns.T @ columns + np.eye(len(values)))[1])
     evidence = 0.5 * float(total[0, 0] - left @ left - values @ values) - 0.5 * volume
-    return evidence + sum(choice.prior(one) for one in members) - choice.worth(members)
+    return evidence + sum(choice.prior(one) for one in members) - before
 
 
 def _placed(found: Investigation, members: Sequence[Term]) -> list[Term]:

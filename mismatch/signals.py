@@ -15,11 +15,12 @@ from vehicle.se2 import Array, between, compose, wrap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from vehicle.parameters import Channel, TruckName
+    from vehicle.parameters import Channel, TruckName, VehicleParameters
     from vehicle.recording import Poses, Recording
 
 WINDOW = 0.25  # [s] shorter than any manoeuvre; what happens in one shows in the next reading
-SMOOTHING = 0.2  # [s] over which a wheel's speed is taken: long against a count, short against a servo
+SMOOTHING = 0.06, 0.2  # [s] over which a wheel's speed is taken, at least and at most
+FINE = 5e-4  # [m/s] of speed that a count may make; what is smoothed longer loses its sharp accelerations
 _COARSE = 0.5  # [s] into which dense poses are averaged before the trajectory follows them
 
 
@@ -82,7 +83,7 @@ def signals_of(
     radius = np.array([0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels])
     wheelbase = np.array([truck.wheelbase for truck in vehicle.trucks.values()])
     turned = np.diff(angle, axis=0)
-    speed, acceleration = _rates(radius * angle, time)
+    speed, acceleration = _rates(radius * angle, time, _smoothing(vehicle))
     reading = _readings(recording)
     poses = _usable(recording)
     travel = radius * turned
@@ -133,10 +134,16 @@ def _foreseen(path: Array, twist: Array, time: Array) -> Array:
     return foreseen
 
 
-def _rates(way: Array, time: Array) -> tuple[Array, Array]:
+def _smoothing(vehicle: VehicleParameters) -> float:
+    """Return the time over which speeds are taken [s]: long against a count, short against a servo."""
+    count = max(abs(vehicle.metres_per_count(wheel)) for wheel in vehicle.wheels)
+    return float(np.clip(count / FINE, *SMOOTHING))
+
+
+def _rates(way: Array, time: Array, smoothing: float) -> tuple[Array, Array]:
     """Return the smoothed speed [m/s] and acceleration [m/s^2] of wheels in each step, `(N - 1, W)`."""
     period = float(np.median(np.diff(time)))
-    half = max(1, round(0.5 * SMOOTHING / period))
+    half = max(1, round(0.5 * smoothing / period))
     index = np.arange(len(time))
     before, after = np.maximum(index - half, 0), np.minimum(index + half, len(time) - 1)
     speed = (way[after] - way[before]) / np.maximum(time[after] - time[before], period)[:, None]

@@ -5,15 +5,19 @@ They are proposed as terms "unknown" wherever a leftover shows them, and have to
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mismatch.bank import sides, unknown
 from mismatch.scan import EVENT, apart, lost_way, quiet, shocks, strengths
+from mismatch.signals import WINDOW
 from mismatch.terms import MOMENTS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mismatch.model import Columns
     from mismatch.regression import Regression
     from mismatch.scan import Leftover
@@ -25,6 +29,9 @@ LOST = 2e-3  # [m] of a wheel's way in one moment, one standard deviation
 SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck likewise
 BEAT = 32.0  # chi-square of two columns that the best of some thousand pitches does not reach by chance
 _EVENTS = 8
+LASTING = 0.4  # [s] of a push
+SHORT = 3.0  # [s] of a slip that may have been a push
+_MOST = 30  # windows of free pushes that are worth comparing
 _PITCHES = 600
 _FINEST = 0.2  # [m] of a pitch
 _COARSEST = 3.0
@@ -32,9 +39,44 @@ _COARSEST = 3.0
 Surprise = tuple["Term", list[list["Columns"]]]
 
 
-def surprises(regression: Regression, left: Leftover) -> list[Surprise]:
-    """Return terms that a leftover calls for, each with its columns for every recording."""
-    return [*_pushes(regression, left), *_beats(regression, left)]
+def surprises(regression: Regression, left: Leftover, chosen: Sequence[Term]) -> list[Surprise]:
+    """Return terms that a leftover calls for, each with its columns for every recording.
+
+    Wherever a named event is chosen, a free push of a whole truck at the same moments stands against it.
+    """
+    return [*_pushes(regression, left), *_instead(regression, chosen), *_beats(regression, left)]
+
+
+def _instead(regression: Regression, chosen: Sequence[Term]) -> list[Surprise]:
+    """Propose that what bumps and short slips stand for was a push of a truck."""
+    moments = sorted(moment for term in chosen for moment in _moments(term))
+    events = sorted(
+        {
+            (number, int(window))
+            for number, windows in enumerate(regression.windows)
+            for moment in moments
+            for window in np.flatnonzero((windows.time > moment - WINDOW) & (windows.time < moment + LASTING))
+        }
+    )
+    if not 0 < len(events) <= _MOST:
+        return []
+    found: list[Surprise] = []
+    for truck, name in enumerate(regression.windows[0].signals.trucks):
+        levers = [_shoves(windows, truck) for windows in regression.windows]
+        term, columns = _pushed_at(regression, name, events, levers)
+        found.append((replace(term, fixed={**term.fixed, "instead": True}), columns))
+    return found
+
+
+def _moments(term: Term) -> tuple[float, ...]:
+    """Return when an event of a term begins [s]; nothing for what lasts."""
+    if term.effect == "bump":
+        return tuple(term.fixed["times"])
+    if term.effect == "slip_patch" and all(end - start < SHORT for start, end in term.fixed["intervals"]):
+        return tuple(
+            moment for start, end in term.fixed["intervals"] for moment in np.arange(start, end, WINDOW)
+        )
+    return ()
 
 
 def _pushes(regression: Regression, left: Leftover) -> list[Surprise]:
@@ -98,17 +140,22 @@ def _pushed(
     regression: Regression, component: str, events: list[tuple[int, int]], pushes: list[Array]
 ) -> list[Surprise]:
     """Return terms of the strongest event alone, and of all of them."""
-    found: list[Surprise] = []
-    for count in sorted({1, 2, 4, len(events)} & set(range(1, len(events) + 1))):
-        columns: list[list[Columns]] = []
-        for number, windows in enumerate(regression.windows):
-            own: list[Columns] = []
-            for owner, window in events[:count]:
-                own += _at(windows, pushes[number], window if owner == number else None)
-            columns.append(own)
-        times = tuple(float(regression.windows[owner].time[window]) for owner, window in events[:count])
-        found.append((unknown(component, MOMENTS, times), columns))
-    return found
+    counts = sorted({1, 2, 4, len(events)} & set(range(1, len(events) + 1)))
+    return [_pushed_at(regression, component, events[:count], pushes) for count in counts]
+
+
+def _pushed_at(
+    regression: Regression, component: str, events: list[tuple[int, int]], pushes: list[Array]
+) -> Surprise:
+    """Return the term of all events together."""
+    columns: list[list[Columns]] = []
+    for number, windows in enumerate(regression.windows):
+        own: list[Columns] = []
+        for owner, window in events:
+            own += _at(windows, pushes[number], window if owner == number else None)
+        columns.append(own)
+    times = tuple(float(regression.windows[owner].time[window]) for owner, window in events)
+    return unknown(component, MOMENTS, times), columns
 
 
 def _at(windows: Windows, pushes: Array, window: int | None) -> list[Columns]:

@@ -217,7 +217,7 @@ def _strange(quick: bool) -> Iterator[Case]:
             yield Case(
                 "unknown",
                 (("unknown", component),),
-                ("slalom", "squares", "eights")[number % 3],
+                ("slalom", "eights" if kind == "magnet" else "squares", "eights")[number % 3],
                 ("mocap", "sonar")[number % 2],
                 note=kind,
             )

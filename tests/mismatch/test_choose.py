@@ -68,3 +68,14 @@ def test_what_every_robot_has_a_little_of_is_integrated_out(data):
     np.testing.assert_allclose(
         tolerant(data.T @ data, sizes), data.T @ np.linalg.solve(spread, data), atol=1e-6
     )
+
+
+def test_a_push_stands_in_the_place_of_an_event_and_not_beside_it(data):
+    own = choice(data)
+    own.terms[0] = term("bump", "a.left")
+    own.terms[2] = Term("unknown", "a", (None,), {"quantity": "single moments", "instead": True}, 0.0, False)
+    assert own.worth(frozenset({0, 2})) == -np.inf
+    assert own.worth(frozenset({0})) > 0.0
+    own.terms[0] = term("bump", "b.left")
+    own.known.clear()
+    assert own.worth(frozenset({0, 2})) > 0.0
