@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from service.settings import Settings
 
 DATABASE = "sqlite:///omnimate.db"
+COLLECTED = 20_000, 20, 20  # objects between two looks for cycles, which stop everything
+SWITCH = 0.001  # [s] for which one thread may keep the others waiting: the robot, calls, the stream
 Database = Annotated[
     str,
     typer.Option(envvar="OMNIMATE_DATABASE", help="sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME."),
@@ -68,8 +72,15 @@ def _listen(settings: Settings) -> None:
                     f"--role operate --database {settings.database}), or listen on 127.0.0.1"
                 )
     config = uvicorn.Config(
-        create_app(parts), settings.host, settings.port, log_level="warning", timeout_graceful_shutdown=3
+        create_app(parts),
+        settings.host,
+        settings.port,
+        log_level="warning",
+        timeout_graceful_shutdown=3,
+        timeout_keep_alive=60,
     )
+    sys.setswitchinterval(SWITCH)
+    gc.set_threshold(*COLLECTED)
     announced(config).run()
 
 

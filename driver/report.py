@@ -54,8 +54,7 @@ class NodeReport:
     @property
     def is_well(self) -> bool:
         """Whether it works now; a drive is not started before it is enabled, and is well for all that."""
-        only_drives = all(name.startswith("drive of ") for name in self.names)
-        return not self.is_lost and (self.state == OPERATIONAL or only_drives)
+        return not self.is_lost and (self.state == OPERATIONAL or self.names[0].startswith("drive of "))
 
 
 @dataclass(frozen=True, slots=True)

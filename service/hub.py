@@ -9,10 +9,10 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable
 
 WAITING = 200  # events that a slow listener may be behind; older ones are dropped
-KEEP = 10.0  # [s] of silence after which a comment is sent, so that a lost listener is noticed
+GATHERED = 0.08  # [s] in which events are gathered, so that many cost no more than one
 
 
 class Hub:
@@ -23,6 +23,7 @@ class Hub:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._listeners: set[asyncio.Queue[bytes | None]] = set()
         self._last: dict[str, bytes] = {}
+        self._pending: dict[tuple[str, str | None], bytes] = {}
         self._closed = False
 
     @property
@@ -42,19 +43,31 @@ class Hub:
     def close(self) -> None:
         """End all streams."""
         self._closed = True
-        self._send(None)
+        self._call(self._spread, None)
 
     def publish(self, kind: str, content: dict[str, Any]) -> None:
-        """Send an event to everybody; from any thread."""
+        """Send an event to everybody, soon; from any thread. Of one thing only the last word is sent."""
         event = f"event: {kind}\ndata: {json.dumps(content, allow_nan=False)}\n\n".encode()
-        if kind in {"state", "nodes"}:
-            self._last[kind] = event
-        self._send(event)
+        with self._lock:
+            if kind in {"state", "nodes"}:
+                self._last[kind] = event
+            waiting = bool(self._pending)
+            self._pending[kind, content.get("id")] = event
+        if not waiting:
+            self._call(self._later)
 
-    def _send(self, event: bytes | None) -> None:
-        if self._loop is not None and self._listeners:
+    def _call(self, what: Callable[..., None], *arguments: object) -> None:
+        if self._loop is not None:
             with contextlib.suppress(RuntimeError):  # the loop has just been closed
-                self._loop.call_soon_threadsafe(self._spread, event)
+                self._loop.call_soon_threadsafe(what, *arguments)
+
+    def _later(self) -> None:
+        asyncio.get_running_loop().call_later(GATHERED, self._flush)
+
+    def _flush(self) -> None:
+        with self._lock:
+            events, self._pending = b"".join(self._pending.values()), {}
+        self._spread(events)
 
     def _spread(self, event: bytes | None) -> None:
         for listener in self._listeners:
@@ -63,25 +76,13 @@ class Hub:
             listener.put_nowait(event)
 
     async def listen(self) -> AsyncIterator[bytes]:
-        """Yield events as server-sent events, for ever."""
+        """Yield events as server-sent events, for ever; without a robot there are some, too."""
         mine: asyncio.Queue[bytes | None] = asyncio.Queue(WAITING)
         for event in self._last.values():
             mine.put_nowait(event)
         self._listeners.add(mine)
         try:
-            while not self._closed:
-                following = await _next(mine)
-                if following is None:
-                    break
+            while (following := await mine.get()) is not None:
                 yield following
         finally:
             self._listeners.discard(mine)
-
-
-async def _next(queue: asyncio.Queue[bytes | None]) -> bytes | None:
-    """Return the next event, or a comment when there is none for a while."""
-    try:
-        async with asyncio.timeout(KEEP):
-            return await queue.get()
-    except TimeoutError:
-        return b": still here\n\n"

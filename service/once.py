@@ -12,8 +12,9 @@ from fastapi import Depends, Header, Request
 from fastapi.responses import Response
 from pydantic import BaseModel
 from sqlalchemy.exc import IntegrityError
+from starlette.concurrency import run_in_threadpool
 
-from service.access import Caller, caller_of, demand
+from service.access import Caller, demand
 from service.errors import StateError
 from service.store.tables import AnswerRow
 
@@ -123,16 +124,17 @@ def _response(answer: Answer) -> Response:
     return Response(answer.content.model_dump_json(), answer.status, answer.headers, JSON)
 
 
-def _reading(
+async def _reading(
     request: Request, authorization: Annotated[str | None, Header(include_in_schema=False)] = None
 ) -> Call:
     parts: Parts = request.app.state.parts
-    with parts.database.reading() as db:
-        caller = caller_of(db, authorization, open_house=parts.settings.is_loopback)
+    caller = parts.callers.known(authorization)
+    if caller is None:
+        caller = await run_in_threadpool(parts.callers.look, parts.database, authorization)
     return Call(parts, caller, None, f"{request.method} {request.url.path}")
 
 
-def _operating(
+async def _operating(
     call: Annotated[Call, Depends(_reading)],
     idempotency_key: Annotated[
         str | None, Header(description="the same key twice: done once, answered twice")

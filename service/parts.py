@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy.exc import IntegrityError
 
+from service.access import Callers
 from service.hub import Hub
 from service.jobs.worker import Worker
 from service.robot.desk import Desk
@@ -34,6 +35,7 @@ class Parts:
         desk: what the robot's thread writes down.
         live: the robot.
         worker: of the diagnoses.
+        callers: who called lately.
     """
 
     settings: Settings
@@ -43,6 +45,7 @@ class Parts:
     desk: Desk
     live: Live
     worker: Worker
+    callers: Callers
 
 
 def make_parts(settings: Settings) -> Parts:
@@ -62,7 +65,8 @@ def make_parts(settings: Settings) -> Parts:
     desk = Desk(database, hub, given.name, settings.instance)
     live = Live(settings.bus, plant, settings.pace, hub, desk)
     worker = Worker(database, hub, desk, settings.instance, settings.unpacked)
-    return Parts(settings, database, hub, given.name, desk, live, worker)
+    callers = Callers(open_house=settings.is_loopback)
+    return Parts(settings, database, hub, given.name, desk, live, worker, callers)
 
 
 def _remembered(database: Database, given: VehicleParameters) -> VehicleParameters:

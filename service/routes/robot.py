@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Iterator
+from dataclasses import asdict
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query
-from fastapi.responses import PlainTextResponse, StreamingResponse
+from fastapi.responses import PlainTextResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
+from driver.report import DriverReport
 from service.once import Reading
 from service.parts import Parts
 from service.robot.faults import open_rmf, vda5050
@@ -35,18 +38,17 @@ class Robot(BaseModel):
 
 
 class Bus(BaseModel):
-    """The bus, as the driver sees it."""
+    """The bus, as the driver saw it within the last second."""
 
     syncs: int
     skipped: int
-    frames: int
     nodes: list[dict[str, Any]]
     events: list[dict[str, Any]]
     strangers: list[dict[str, Any]]
 
 
 @router.get("/robot", operation_id="getRobot", response_model=Robot)
-def robot(call: Reading) -> Robot:
+async def robot(call: Reading) -> Robot:
     """Return what is on the bus, whether it drives and for whom, where it is."""
     live = call.parts.live
     samples, incomplete = live.samples
@@ -62,7 +64,7 @@ def robot(call: Reading) -> Robot:
 
 
 @router.post("/robot/stop", operation_id="stopRobot", response_model=Done)
-def stop(call: Reading) -> Done:
+async def stop(call: Reading) -> Done:
     """Stop the wheels at the next sample, whoever asks; a session that is driven is interrupted."""
     call.parts.live.halt("somebody pressed stop")
     return Done(done="the robot stops")
@@ -79,7 +81,7 @@ async def stream(call: Reading) -> StreamingResponse:
 
 
 @router.get("/robot/errors", operation_id="getErrors", response_model=dict[str, Any])
-def errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") -> dict[str, Any]:  # noqa: A002
+async def errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") -> dict[str, Any]:  # noqa: A002
     """Return what is wrong now, as VDA 5050 `errors` or Open-RMF `issues`."""
     live = call.parts.live
     words = vda5050 if format == "vda5050" else open_rmf
@@ -87,22 +89,24 @@ def errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") ->
 
 
 @router.get("/bus", operation_id="getBus", response_model=Bus)
-def bus(call: Reading) -> Bus:
+async def bus(call: Reading) -> Response:
     """Return nodes, counters, and what has happened."""
-    report, frames = call.parts.live.report, call.parts.live.tap.frames
+    return Response(_bus(call.parts.live.report), media_type="application/json")
+
+
+@lru_cache(maxsize=1)
+def _bus(report: DriverReport | None) -> bytes:
     if report is None:
-        return Bus(syncs=0, skipped=0, frames=frames, nodes=[], events=[], strangers=[])
-    return Bus(
-        syncs=report.syncs,
-        skipped=report.skipped,
-        frames=frames,
-        nodes=nodes_event(report)["nodes"],
-        events=[
-            {"time": one.time, "last": one.last, "count": one.count, "node": one.node, "what": one.what}
-            for one in report.events
-        ],
-        strangers=[{"identifier": key, "what": what, "frames": n} for key, what, n in report.strangers],
-    )
+        known = Bus(syncs=0, skipped=0, nodes=[], events=[], strangers=[])
+    else:
+        known = Bus(
+            syncs=report.syncs,
+            skipped=report.skipped,
+            nodes=nodes_event(report)["nodes"],
+            events=[asdict(one) for one in report.events],
+            strangers=[{"identifier": key, "what": what, "frames": n} for key, what, n in report.strangers],
+        )
+    return known.model_dump_json().encode()
 
 
 @router.get(

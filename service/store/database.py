@@ -90,7 +90,10 @@ def _engine(url: str) -> tuple[str, Engine]:
         shown = parsed.render_as_string(hide_password=True)
         if parsed.get_backend_name() not in {"sqlite", "postgresql"}:
             raise DatabaseError(shown, "of another kind")
-        engine = create_engine(parsed, poolclass=QueuePool, pool_size=20, max_overflow=40, pool_pre_ping=True)
+        ask_first = parsed.get_backend_name() == "postgresql"  # whose server may have been restarted
+        engine = create_engine(
+            parsed, poolclass=QueuePool, pool_size=20, max_overflow=40, pool_pre_ping=ask_first
+        )
     except ArgumentError as error:
         raise DatabaseError("(as given)", f"no URL: {error}") from error
     except ModuleNotFoundError as error:

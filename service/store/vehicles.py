@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from sqlalchemy import func, select
@@ -97,7 +98,12 @@ def replace(db: Session, vehicle: VehicleParameters, origin: str, expected: int 
 
 def parameters(row: VehicleRow) -> VehicleParameters:
     """Return the robot of a version."""
-    return parse_vehicle(row.toml, f"{row.name}, version {row.version}")
+    return _parsed(row.toml, f"{row.name}, version {row.version}")
+
+
+@lru_cache(maxsize=256)
+def _parsed(toml: str, source: str) -> VehicleParameters:
+    return parse_vehicle(toml, source)
 
 
 def _add(db: Session, vehicle: VehicleParameters, number: int, origin: str) -> VehicleRow:
