@@ -8,6 +8,8 @@ from when it should have left, so that a slow answer is not hidden by the wait f
 
 import argparse
 import asyncio
+import json
+import re
 import tempfile
 import time
 from dataclasses import replace
@@ -42,42 +44,68 @@ async def paced(rate: float, seconds: float, call) -> list[float]:  # noqa: ANN0
     return durations
 
 
-async def listen(url: str, seconds: float) -> int:
-    """Read the stream for so long; return how many `state` events came."""
-    seen, end = 0, time.perf_counter() + seconds
-    async with (
-        httpx2.AsyncClient(base_url=url, timeout=30.0) as client,
-        client.stream("GET", "/v1/robot/stream") as stream,
-    ):
-        async for line in stream.aiter_lines():
-            seen += line == "event: state"
-            if time.perf_counter() > end:
-                return seen
-    return seen
+class Client:
+    """Keep-alive connections that cost little: on two cores a load that computes would measure itself."""
+
+    def __init__(self, url: str) -> None:
+        _, self.host, port = url.replace("//", "").split(":")
+        self.port = int(port)
+        self._idle: list[tuple[asyncio.StreamReader, asyncio.StreamWriter]] = []
+
+    async def call(self, method: str, path: str, body: bytes = b"") -> bytes:
+        """Make a call; return what it is answered with, where that is a success."""
+        reader, writer = (
+            self._idle.pop() if self._idle else await asyncio.open_connection(self.host, self.port)
+        )
+        writer.write(self._request(method, path, body))
+        head = await reader.readuntil(b"\r\n\r\n")
+        content = await reader.readexactly(int(re.search(rb"content-length: (\d+)", head)[1]))
+        if head.split(None, 2)[1] not in {b"200", b"201"}:
+            raise RuntimeError(f"{method} {path}: {content.decode()}")
+        self._idle.append((reader, writer))
+        return content
+
+    async def listen(self, everybody: asyncio.Barrier, seconds: float) -> int:
+        """Read the stream for so long once everybody listens; return how many `state` events came."""
+        reader, writer = await asyncio.open_connection(self.host, self.port)
+        writer.write(self._request("GET", "/v1/robot/stream", b""))
+        await reader.readuntil(b"event: state")
+        await everybody.wait()
+        seen, end = 0, time.perf_counter() + seconds
+        while time.perf_counter() < end:
+            seen += (await reader.read(65536)).count(b"event: state")
+        writer.close()
+        return seen
+
+    def _request(self, method: str, path: str, body: bytes) -> bytes:
+        return (
+            f"{method} {path} HTTP/1.1\r\nHost: {self.host}:{self.port}\r\n"
+            f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+        ).encode() + body
 
 
 async def measure(url: str, options: argparse.Namespace) -> tuple[list[float], list[float], list[int]]:
     """Return the durations of reads and posts, and the events that each listener got."""
-    limits = httpx2.Limits(max_connections=100, max_keepalive_connections=100)
-    async with httpx2.AsyncClient(base_url=url, timeout=30.0, limits=limits) as client:
-        sessions = [
-            (await client.post(SESSIONS, json={"side": 4.0})).json()["id"]
-            for _ in range(1 + int(options.posts * options.seconds) // RUNS)
-        ]
+    client, run = Client(url), json.dumps(RUN).encode()
+    sessions = [
+        json.loads(await client.call("POST", SESSIONS, b'{"side": 4.0}'))["id"]
+        for _ in range(1 + int(options.posts * options.seconds) // RUNS)
+    ]
 
-        async def read(index: int) -> None:
-            path = ("/v1/robot", f"{SESSIONS}?limit=20", "/v1/vehicles/omnimate", "/v1/bus")[index % 4]
-            (await client.get(path)).raise_for_status()
-
-        async def post(index: int) -> None:
-            path = f"{SESSIONS}/{sessions[index // RUNS]}/samples"
-            (await client.post(path, json=RUN)).raise_for_status()
-
-        reads, posts, *events = await asyncio.gather(
-            paced(options.reads, options.seconds, read),
-            paced(options.posts, options.seconds, post),
-            *(listen(url, options.seconds) for _ in range(options.listeners)),
+    async def read(index: int) -> None:
+        await client.call(
+            "GET", ("/v1/robot", f"{SESSIONS}?limit=20", "/v1/vehicles/omnimate", "/v1/bus")[index % 4]
         )
+
+    async def post(index: int) -> None:
+        await client.call("POST", f"{SESSIONS}/{sessions[index // RUNS]}/samples", run)
+
+    everybody = asyncio.Barrier(options.listeners + 1)
+    listeners = asyncio.gather(*(client.listen(everybody, options.seconds) for _ in range(options.listeners)))
+    await everybody.wait()
+    reads, posts, events = await asyncio.gather(
+        paced(options.reads, options.seconds, read), paced(options.posts, options.seconds, post), listeners
+    )
     return reads, posts, events
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 DATABASE = "sqlite:///omnimate.db"
 COLLECTED = 20_000, 20, 20  # objects between two looks for cycles, which stop everything
-SWITCH = 0.001  # [s] for which one thread may keep the others waiting: the robot, calls, the stream
+SWITCH = 0.0002  # [s] for which one thread may keep the others waiting: the robot, calls, the stream
 Database = Annotated[
     str,
     typer.Option(envvar="OMNIMATE_DATABASE", help="sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME."),

@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import logging
 import threading
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
+_log = logging.getLogger(__name__)
 WAITING = 200  # events that a slow listener may be behind; older ones are dropped
 GATHERED = 0.08  # [s] in which events are gathered, so that many cost no more than one
 
@@ -23,7 +25,8 @@ class Hub:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._listeners: set[asyncio.Queue[bytes | None]] = set()
         self._last: dict[str, bytes] = {}
-        self._pending: dict[tuple[str, str | None], bytes] = {}
+        self._pending: dict[tuple[str, str | None], Callable[[], bytes]] = {}
+        self._sending: asyncio.Task[None] | None = None
         self._closed = False
 
     @property
@@ -47,12 +50,19 @@ class Hub:
 
     def publish(self, kind: str, content: dict[str, Any]) -> None:
         """Send an event to everybody, soon; from any thread. Of one thing only the last word is sent."""
-        event = f"event: {kind}\ndata: {json.dumps(content, allow_nan=False)}\n\n".encode()
+        event = _event(kind, content)
+        if kind in {"state", "nodes"}:
+            self._last[kind] = event
+        self._put(kind, content.get("id"), lambda: event)
+
+    def announce(self, kind: str, identity: str, look: Callable[[str], dict[str, Any]]) -> None:
+        """Send what a thing looks like, soon; it is looked at once, however often it changes meanwhile."""
+        self._put(kind, identity, lambda: _event(kind, look(identity)))
+
+    def _put(self, kind: str, identity: str | None, event: Callable[[], bytes]) -> None:
         with self._lock:
-            if kind in {"state", "nodes"}:
-                self._last[kind] = event
             waiting = bool(self._pending)
-            self._pending[kind, content.get("id")] = event
+            self._pending[kind, identity] = event
         if not waiting:
             self._call(self._later)
 
@@ -62,11 +72,15 @@ class Hub:
                 self._loop.call_soon_threadsafe(what, *arguments)
 
     def _later(self) -> None:
-        asyncio.get_running_loop().call_later(GATHERED, self._flush)
+        self._sending = asyncio.create_task(self._flush(self._sending))
 
-    def _flush(self) -> None:
+    async def _flush(self, before: asyncio.Task[None] | None) -> None:
+        await asyncio.sleep(GATHERED)
         with self._lock:
-            events, self._pending = b"".join(self._pending.values()), {}
+            pending, self._pending = self._pending, {}
+        events = await asyncio.to_thread(_joined, pending)
+        if before is not None:
+            await before  # so that older events are not sent after newer ones
         self._spread(events)
 
     def _spread(self, event: bytes | None) -> None:
@@ -86,3 +100,18 @@ class Hub:
                 yield following
         finally:
             self._listeners.discard(mine)
+
+
+def _event(kind: str, content: dict[str, Any]) -> bytes:
+    return f"event: {kind}\ndata: {json.dumps(content, allow_nan=False)}\n\n".encode()
+
+
+def _joined(pending: dict[tuple[str, str | None], Callable[[], bytes]]) -> bytes:
+    """Return all events as one; one that cannot be made does not keep the others back."""
+    events = []
+    for (kind, identity), event in pending.items():
+        try:
+            events.append(event())
+        except Exception:  # noqa: BLE001  # a database that is away, for instance
+            _log.exception("the event %s of %s was not sent", kind, identity)
+    return b"".join(events)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from service.recordings import pack, row_of
 from service.store import vehicles
@@ -119,11 +119,14 @@ class Desk:
         return row.state == "driving" and row.owner == self._instance
 
     def tell(self, session: str) -> None:
-        """Publish a session."""
+        """Let everybody know that a session has changed."""
+        self._hub.announce("session", session, self._look)
+
+    def _look(self, session: str) -> dict[str, Any]:
         with self._database.reading() as db:
             row = sessions.session(db, session)
             view = sessions.view(row, sessions.counts(db, [session])[session])
-        self._hub.publish("session", view.model_dump(exclude={"samples"}))
+        return view.model_dump(exclude={"samples"})
 
 
 def lease() -> float:

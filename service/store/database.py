@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from alembic import command
 from alembic.config import Config
 from sqlalchemy import create_engine, event, make_url, text
-from sqlalchemy.exc import ArgumentError, OperationalError
+from sqlalchemy.exc import ArgumentError, DisconnectionError, OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import QueuePool
 
@@ -20,9 +22,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from sqlalchemy.engine import Connection, Engine
+    from sqlalchemy.pool import ConnectionPoolEntry
 
 MIGRATIONS = Path(__file__).with_name("migrations")
 PATIENCE = 10.0  # [s] for another process to finish its write
+RESTED = 1.0  # [s] after which a connection is tried before it is used
 MIGRATING = 0x6F6D6E69  # number of the lock under which PostgreSQL's tables are changed
 
 
@@ -54,8 +58,9 @@ class Database:
             DatabaseError: it is not there, or not of a kind that the service knows.
         """
         shown, self.engine = _engine(url)
-        self._sqlite = self.engine.dialect.name == "sqlite"
-        self._turn = threading.Lock() if self._sqlite else nullcontext()
+        sqlite = self.engine.dialect.name == "sqlite"
+        self._turn = threading.Lock() if sqlite else nullcontext()
+        self._reader = self.engine if sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
         try:
             with self.engine.execution_options(immediate=True).begin() as connection:
                 _migrate(connection)
@@ -65,7 +70,7 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """Yield a session for reading."""
-        with Session(self.engine) as session:
+        with Session(self._reader) as session:
             yield session
 
     @contextmanager
@@ -90,10 +95,7 @@ def _engine(url: str) -> tuple[str, Engine]:
         shown = parsed.render_as_string(hide_password=True)
         if parsed.get_backend_name() not in {"sqlite", "postgresql"}:
             raise DatabaseError(shown, "of another kind")
-        ask_first = parsed.get_backend_name() == "postgresql"  # whose server may have been restarted
-        engine = create_engine(
-            parsed, poolclass=QueuePool, pool_size=20, max_overflow=40, pool_pre_ping=ask_first
-        )
+        engine = create_engine(parsed, poolclass=QueuePool, pool_size=20, max_overflow=40)
     except ArgumentError as error:
         raise DatabaseError("(as given)", f"no URL: {error}") from error
     except ModuleNotFoundError as error:
@@ -103,6 +105,9 @@ def _engine(url: str) -> tuple[str, Engine]:
     if engine.dialect.name == "sqlite":
         event.listen(engine, "connect", _on_connect)
         event.listen(engine, "begin", _on_begin)
+    else:
+        event.listen(engine, "checkin", _on_checkin)
+        event.listen(engine, "checkout", _on_checkout)
     return shown, engine
 
 
@@ -111,6 +116,25 @@ def _on_connect(connection: Any, _record: object) -> None:  # noqa: ANN401  # of
     connection.isolation_level = None  # transactions begin where `_on_begin` says
     for pragma in ("journal_mode=WAL", "synchronous=FULL", f"busy_timeout={int(1000 * PATIENCE)}"):
         connection.execute(f"PRAGMA {pragma}")
+
+
+def _on_checkin(_connection: object, record: ConnectionPoolEntry) -> None:
+    """Remember when a connection was used last."""
+    record.info["used"] = time.monotonic()
+
+
+def _on_checkout(connection: Any, record: ConnectionPoolEntry, _proxy: object) -> None:  # noqa: ANN401
+    """Ask the server for a sign of life where it may have been restarted since.
+
+    Raises:
+        DisconnectionError: there was none; the pool connects anew.
+    """
+    if time.monotonic() - record.info.get("used", math.inf) > RESTED:
+        try:
+            connection.execute("select 1")
+            connection.rollback()
+        except connection.Error as error:
+            raise DisconnectionError(str(error)) from error
 
 
 def _on_begin(connection: Connection) -> None:
