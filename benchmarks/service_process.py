@@ -41,14 +41,17 @@ class Service:
         self.ready = time.perf_counter() - began
 
     def _wait(self, began: float) -> None:
+        word = "nobody answers"
         while time.perf_counter() - began < PATIENCE:
             try:
-                if httpx2.get(f"{self.url}/readyz", timeout=5.0).status_code == 200:
+                answer = httpx2.get(f"{self.url}/readyz", timeout=5.0)
+                if answer.status_code == 200:
                     return
+                word = answer.text
             except httpx2.TransportError:
                 pass
             time.sleep(0.02)
-        raise RuntimeError("the service is not ready")
+        raise RuntimeError(f"the service is not ready after {PATIENCE:g} s: {word}")
 
     def kill(self) -> None:
         """End it as a power cut would: it does not get to say a word."""

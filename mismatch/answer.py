@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EMPTY, inclusion, rivals
+from mismatch.choose import EMPTY, EVENTS, inclusion, rivals
 from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
 from mismatch.evidence import evidence_of
 from mismatch.heldout import HELD, METRIC, held_out, size
@@ -41,6 +41,7 @@ SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to 
 FAINT = 0.01  # of all rows' chi-square: an unknown that explains less is how no model is perfect
 FAINTEST = 60.0
 STRANGE = 0.04  # of the mismatch: an unknown that explains less than this is how no model is perfect
+CHANCE = 4.0  # chi-square of each coefficient, below which an effect may be none
 WORSE = 1.2  # times the nominal robot's open-loop miss, which chance does not reach
 _MANY = 6
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
@@ -103,7 +104,7 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
         )
         if term.effect == "unknown":
             findings.append(_unknown(found, member, probable[term.key], others))
-        elif term.key in numbers:
+        elif term.key in numbers and _is_something(refined, numbers[term.key]):
             findings.append(_finding(refined, numbers[term.key], probable[term.key], others, whole))
     faint = max(FAINT * len(nominal.white), FAINTEST)
     worth = [
@@ -121,6 +122,12 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
         else known
         for known in (_doubted(one, worth) for one in worth)
     )
+
+
+def _is_something(refined: Refined, number: int) -> bool:
+    """Say whether an effect is still there when it was fitted with all others, as it really is."""
+    values, covariance = refined.values[number], refined.covariances[number]
+    return float(values @ np.linalg.solve(covariance, values)) > CHANCE * len(values)
 
 
 def _cancelling(refined: Refined) -> set[int]:
@@ -254,17 +261,19 @@ def _doubted(finding: Finding, findings: Sequence[Finding]) -> Finding:
     Where no effect of the library does, the one that comes nearest does some of the work.
     """
     strange = max(
-        (
-            other.explained
-            for other in findings
-            if other.effect == "unknown" and other.component == finding.component
-        ),
+        (other.explained for other in findings if other.effect == "unknown" and _on(finding, other)),
         default=0.0,
     )
     if finding.effect == "unknown" or strange <= SHAPE * finding.explained:
         return finding
     share = finding.explained / (finding.explained + STAND_IN * strange)
     return replace(finding, probability=finding.probability * share)
+
+
+def _on(finding: Finding, other: Finding) -> bool:
+    """Say whether a finding is on another one's component, or is an event on one of its two sides."""
+    side = finding.effect in EVENTS and finding.component.endswith(f".{other.component}")
+    return side or finding.component == other.component
 
 
 def _contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:

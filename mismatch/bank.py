@@ -28,12 +28,14 @@ if TYPE_CHECKING:
 PER_METRE = 2e-3  # of the way rolled, one standard deviation of a curve's coefficient
 PER_TURN = 5e-3  # of the angle turned, likewise
 ANGLE = 3e-3  # [rad] of a joint's or a heading's error
+MARK = 5e-3  # [m] of the markers' place on a truck
 LENGTH = 1e-3  # [m] of the link's or a position's error
 UNLIKELY = -3.5  # log odds of something unknown against one effect of the library
 
 ALWAYS = "nothing but the way driven"
 RATE = "its rate of change"
 MOTION = "its direction of motion"
+MARKED = "where on the trucks the markers are"
 
 Curves = dict[str, list["Array"]]
 
@@ -46,7 +48,8 @@ class Error:
         component: on which it is.
         build: what a curve `(N - 1,)` of it does, as a column.
         own: quantities that only this error may depend on.
-        level: what it depends on where it is the same everywhere.
+        level: what it depends on where it is the same everywhere; empty where that would be two named
+            effects of one size.
     """
 
     component: str
@@ -85,12 +88,13 @@ def bank(windows: Windows) -> Iterator[tuple[tuple[str, str], Columns]]:
     level = np.ones(len(windows.signals.block))
     for error in errors(windows):
         curves = {**shared, **error.own}
-        constant = error.build(level)
-        yield (error.component, error.level), constant
+        constant = [error.build(level)] if error.level else []
+        yield from (((error.component, error.level), column) for column in constant)
+        if error.level == MARKED:
+            continue  # they do not wander
         for quantity, values in curves.items():
-            yield (error.component, quantity), constant
-            for value in values:
-                yield (error.component, quantity), error.build(value)
+            for column in (*constant, *(error.build(value) for value in values)):
+                yield (error.component, quantity), column
 
 
 def quantities(windows: Windows) -> Curves:
@@ -136,7 +140,8 @@ def errors(windows: Windows) -> list[Error]:
     for component, numbers in sides(windows).items():
         angle = block.angle[:, numbers[0]]
         waves = [wave(order * angle) for order in (1, 2, 3) for wave in (np.cos, np.sin)]
-        found.append(Error(component, partial(_way, windows, numbers), {"angle of its wheel": waves}))
+        level = ALWAYS if len(numbers) == 1 else ""
+        found.append(Error(component, partial(_way, windows, numbers), {"angle of its wheel": waves}, level))
     for number, truck in enumerate(signals.trucks):
         found.append(Error(truck, partial(_side, windows, number), {}))
         found.append(Error(truck, partial(_turn, windows, number), {}, "turning, nothing else"))
@@ -145,6 +150,7 @@ def errors(windows: Windows) -> list[Error]:
         own = {RATE: [_standard(rate)], MOTION: [np.sign(rate)]}
         found.append(Error(name, partial(_reading, windows, (row,)), own))
     if signals.poses is not None:
+        found += [Error("poses", partial(_seen, windows, axis), {}, MARKED) for axis in range(2)]
         for axis in range(3):
             rows = tuple(windows.linkage + 3 * truck + axis for truck in range(len(signals.trucks)))
             found.append(Error("poses", partial(_reading, windows, rows), {}))
@@ -197,4 +203,15 @@ def _reading(windows: Windows, rows: tuple[int, ...], value: Array) -> Columns:
     for row in rows:
         angle = row < 2 if row < windows.linkage else (row - windows.linkage) % 3 == 2
         measured[:, row] = (ANGLE if angle else LENGTH) * at
+    return np.zeros(windows.drift.shape), measured
+
+
+def _seen(windows: Windows, axis: int, value: Array) -> Columns:
+    """Return the column of poses of a point that is a curve's first value ahead (0) or left (1)."""
+    measured = np.zeros(windows.measured.shape)
+    for truck in range(len(windows.signals.trucks)):
+        first, heading = windows.linkage + 3 * truck, windows.signals.path[windows.ends, truck, 2]
+        ahead = np.stack([np.cos(heading), np.sin(heading)], axis=1)
+        along = ahead if axis == 0 else np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+        measured[:, first : first + 2] = MARK * value[0] * along
     return np.zeros(windows.drift.shape), measured

@@ -1,10 +1,10 @@
 """Which effects are in a recording: sets of terms compared by their evidence.
 
-With coefficients of unit normal prior and white noise of size one, a set's log evidence is
-b'(A + I)^-1 b / 2 - log det(A + I) / 2, with A and b the products of its columns with each other and
-with the data (Bayes factor against no effect; the determinant is Occam's factor). Sets are grown,
-swapped and thinned until nothing is better; the probability of a finding is the share of all sets
-that were compared which hold it.
+With coefficients of normal prior of precision D and white noise of size one, a set's log evidence is
+b'(A + D)^-1 b / 2 - log det(A + D) / 2 + log det(D) / 2, with A and b the products of its columns with
+each other and with the data (Bayes factor against no effect; the determinants are Occam's factor). An
+effect is of the usual size (D = 1) or, less often, larger. Sets are grown, swapped and thinned until
+nothing is better; the probability of a finding is the share of all sets that were compared which hold it.
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ EMPTY: Set = frozenset()
 MOST = 6  # effects in one answer
 EVENTS = {"bump", "slip_patch"}  # in whose place a push of the whole truck may stand
 STRANGE = 8.0  # log odds against every further unknown: one that is pushed shows in many places
+LARGE = 2.0  # usual sizes beyond which an effect is taken for one of the rarer large ones
+TAIL = 5.0  # usual sizes that a large one has
+RARE = 1.6  # log odds against a large one
 DOUBT = 2.5  # log odds against any one effect, beyond one among all candidates
 
 
@@ -62,9 +65,17 @@ class Choice:
     def solved(self, members: Iterable[int]) -> tuple[Array, Array]:
         """Return the coefficients `(k,)` of a set and their covariance `(k, k)`."""
         columns = self.columns(members)
-        precision = self.total[np.ix_(columns, columns)] / self.spread + np.eye(len(columns))
-        covariance = np.asarray(np.linalg.inv(precision), np.float64)
-        return covariance @ self.total[columns, 0] / self.spread, covariance
+        own, products = self._products(columns)
+        precision = products + np.eye(len(columns))
+        scarce, _ = tails(np.asarray(np.linalg.solve(precision, own), np.float64), self._widths(members))
+        covariance = np.asarray(np.linalg.inv(products + np.diag(scarce)), np.float64)
+        return covariance @ own, covariance
+
+    def _products(self, columns: list[int]) -> tuple[Array, Array]:
+        return self.total[columns, 0] / self.spread, self.total[np.ix_(columns, columns)] / self.spread
+
+    def _widths(self, members: Iterable[int]) -> list[int]:
+        return [self.places[one].stop - self.places[one].start for one in sorted(members)]
 
     def worth(self, members: Set) -> float:
         """Return a set's log posterior, up to a constant; minus infinity where a coefficient has no sense."""
@@ -78,14 +89,15 @@ class Choice:
         keys = [self.terms[one].key for one in members]
         if (len(set(keys)) < len(keys) and not self.repeats) or self._twice(members):
             return -math.inf
-        columns = self.columns(members)
-        products = self.total[np.ix_(columns, columns)] / self.spread
-        precision = products + np.eye(len(columns))
-        own = self.total[columns, 0] / self.spread
-        coefficients = np.linalg.solve(precision, own)
+        own, products = self._products(self.columns(members))
+        precision, widths = products + np.eye(len(own)), self._widths(members)
+        coefficients = np.asarray(np.linalg.solve(precision, own), np.float64)
+        scarce, prior = tails(coefficients, widths)
+        if prior < 0.0:
+            precision = products + np.diag(scarce)
+            coefficients = np.asarray(np.linalg.solve(precision, own), np.float64)
         at = 0
-        for one in sorted(members):
-            width = self.places[one].stop - self.places[one].start
+        for one, width in zip(sorted(members), widths, strict=True):
             if self.terms[one].positive and np.any(coefficients[at : at + width] < 0.0):
                 return -math.inf
             at += width
@@ -94,6 +106,7 @@ class Choice:
             -STRANGE * max(unknown - 1, 0)
             + 0.5 * float(own @ coefficients)
             - 0.5 * float(np.linalg.slogdet(precision)[1])
+            + prior
         )
         return evidence + sum(self.prior(one) for one in members)
 
@@ -153,6 +166,22 @@ class Choice:
         weights = {one: math.exp(value - top) for one, value in self.known.items() if value > top - 30.0}
         whole = sum(weights.values())
         return {one: weight / whole for one, weight in weights.items()}
+
+
+def tails(coefficients: Array, widths: Sequence[int]) -> tuple[Array, float]:
+    """Return the precision (k,) of each coefficient's prior, and what the priors add to the log evidence.
+
+    Args:
+        coefficients: (k,) in usual sizes.
+        widths: how many of them belong to each effect.
+    """
+    scarce, added, at = np.ones(len(coefficients)), 0.0, 0
+    for width in widths:
+        if float(np.abs(coefficients[at : at + width]).max(initial=0.0)) > LARGE:
+            scarce[at : at + width] = TAIL**-2
+            added -= RARE + width * math.log(TAIL)
+        at += width
+    return scarce, added
 
 
 def tolerant(total: Array, sizes: Array) -> Array:

@@ -7,6 +7,7 @@ that work; the factors are wide, and only keep a level that the recording says n
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,11 @@ LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
 _FREEDOM = 1.2  # a level is known a priori within a factor of exp(1.2) = 3.3
 # Beyond such a factor no level is believed; waves that are longer would be taken for wheels that change.
 _WIDEST = np.array([4.0, 4.0, 1.2, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0])
+# Nor does any reading err by much less than its resolution: below, the likelihood is flat, and a search
+# that came there once would never come back.
+_LEAST = np.array([4.0, 4.0, 1.2, 4.0, 1.2, 1.2, 1.2, 4.0, 4.0])
+_RAISED = 0.7  # [log] of all levels, from where a search that got stuck is begun anew
+_ENOUGH = 0.03  # by which a row's mean chi-square may be off one at the best levels
 _TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss
 
 
@@ -169,32 +175,44 @@ def estimate_noise(
     active = np.array(_active(windows))
     active[1:3] &= guess.waviness > STILL
 
-    def badness(free: Array) -> float:
+    def badness(free: Array) -> tuple[float, float]:
+        """Return minus the log likelihood, and the chi-square that is left for each row."""
         levels = guess.levels()
         levels[active] = free
         noise = Noise(*np.exp(levels).tolist())
-        cost, gram = 0.0, np.zeros((columns[0][0].shape[2],) * 2)
+        cost, rows, gram = 0.0, 0, np.zeros((columns[0][0].shape[2],) * 2)
         for one, own in zip(windows, columns, strict=True):
             run = filter_of(one, noise)
             there = np.isfinite(run.spread)
             cost += 0.5 * float(np.log(run.spread[there]).sum())
-            rows = run.whiten(*own)[there]
-            gram += rows.T @ rows
+            white = run.whiten(*own)[there]
+            gram += white.T @ white
+            rows += len(white)
         precision = gram[1:, 1:] + np.eye(len(gram) - 1)
-        fitted = np.linalg.solve(precision, gram[1:, 0])
-        cost += 0.5 * float(gram[0, 0] - gram[0, 1:] @ fitted) + 0.5 * float(np.linalg.slogdet(precision)[1])
+        left = float(gram[0, 0] - gram[0, 1:] @ np.linalg.solve(precision, gram[1:, 0]))
         away = (free - centre[active]) / _FREEDOM
-        return cost + 0.5 * float(away @ away)
+        cost += 0.5 * left + 0.5 * float(np.linalg.slogdet(precision)[1]) + 0.5 * float(away @ away)
+        return cost, left / rows
 
-    found = minimize(
-        badness,
-        np.clip(guess.levels(), centre - _WIDEST, centre + _WIDEST)[active],
-        method="L-BFGS-B",
-        bounds=list(zip((centre - _WIDEST)[active], (centre + _WIDEST)[active], strict=True)),
-        options={"maxiter": 25, "eps": 1e-3, "ftol": 1e-7},
-    )
+    def cost_of(free: Array) -> float:
+        return badness(free)[0]
+
+    least, most = (centre - _LEAST)[active], (centre + _WIDEST)[active]
+    best, lowest = guess.levels()[active], math.inf
+    for start_levels in (best, centre[active], centre[active] + _RAISED):
+        found = minimize(
+            cost_of,
+            np.clip(start_levels, least, most),
+            method="L-BFGS-B",
+            bounds=list(zip(least, most, strict=True)),
+            options={"maxiter": 25, "eps": 1e-3, "ftol": 1e-7},
+        )
+        if found.fun < lowest:
+            best, lowest = found.x, found.fun
+        if abs(badness(best)[1] - 1.0) < _ENOUGH:
+            break
     levels = guess.levels()
-    levels[active] = found.x
+    levels[active] = best
     return Noise(*np.exp(levels).tolist())
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mismatch.choose import Choice, decoded, thinned, tolerant
+from mismatch.choose import Choice, decoded, tails, thinned, tolerant
 from mismatch.folds import folds_of
 from mismatch.model import relinearised
 from mismatch.regression import Regression
@@ -142,8 +142,9 @@ def _correction(found: Investigation, members: Set) -> float:
     bent = fitted(found, [choice.terms[one] for one, _, _ in straight], [own for _, own, _ in straight])
     columns = bent.regression.white[:, bent.places[0].start : bent.places[-1].stop]
     values, left = np.concatenate(bent.values), bent.regression.white[:, 0]
-    volume = float(np.linalg.slogdet(columns.T @ columns + np.eye(len(values)))[1])
-    evidence = 0.5 * float(total[0, 0] - left @ left - values @ values) - 0.5 * volume
+    scarce, prior = tails(values, [len(own) for own in bent.values])
+    volume = float(np.linalg.slogdet(columns.T @ columns + np.diag(scarce))[1])
+    evidence = 0.5 * float(total[0, 0] - left @ left - values @ (scarce * values)) - 0.5 * volume + prior
     return evidence + sum(choice.prior(one) for one in members) - before
 
 

@@ -38,6 +38,7 @@ TOLERATED = {
     "link_bias": 0.03,
     "latency": 0.03,
     "clock_drift": 0.1,
+    "bump": 0.03,
 }
 # What acts on a channel's motion needs motion that the drive makes.
 MOVING = {"latency", "clock_drift", "joint_backlash"}

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 SMALL = 1e-9
+SWING = 0.1  # [s] over which castors feel where a truck goes: rough ground under a spin is no reversal
 
 
 @dataclass(slots=True)
@@ -163,7 +164,10 @@ def moved(
         creep, angle = fault["rate"] * abs(forward), fault["direction"] - heading
         forward, left = forward + creep * math.cos(angle), left + creep * math.sin(angle)
     elif one == "castor_kick":
-        sign = math.copysign(1.0, forward) if abs(forward) > 0.005 * span else 0.0
+        mean = fault.memory.get("mean", 0.0)
+        mean += (forward / span - mean) * min(1.0, span / SWING)
+        fault.memory["mean"] = mean
+        sign = math.copysign(1.0, mean) if abs(mean) > 0.005 else 0.0
         last = fault.memory.get("sign", 0.0)
         if sign and last and sign != last:
             yaw += fault["yaw"]
