@@ -193,17 +193,13 @@ def _finding(
 
 def _parameters(term: Term, effect: Effect, refined: Refined, number: int) -> tuple[Parameter, ...]:
     known = sigmas(term, effect, refined.covariances[number])
-    found = []
-    for spec in effect.parameters:
-        value = getattr(effect, spec.name)
-        if spec.name == "intervals":
-            continue
-        sample = refined.regression.windows[0].signals.recording.vehicle.bus.sync_period
-        loose = sample if spec.unit == "s" else 0.0
-        otherwise = (loose,) * len(value) if isinstance(value, tuple) else loose
-        sigma = known.get(spec.name, otherwise)
-        found.append(Parameter(spec.name, value, sigma, spec.unit))
-    return tuple(found)
+    for name, spread in refined.loose[number].items():
+        known[name] = spread if name == "times" else spread[0]
+    return tuple(
+        Parameter(spec.name, getattr(effect, spec.name), known.get(spec.name, 0.0), spec.unit)
+        for spec in effect.parameters
+        if spec.name != "intervals"
+    )
 
 
 def _unknown(

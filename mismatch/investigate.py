@@ -9,8 +9,8 @@ import numpy as np
 
 from mismatch.bank import add_bank
 from mismatch.choose import EMPTY, Choice, tolerant
+from mismatch.moments import settle
 from mismatch.noise import ORDINARY, estimate_noise
-from mismatch.refine import settle
 from mismatch.regression import Regression
 from mismatch.scan import leftover, merged, proposals
 from mismatch.surprise import surprises

@@ -31,7 +31,7 @@ _WIDEST = np.array([4.0, 4.0, 1.2, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0])
 # that came there once would never come back.
 _LEAST = np.array([4.0, 4.0, 1.2, 4.0, 1.2, 1.2, 1.2, 4.0, 4.0])
 _RAISED = 0.7  # [log] of all levels, from where a search that got stuck is begun anew
-_ENOUGH = 0.03  # by which a row's mean chi-square may be off one at the best levels
+_ENOUGH = 0.03  # by which a row's mean chi-square may be above one at the best levels
 _TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss
 
 
@@ -209,7 +209,7 @@ def estimate_noise(
         )
         if found.fun < lowest:
             best, lowest = found.x, found.fun
-        if abs(badness(best)[1] - 1.0) < _ENOUGH:
+        if badness(best)[1] < 1.0 + _ENOUGH:
             break
     levels = guess.levels()
     levels[active] = best

@@ -1,18 +1,19 @@
-"""From the linear search to the effects themselves: moments to the sample, parameters by Gauss-Newton."""
+"""From the linear search to the effects themselves: their parameters by Gauss-Newton."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mismatch.choose import Choice, decoded, tails, thinned, tolerant
 from mismatch.folds import folds_of
 from mismatch.model import relinearised
+from mismatch.moments import events_of, firm, looseness, settle
 from mismatch.regression import Regression
-from mismatch.terms import Term, angle_of, skews, term
+from mismatch.terms import angle_of, skews
 from mismatch.windows import windows_of
 from vcan_sim.effects import effect_named
 
@@ -21,11 +22,12 @@ if TYPE_CHECKING:
 
     from mismatch.choose import Set
     from mismatch.investigate import Investigation
+    from mismatch.moments import Loose
+    from mismatch.terms import Term
     from vcan_sim.effects.effect import Effect
     from vehicle.se2 import Array
 
 AROUND = 0.6  # [s] before and after an event in which every sample is measured
-_PATIENCE = 12  # moves in one direction
 _RIVALS = 4  # that are fitted beside the best set
 _CLOSE = 12.0  # log odds by which a set may lie behind
 _PART = 0.15  # of the best set's own, likewise
@@ -41,6 +43,7 @@ class Refined:
         effects: one for each term.
         values: of each term's coefficients `(k,)`.
         covariances: of them `(k, k)`.
+        loose: of each term the standard deviations of what is not linear, by name.
         regression: about the effects, with the terms' columns.
         places: of the columns.
     """
@@ -49,6 +52,7 @@ class Refined:
     effects: tuple[Effect, ...]
     values: tuple[Array, ...]
     covariances: tuple[Array, ...]
+    loose: tuple[Loose, ...]
     regression: Regression
     places: tuple[slice, ...]
 
@@ -57,7 +61,7 @@ def refine(found: Investigation, turns: int = TURNS) -> Refined:
     """Return the best set's effects with all of their parameters fitted, in turns of Gauss-Newton."""
     members = [one for one in found.members() if one.effect != "unknown"]
     noise, linear = found.regression.noise, found.regression.windows
-    terms = _placed(found, members)
+    terms, loose = _placed(found, members)
     folds = folds_of(linear)
     regression = Regression(linear, noise, (), folds)
     skewed = regression.add(skews(linear[0].signals))
@@ -67,8 +71,8 @@ def refine(found: Investigation, turns: int = TURNS) -> Refined:
     choice = Choice(terms, places, tolerant(regression.total, sizes))
     kept = sorted(thinned(choice, frozenset(range(len(terms)))))
     values = [coefficients for _, coefficients, _ in decoded(choice, kept)]
-    terms = [terms[one] for one in kept]
-    return fitted(found, terms, values, turns)
+    bent = fitted(found, [terms[one] for one in kept], values, turns)
+    return replace(bent, loose=tuple(loose[one] for one in kept))
 
 
 def fitted(
@@ -96,7 +100,15 @@ def fitted(
     places = regression.add(terms)
     last = decoded(Choice(list(terms), places, regression.total), everything)
     covariances = tuple(covariance for _, _, covariance in last)
-    return Refined(tuple(terms), tuple(effects), tuple(values), covariances, regression, tuple(places))
+    return Refined(
+        tuple(terms),
+        tuple(effects),
+        tuple(values),
+        covariances,
+        tuple({} for _ in terms),
+        regression,
+        tuple(places),
+    )
 
 
 def contend(found: Investigation) -> None:
@@ -148,118 +160,16 @@ def _correction(found: Investigation, members: Set) -> float:
     return evidence + sum(choice.prior(one) for one in members) - before
 
 
-def _placed(found: Investigation, members: Sequence[Term]) -> list[Term]:
-    """Return members with their events where they fit best, to the sample."""
+def _placed(found: Investigation, members: Sequence[Term]) -> tuple[list[Term], list[Loose]]:
+    """Return members with their events where they fit best, to the sample, and how sure that is."""
     moments = [at for member in members for at in events_of(member)]
     dense = [(at - AROUND, at + AROUND) for at in moments]
     windows = found.regression.windows
     if dense:
         windows = [windows_of(one.signals, dense) for one in windows]
     regression = Regression(windows, found.regression.noise, (), folds_of(windows))
-    return settle(regression, members)
-
-
-def events_of(member: Term) -> list[float]:
-    """Return the moments [s] at which something happens in a term."""
-    if "times" in member.fixed:
-        return list(member.fixed["times"])
-    if "time" in member.fixed:
-        return [member.fixed["time"]]
-    return [edge for interval in member.fixed.get("intervals", ()) for edge in interval]
-
-
-def settle(regression: Regression, members: Sequence[Term], finest: float = 0.0) -> list[Term]:
-    """Return members with moments, intervals and thresholds where they fit best, one after the other.
-
-    Args:
-        regression: to whose recordings they are to fit; it is left as it was.
-        members: of a set of terms.
-        finest: step below which to stop.
-    """
-    split = [part for member in members for part in _parts(member)]
-    places = regression.add(split)
-    for number, member in enumerate(split):
-        for step in _steps(regression, member):
-            for _ in range(_PATIENCE if step >= finest else 0):
-                best = _best(regression, split, places, number, _moved(member, step))
-                if best is None:
-                    break
-                split[number] = best
-    if places:
-        regression.drop(places[0].start)
-    settled = []
-    for member in members:
-        own = [one for one in split if one.key == member.key]
-        if member.effect == "bump":
-            times = tuple(sorted({time for one in own for time in one.fixed["times"]}))
-            settled.append(term("bump", member.component, _tries(regression), times=times))
-        else:
-            settled.append(replace(own[0], plausibility=member.plausibility))
-    return settled
-
-
-def _tries(regression: Regression) -> int:
-    return sum(len(one.ends) for one in regression.windows)
-
-
-def _parts(member: Term) -> list[Term]:
-    """Return a term for each of a member's bumps, or the member."""
-    if member.effect != "bump":
-        return [member]
-    return [term("bump", member.component, times=(time,)) for time in member.fixed["times"]]
-
-
-def _best(
-    regression: Regression,
-    terms: Sequence[Term],
-    places: Sequence[slice],
-    number: int,
-    offers: Sequence[Term],
-) -> Term | None:
-    """Return the offer that beats a term in its set, its columns in the term's place, or None."""
-    if not offers:
-        return None
-    columns = regression.add(offers)
-    choice = Choice([*terms, *offers], [*places, *columns], regression.total, repeats=True)
-    chosen = frozenset(range(len(terms)))
-    worths = [choice.worth(chosen - {number} | {len(terms) + at}) for at in range(len(offers))]
-    at = int(np.argmax(worths))
-    better = worths[at] > choice.worth(chosen) + 1e-6
-    if better:
-        regression.replace(places[number], columns[at])
-    regression.drop(columns[0].start)
-    return offers[at] if better else None
-
-
-def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
-    """Return by how much to move what is not linear, coarse to fine [s, m/s]."""
-    sample = float(regression.windows[0].signals.recording.vehicle.bus.sync_period)
-    if member.effect == "bump":
-        return 0.3, 0.1, 0.04, sample
-    if member.effect == "count_loss":
-        return 0.05, 0.02, 0.005
-    if member.effect in {"radius_step", "slip_patch"}:
-        return 4.0, 1.5, 0.5, 0.2, 0.06, sample
-    return ()
-
-
-def _moved(member: Term, step: float) -> list[Term]:
-    """Return a term with what is not linear moved by a step to either side."""
-    found: list[dict[str, Any]] = []
-    for sign in (-step, step):
-        if "times" in member.fixed:
-            found.append({"times": tuple(time + sign for time in member.fixed["times"])})
-        elif "time" in member.fixed:
-            found.append({"time": member.fixed["time"] + sign})
-        elif "above" in member.fixed:
-            found.append({"above": max(0.01, member.fixed["above"] + sign)})
-        else:
-            start, end = member.fixed["intervals"][0]
-            found += [{"intervals": ((start + sign, end),)}, {"intervals": ((start, end + sign),)}]
-    spans = [one["intervals"][0] for one in found if "intervals" in one]
-    if any(end <= start for start, end in spans):
-        return []
-    return [term(member.effect, member.component, **fixed) for fixed in found]
+    settled = firm(regression, settle(regression, members))
+    return settled, looseness(regression, settled)
 
 
 def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:

@@ -23,8 +23,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.random import Generator
+    from numpy.typing import NDArray
 
     from proof.engine import Drive
+
+    Array = NDArray[np.float64]
 
 START = 1_763_000_000.0
 
@@ -243,6 +246,9 @@ def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
     roughness *= {"rough floor": 2.5, "smooth floor": 0.3}.get(case.note, 1.0)
     wave = 0.15 if case.note == "waves" else wave
     driven: Drive = drive(robot, laps, faults, Floor(roughness, wave), start, chance)
+    for label in labels:
+        if label["effect"] == "bump":
+            _feel(label, driven.time, driven.counts[:, robot.channels.index(label["component"])])
     noise = 2.0 if case.note == "noisier poses" else 1.0
     write(
         folder / "1", robot, driven, case.poses, noise, 0.01 if case.note == "dropped frames" else 0.0, chance
@@ -324,6 +330,15 @@ def _label(effect: str, component: str, parameters: dict[str, Any]) -> dict[str,
         "intervals": intervals,
         "acceptable": alike,
     }
+
+
+def _feel(label: dict[str, Any], time: Array, counts: NDArray[np.int64]) -> None:
+    """Note in a label when a wheel came to its bumps: one that stands comes to none before it rolls on."""
+    rolls = time[:-1][np.diff(counts) != 0]
+    known = label["parameters"]["times"]
+    at = np.searchsorted(rolls, known["value"]).clip(max=len(rolls) - 1)
+    known["value"] = np.maximum(known["value"], rolls[at]).tolist()
+    label["intervals"] = [[start, start + 0.3] for start in known["value"]]
 
 
 def _alike(effect: str, component: str) -> Iterator[tuple[str, str]]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mismatch.choose import EMPTY, Choice, inclusion, rivals, thinned, tolerant
+from mismatch.choose import EMPTY, RARE, TAIL, Choice, inclusion, rivals, thinned, tolerant
 from mismatch.terms import Term
 
 
@@ -27,14 +27,26 @@ def choice(data, **kinds):
 
 
 def test_the_worth_of_a_set_is_its_bayes_factor(data):
+    data[:, 0] /= 3.0
     own = choice(data)
-    columns = data[:, [1, 3]]
+    factor = bayes_factor(data, 1.0)
+    assert own.worth(frozenset({0, 2})) == pytest.approx(factor + own.prior(0) + own.prior(2))
+
+
+def test_a_large_effect_is_rarer_but_no_wonder(data):
+    own = choice(data)
+    factor = bayes_factor(data, TAIL) - RARE
+    assert own.worth(frozenset({0, 2})) == pytest.approx(factor + own.prior(0) + own.prior(2))
+    assert factor > bayes_factor(data, 1.0) - RARE
+
+
+def bayes_factor(data, first):
+    """Return the log evidence of the first column, of a prior size, and the third, against nothing."""
+    columns, rows = data[:, [1, 3]] * [first, 1.0], data[:, 0]
     with_it = np.eye(400) + columns @ columns.T
-    rows = data[:, 0]
-    factor = (
+    return (
         -0.5 * np.linalg.slogdet(with_it)[1] - 0.5 * rows @ np.linalg.solve(with_it, rows) + 0.5 * rows @ rows
     )
-    assert own.worth(frozenset({0, 2})) == pytest.approx(factor + own.prior(0) + own.prior(2))
 
 
 def test_what_is_there_is_chosen_and_what_looks_like_it_is_its_rival(data):

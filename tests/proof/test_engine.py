@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from proof.corpus import Case, make
-from proof.faults import Fault, travelled
+from proof.faults import Fault, moved, travelled
 from vehicle.folder import load_recording
 from vehicle.linkage import linkage_of
 from vehicle.odometry import dead_reckon
@@ -74,3 +74,24 @@ def test_a_play_takes_its_width_once_for_each_reversal():
     back = sum(travelled(fault, -1e-3, (0.0, 0.0), (-0.1, 0.0), 0.0, 0.01) for _ in range(50))
     assert there == pytest.approx(0.05)
     assert back == pytest.approx(-0.05 + 3e-3)
+
+
+def test_a_bump_is_labelled_with_the_moment_at_which_the_wheel_comes_to_it(tmp_path):
+    label = make(tmp_path / "bumps", Case("single", (("bump", "a.left"),), "squares", "none"), 28)
+    recording = load_recording(tmp_path / "bumps" / "1")
+    way = np.abs(np.diff(recording.wheel_angle("a.left")))
+    for onset in label["effects"][0]["parameters"]["times"]["value"]:
+        assert way[np.searchsorted(recording.time, onset + 0.05)] > 0.0
+
+
+def test_castors_kick_where_the_robot_turns_round_and_not_in_a_spin_on_rough_ground(tmp_path):
+    fault = Fault("castor_kick", "a", {"yaw": 0.02, "radius": 0.05, "start": 0.0})
+    chance = np.random.default_rng(3)
+    kicked = [
+        moved(fault, (1e-5 * chance.normal(), 0.0, 1e-3), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(400)
+    ]
+    assert max(kicked) == pytest.approx(1e-3)
+    there = [moved(fault, (5e-4, 0.0, 0.0), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(200)]
+    back = [moved(fault, (-5e-4, 0.0, 0.0), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(200)]
+    assert sum(there) == 0.0
+    assert sum(back) == pytest.approx(0.02)

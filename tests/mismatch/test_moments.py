@@ -1,0 +1,51 @@
+"""Moments of events: settled to the sample, as sure as they say, and none that is not there."""
+
+import numpy as np
+import pytest
+
+from mismatch.folds import folds_of
+from mismatch.moments import firm, looseness, settle
+from mismatch.noise import ORDINARY
+from mismatch.regression import Regression
+from mismatch.signals import signals_of
+from mismatch.terms import term
+from mismatch.windows import windows_of
+
+TRUE = (20.0, 55.0)
+
+
+@pytest.fixture(scope="module")
+def bumped(drive, effect):
+    """Return a function that gives a drive over two bumps, whitened, every sample about them measured."""
+
+    def regression(lost):
+        recording = drive(effect("bump", "b.right", times=TRUE, lost=(lost, lost)))
+        windows = [windows_of(signals_of(recording), [(at - 0.6, at + 0.6) for at in TRUE])]
+        return Regression(windows, ORDINARY, (), folds_of(windows))
+
+    return regression
+
+
+def test_moments_are_settled_within_what_they_are_said_to_be_unsure(bumped):
+    regression = bumped(3e-3)
+    (settled,) = settle(regression, [term("bump", "b.right", times=(19.8, 55.2))])
+    (loose,) = looseness(regression, [settled])
+    assert len(loose["times"]) == 2
+    off = np.abs(np.subtract(settled.fixed["times"], TRUE)) / loose["times"]
+    assert off.max() < 4.0
+    assert max(loose["times"]) < 0.05
+
+
+def test_a_moment_of_a_smaller_bump_is_less_sure(bumped):
+    (large,), (small,) = (
+        looseness(bumped(lost), [term("bump", "b.right", times=TRUE)]) for lost in (3e-3, 1e-3)
+    )
+    assert min(small["times"]) > 1.5 * max(large["times"])
+
+
+def test_a_bump_that_is_not_there_is_left_out_and_columns_are_as_before(bumped):
+    regression = bumped(3e-3)
+    before = regression.white.shape
+    (kept,) = firm(regression, [term("bump", "b.right", times=(*TRUE, 40.0))])
+    assert kept.fixed["times"] == TRUE
+    assert regression.white.shape == before
