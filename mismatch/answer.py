@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
+TRACE = 0.01  # of what a stronger one on the same component explains: nobody can tell such a finding from it
 SHAPE = 0.15  # of what a named effect explains may be left by the way in which it is modelled
 EDGE = 0.5  # likewise, at the very moments at which that effect acts
 STAND_IN = 4.0  # a named effect takes so many times as much of an unknown one as it leaves
@@ -235,6 +236,11 @@ def _unknown(
 
 def _in_the_shape(finding: Finding, findings: Sequence[Finding]) -> bool:
     """Say whether a finding is what the model of a stronger one on the same component leaves."""
+    if any(
+        other.component == finding.component and finding.explained < TRACE * other.explained
+        for other in findings
+    ):
+        return True
     return finding.effect in {"unknown", *SCANNED} and any(
         other.component == finding.component
         and finding.explained < (EDGE if _touch(finding, other) else SHAPE) * other.explained

@@ -93,7 +93,10 @@ def bank(windows: Windows) -> Iterator[tuple[tuple[str, str], Columns]]:
         if error.level == MARKED:
             continue  # they do not wander
         for quantity, values in curves.items():
-            for column in (*constant, *(error.build(value) for value in values)):
+            for column in (
+                *constant,
+                *(error.build(value if constant else value - value.mean()) for value in values),
+            ):
                 yield (error.component, quantity), column
 
 

@@ -41,8 +41,8 @@ def settle(regression: Regression, members: Sequence[Term], finest: float = 0.0)
     """
     split = [part for member in members for part in _parts(member)]
     places = regression.add(split)
-    for number, member in enumerate(split):
-        for step in _steps(regression, member):
+    for number in range(len(split)):
+        for step in _steps(regression, split[number]):
             for _ in range(_PATIENCE if step >= finest else 0):
                 best = _better(regression, split, places, number, _moved(split[number], step))
                 if best is None:

@@ -31,6 +31,7 @@ _WIDEST = np.array([4.0, 4.0, 1.2, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0])
 # that came there once would never come back.
 _LEAST = np.array([4.0, 4.0, 1.2, 4.0, 1.2, 1.2, 1.2, 4.0, 4.0])
 _RAISED = 0.7  # [log] of all levels, from where a search that got stuck is begun anew
+_NEAR = 0.01  # [log] of a bound
 _ENOUGH = 0.03  # by which a row's mean chi-square may be above one at the best levels
 _TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss
 
@@ -185,9 +186,9 @@ def estimate_noise(
             run = filter_of(one, noise)
             there = np.isfinite(run.spread)
             cost += 0.5 * float(np.log(run.spread[there]).sum())
-            white = run.whiten(*own)[there]
+            white = run.whiten(*own).reshape(-1, len(gram))
             gram += white.T @ white
-            rows += len(white)
+            rows += int(there.sum())
         precision = gram[1:, 1:] + np.eye(len(gram) - 1)
         left = float(gram[0, 0] - gram[0, 1:] @ np.linalg.solve(precision, gram[1:, 0]))
         away = (free - centre[active]) / _FREEDOM
@@ -199,18 +200,18 @@ def estimate_noise(
 
     least, most = (centre - _LEAST)[active], (centre + _WIDEST)[active]
     best, lowest = guess.levels()[active], math.inf
-    for start_levels in (best, centre[active], centre[active] + _RAISED):
+    for start_levels in (best, centre[active] + _RAISED):
         found = minimize(
             cost_of,
             np.clip(start_levels, least, most),
             method="L-BFGS-B",
             bounds=list(zip(least, most, strict=True)),
-            options={"maxiter": 25, "eps": 1e-3, "ftol": 1e-7},
+            options={"maxiter": 25, "eps": 1e-3, "ftol": 1e-5},
         )
         if found.fun < lowest:
             best, lowest = found.x, found.fun
-        if badness(best)[1] < 1.0 + _ENOUGH:
-            break
+        if not np.any(best <= least + _NEAR) or badness(best)[1] < 1.0 + _ENOUGH:
+            break  # else a level may have been driven to its bound by a step that was too long
     levels = guess.levels()
     levels[active] = best
     return Noise(*np.exp(levels).tolist())

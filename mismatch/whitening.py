@@ -89,7 +89,7 @@ def whiten(
     gains: Array,
     spread: Array,
 ) -> Array:
-    """Return whitened innovations `(M + 1, R, C)` of C columns; rows that were not measured are nan.
+    """Return whitened innovations `(M + 1, R, C)` of C columns; rows that were not measured are 0.
 
     Args:
         transition: F, (M, n, n).
@@ -102,7 +102,7 @@ def whiten(
     """
     moments, rows, states = observe.shape
     columns = measured.shape[2]
-    white = np.full((moments, rows, columns), np.nan)
+    white = np.zeros((moments, rows, columns))
     state, innovation = np.zeros((states, columns)), np.zeros((1, columns))
     for moment in range(moments):
         if moment > 0:
