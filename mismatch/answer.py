@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
 TRACE = 0.01  # of what a stronger one on the same component explains: nobody can tell such a finding from it
+LEAST_EVENT = 0.015  # likewise of what is looked for at every moment
 SHAPE = 0.15  # of what a named effect explains may be left by the way in which it is modelled
 EDGE = 0.5  # likewise, at the very moments at which that effect acts
 STAND_IN = 4.0  # a named effect takes so many times as much of an unknown one as it leaves
@@ -111,7 +112,7 @@ def _findings(found: Investigation, refined: Refined, nominal: Regression) -> tu
     worth = [
         one
         for one in findings
-        if one.explained >= LEAST
+        if one.explained >= (LEAST_EVENT if one.effect in SCANNED else LEAST)
         and not (one.effect == "unknown" and (one.explained * whole < faint or one.explained < STRANGE))
         and not _in_the_shape(one, findings)
         and not _overshadowed(one, findings)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from mismatch.regression import Regression
 
 _PATIENCE = 12  # moves in one direction
+_REACH = 5  # steps of a bump at once: its evidence has several hills
 _WIDE = 100.0  # steps by which a moment may be off at most
 _FAINT = 2.5  # sigma of a bump's size, below which it is left out
 Loose = dict[str, tuple[float, ...]]  # standard deviations of numbers, by name
@@ -98,7 +99,7 @@ def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
     """Return by how much to move what is not linear, coarse to fine [s, m/s]."""
     sample = float(regression.windows[0].signals.recording.vehicle.bus.sync_period)
     if member.effect == "bump":
-        return 0.3, 0.1, 0.04, sample
+        return 0.12, 0.04, sample
     if member.effect == "count_loss":
         return 0.05, 0.02, 0.005
     if member.effect in {"radius_step", "slip_patch"}:
@@ -107,21 +108,20 @@ def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
 
 
 def _moved(member: Term, step: float) -> list[Term]:
-    """Return a term with what is not linear moved by a step to either side."""
+    """Return a term with what is not linear moved by a step to either side, or a bump by several."""
     found: list[dict[str, Any]] = []
+    if "times" in member.fixed:
+        shifts = [number * step for number in range(-_REACH, _REACH + 1) if number]
+        found = [{"times": tuple(time + shift for time in member.fixed["times"])} for shift in shifts]
     for sign in (-step, step):
-        if "times" in member.fixed:
-            found.append({"times": tuple(time + sign for time in member.fixed["times"])})
-        elif "time" in member.fixed:
+        if "time" in member.fixed:
             found.append({"time": member.fixed["time"] + sign})
         elif "above" in member.fixed:
             found.append({"above": max(0.01, member.fixed["above"] + sign)})
-        else:
+        elif "intervals" in member.fixed:
             start, end = member.fixed["intervals"][0]
-            found += [{"intervals": ((start + sign, end),)}, {"intervals": ((start, end + sign),)}]
-    spans = [one["intervals"][0] for one in found if "intervals" in one]
-    if any(end <= start for start, end in spans):
-        return []
+            spans = (start + sign, end), (start, end + sign)
+            found += [{"intervals": (span,)} for span in spans if span[0] < span[1]]
     return [term(member.effect, member.component, **fixed) for fixed in found]
 
 
