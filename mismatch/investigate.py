@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 ROUNDS = 4  # of proposals; a recording with one bump under each wheel needs as many
 # Effects that stand for what may be wrong with any robot, while nothing is chosen yet.
 _USUAL = {"wheel_diameter", "wheelbase", "joint_bias", "link_bias", "wheel_eccentricity", "latency"}
-COARSE = 0.09  # [s] to which moments are settled while the search goes on
+COARSE = 0.03  # [s] to which moments are settled while the search goes on
 STEPS = 10  # that a progress bar sees
 
 
