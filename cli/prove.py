@@ -16,11 +16,14 @@ from cli.console import out
 from cli.prove_real import show_real
 from cli.prove_tables import compared, missed, shown
 from cli.proving import Corpus, ask, ask_all, ask_without, telling
+from vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cli.proving import Answers, Tool
+
+CONTACT = "contact physics (MuJoCo)"
 
 
 def prove(
@@ -32,7 +35,10 @@ def prove(
         typer.Option("--contact/--no-contact", help="Also the robot in MuJoCo, where that is installed."),
     ] = True,
     folder: Annotated[
-        Path | None, typer.Option("--out", help="Keep recordings, labels and answers here.")
+        Path | None,
+        typer.Option(
+            "--out", help="Keep recordings, labels and answers here; a run that was stopped goes on."
+        ),
     ] = None,
     real: Annotated[
         Path, typer.Option(help="Folder of real recordings; its part is left out where it is absent.")
@@ -43,6 +49,10 @@ def prove(
     ] = None,
     jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Of the corpus.", min=0)] = 1,
+    part: Annotated[
+        float,
+        typer.Option(help="Share of the independent engine's cases, drawn by chance.", min=0.001, max=1.0),
+    ] = 1.0,
     baselines: Annotated[
         bool | None,
         typer.Option("--baselines/--no-baselines", help="Also plain methods; with --quick on a few cases."),
@@ -64,7 +74,7 @@ def prove(
         show_real(real, figures)
         return
     with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
-        corpora = _corpora(Path(place), jobs, quick=quick, contact=contact, seed=seed)
+        corpora = _corpora(Path(place), jobs, quick=quick, contact=contact, seed=seed, part=part)
         answers = _prove(Path(place), corpora, jobs)
         for wanted, show in (
             (baselines, partial(_compare, "Baselines", proving.baselines(), answers)),
@@ -77,20 +87,47 @@ def prove(
         show_real(real, figures)
 
 
-def _corpora(place: Path, jobs: int, *, quick: bool, contact: bool, seed: int) -> list[Corpus]:
+def _corpora(place: Path, jobs: int, *, quick: bool, contact: bool, seed: int, part: float) -> list[Corpus]:
     """Write the corpora; print what seals their labels before any tool runs."""
     from proof.run import sealed, write_corpus
 
+    asked_for = json.dumps({"quick": quick, "contact": contact, "seed": seed, "part": part})
+    wish = place / "corpus.json"
+    if wish.exists():
+        return _corpora_kept(place, wish.read_text(encoding="utf-8"), asked_for)
+    if (place / "own").exists():
+        raise OmnimateError(
+            f"{place / 'own'} is of a corpus that was not finished: remove it, or take another --out"
+        )
     with telling("concealing effects") as tell:
-        labels = write_corpus(place / "own", jobs, tell, quick=quick, seed=seed)
+        labels = write_corpus(place / "own", jobs, tell, quick=quick, seed=seed, part=part)
     corpora = [Corpus("independent engine", labels, place / "own")]
     bodies = _contact(place / "mujoco", quick=quick, seed=seed) if contact else {}
     if bodies:
-        corpora.append(Corpus("contact physics (MuJoCo)", bodies, place / "mujoco"))
+        corpora.append(Corpus(CONTACT, bodies, place / "mujoco"))
     for one in corpora:
         seal = sealed(dict(one.labels), one.folder.with_suffix(".json"))
         out.print(f"labels of the {one.title}: {len(one.labels)}, SHA-256 {seal}")
+    wish.write_text(asked_for, encoding="utf-8")
     return corpora
+
+
+def _corpora_kept(place: Path, known: str, wanted: str) -> list[Corpus]:
+    """Return the corpora of a run that was stopped, to go on with it.
+
+    Raises:
+        OmnimateError: it was asked for another corpus.
+    """
+    if known != wanted:
+        raise OmnimateError(
+            f"{place} holds the corpus {known}; {wanted} needs a folder of its own: --out FOLDER"
+        )
+    titles = {"own": "independent engine", "mujoco": CONTACT}
+    return [
+        Corpus(title, json.loads(labels.read_text(encoding="utf-8")), place / name)
+        for name, title in titles.items()
+        if (labels := place / f"{name}.json").exists()
+    ]
 
 
 def _prove(place: Path, corpora: Sequence[Corpus], jobs: int) -> Answers:
@@ -98,7 +135,7 @@ def _prove(place: Path, corpora: Sequence[Corpus], jobs: int) -> Answers:
     from mismatch import diagnose
 
     cases = {name: (one.folder / name, diagnose) for one in corpora for name in one.labels}
-    answers = ask("diagnosing", cases, jobs)
+    answers = ask("diagnosing", cases, jobs, place / "answers.jsonl")
     (place / "answers.json").write_text(json.dumps(answers), encoding="utf-8")
     for one in corpora:
         out.print(shown(one.title, one.labels, answers))

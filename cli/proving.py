@@ -64,12 +64,14 @@ def answered(question: tuple[Path, Tool]) -> dict[str, Any]:
         return {"verdict": "error", "says": str(error), "findings": [], "fit": None}
 
 
-def ask(doing: str, questions: Mapping[str, tuple[Path, Tool]], jobs: int) -> dict[str, dict[str, Any]]:
+def ask(
+    doing: str, questions: Mapping[str, tuple[Path, Tool]], jobs: int, kept: Path | None = None
+) -> dict[str, dict[str, Any]]:
     """Return the answers to questions, each a folder of recordings and a tool, by name."""
     from proof.run import asked
 
     with telling(doing) as tell:
-        return asked(answered, questions, jobs, tell)
+        return asked(answered, questions, jobs, tell, kept)
 
 
 def ask_all(doing: str, corpus: Corpus, tools: Mapping[str, Tool], jobs: int) -> dict[str, Answers]:

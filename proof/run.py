@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import random
 from concurrent.futures import ProcessPoolExecutor
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -18,19 +19,30 @@ Question = TypeVar("Question")
 
 
 def write_corpus(
-    folder: Path, jobs: int, tell: Callable[[int, int], None], *, quick: bool, seed: int
+    folder: Path, jobs: int, tell: Callable[[int, int], None], *, quick: bool, seed: int, part: float = 1.0
 ) -> dict[str, Any]:
-    """Write the corpus of the independent engine into a folder; return its labels."""
+    """Write the corpus of the independent engine into a folder; return its labels.
+
+    Args:
+        folder: for a folder of each case; it must not hold any yet.
+        jobs: processes.
+        tell: is told how many are done, of how many.
+        quick: the small corpus.
+        seed: of all that is drawn by chance.
+        part: share of the cases to take, drawn by chance.
+    """
     wanted = cases(quick)
-    folder.mkdir(parents=True, exist_ok=True)
-    names = [f"own-{number:04d}" for number in range(len(wanted))]
+    folder.mkdir(parents=True)
+    count = max(1, round(part * len(wanted)))
+    numbers = sorted(random.Random(seed).sample(range(len(wanted)), count))  # noqa: S311  # no secret
+    folders = [folder / f"own-{number:04d}" for number in numbers]
     labels = {}
     with ProcessPoolExecutor(jobs) as pool:
-        seeds = [10_000 * seed + number for number in range(len(wanted))]
-        made = pool.map(make, [folder / name for name in names], wanted, seeds)
-        for number, (name, label) in enumerate(zip(names, made, strict=True)):
-            labels[name] = label
-            tell(number + 1, len(wanted))
+        seeds = [10_000 * seed + number for number in numbers]
+        made = pool.map(make, folders, [wanted[number] for number in numbers], seeds)
+        for own, label in zip(folders, made, strict=True):
+            labels[own.name] = label
+            tell(len(labels), count)
     return labels
 
 
@@ -46,6 +58,7 @@ def asked(
     questions: Mapping[str, Question],
     jobs: int,
     tell: Callable[[int, int], None],
+    kept: Path | None = None,
 ) -> dict[str, Answer]:
     """Return the answers to questions, by name.
 
@@ -54,11 +67,17 @@ def asked(
         questions: by name.
         jobs: processes.
         tell: is told how many are done, of how many.
+        kept: file to which every answer is added as a line of JSON; what it holds is not asked again.
     """
-    answers = {}
+    answers: dict[str, Answer] = {}
+    if kept is not None and kept.exists():
+        answers = dict(json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines())
+    waiting = {name: question for name, question in questions.items() if name not in answers}
     with ProcessPoolExecutor(jobs) as pool:
-        given = pool.map(ask, questions.values())
-        for number, (name, answer) in enumerate(zip(questions, given, strict=True)):
+        for name, answer in zip(waiting, pool.map(ask, waiting.values()), strict=True):
             answers[name] = answer
-            tell(number + 1, len(questions))
+            tell(len(answers), len(questions))
+            if kept is not None:
+                with kept.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps([name, answer]) + "\n")
     return answers

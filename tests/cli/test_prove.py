@@ -21,7 +21,7 @@ def asked(monkeypatch):
         found = cases(kinds["quick"])
         return {f"own-{number:04d}": label(case) for number, case in enumerate(found)}
 
-    def answers(_ask, wanted, _jobs, _tell):
+    def answers(_ask, wanted, _jobs, _tell, _kept=None):
         questions.append(list(wanted))
         return dict.fromkeys(wanted, ANSWER)
 
@@ -66,9 +66,28 @@ def test_the_answers_of_all_tools_are_kept(omnimate, asked, tmp_path):
     omnimate("prove", "--quick", "--no-contact", "--out", tmp_path / "kept")
     kept = {path.name for path in (tmp_path / "kept").glob("*.json")}
     assert kept == {
-        *("own.json", "answers.json", "baselines-own.json", "ablations-own.json"),
+        *("own.json", "corpus.json", "answers.json", "baselines-own.json", "ablations-own.json"),
         "leave-one-out-own.json",
     }
+
+
+def test_a_run_that_was_stopped_goes_on_with_the_same_corpus_and_no_other(
+    omnimate, asked, tmp_path, monkeypatch
+):
+    kept = tmp_path / "kept"
+    omnimate("prove", "--quick", "--no-contact", "--out", kept)
+    monkeypatch.setattr("proof.run.write_corpus", None)
+    assert "independent engine" in omnimate("prove", "--quick", "--no-contact", "--out", kept).out
+    refused = omnimate("prove", "--quick", "--no-contact", "--seed", "2", "--out", kept)
+    assert refused.code != 0
+    assert "a folder of its own" in refused.err
+
+
+def test_a_corpus_that_was_not_finished_is_not_mistaken_for_one(omnimate, asked, tmp_path):
+    (tmp_path / "kept" / "own").mkdir(parents=True)
+    refused = omnimate("prove", "--quick", "--no-contact", "--out", tmp_path / "kept")
+    assert refused.code != 0
+    assert "not finished" in refused.err
 
 
 def test_a_tool_is_given_all_recordings_of_a_case_and_answers_in_json(tmp_path):
