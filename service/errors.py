@@ -96,7 +96,7 @@ class TooManyError(ServiceError):
     headers = {"Retry-After": "1"}  # noqa: RUF012
 
 
-class BusyError(ServiceError):
+class AbsentError(ServiceError):
     """Something that the service needs is not there now."""
 
     status, title = 503, "Not now"

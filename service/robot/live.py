@@ -17,7 +17,7 @@ from motion.drive import drive
 from motion.journal import Journal
 from motion.paths import squares
 from motion.runner import Runner
-from service.errors import BusyError
+from service.errors import AbsentError, StateError
 from service.robot.follower import Follower
 from service.robot.rig import Rig, opened
 from service.robot.tap import Tap
@@ -137,13 +137,14 @@ class Live:
         """Keep the robot for a session that is going to be driven; nothing moves yet.
 
         Raises:
-            BusyError: the robot drives for another one, or there is no robot.
+            AbsentError: there is no robot.
+            StateError: it drives for another session.
         """
         with self._lock:
             if self.problem is not None:
-                raise BusyError(f"the robot is not there: {self.problem}")
+                raise AbsentError(f"the robot is not there: {self.problem}")
             if self.driving is not None:
-                raise BusyError(f"the robot drives for session {self.driving}; abort it, or wait for it")
+                raise StateError(f"the robot drives for session {self.driving}; abort it, or wait for it")
             self.driving, self._stop_reason = session, None
 
     def release(self, session: str) -> None:

@@ -7,7 +7,7 @@ from fastapi.responses import Response
 from pydantic import BaseModel
 from sqlalchemy.exc import SQLAlchemyError
 
-from service.errors import BusyError
+from service.errors import AbsentError
 from service.parts import Parts
 from service.problems import documented
 
@@ -33,12 +33,12 @@ def readiness(request: Request) -> Health:
     try:
         parts.database.check()
     except SQLAlchemyError as error:
-        raise BusyError("the database does not answer") from error
+        raise AbsentError("the database does not answer") from error
     if parts.live.problem is not None:
-        raise BusyError(f"the bus is not read: {parts.live.problem}")
+        raise AbsentError(f"the bus is not read: {parts.live.problem}")
     lost = [one for one in (parts.live.report.nodes if parts.live.report else ()) if one.is_lost]
     if lost:
-        raise BusyError(f"no heartbeat of node {', '.join(str(one.node) for one in lost)}")
+        raise AbsentError(f"no heartbeat of node {', '.join(str(one.node) for one in lost)}")
     return Health()
 
 

@@ -65,7 +65,8 @@ def _drive(call: Call, row: SessionRow) -> Work:
 
     Raises:
         ValueProblem: the session is of another vehicle.
-        BusyError: the robot drives for another one, or is not there.
+        AbsentError: the robot is not there.
+        StateError: it drives for another session.
     """
     if row.vehicle != call.parts.vehicle:
         raise ValueProblem(

@@ -56,7 +56,7 @@ def test_a_robot_that_was_stopped_in_mid_square_drives_home_and_goes_on(standing
 def test_only_one_session_drives(standing, started):
     started(standing, **DRIVE | {"side": 20.0})
     answer = standing.post(SESSIONS, json=DRIVE)
-    assert answer.status_code == 503
+    assert answer.status_code == 409
     assert "drives for session" in answer.json()["detail"]
 
 
