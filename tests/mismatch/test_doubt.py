@@ -1,0 +1,69 @@
+"""What makes the simulator worse over ten seconds is not asserted, however well it fits a quarter of one."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mismatch.diagnosis import Change, Finding, Fit, Where
+from mismatch.doubt import believed, contradicted, is_something
+
+FINDINGS = (Finding("wheel_diameter", "a.left", 0.98), Finding("unknown", "a", 0.9))
+
+
+def fit(after):
+    return Fit("", Change(1.1, 1.0), Change(1.1, 1.0), rerun={"a position": Change(0.01, after)})
+
+
+@pytest.mark.parametrize("after", [0.004, 0.010, 0.011])
+def test_effects_that_lead_nearer_or_as_near_keep_their_probability(after):
+    assert contradicted(FINDINGS, fit(after)) == FINDINGS
+
+
+def test_effects_that_lead_farther_astray_become_possibilities_and_the_unknown_stays():
+    named, unknown = contradicted(FINDINGS, fit(0.015))
+    assert named.probability == pytest.approx(0.98 / 1.5**2)
+    assert unknown == FINDINGS[1]
+
+
+def test_without_a_rerun_nothing_iscontradicted():
+    assert contradicted(FINDINGS, Fit("", Change(1.0, 1.0), Change(1.0, 1.0))) == FINDINGS
+
+
+def found(effect, component, explained, probability=0.99, intervals=()):
+    return Finding(effect, component, probability, (), Where((), intervals, "always"), (), explained)
+
+
+REFINED = SimpleNamespace(
+    regression=SimpleNamespace(white=np.zeros((1000, 1))), terms=(), values=(), places=()
+)
+
+
+def told(*findings):
+    return {(one.effect, one.component): one.probability for one in believed(findings, REFINED, 1e4)}
+
+
+def test_what_explains_next_to_nothing_beside_a_stronger_one_is_not_told():
+    assert told(found("clock_drift", "joint_b", 1.0), found("joint_backlash", "joint_b", 0.005)).keys() == {
+        ("clock_drift", "joint_b")
+    }
+    assert told(found("wheelbase", "a", 0.9), found("slip_patch", "b.left", 0.01)).keys() == {
+        ("wheelbase", "a")
+    }
+
+
+def test_a_slip_on_one_side_of_what_is_unknown_on_both_trucks_is_no_more_than_possible():
+    probabilities = told(found("unknown", "left", 0.75), found("slip_patch", "a.left", 0.19))
+    assert probabilities["unknown", "left"] == pytest.approx(0.99)
+    assert probabilities["slip_patch", "a.left"] < 0.1
+
+
+def test_two_findings_of_their_own_strength_both_stand():
+    assert set(told(found("wheelbase", "a", 0.5), found("wheel_diameter", "b.left", 0.5)).values()) == {0.99}
+
+
+@pytest.mark.parametrize(("value", "there"), [(1.0, True), (0.2, False), (-1.0, False)])
+def test_an_effect_that_the_fit_leaves_nothing_of_is_none(value, there):
+    one = SimpleNamespace(positive=True)
+    refined = SimpleNamespace(terms=(one,), values=(np.array([value]),), covariances=(np.array([[0.01]]),))
+    assert is_something(refined, 0) is there
