@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from cli.proving import Answers, Tool
 
-CONTACT = "contact physics (MuJoCo)"
+TITLES = {"own": "independent engine", "mujoco": "contact physics (MuJoCo)"}  # by folder
 
 
 def prove(
@@ -101,10 +101,10 @@ def _corpora(place: Path, jobs: int, *, quick: bool, contact: bool, seed: int, p
         )
     with telling("concealing effects") as tell:
         labels = write_corpus(place / "own", jobs, tell, quick=quick, seed=seed, part=part)
-    corpora = [Corpus("independent engine", labels, place / "own")]
+    corpora = [Corpus(TITLES["own"], labels, place / "own")]
     bodies = _contact(place / "mujoco", quick=quick, seed=seed) if contact else {}
     if bodies:
-        corpora.append(Corpus(CONTACT, bodies, place / "mujoco"))
+        corpora.append(Corpus(TITLES["mujoco"], bodies, place / "mujoco"))
     for one in corpora:
         seal = sealed(dict(one.labels), one.folder.with_suffix(".json"))
         out.print(f"labels of the {one.title}: {len(one.labels)}, SHA-256 {seal}")
@@ -122,10 +122,9 @@ def _corpora_kept(place: Path, known: str, wanted: str) -> list[Corpus]:
         raise OmnimateError(
             f"{place} holds the corpus {known}; {wanted} needs a folder of its own: --out FOLDER"
         )
-    titles = {"own": "independent engine", "mujoco": CONTACT}
     return [
         Corpus(title, json.loads(labels.read_text(encoding="utf-8")), place / name)
-        for name, title in titles.items()
+        for name, title in TITLES.items()
         if (labels := place / f"{name}.json").exists()
     ]
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+    from rich.console import JustifyMethod
+
     from calib.optiodom_sets import DriveSet
     from mismatch import Diagnosis
     from vehicle.parameters import Truck
@@ -139,15 +141,16 @@ def robot_row(folder: Path, every: int = 1) -> RobotRow:
 
 def _show_optiodom(folder: Path, figures: Path | None) -> None:
     table = Table(title="OptiOdom: the nominal robot against its recordings, every set on its own")
-    for heading, justify in (
-        ("set", "left"),
-        ("held-out\nresidual", "left"),
-        ("position, 10 s\nnominal [mm]", "right"),
-        ("\ncalibrated", "right"),
-        ("\nfound effects", "right"),
-        ("first findings", "left"),
-    ):
-        table.add_column(heading, justify=justify)  # type: ignore[arg-type]
+    headings: dict[str, JustifyMethod] = {
+        "set": "left",
+        "held-out\nresidual": "left",
+        "position, 10 s\nnominal [mm]": "right",
+        "\ncalibrated": "right",
+        "\nfound effects": "right",
+        "first findings": "left",
+    }
+    for heading, justify in headings.items():
+        table.add_column(heading, justify=justify)
     with Progress(console=err, transient=True) as progress:
         rows = list(progress.track(optiodom_rows(folder), description="OptiOdom"))
     for row in rows:

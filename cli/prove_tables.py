@@ -19,15 +19,8 @@ def shown(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
     from proof.score import rows
 
     table = Table(title=title)
-    for heading, justify in (
-        ("what", "left"),
-        ("share", "right"),
-        ("95 %", "right"),
-        ("of", "right"),
-        ("target", "right"),
-        ("", "left"),
-    ):
-        table.add_column(heading, justify=justify)  # type: ignore[arg-type]
+    for heading in ("what", "share", "95 %", "of", "target", ""):
+        table.add_column(heading, justify="left" if heading in {"what", ""} else "right")
     for row in rows(labels, answers):
         table.add_row(*_cells(row), style="" if row.verdict != "NOT REACHED" else "bold")
     return table

@@ -64,15 +64,21 @@ class Choice:
 
     def solved(self, members: Iterable[int]) -> tuple[Array, Array]:
         """Return the coefficients `(k,)` of a set and their covariance `(k, k)`."""
-        columns = self.columns(members)
-        own, products = self._products(columns)
-        precision = products + np.eye(len(columns))
-        scarce, _ = tails(np.asarray(np.linalg.solve(precision, own), np.float64), self._widths(members))
-        covariance = np.asarray(np.linalg.inv(products + np.diag(scarce)), np.float64)
-        return covariance @ own, covariance
+        precision, coefficients, _ = self._posterior(members)
+        return coefficients, np.asarray(np.linalg.inv(precision), np.float64)
 
-    def _products(self, columns: list[int]) -> tuple[Array, Array]:
-        return self.total[columns, 0] / self.spread, self.total[np.ix_(columns, columns)] / self.spread
+    def _posterior(self, members: Iterable[int]) -> tuple[Array, Array, float]:
+        """Return a set's precision `(k, k)`, coefficients `(k,)`, and what `tails` adds to the evidence."""
+        columns, widths = self.columns(members), self._widths(members)
+        own = self.total[columns, 0] / self.spread
+        products = self.total[np.ix_(columns, columns)] / self.spread
+        precision = products + np.eye(len(columns))
+        coefficients = np.asarray(np.linalg.solve(precision, own), np.float64)
+        scarce, prior = tails(coefficients, widths)
+        if prior < 0.0:
+            precision = products + np.diag(scarce)
+            coefficients = np.asarray(np.linalg.solve(precision, own), np.float64)
+        return precision, coefficients, prior
 
     def _widths(self, members: Iterable[int]) -> list[int]:
         return [self.places[one].stop - self.places[one].start for one in sorted(members)]
@@ -89,22 +95,16 @@ class Choice:
         keys = [self.terms[one].key for one in members]
         if (len(set(keys)) < len(keys) and not self.repeats) or self._twice(members):
             return -math.inf
-        own, products = self._products(self.columns(members))
-        precision, widths = products + np.eye(len(own)), self._widths(members)
-        coefficients = np.asarray(np.linalg.solve(precision, own), np.float64)
-        scarce, prior = tails(coefficients, widths)
-        if prior < 0.0:
-            precision = products + np.diag(scarce)
-            coefficients = np.asarray(np.linalg.solve(precision, own), np.float64)
+        precision, coefficients, prior = self._posterior(members)
         at = 0
-        for one, width in zip(sorted(members), widths, strict=True):
+        for one, width in zip(sorted(members), self._widths(members), strict=True):
             if self.terms[one].positive and np.any(coefficients[at : at + width] < 0.0):
                 return -math.inf
             at += width
         unknown = sum(self.terms[one].effect == "unknown" for one in members)
         evidence = (
             -STRANGE * max(unknown - 1, 0)
-            + 0.5 * float(own @ coefficients)
+            + 0.5 * float(coefficients @ precision @ coefficients)
             - 0.5 * float(np.linalg.slogdet(precision)[1])
             + prior
         )

@@ -69,9 +69,7 @@ def asked(
         tell: is told how many are done, of how many.
         kept: file to which every answer is added as a line of JSON; what it holds is not asked again.
     """
-    answers: dict[str, Answer] = {}
-    if kept is not None and kept.exists():
-        answers = dict(json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines())
+    answers = {} if kept is None else _known(kept)
     waiting = {name: question for name, question in questions.items() if name not in answers}
     with ProcessPoolExecutor(jobs) as pool:
         for name, answer in zip(waiting, pool.map(ask, waiting.values()), strict=True):
@@ -81,3 +79,14 @@ def asked(
                 with kept.open("a", encoding="utf-8") as file:
                     file.write(json.dumps([name, answer]) + "\n")
     return answers
+
+
+def _known(kept: Path) -> dict[str, Answer]:
+    """Return the answers in a file, and drop the line that a stop may have left half written."""
+    if not kept.exists():
+        return {}
+    text = kept.read_text(encoding="utf-8")
+    whole = text[: text.rfind("\n") + 1]
+    if whole != text:
+        kept.write_text(whole, encoding="utf-8")
+    return dict(json.loads(line) for line in whole.splitlines())

@@ -28,6 +28,14 @@ def test_answers_that_came_before_a_stop_are_kept_and_not_asked_for_again(tmp_pa
     assert answers == {"two": {"half": 1.0}, "three": {"half": "known"}}
 
 
+def test_a_line_that_a_stop_left_half_written_is_asked_for_again(tmp_path):
+    kept = tmp_path / "answers.jsonl"
+    kept.write_text(json.dumps(["two", {"half": "known"}]) + '\n["four", {"ha')
+    answers = asked(half, {"two": 2, "four": 4}, 1, quiet, kept)
+    assert answers == {"two": {"half": "known"}, "four": {"half": 2.0}}
+    assert dict(json.loads(line) for line in kept.read_text().splitlines()) == answers
+
+
 def test_a_part_of_the_corpus_is_drawn_by_the_seed(tmp_path, monkeypatch):
     monkeypatch.setattr("proof.run.make", lambda _folder, case, seed: {"kind": case.kind, "seed": seed})
     monkeypatch.setattr("proof.run.ProcessPoolExecutor", InThisOne)
