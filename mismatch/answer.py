@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from vcan_sim.effects.effect import Effect
 
 _SHOWN = 6  # alternatives of a finding
+_NEEDLESS = 10.0  # log units that an effect has to be worth beside something unknown on its component
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
@@ -50,7 +51,7 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
     blind = _blind(found)
     robot = signals.recording.vehicle.name
     evidence = evidence_of(found, refined, nominal, residuals, findings)
-    if findings and nothing < 1.0 - ASSERTED:
+    if nothing < 1.0 - ASSERTED and any(_told(one) >= ASSERTED for one in findings):
         says = _headline(findings, fit)
         advice = tuple(dict.fromkeys(one.separates for one in findings if one.separates))
         unknown = [one for one in findings if one.effect == "unknown"]
@@ -67,6 +68,11 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
         return Diagnosis("insufficient", says, findings, fit, left, (), robot, names, drives, evidence)
     says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
     return Diagnosis("agreement", says, findings, fit, left, (), robot, names, (), evidence)
+
+
+def _told(finding: Finding) -> float:
+    """Return how probable it is that a finding, or what stands in its place, is there at all."""
+    return finding.probability + sum(one.probability for one in finding.alternatives)
 
 
 def _excess(rows: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
@@ -91,7 +97,22 @@ def _findings(found: Investigation, refined: Refined) -> tuple[Finding, ...]:
             findings.append(_unknown(found, member, probable[term.key], others))
         elif term.key in numbers and is_something(refined, numbers[term.key]):
             findings.append(_finding(refined, numbers[term.key], probable[term.key], others, whole))
-    return believed(findings, refined, whole)
+    return believed(findings, refined, whole, _dispensable(found))
+
+
+def _dispensable(found: Investigation) -> set[tuple[str, str]]:
+    """Return the named effects of the best set that its unknown on the same component could stand for."""
+    choice, chosen = found.choice, found.chosen
+    strange = {
+        term.component for term in found.members() if term.effect == "unknown" and not term.fixed["moments"]
+    }
+    return {
+        choice.terms[one].key
+        for one in chosen
+        if choice.terms[one].effect != "unknown"
+        and choice.terms[one].component in strange
+        and choice.worth(chosen - {one}) > choice.worth(chosen) - _NEEDLESS
+    }
 
 
 def _mismatch(found: Investigation) -> float:

@@ -81,7 +81,13 @@ class Choice:
         return precision, coefficients, prior
 
     def _widths(self, members: Iterable[int]) -> list[int]:
-        return [self.places[one].stop - self.places[one].start for one in sorted(members)]
+        """Return how many coefficients belong together: an effect's own; of a loose shape each alone."""
+        widths: list[int] = []
+        for one in sorted(members):
+            whole = self.places[one].stop - self.places[one].start
+            own = len(self.terms[one].probes) or whole
+            widths += [own, *([1] * (whole - own))]
+        return widths
 
     def worth(self, members: Set) -> float:
         """Return a set's log posterior, up to a constant; minus infinity where a coefficient has no sense."""
@@ -97,10 +103,11 @@ class Choice:
             return -math.inf
         precision, coefficients, prior = self._posterior(members)
         at = 0
-        for one, width in zip(sorted(members), self._widths(members), strict=True):
-            if self.terms[one].positive and np.any(coefficients[at : at + width] < 0.0):
+        for one in sorted(members):
+            term = self.terms[one]
+            if term.positive and np.any(coefficients[at : at + len(term.probes)] < 0.0):
                 return -math.inf
-            at += width
+            at += self.places[one].stop - self.places[one].start
         unknown = sum(self.terms[one].effect == "unknown" for one in members)
         evidence = (
             -STRANGE * max(unknown - 1, 0)
@@ -144,16 +151,28 @@ class Choice:
 
     def best(self, members: Set) -> Set:
         """Return the best set that growing, swapping and thinning lead to from a set."""
-        everything = range(len(self.terms))
+        everything, both = range(len(self.terms)), self._both()
         while True:
             moves = [members | {one} for one in everything if one not in members and len(members) < MOST]
             moves += [members - {one} for one in members]
             moves += [members - {old} | {new} for old in members for new in everything if new not in members]
+            moves += [members | pair for pair in both if len(members | pair) <= MOST]
             moves += self._instead(members) if members else self._pairs()
             better = max(moves, key=self.worth, default=members)
             if self.worth(better) <= self.worth(members) + 1e-9:
                 return members
             members = better
+
+    def _both(self) -> list[Set]:
+        """Return the pairs of an effect on truck a and the same on b: either alone is against the linkage."""
+        trucks = [(number, one) for number, one in enumerate(self.terms) if one.component in {"a", "b"}]
+        return [
+            frozenset({first, second})
+            for (first, one), (second, other) in combinations(trucks, 2)
+            if one.effect == other.effect != "unknown"
+            and one.component != other.component
+            and one.fixed == other.fixed
+        ]
 
     def _pairs(self) -> list[Set]:
         """Return the pairs of the likeliest terms, for effects that hide each other."""

@@ -18,17 +18,19 @@ from mismatch.terms import SCANNED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from collections.abc import Set as AbstractSet
 
     from mismatch.diagnosis import Finding, Fit
     from mismatch.refine import Refined
 
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
 LEAST_EVENT = 0.015  # likewise of what is looked for at every moment
-HOLLOW = 0.4  # of the probability of effects that are large and cancel
+HOLLOW = 0.4  # of the probability of effects that are large and cancel, or that the unknown could replace
 FAINT = 0.01  # of all rows' chi-square: an unknown that explains less is how no model is perfect
 FAINTEST = 60.0
 STRANGE = 0.04  # of the mismatch: an unknown that explains less than this is how no model is perfect
-TRACE = 0.01  # of what a stronger one on the same component explains: nobody can tell such a finding from it
+TRACE = 0.015  # of what a stronger one on the same truck explains: nobody can tell such a finding from it
+CURVED = 0.05  # likewise of an unknown that could do without the named effect beside it
 SHAPE = 0.15  # of what a named effect explains may be left by the way in which it is modelled
 EDGE = 0.5  # likewise, at the very moments at which that effect acts
 STAND_IN = 4.0  # a named effect takes so many times as much of an unknown one as it leaves
@@ -38,15 +40,19 @@ SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to 
 CHANCE = 6.0  # chi-square of each coefficient, below which an effect may be none
 WORSE = 1.2  # times the nominal robot's open-loop miss, which chance does not reach
 _MANY = 6
+Key = tuple[str, str]  # effect and component
 
 
-def believed(findings: Sequence[Finding], refined: Refined, whole: float) -> tuple[Finding, ...]:
+def believed(
+    findings: Sequence[Finding], refined: Refined, whole: float, dispensable: AbstractSet[Key] = frozenset()
+) -> tuple[Finding, ...]:
     """Return the findings that are worth telling, with what doubts leave of their probabilities.
 
     Args:
         findings: members of the best set.
         refined: its effects.
         whole: chi-square that the best set takes away.
+        dispensable: effects in whose place the unknown of the same component does as well.
     """
     faint = max(FAINT * len(refined.regression.white), FAINTEST)
     worth = [
@@ -54,10 +60,13 @@ def believed(findings: Sequence[Finding], refined: Refined, whole: float) -> tup
         for one in findings
         if one.explained >= (LEAST_EVENT if one.effect in SCANNED else LEAST)
         and not (one.effect == "unknown" and (one.explained * whole < faint or one.explained < STRANGE))
-        and not _in_the_shape(one, findings)
+        and not _in_the_shape(one, findings, dispensable)
         and not _overshadowed(one, findings)
+        and not _folded(one, findings)
     ]
+    strange = {one.component for one in worth if one.effect == "unknown"}
     hollow = {refined.terms[number].key for number in _cancelling(refined)}
+    hollow |= {(effect, component) for effect, component in dispensable if component in strange}
     return tuple(
         replace(known, probability=HOLLOW * known.probability)
         if (known.effect, known.component) in hollow
@@ -77,7 +86,8 @@ def is_something(refined: Refined, number: int) -> bool:
 def _cancelling(refined: Refined) -> set[int]:
     """Return the effects that are far larger than usual and nearly cancel one another.
 
-    Two curves of the library in a difference make a third one, which is none of the library's.
+    Two curves of the library in a difference make a third one, which is none of the library's. The same
+    effect on both trucks is one thing, and the linkage sees the difference only.
     """
     parts = [
         refined.regression.white[:, place] @ values
@@ -86,25 +96,35 @@ def _cancelling(refined: Refined) -> set[int]:
     large = [number for number, values in enumerate(refined.values) if np.linalg.norm(values) > UNUSUAL]
     found: set[int] = set()
     for first, second in combinations(large, 2):
+        one, other = refined.terms[first], refined.terms[second]
+        if one.effect == other.effect and {one.component, other.component} == {"a", "b"}:
+            continue  # one floor under both
         together = float(parts[first] @ parts[second])
         if together < -OPPOSED * float(np.linalg.norm(parts[first]) * np.linalg.norm(parts[second])):
             found |= {first, second}
     return found
 
 
-def _in_the_shape(finding: Finding, findings: Sequence[Finding]) -> bool:
-    """Say whether a finding is what the model of a stronger one on the same component leaves."""
-    if any(
-        other.component == finding.component and finding.explained < TRACE * other.explained
+def _in_the_shape(finding: Finding, findings: Sequence[Finding], dispensable: AbstractSet[Key]) -> bool:
+    """Say whether a finding is what the model of a stronger one on the same truck leaves."""
+    return any(
+        finding.explained < _limit(finding, other, dispensable) * other.explained
         for other in findings
-    ):
-        return True
-    return finding.effect in {"unknown", *SCANNED} and any(
-        other.component == finding.component
-        and finding.explained < (EDGE if _touch(finding, other) else SHAPE) * other.explained
-        for other in findings
-        if other.effect != "unknown" and (finding.effect == "unknown" or other.effect in SCANNED)
+        if other is not finding and _truck(other.component) == _truck(finding.component)
     )
+
+
+def _limit(finding: Finding, other: Finding, dispensable: AbstractSet[Key]) -> float:
+    """Return the part of what another finding explains, below which this one is of its making."""
+    alike = finding.component == other.component
+    if other.effect == "unknown" or not (
+        (finding.effect == "unknown" and (alike or finding.where.intervals))
+        or (finding.effect in SCANNED and other.effect in SCANNED and alike)
+    ):
+        return TRACE
+    if _touch(finding, other):
+        return EDGE
+    return CURVED if (other.effect, other.component) in dispensable else SHAPE
 
 
 def _touch(finding: Finding, other: Finding) -> bool:
@@ -131,9 +151,10 @@ def _doubted(finding: Finding, findings: Sequence[Finding]) -> Finding:
 
 
 def _on(finding: Finding, other: Finding) -> bool:
-    """Say whether a finding is on another one's component, or is an event on one of its two sides."""
-    side = finding.effect in EVENTS and finding.component.endswith(f".{other.component}")
-    return side or finding.component == other.component
+    """Say whether a finding is on another one's component, truck, or side."""
+    if finding.component == other.component or _truck(finding.component) == _truck(other.component):
+        return True
+    return finding.effect in EVENTS and finding.component.endswith(f".{other.component}")
 
 
 def contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
@@ -148,6 +169,21 @@ def contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
         one if one.effect == "unknown" else replace(one, probability=one.probability / worst**2)
         for one in findings
     )
+
+
+def _folded(finding: Finding, findings: Sequence[Finding]) -> bool:
+    """Say whether a finding is unknown where something stronger is unknown on the same truck."""
+    return finding.effect == "unknown" and any(
+        other.effect == "unknown"
+        and other.explained > finding.explained
+        and _truck(other.component) == _truck(finding.component)
+        for other in findings
+    )
+
+
+def _truck(component: str) -> str:
+    """Return the truck that a component is a part of; itself for what is of both."""
+    return component.removeprefix("joint_").partition(".")[0]
 
 
 def _overshadowed(finding: Finding, findings: Sequence[Finding]) -> bool:

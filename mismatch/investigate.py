@@ -13,6 +13,7 @@ from mismatch.moments import settle
 from mismatch.noise import ORDINARY, estimate_noise
 from mismatch.regression import Regression
 from mismatch.scan import leftover, merged, proposals
+from mismatch.shape import loosened
 from mismatch.surprise import surprises
 from mismatch.terms import skews, smooth_terms
 
@@ -32,7 +33,15 @@ if TYPE_CHECKING:
 
 ROUNDS = 4  # of proposals; a recording with one bump under each wheel needs as many
 # Effects that stand for what may be wrong with any robot, while nothing is chosen yet.
-_USUAL = {"wheel_diameter", "wheelbase", "joint_bias", "link_bias", "wheel_eccentricity", "latency"}
+_USUAL = {
+    "wheel_diameter",
+    "wheelbase",
+    "joint_bias",
+    "link_bias",
+    "wheel_eccentricity",
+    "latency",
+    "floor_slope",
+}
 COARSE = 0.03  # [s] to which moments are settled while the search goes on
 STEPS = 10  # that a progress bar sees
 
@@ -120,6 +129,9 @@ def investigate(
         for term, columns in surprises(regression, leftover(regression, choice, chosen), members):
             terms.append(term)
             places.append(regression.extend(columns))
+        for term, columns in list(loosened(regression, choice, chosen)):
+            terms.append(term)
+            places.append(regression.extend(columns))
         choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         chosen = choice.best(chosen)
     return Investigation(regression, choice, chosen, skew)
@@ -130,7 +142,8 @@ def tolerated(regression: Regression, terms: Sequence[Term], places: Sequence[sl
     sizes = np.zeros(regression.white.shape[1])
     sizes[skew] = 1.0
     for term, place in zip(terms, places, strict=True):
-        sizes[place] = term.tolerance
+        if place.stop - place.start == len(term.probes):  # neither unknown nor loosened
+            sizes[place] = term.tolerance
     return tolerant(regression.total, sizes)
 
 

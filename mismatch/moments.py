@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mismatch.choose import Choice, decoded
+from mismatch.scan import windows_in_all
 from mismatch.terms import Term, term
 
 if TYPE_CHECKING:
@@ -56,14 +57,10 @@ def settle(regression: Regression, members: Sequence[Term], finest: float = 0.0)
         own = [one for one in split if one.key == member.key]
         if member.effect == "bump":
             times = tuple(sorted({time for one in own for time in one.fixed["times"]}))
-            settled.append(term("bump", member.component, _tries(regression), times=times))
+            settled.append(term("bump", member.component, windows_in_all(regression), times=times))
         else:
             settled.append(replace(own[0], plausibility=member.plausibility))
     return settled
-
-
-def _tries(regression: Regression) -> int:
-    return sum(len(one.ends) for one in regression.windows)
 
 
 def _parts(member: Term) -> list[Term]:
@@ -141,7 +138,7 @@ def firm(regression: Regression, members: Sequence[Term]) -> list[Term]:
             there = values > _FAINT * np.sqrt(np.diag(covariance))
             times = tuple(np.asarray(kept[number].fixed["times"])[there].tolist())
             if 0 < len(times) < len(there):
-                kept[number] = term("bump", kept[number].component, _tries(regression), times=times)
+                kept[number] = term("bump", kept[number].component, windows_in_all(regression), times=times)
     regression.drop(places[0].start)
     return kept
 

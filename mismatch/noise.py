@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 STILL = 1e-9  # [m/sqrt(m)] of waves that are none: the floor is white, and stays so
 LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
-_FREEDOM = 1.2  # a level is known a priori within a factor of exp(1.2) = 3.3
+# A level is known a priori within a factor of exp(1.2) = 3.3; what a file states of its poses, within 2.
+_FREEDOM = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7])
 # Beyond such a factor no level is believed; waves that are longer would be taken for wheels that change.
 _WIDEST = np.array([4.0, 4.0, 1.2, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0])
 # Nor does any reading err by much less than its resolution: below, the likelihood is flat, and a search
@@ -191,7 +192,7 @@ def estimate_noise(
             rows += int(there.sum())
         precision = gram[1:, 1:] + np.eye(len(gram) - 1)
         left = float(gram[0, 0] - gram[0, 1:] @ np.linalg.solve(precision, gram[1:, 0]))
-        away = (free - centre[active]) / _FREEDOM
+        away = (free - centre[active]) / _FREEDOM[active]
         cost += 0.5 * left + 0.5 * float(np.linalg.slogdet(precision)[1]) + 0.5 * float(away @ away)
         return cost, left / rows
 

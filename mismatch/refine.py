@@ -143,10 +143,18 @@ def contend(found: Investigation) -> None:
     found.chosen = max((best, *near), key=choice.worth)
 
 
+def stiff(choice: Choice) -> list[slice]:
+    """Return where the columns of terms are, without those that loosen a shape."""
+    return [
+        slice(place.start, place.start + len(term.probes)) if term.probes else place
+        for term, place in zip(choice.terms, choice.places, strict=True)
+    ]
+
+
 def _correction(found: Investigation, members: Set) -> float:
     """Return what a set is worth more when it is fitted by Gauss-Newton: Laplace's approximation there."""
     choice, total = found.choice, found.regression.total
-    lines = Choice(choice.terms, choice.places, total)  # nothing tolerated, on either side of the difference
+    lines = Choice(choice.terms, stiff(choice), total)  # nothing tolerated, on either side of the difference
     before = lines.worth(members)
     if not np.isfinite(before):
         return 0.0  # a size below zero, which only what is tolerated makes sense of

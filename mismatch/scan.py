@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mismatch.choose import EMPTY
 from mismatch.terms import term
 from mismatch.whitening import adjoint
 
@@ -32,6 +33,7 @@ NEAR = 1.0  # [s] about an event, in which no other is looked for
 ORDERS = tuple(range(2, 41))
 _SHORTEST = 1.5  # [s] of a patch
 _PATCHES = 200  # of the shortest kind in a recording, however long that is
+_MOMENTS = 48  # of a recording at which a step is looked for
 _CHUNK = 256
 
 Build = Callable[[int, "Windows", range], "Array"]
@@ -71,12 +73,15 @@ def leftover(regression: Regression, choice: Choice, chosen: Set) -> Leftover:
 
 
 def proposals(regression: Regression, choice: Choice, chosen: Set) -> list[Term]:
-    """Return terms that a leftover calls for: bumps, patches, steps of the radius, gear harmonics."""
+    """Return terms that a leftover calls for: bumps, patches, steps of the radius, gear harmonics.
+
+    Steps are also looked for as if nothing were chosen: what was chosen may stand for one.
+    """
     left = leftover(regression, choice, chosen)
     found = _bumps(regression, left)
     for build in (_patches, _steps, _harmonics):
         found += build(regression, left)
-    return found
+    return found + (_steps(regression, leftover(regression, choice, EMPTY)) if chosen else [])
 
 
 def shocks(regression: Regression, left: Leftover) -> list[tuple[Array, Array]]:
@@ -111,6 +116,11 @@ def lost_way(windows: Windows, scores: Array, informations: Array) -> tuple[Arra
         return np.where(sure, score / information, 0.0), np.where(sure, score / np.sqrt(information), 0.0)
 
 
+def windows_in_all(regression: Regression) -> int:
+    """Return among how many windows a moment is looked for."""
+    return sum(len(windows.ends) for windows in regression.windows)
+
+
 def _bumps(regression: Regression, left: Leftover) -> list[Term]:
     """Propose bumps under each wheel: all windows that stand out, and the strongest few of them."""
     peaks: dict[str, list[tuple[float, float]]] = {}
@@ -122,15 +132,14 @@ def _bumps(regression: Regression, left: Leftover) -> list[Term]:
             high = np.flatnonzero((own > EVENT) & best_of_all)
             for window in apart(high, own):
                 peaks.setdefault(wheel, []).append((float(own[window]), float(windows.time[window])))
-    windows_in_all = sum(len(windows.ends) for windows in regression.windows)
-    found = []
+    tries, found = windows_in_all(regression), []
     for wheel, heights in peaks.items():
         ranked = sorted(heights, reverse=True)[:24]
         known = left.events.get(wheel, ())
         for count in sorted({1, 2, 4, 8, len(ranked)}):
             if count <= len(ranked):
                 times = tuple(sorted([*known, *(time for _, time in ranked[:count])]))
-                found.append(term("bump", wheel, windows_in_all, times=times))
+                found.append(term("bump", wheel, tries, times=times))
     return found
 
 
@@ -220,7 +229,7 @@ def _steps(regression: Regression, left: Leftover) -> list[Term]:
     moments = [
         (number, float(moment))
         for number, windows in enumerate(regression.windows)
-        for moment in np.linspace(windows.time[0], windows.time[-1], 18)[1:-1]
+        for moment in np.linspace(windows.time[0], windows.time[-1], _MOMENTS + 2)[1:-1]
     ]
 
     def build(_number: int, windows: Windows, columns: range) -> Array:

@@ -130,6 +130,7 @@ def _foreseen(path: Array, twist: Array, time: Array) -> Array:
         ahead.append(compose(path[origin, truck], between(driven[origin], driven)))
     foreseen = expected_reading(np.stack(ahead, axis=1))
     actual = expected_reading(path)
+    actual[:, :2] = np.unwrap(actual[:, :2], axis=0)  # a joint may go round
     foreseen[:, :2] = actual[:, :2] + wrap(foreseen[:, :2] - actual[:, :2])
     return foreseen
 

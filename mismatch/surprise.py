@@ -5,13 +5,14 @@ They are proposed as terms "unknown" wherever a leftover shows them, and have to
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mismatch.bank import sides, unknown
-from mismatch.scan import EVENT, apart, lost_way, quiet, shocks, strengths
+from mismatch.scan import EVENT, apart, lost_way, quiet, shocks, strengths, windows_in_all
 from mismatch.signals import WINDOW
 from mismatch.terms import MOMENTS
 
@@ -62,10 +63,15 @@ def _instead(regression: Regression, chosen: Sequence[Term]) -> list[Surprise]:
         return []
     found: list[Surprise] = []
     for truck, name in enumerate(regression.windows[0].signals.trucks):
-        levers = [_shoves(windows, truck) for windows in regression.windows]
-        term, columns = _pushed_at(regression, name, events, levers)
+        levers = [shoves(windows, truck) for windows in regression.windows]
+        term, columns = _pushed_at(regression, name, events, levers, _looked_for(chosen))
         found.append((replace(term, fixed={**term.fixed, "instead": True}), columns))
     return found
+
+
+def _looked_for(chosen: Sequence[Term]) -> int:
+    """Return how many moments the events of a set were looked for at; a slip that lasts is one."""
+    return sum(len(term.fixed["times"]) if term.effect == "bump" else bool(_moments(term)) for term in chosen)
 
 
 def _moments(term: Term) -> tuple[float, ...]:
@@ -100,7 +106,7 @@ def _pushes(regression: Regression, left: Leftover) -> list[Surprise]:
         ]
         events = _events([np.sqrt(power) for power in powers], EVENT + 0.6)
         found += _pushed(
-            regression, truck, events, [_shoves(windows, number) for windows in regression.windows]
+            regression, truck, events, [shoves(windows, number) for windows in regression.windows]
         )
     return found
 
@@ -123,7 +129,7 @@ def _power(scores: Array, informations: Array) -> Array:
     return np.asarray(np.einsum("mi,mi->m", scores, np.linalg.solve(solid, scores[:, :, None])[:, :, 0]))
 
 
-def _shoves(windows: Windows, truck: int) -> Array:
+def shoves(windows: Windows, truck: int, sizes: Array = SHOVE) -> Array:
     """Return pushes (M, 3 T, 3) of a truck forward, to the left and about its centre."""
     middle = (windows.ends[1:] + windows.ends[:-1]) // 2
     heading = windows.signals.path[middle, truck, 2]
@@ -133,7 +139,7 @@ def _shoves(windows: Windows, truck: int) -> Array:
     pushes[:, first, 0], pushes[:, first + 1, 0] = cos, sin
     pushes[:, first, 1], pushes[:, first + 1, 1] = -sin, cos
     pushes[:, first + 2, 2] = 1.0
-    return np.asarray(pushes * SHOVE)
+    return np.asarray(pushes * sizes)
 
 
 def _pushed(
@@ -141,24 +147,30 @@ def _pushed(
 ) -> list[Surprise]:
     """Return terms of the strongest event alone, and of all of them."""
     counts = sorted({1, 2, 4, len(events)} & set(range(1, len(events) + 1)))
-    return [_pushed_at(regression, component, events[:count], pushes) for count in counts]
+    return [_pushed_at(regression, component, events[:count], pushes, count) for count in counts]
 
 
 def _pushed_at(
-    regression: Regression, component: str, events: list[tuple[int, int]], pushes: list[Array]
+    regression: Regression,
+    component: str,
+    events: list[tuple[int, int]],
+    pushes: list[Array],
+    looked_for: int,
 ) -> Surprise:
-    """Return the term of all events together."""
+    """Return the term of all events together; each moment was looked for among all windows."""
     columns: list[list[Columns]] = []
     for number, windows in enumerate(regression.windows):
         own: list[Columns] = []
         for owner, window in events:
-            own += _at(windows, pushes[number], window if owner == number else None)
+            own += pushed_in(windows, pushes[number], window if owner == number else None)
         columns.append(own)
     times = tuple(float(regression.windows[owner].time[window]) for owner, window in events)
-    return unknown(component, MOMENTS, times), columns
+    found = unknown(component, MOMENTS, times)
+    searched = looked_for * math.log(windows_in_all(regression))
+    return replace(found, plausibility=found.plausibility - searched), columns
 
 
-def _at(windows: Windows, pushes: Array, window: int | None) -> list[Columns]:
+def pushed_in(windows: Windows, pushes: Array, window: int | None) -> list[Columns]:
     """Return a column for each direction (M, n, D) of a push in one window; zeros where it was elsewhere."""
     still, poses = np.zeros_like(windows.measured), windows.drift.shape[-1]
     columns: list[Columns] = []

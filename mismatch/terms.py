@@ -17,6 +17,7 @@ import numpy as np
 from mismatch.signals import WINDOW
 from vcan_sim.effects import EFFECTS, effect_named
 from vcan_sim.effects.block import LINKAGE
+from vcan_sim.effects.effect import TRUCK
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -167,6 +168,8 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
             if kind.name == "count_loss":
                 speeds = _speeds(signals, component)
                 terms += [term(kind.name, component, len(speeds), above=speed) for speed in speeds]
+            elif component in TRUCK and any(one.name == "pace" for one in kind.parameters):
+                terms += [term(kind.name, component, 2, pace=pace) for pace in (0.0, _pace(signals))]
             else:
                 terms.append(term(kind.name, component))
     return terms
@@ -209,6 +212,12 @@ def _speeds(signals: Sequence[Signals], component: str) -> list[float]:
     return sorted(
         {round(float(value), 3) for value in np.quantile(speed, [0.02, 0.15, 0.35, 0.6, 0.8, 0.92])}
     )
+
+
+def _pace(signals: Sequence[Signals]) -> float:
+    """Return the trucks' mean speed forward or back [m/s], pauses and all."""
+    way = sum(float(np.abs(one.block.twist[:, :, 0]).mean(axis=1).sum()) for one in signals)
+    return round(way / sum(float(one.time[-1] - one.time[0]) for one in signals), 3)
 
 
 def skews(signals: Signals) -> list[Term]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from mismatch.folds import laps_of
 from vcan_sim.effects.block import wheel_number
+from vcan_sim.effects.bump import crossing
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,21 +57,13 @@ def _end(wheel: str, time: float, lost: float, signals: Sequence[Signals]) -> fl
         if not one.time[0] <= time <= one.time[-1]:
             continue
         radius = 0.5 * one.recording.vehicle.wheel_diameter(wheel)  # type: ignore[arg-type]
-        span = _span(radius, lost)
+        span = crossing(radius, max(lost, 1e-6))
         column = wheel_number(wheel)
         first = int(np.searchsorted(one.time, time))
         rolled = np.cumsum(np.abs(one.block.travel[first:, column]))
         at = int(np.searchsorted(rolled, span))
         return float(one.time[min(first + at + 1, len(one.time) - 1)])
     return time
-
-
-def _span(radius: float, lost: float) -> float:
-    """Return the way rolled [m] on an edge that costs `lost`: with 2 R (q - sin q) = lost, 2 R q."""
-    q = (3.0 * max(lost, 1e-6) / radius) ** (1.0 / 3.0)
-    for _ in range(20):
-        q -= (2.0 * radius * (q - np.sin(q)) - lost) / (2.0 * radius * (1.0 - np.cos(q)))
-    return float(2.0 * radius * q)
 
 
 def laps_at(intervals: Intervals, signals: Sequence[Signals]) -> tuple[int, ...]:

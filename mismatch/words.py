@@ -149,6 +149,25 @@ def _patch(effect: Effect, _vehicle: VehicleParameters) -> str:
     )
 
 
+def _slope(effect: Effect, _vehicle: VehicleParameters) -> str:
+    values = effect.values()
+    towards = f"towards {math.degrees(values['direction']):.0f} degrees of the floor"
+    if values["pace"]:
+        creep = 1e3 * values["rate"] * values["pace"]
+        return (
+            f"{part(effect.component)} creeps at {creep:.2f} mm/s {towards}, also where it stands: "
+            "it slopes, under tyres or a film that give way."
+        )
+    return f"{part(effect.component)} creeps {100.0 * values['rate']:.3f} % of its way {towards}: it slopes."
+
+
+def _traction(effect: Effect, _vehicle: VehicleParameters) -> str:
+    values = effect.values()
+    compliance = f"compliance {values['compliance']:.4g} s^2/m"
+    film = f", alike at any speed, as if at {values['pace']:.3g} m/s: a film" if values["pace"] else ""
+    return f"{part(effect.component)} slips in proportion to its acceleration ({compliance}{film})."
+
+
 _SENTENCES: dict[str, Any] = {
     "wheel_diameter": _diameter,
     "wheelbase": _wheelbase,
@@ -164,7 +183,7 @@ _SENTENCES: dict[str, Any] = {
         "{part} changes its rolling radius at one moment, by {ratio_percent:+.3f} %: "
         "a load moved or a tyre lost air."
     ),
-    "traction_slip": "{part} slips in proportion to its acceleration (compliance {compliance:.4g} s^2/m).",
+    "traction_slip": _traction,
     "turn_scrub": (
         "{part} scrubs in turns: its wheelbase grows by {slope_hundredths:.2f} % per 1/m of curvature."
     ),
@@ -173,10 +192,7 @@ _SENTENCES: dict[str, Any] = {
         "it travels at that angle to its own straight ahead."
     ),
     "lateral_slip": "{part} creeps outwards in turns (compliance {compliance:.4g} s).",
-    "floor_slope": (
-        "{part} creeps {rate_hundredths:.3f} % of its way towards {direction:.0f} degrees of the floor: "
-        "it slopes."
-    ),
+    "floor_slope": _slope,
     "castor_kick": ("{part} yaws by {yaw:+.3f} degrees each time it reverses: its castors swing round."),
     "joint_bias": "{part} reads {bias:+.3f} degrees too much, all the time.",
     "joint_eccentricity": (

@@ -14,8 +14,9 @@ import numpy as np
 
 from vcan_sim.effects.block import truck_number
 from vcan_sim.effects.effect import TRUCK, Effect, Parameter
+from vcan_sim.effects.play import follow
 
-_STILL = 0.005  # [m/s] below which a truck counts as standing: noise of counts is no reversal
+SWING = 1e-3  # [m] that a truck has to go back before castors feel it: noise of counts is no reversal
 
 if TYPE_CHECKING:
     from vcan_sim.effects.block import Block
@@ -40,14 +41,15 @@ class CastorKick(Effect):
     )
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Yaw in the first step after each reversal; remember the direction of travel."""
+        """Yaw in the first step after each reversal; remember the way and how far it is followed."""
         truck = truck_number(self.component)
-        forward = block.twist[:, truck, 0]
-        sign = np.where(np.abs(forward) > _STILL * block.period, np.sign(forward), 0.0)
-        first = 0.0 if state is None else state
-        known = np.concatenate(([first], sign))
-        last = known[np.maximum.accumulate(np.where(known != 0.0, np.arange(len(known)), 0))]
-        reversed_ = (sign != 0.0) & (last[:-1] != 0.0) & (sign != last[:-1])
+        start, followed, last = (0.0, 0.0, 0.0) if state is None else state
+        way = start + np.cumsum(block.twist[:, truck, 0])
+        steady = follow(way, followed, 2.0 * SWING)
+        moved = np.sign(np.diff(np.concatenate(([followed], steady))))
+        known = np.concatenate(([last], moved))
+        before = known[np.maximum.accumulate(np.where(known != 0.0, np.arange(len(known)), 0))]
+        reversed_ = (moved != 0.0) & (before[:-1] != 0.0) & (moved != before[:-1])
         twist = block.twist[:, truck].copy()
         twist[:, 2] += np.where(reversed_, self.yaw, 0.0)
-        return block.with_twist(truck, twist), float(last[-1])
+        return block.with_twist(truck, twist), (float(way[-1]), float(steady[-1]), float(before[-1]))

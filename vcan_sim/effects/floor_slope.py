@@ -1,6 +1,7 @@
 """Floor slope: creep towards one direction of the floor.
 
-On a tilted floor tyres creep downhill, sideways or lengthwise, by a share of the way driven. Seen as a
+On a tilted floor tyres creep downhill, sideways or lengthwise, by a share of the way driven; on oil, wet
+paint or any other film that gives way like one they do so all the time, also where they stand. Seen as a
 displacement that turns with the heading; the linkage alone never shows it where both trucks creep alike.
 Source: creep in proportion to the force along the slope.
 """
@@ -27,10 +28,13 @@ class FloorSlope(Effect):
     Attributes:
         rate: creep per metre travelled.
         direction: in the world, counter-clockwise from x [rad].
+        pace: speed of travel [m/s] at which a film lets it creep by `rate`, and as fast when it stands;
+            0 where creep goes with the way.
     """
 
     rate: float = 0.0
     direction: float = 0.0
+    pace: float = 0.0
 
     name: ClassVar[str] = "floor_slope"
     stage: ClassVar[Stage] = "body"
@@ -38,13 +42,14 @@ class FloorSlope(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("rate", "1", null=0.0, scale=0.005, low=0.0, high=1.0),
         Parameter("direction", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
+        Parameter("pace", "m/s", null=None, scale=0.3, low=0.0, high=20.0),
     )
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Add the creep, turned into the truck's own frame."""
         truck = truck_number(self.component)
         twist = block.twist[:, truck].copy()
-        creep = self.rate * np.abs(twist[:, 0])
+        creep = self.rate * (self.pace * block.period if self.pace else np.abs(twist[:, 0]))
         angle = self.direction - block.heading[:, truck]
         twist[:, 0] += creep * np.cos(angle)
         twist[:, 1] += creep * np.sin(angle)

@@ -1,0 +1,100 @@
+"""Events as they are: no bump is a sharp edge under a stiff wheel, no patch is equally slippery throughout.
+
+What an event's model leaves is a share of the event itself. A loosened term is the same effect with
+columns for that share beside its own, so that what remains of a large bump is not taken for something else.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mismatch.choose import decoded
+from mismatch.signals import WINDOW
+from mismatch.surprise import LASTING, shoves
+from vcan_sim.effects.block import wheel_number
+from vcan_sim.effects.bump import BumpEvents, crossing
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from mismatch.choose import Choice, Set
+    from mismatch.model import Columns
+    from mismatch.regression import Regression
+    from mismatch.surprise import Surprise
+    from mismatch.windows import Windows
+    from vcan_sim.effects.effect import Effect
+
+LOOSE = 0.4  # of what a patch takes in one stretch that it may be off by, one standard deviation
+ROCKING = 0.15  # of an obstacle's height by which a truck that rolls over it rocks, likewise
+SHOVED = 0.05  # likewise by which it comes to stand elsewhere than the way lost makes it
+TURNED = 0.02  # likewise, seen from its middle, by which a wheel of it does
+_CROSSING = 3  # windows that a crossing touches
+_STRETCHES = 40  # of a patch, at most
+STEEP = 0.2  # of a wheel's radius: higher obstacles are not driven over
+_LEAST = 1e-4  # [m] of way lost
+_BEFORE = 0.1  # [s] of an event's moment: a wheel touches before it climbs
+
+
+def loosened(regression: Regression, choice: Choice, chosen: Set) -> Iterator[Surprise]:
+    """Yield the events of a set with free shapes, each with its columns for every recording."""
+    for number, values, _ in decoded(choice, chosen):
+        term = choice.terms[number]
+        if term.effect not in {"bump", "slip_patch"}:
+            continue
+        place = choice.places[number]
+        effect = term.built(values)
+        columns: list[list[Columns]] = []
+        for windows, (push, seen) in zip(regression.windows, regression.raw, strict=True):
+            own = [(push[:, :, one], seen[:, :, one]) for one in range(place.start, place.stop)]
+            shapes = _of_bumps if term.effect == "bump" else _of_patch
+            columns.append([*own, *shapes(windows, effect)])
+        yield term, columns
+
+
+def _of_bumps(windows: Windows, effect: Effect) -> list[Columns]:
+    """Return columns of what else a truck does while a wheel of its own rolls over each obstacle.
+
+    It rocks forward, aside and back again, and is left a little off in all of its pose.
+    """
+    wheel = wheel_number(effect.component)
+    truck, radius = wheel // 2, BumpEvents.radius(windows.signals.block, wheel)
+    half = 0.5 * float(windows.signals.block.wheelbase[truck])
+    values, still = effect.values(), np.zeros_like(windows.measured)
+    columns: list[Columns] = []
+    for time, lost in zip(values["times"], values["lost"], strict=True):
+        edge = min(height(radius, max(lost, _LEAST)), STEEP * radius)
+        pushes = shoves(windows, truck, np.array([edge, edge, edge / half]))[:, : windows.drift.shape[1]]
+        inside = (windows.time > time - _BEFORE) & (windows.time < time + WINDOW + LASTING)
+        if not windows.time[0] <= time <= windows.time[-1]:
+            inside[:] = False  # of another recording: columns of nothing, so that all recordings have as many
+        at = np.maximum(np.flatnonzero(inside)[:_CROSSING] - 1, 0)
+        moved = np.zeros((_CROSSING, *windows.drift.shape, 3))
+        moved[range(len(at)), at] = pushes[at]
+        rocking = ROCKING * (moved[:-1] - moved[1:])[..., :2]
+        shoved = SHOVED * moved[1:2, ..., :2]
+        turned = TURNED * moved[..., 2:]
+        for part in (*rocking, *shoved, *turned):
+            columns += [(-part[..., one], still) for one in range(part.shape[-1])]
+    return columns
+
+
+def height(radius: float, lost: float) -> float:
+    """Return the height [m] of an edge that takes some way from a wheel of a radius [m]."""
+    return radius * (1.0 - math.cos(0.5 * crossing(radius, lost) / radius))
+
+
+def _of_patch(windows: Windows, effect: Effect) -> list[Columns]:
+    """Return columns of a slip that is more or less than its mean, in stretches of each patch."""
+    wheel, poses = wheel_number(effect.component), windows.drift.shape[1]
+    still, columns = np.zeros_like(windows.measured), []
+    way = effect.values()["fraction"] * windows.rolled[:, wheel]
+    for start, end in effect.values()["intervals"]:
+        stretch = np.floor((windows.time[1:] - start) / max((end - start) / _STRETCHES, WINDOW)).astype(int)
+        inside = (windows.time[1:] > start) & (windows.time[:-1] < end)
+        for number in range(round(min(_STRETCHES, (end - start) / WINDOW))):
+            lost = np.where(inside & (stretch == number), LOOSE * way, 0.0)
+            columns.append((lost[:, None] * windows.lever[:, wheel, :poses], still))
+    return columns
