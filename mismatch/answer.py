@@ -11,10 +11,10 @@ from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding
 from mismatch.doubt import believed, contradicted, is_something
 from mismatch.evidence import evidence_of
 from mismatch.heldout import HELD, METRIC, held_out, size
-from mismatch.refine import sigmas
 from mismatch.regression import Regression
 from mismatch.rerun import rerun
 from mismatch.signals import WINDOW
+from mismatch.uncertainty import sigmas
 from mismatch.where import channels_of, crossings, laps_at, places_at, row_names
 from mismatch.words import drives_for, part, regime, sentence, separating
 

@@ -15,12 +15,12 @@ from mismatch.diagnosis import Alternative, Diagnosis, Finding, Parameter, Where
 from mismatch.folds import folds_of
 from mismatch.investigate import tolerated
 from mismatch.noise import ORDINARY, Filter, start_of
-from mismatch.refine import sigmas
 from mismatch.regression import Regression
 from mismatch.scan import merged, proposals
 from mismatch.signals import signals_of
 from mismatch.sparse import METHODS, NOTHING, chosen, left, weights
 from mismatch.terms import skews, smooth_terms
+from mismatch.uncertainty import sigmas
 from mismatch.validate import check, too_little
 from mismatch.where import crossings
 from mismatch.whitening import gains_of

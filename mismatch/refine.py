@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -13,9 +12,8 @@ from mismatch.folds import folds_of
 from mismatch.model import relinearised
 from mismatch.moments import events_of, firm, looseness, settle
 from mismatch.regression import Regression
-from mismatch.terms import angle_of, skews
+from mismatch.terms import skews
 from mismatch.windows import windows_of
-from vcan_sim.effects import effect_named
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -119,7 +117,7 @@ def contend(found: Investigation) -> None:
     by what that takes from the chi-square.
     """
     choice, best = found.choice, found.chosen
-    if not best:
+    if not best or _loose(choice, best):
         return
     strange = any(choice.terms[one].effect == "unknown" for one in best)
     gain = choice.worth(best)
@@ -131,6 +129,7 @@ def contend(found: Investigation) -> None:
         and len(rival & best) == len(best) - 1
         and worth > gain - max(_CLOSE, _PART * gain)
         and not any(choice.terms[one].effect == "unknown" for one in rival)
+        and not _loose(choice, rival)
     ][:_RIVALS]
     if not near:
         return
@@ -143,18 +142,15 @@ def contend(found: Investigation) -> None:
     found.chosen = max((best, *near), key=choice.worth)
 
 
-def stiff(choice: Choice) -> list[slice]:
-    """Return where the columns of terms are, without those that loosen a shape."""
-    return [
-        slice(place.start, place.start + len(term.probes)) if term.probes else place
-        for term, place in zip(choice.terms, choice.places, strict=True)
-    ]
+def _loose(choice: Choice, members: Set) -> bool:
+    """Say whether a set holds a loosened shape: that has bent already."""
+    return any(0 < len(choice.terms[one].probes) < len(choice.columns([one])) for one in members)
 
 
 def _correction(found: Investigation, members: Set) -> float:
     """Return what a set is worth more when it is fitted by Gauss-Newton: Laplace's approximation there."""
     choice, total = found.choice, found.regression.total
-    lines = Choice(choice.terms, stiff(choice), total)  # nothing tolerated, on either side of the difference
+    lines = Choice(choice.terms, choice.places, total)  # nothing tolerated, on either side of the difference
     before = lines.worth(members)
     if not np.isfinite(before):
         return 0.0  # a size below zero, which only what is tolerated makes sense of
@@ -178,30 +174,3 @@ def _placed(found: Investigation, members: Sequence[Term]) -> tuple[list[Term], 
     regression = Regression(windows, found.regression.noise, (), folds_of(windows))
     settled = firm(regression, settle(regression, members))
     return settled, looseness(regression, settled)
-
-
-def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
-    """Return the standard deviations of the parameters that a term's coefficients tell.
-
-    Args:
-        member: the term.
-        effect: that was built of it.
-        covariance: (k, k) of its coefficients.
-    """
-    scale = next(one.scale for one in effect_named(member.effect).parameters if one.name == member.linear)
-    angle_name = angle_of(type(effect))
-    if angle_name is not None:
-        size = max(getattr(effect, member.linear) / scale, 1e-9)
-        angle = getattr(effect, angle_name)
-        along, across = (
-            np.array([math.cos(angle), math.sin(angle)]),
-            np.array([-math.sin(angle), math.cos(angle)]),
-        )
-        return {
-            member.linear: scale * math.sqrt(float(along @ covariance @ along)),
-            angle_name: min(math.sqrt(float(across @ covariance @ across)) / size, math.pi),
-        }
-    deviations = scale * np.sqrt(np.diag(covariance))
-    if member.linear == "lost":
-        return {"lost": tuple(deviations.tolist())}
-    return {member.linear: float(deviations[0])}

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mismatch.choose import EMPTY
-from mismatch.terms import term
+from mismatch.signals import WINDOW
+from mismatch.terms import SCANNED, term
 from mismatch.whitening import adjoint
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ _MOMENTS = 48  # of a recording at which a step is looked for
 _CHUNK = 256
 
 Build = Callable[[int, "Windows", range], "Array"]
+Slip = tuple[tuple[int, float, float], int]  # recording, start and end [s], and wheel
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,13 +77,17 @@ def leftover(regression: Regression, choice: Choice, chosen: Set) -> Leftover:
 def proposals(regression: Regression, choice: Choice, chosen: Set) -> list[Term]:
     """Return terms that a leftover calls for: bumps, patches, steps of the radius, gear harmonics.
 
-    Steps are also looked for as if nothing were chosen: what was chosen may stand for one.
+    Patches and steps are also looked for as if nothing were chosen, where something smooth is that may
+    stand for them.
     """
     left = leftover(regression, choice, chosen)
     found = _bumps(regression, left)
     for build in (_patches, _steps, _harmonics):
         found += build(regression, left)
-    return found + (_steps(regression, leftover(regression, choice, EMPTY)) if chosen else [])
+    if chosen and not any(choice.terms[one].effect in SCANNED for one in chosen):
+        nothing = leftover(regression, choice, EMPTY)
+        found += _patches(regression, nothing) + _steps(regression, nothing)
+    return merged([], found)
 
 
 def shocks(regression: Regression, left: Leftover) -> list[tuple[Array, Array]]:
@@ -192,26 +198,52 @@ def _patches(regression: Regression, left: Leftover) -> list[Term]:
         for start, length in _stretches(windows.time[0], windows.time[-1])
     ]
     wheels = _wheels(regression)
+    everywhere = [(span, number) for span in spans for number in range(len(wheels))]
+    sigmas = _slips(regression, left, everywhere).reshape(len(spans), len(wheels))
+    best = [(spans[int(np.argmax(own))], number) for number, own in enumerate(sigmas.T) if own.max() > EVENT]
+    found = [
+        (spans[at], number) for number in range(len(wheels)) for at in np.argsort(-sigmas[:, number])[:2]
+    ]
+    slips = [one for one in found if sigmas[spans.index(one[0]), one[1]] > EVENT]
+    slips += _sharpened(regression, left, best)
+    return [
+        term("slip_patch", wheels[number], len(spans), intervals=((float(start), float(end)),))
+        for (_, start, end), number in slips
+    ]
+
+
+def _sharpened(regression: Regression, left: Leftover, slips: Sequence[Slip]) -> list[Slip]:
+    """Return slips whose starts and ends were moved to where they are strongest, in ever smaller steps."""
+    step = max((end - start for (_, start, end), _ in slips), default=0.0) / 4.0
+    best = list(slips)
+    while step > 0.5 * WINDOW:
+        moves = [(one * step, other * step) for one in (-1, 0, 1) for other in (-1, 0, 1)]
+        tried = [
+            ((owner, start + first, max(end + last, start + first + step)), number)
+            for (owner, start, end), number in best
+            for first, last in moves
+        ]
+        sigmas = _slips(regression, left, tried).reshape(len(best), len(moves))
+        best = [tried[len(moves) * row + int(np.argmax(own))] for row, own in enumerate(sigmas)]
+        step /= 2.0
+    return best
+
+
+def _slips(regression: Regression, left: Leftover, slips: Sequence[Slip]) -> Array:
+    """Return by how many sigma each slip would be estimated."""
 
     def build(number: int, windows: Windows, columns: range) -> Array:
         way = _travelled(windows)
         middle = 0.5 * (windows.time[1:] + windows.time[:-1])
         gained = np.zeros((*way.shape, len(columns)))
         for at, column in enumerate(columns):
-            (owner, start, end), wheel = spans[column // len(wheels)], column % len(wheels)
+            (owner, start, end), wheel = slips[column]
             if owner == number:
                 inside = slice(*np.searchsorted(middle, (start, end)))
                 gained[inside, wheel, at] = -way[inside, wheel]
         return gained
 
-    sigmas = strengths(regression, left, build, len(spans) * len(wheels)).reshape(len(spans), len(wheels))
-    found = []
-    for number, wheel in enumerate(wheels):
-        for at in np.argsort(-sigmas[:, number])[:2]:
-            if sigmas[at, number] > EVENT:
-                interval = (float(spans[at][1]), float(spans[at][2]))
-                found.append(term("slip_patch", wheel, len(spans), intervals=(interval,)))
-    return found
+    return strengths(regression, left, build, len(slips))
 
 
 def _stretches(start: float, end: float) -> list[tuple[float, float]]:
@@ -279,5 +311,9 @@ def _harmonics(regression: Regression, left: Leftover) -> list[Term]:
 
 def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:
     """Return the new terms that are not among the known ones."""
-    seen = [(one.key, one.fixed) for one in known]
-    return [one for one in new if (one.key, one.fixed) not in seen]
+    seen, fresh = [(one.key, one.fixed) for one in known], []
+    for one in new:
+        if (one.key, one.fixed) not in seen:
+            seen.append((one.key, one.fixed))
+            fresh.append(one)
+    return fresh

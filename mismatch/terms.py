@@ -17,7 +17,6 @@ import numpy as np
 from mismatch.signals import WINDOW
 from vcan_sim.effects import EFFECTS, effect_named
 from vcan_sim.effects.block import LINKAGE
-from vcan_sim.effects.effect import TRUCK
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -168,7 +167,7 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
             if kind.name == "count_loss":
                 speeds = _speeds(signals, component)
                 terms += [term(kind.name, component, len(speeds), above=speed) for speed in speeds]
-            elif component in TRUCK and any(one.name == "pace" for one in kind.parameters):
+            elif kind.name == "floor_slope":
                 terms += [term(kind.name, component, 2, pace=pace) for pace in (0.0, _pace(signals))]
             else:
                 terms.append(term(kind.name, component))

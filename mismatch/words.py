@@ -161,13 +161,6 @@ def _slope(effect: Effect, _vehicle: VehicleParameters) -> str:
     return f"{part(effect.component)} creeps {100.0 * values['rate']:.3f} % of its way {towards}: it slopes."
 
 
-def _traction(effect: Effect, _vehicle: VehicleParameters) -> str:
-    values = effect.values()
-    compliance = f"compliance {values['compliance']:.4g} s^2/m"
-    film = f", alike at any speed, as if at {values['pace']:.3g} m/s: a film" if values["pace"] else ""
-    return f"{part(effect.component)} slips in proportion to its acceleration ({compliance}{film})."
-
-
 _SENTENCES: dict[str, Any] = {
     "wheel_diameter": _diameter,
     "wheelbase": _wheelbase,
@@ -183,7 +176,7 @@ _SENTENCES: dict[str, Any] = {
         "{part} changes its rolling radius at one moment, by {ratio_percent:+.3f} %: "
         "a load moved or a tyre lost air."
     ),
-    "traction_slip": _traction,
+    "traction_slip": "{part} slips in proportion to its acceleration (compliance {compliance:.4g} s^2/m).",
     "turn_scrub": (
         "{part} scrubs in turns: its wheelbase grows by {slope_hundredths:.2f} % per 1/m of curvature."
     ),

@@ -1,8 +1,7 @@
 """Traction slip: a driven wheel slips in proportion to its acceleration.
 
 Rubber needs slip to pass force on: travelled speed v - compliance a |v|, a the acceleration of the wheel
-along its motion. Seen where the robot starts and stops; confused with latency of a wheel's encoder. A film
-between tyre and floor gives way alike at any speed.
+along its motion. Seen where the robot starts and stops; confused with latency of a wheel's encoder.
 Source: linear part of the tyre's slip curve (Pacejka, Tire and Vehicle Dynamics, 2012, chapter 1).
 """
 
@@ -27,24 +26,22 @@ class TractionSlip(Effect):
 
     Attributes:
         compliance: slip per acceleration [s^2/m].
-        pace: speed [m/s] that stands for |v| on a film, which slips alike at any speed; 0 on a dry floor.
     """
 
     compliance: float = 0.0
-    pace: float = 0.0
 
     name: ClassVar[str] = "traction_slip"
     stage: ClassVar[Stage] = "travel"
     components: ClassVar[tuple[str, ...]] = (*WHEEL, *TRUCK)
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("compliance", "s^2/m", null=0.0, scale=0.05, low=0.0, high=10.0),
-        Parameter("pace", "m/s", null=None, scale=0.3, low=0.0, high=20.0),
     )
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Take the slip away from the travel of the wheel, or of both wheels of the truck."""
         for wheel in wheels_of(self.component):
-            pace = self.pace or np.abs(block.speed[:, wheel])
-            slipped = self.compliance * block.acceleration[:, wheel] * pace * block.period
+            slipped = (
+                self.compliance * block.acceleration[:, wheel] * np.abs(block.speed[:, wheel]) * block.period
+            )
             block = block.with_travel(wheel, block.travel[:, wheel] - slipped)
         return block, state

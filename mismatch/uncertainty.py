@@ -1,0 +1,58 @@
+"""How sure the parameters of an effect are: what the data leave open, and how exact its law is."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mismatch.terms import angle_of
+from vcan_sim.effects import effect_named
+
+if TYPE_CHECKING:
+    from mismatch.terms import Term
+    from vcan_sim.effects.effect import Effect
+    from vehicle.se2 import Array
+
+# No law is exact: so much of an effect's size is of the law and not of the robot, one standard deviation.
+INEXACT = 0.01
+LOOSER = {
+    "bump": 0.1,
+    "castor_kick": 0.025,
+    "floor_slope": 0.02,
+    "gear_backlash": 0.02,
+    "joint_backlash": 0.05,
+    "lateral_slip": 0.02,
+    "latency": 0.02,
+    "slip_patch": 0.03,
+    "traction_slip": 0.03,
+    "wheel_eccentricity": 0.02,
+}
+
+
+def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
+    """Return the standard deviations of the parameters that a term's coefficients tell.
+
+    Args:
+        member: the term.
+        effect: that was built of it.
+        covariance: (k, k) of its coefficients.
+    """
+    spec = next(one for one in effect_named(member.effect).parameters if one.name == member.linear)
+    value, inexact = getattr(effect, member.linear), LOOSER.get(member.effect, INEXACT)
+    angle_name = angle_of(type(effect))
+    if angle_name is not None:
+        size, angle = max(value / spec.scale, 1e-9), getattr(effect, angle_name)
+        along = np.array([math.cos(angle), math.sin(angle)])
+        across = np.array([-math.sin(angle), math.cos(angle)])
+        told = spec.scale * math.sqrt(float(along @ covariance @ along))
+        turned = math.sqrt(float(across @ covariance @ across)) / size
+        return {
+            member.linear: math.hypot(told, inexact * value),
+            angle_name: min(math.hypot(turned, inexact), math.pi),
+        }
+    deviations = spec.scale * np.sqrt(np.diag(covariance))
+    if member.linear == "lost":
+        return {"lost": tuple(np.hypot(deviations, inexact * np.asarray(value)).tolist())}
+    return {member.linear: math.hypot(float(deviations[0]), inexact * (value - (spec.null or 0.0)))}
