@@ -80,13 +80,13 @@ class Choice:
             coefficients = np.asarray(np.linalg.solve(precision, own), np.float64)
         return precision, coefficients, prior
 
-    def _widths(self, members: Iterable[int]) -> list[int]:
-        """Return how many coefficients belong together: an effect's own; of a loose shape each alone."""
-        widths: list[int] = []
+    def _widths(self, members: Iterable[int]) -> list[tuple[int, int]]:
+        """Return how many coefficients are an effect's own, and how many more loosen its shape."""
+        widths = []
         for one in sorted(members):
             whole = self.places[one].stop - self.places[one].start
             own = len(self.terms[one].probes) or whole
-            widths += [own, *([1] * (whole - own))]
+            widths.append((own, whole - own))
         return widths
 
     def worth(self, members: Set) -> float:
@@ -187,19 +187,19 @@ class Choice:
         return {one: weight / whole for one, weight in weights.items()}
 
 
-def tails(coefficients: Array, widths: Sequence[int]) -> tuple[Array, float]:
+def tails(coefficients: Array, widths: Sequence[tuple[int, int]]) -> tuple[Array, float]:
     """Return the precision (k,) of each coefficient's prior, and what the priors add to the log evidence.
 
     Args:
         coefficients: (k,) in usual sizes.
-        widths: how many of them belong to each effect.
+        widths: how many of them belong to each effect, and how many more to its shape, which has no tails.
     """
     scarce, added, at = np.ones(len(coefficients)), 0.0, 0
-    for width in widths:
+    for width, shape in widths:
         if float(np.abs(coefficients[at : at + width]).max(initial=0.0)) > LARGE:
             scarce[at : at + width] = TAIL**-2
             added -= RARE + width * math.log(TAIL)
-        at += width
+        at += width + shape
     return scarce, added
 
 

@@ -118,8 +118,7 @@ def _limit(finding: Finding, other: Finding, dispensable: AbstractSet[Key]) -> f
     """Return the part of what another finding explains, below which this one is of its making."""
     alike = finding.component == other.component
     if other.effect == "unknown" or not (
-        (finding.effect == "unknown" and (alike or finding.where.intervals))
-        or (finding.effect in SCANNED and other.effect in SCANNED and alike)
+        finding.effect == "unknown" or (finding.effect in SCANNED and other.effect in SCANNED and alike)
     ):
         return TRACE
     if _touch(finding, other):

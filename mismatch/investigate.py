@@ -9,10 +9,11 @@ import numpy as np
 
 from mismatch.bank import add_bank
 from mismatch.choose import EMPTY, Choice, tolerant
+from mismatch.leftover import leftover
 from mismatch.moments import settle
 from mismatch.noise import ORDINARY, estimate_noise
 from mismatch.regression import Regression
-from mismatch.scan import leftover, merged, proposals
+from mismatch.scan import merged, proposals
 from mismatch.shape import loosened
 from mismatch.surprise import surprises
 from mismatch.terms import skews, smooth_terms
@@ -33,15 +34,10 @@ if TYPE_CHECKING:
 
 ROUNDS = 4  # of proposals; a recording with one bump under each wheel needs as many
 # Effects that stand for what may be wrong with any robot, while nothing is chosen yet.
-_USUAL = {
-    "wheel_diameter",
-    "wheelbase",
-    "joint_bias",
-    "link_bias",
-    "wheel_eccentricity",
-    "latency",
-    "floor_slope",
-}
+_USUAL = {"wheel_diameter", "wheelbase", "joint_bias", "link_bias", "wheel_eccentricity", "latency"}
+_OUTSIDE = {
+    "floor_slope"
+}  # likewise, where poses are measured: what takes both trucks alike shows there only
 COARSE = 0.03  # [s] to which moments are settled while the search goes on
 STEPS = 10  # that a progress bar sees
 
@@ -94,7 +90,8 @@ def investigate(
     skew = slice(1, 1 + len(skewed))
     places = regression.add(terms)
     progress(2, STEPS, "noise levels")
-    usual = [number for number, one in enumerate(terms) if one.effect in _USUAL]
+    seen = any(one.signals.poses is not None for one in windows)
+    usual = [at for at, one in enumerate(terms) if one.effect in _USUAL | (_OUTSIDE if seen else set())]
     _estimate(regression, places, usual)
     choice = Choice(terms, places, tolerated(regression, terms, places, skew))
     progress(4, STEPS, "comparing sets of effects")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mismatch.choose import Choice, decoded
-from mismatch.scan import windows_in_all
+from mismatch.leftover import windows_in_all
 from mismatch.terms import Term, term
 
 if TYPE_CHECKING:

@@ -158,7 +158,7 @@ def _correction(found: Investigation, members: Set) -> float:
     bent = fitted(found, [choice.terms[one] for one, _, _ in straight], [own for _, own, _ in straight])
     columns = bent.regression.white[:, bent.places[0].start : bent.places[-1].stop]
     values, left = np.concatenate(bent.values), bent.regression.white[:, 0]
-    scarce, prior = tails(values, [len(own) for own in bent.values])
+    scarce, prior = tails(values, [(len(own), 0) for own in bent.values])
     volume = float(np.linalg.slogdet(columns.T @ columns + np.diag(scarce))[1])
     evidence = 0.5 * float(total[0, 0] - left @ left - values @ (scarce * values)) - 0.5 * volume + prior
     return evidence + sum(choice.prior(one) for one in members) - before

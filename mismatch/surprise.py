@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mismatch.bank import sides, unknown
-from mismatch.scan import EVENT, apart, lost_way, quiet, shocks, strengths, windows_in_all
+from mismatch.leftover import EVENT, apart, lost_way, quiet, shocks, strengths, windows_in_all
 from mismatch.signals import WINDOW
 from mismatch.terms import MOMENTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mismatch.leftover import Leftover
     from mismatch.model import Columns
     from mismatch.regression import Regression
-    from mismatch.scan import Leftover
     from mismatch.terms import Term
     from mismatch.windows import Windows
     from vehicle.se2 import Array
@@ -200,7 +200,7 @@ def _beats(regression: Regression, left: Leftover) -> list[Surprise]:
                 gained[:, wheel, at] = wave
         return gained
 
-    sigmas = strengths(regression, left, build, 2 * len(rates) * len(groups))
+    sigmas = strengths(regression, [left], build, 2 * len(rates) * len(groups))
     power = (sigmas.reshape(len(groups), len(rates), 2) ** 2).sum(axis=2)
     found: list[Surprise] = []
     for group, (component, numbers) in enumerate(groups):

@@ -34,6 +34,7 @@ TOLERATED = {
     "wheel_misalignment": 0.01,
     "lateral_slip": 0.03,
     "traction_slip": 0.03,
+    "castor_kick": 0.1,
     "joint_bias": 0.01,
     "link_bias": 0.03,
     "latency": 0.03,
