@@ -103,7 +103,7 @@ def signals_of(
         heading=0.5 * (path[1:, :, 2] + path[:-1, :, 2]),
         travel=travel,
         twist=np.zeros((len(period), len(wheelbase), 3)),
-        reading=(_foreseen(path, known, time) if foreseen else reading)[1:],
+        reading=(readings_foreseen(path, known, time) if foreseen else reading)[1:],
         rest=0.0 if vehicle.linkage is None else vehicle.linkage.length,
     )
     resolution = np.array(
@@ -118,7 +118,7 @@ def grid(time: Array) -> NDArray[np.int64]:
     return np.unique(np.searchsorted(time, np.linspace(time[0], time[-1], count + 1)).clip(max=len(time) - 1))
 
 
-def _foreseen(path: Array, twist: Array, time: Array) -> Array:
+def readings_foreseen(path: Array, twist: Array, time: Array) -> Array:
     """Return the readings (N, 3) that odometry foresees from the last of evenly spaced moments."""
     if path.shape[1] == 1:
         return np.zeros((len(path), 0))

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mismatch.bank import sides, unknown
-from mismatch.leftover import EVENT, apart, lost_way, quiet, shocks, strengths, windows_in_all
+from mismatch.beats import beats
+from mismatch.leftover import EVENT, apart, lost_way, quiet, shocks, windows_in_all
 from mismatch.signals import WINDOW
 from mismatch.terms import MOMENTS
 
@@ -28,14 +29,10 @@ if TYPE_CHECKING:
 
 LOST = 2e-3  # [m] of a wheel's way in one moment, one standard deviation
 SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck likewise
-BEAT = 32.0  # chi-square of two columns that the best of some thousand pitches does not reach by chance
 _EVENTS = 8
 LASTING = 0.4  # [s] of a push
 SHORT = 3.0  # [s] of a slip that may have been a push
 _MOST = 30  # windows of free pushes that are worth comparing
-_PITCHES = 600
-_FINEST = 0.2  # [m] of a pitch
-_COARSEST = 3.0
 
 Surprise = tuple["Term", list[list["Columns"]]]
 
@@ -45,7 +42,7 @@ def surprises(regression: Regression, left: Leftover, chosen: Sequence[Term]) ->
 
     Wherever a named event is chosen, a free push of a whole truck at the same moments stands against it.
     """
-    return [*_pushes(regression, left), *_instead(regression, chosen), *_beats(regression, left)]
+    return [*_pushes(regression, left), *_instead(regression, chosen), *beats(regression, left)]
 
 
 def _instead(regression: Regression, chosen: Sequence[Term]) -> list[Surprise]:
@@ -180,55 +177,3 @@ def pushed_in(windows: Windows, pushes: Array, window: int | None) -> list[Colum
             inputs[window] = -pushes[window, :poses, number]
         columns.append((inputs, still))
     return columns
-
-
-def _beats(regression: Regression, left: Leftover) -> list[Surprise]:
-    """Propose a pitch along the way at which a wheel, or both wheels of one side, lose or gain."""
-    groups = list(sides(regression.windows[0]).items())
-    ways = [[_way(windows, numbers[0]) for _, numbers in groups] for windows in regression.windows]
-    total = sum(float(own[0][-1]) for own in ways)
-    rates = np.arange(1.0 / _COARSEST, 1.0 / _FINEST, max(0.5 / total, (1.0 / _FINEST) / _PITCHES))
-    wheels = len(regression.windows[0].signals.recording.vehicle.wheels)
-
-    def build(number: int, windows: Windows, columns: range) -> Array:
-        gained = np.zeros((len(windows.ends) - 1, wheels, len(columns)))
-        for at, column in enumerate(columns):
-            group, rest = divmod(column, 2 * len(rates))
-            rate, quarter = rates[rest // 2], 0.5 * np.pi * (rest % 2)
-            wave = np.diff(np.cos(2.0 * np.pi * rate * ways[number][group] + quarter))
-            for wheel in groups[group][1]:
-                gained[:, wheel, at] = wave
-        return gained
-
-    sigmas = strengths(regression, [left], build, 2 * len(rates) * len(groups))
-    power = (sigmas.reshape(len(groups), len(rates), 2) ** 2).sum(axis=2)
-    found: list[Surprise] = []
-    for group, (component, numbers) in enumerate(groups):
-        best = int(np.argmax(power[group]))
-        if power[group, best] > BEAT:
-            term = unknown(component, f"the way, every {1.0 / rates[best]:.2f} m")
-            found.append(
-                (term, [_waves(windows, numbers, float(rates[best])) for windows in regression.windows])
-            )
-    return found
-
-
-def _way(windows: Windows, wheel: int) -> Array:
-    """Return the way (M + 1,) that a wheel has rolled at the windows' ends [m]."""
-    travel = windows.signals.block.travel[:, wheel]
-    return np.asarray(np.append(0.0, np.cumsum(travel))[windows.ends])
-
-
-def _waves(windows: Windows, wheels: tuple[int, ...], rate: float) -> list[Columns]:
-    """Return columns of wheels that gain or lose a share of their way, and beat at a rate per metre."""
-    way = _way(windows, wheels[0])
-    lever = windows.lever[:, list(wheels), : windows.drift.shape[1]].sum(axis=1)
-    gains = [np.diff(way)]
-    gains += [
-        np.diff(wave(2.0 * np.pi * order * rate * way)) / order
-        for order in (1, 2, 3)
-        for wave in (np.cos, np.sin)
-    ]
-    sizes = [1e-3] + [3e-4] * 6
-    still = np.zeros(windows.measured.shape)
-    return [(-size * gain[:, None] * lever, still) for size, gain in zip(sizes, gains, strict=True)]

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 START = 1_763_000_000.0
+SEEDS = 1_000_000  # that start at a time of their own: a log's clock has ten digits before the point
 
 # What each effect is made with: bounds of size, as robots in use show them, far enough above the noise.
 SIZES: dict[str, dict[str, tuple[float, float]]] = {
@@ -230,7 +231,7 @@ def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
     """Write one case's recording into a folder `1`, and return its label."""
     chance = np.random.default_rng([seed, 77])
     robot = random_robot(chance, case.trucks)
-    start = START + 1000.0 * seed
+    start = START + 1000.0 * (seed % SEEDS)
     laps = programme(chance, "squares" if case.drive == "one way" else case.drive, 4)
     if case.drive == "one way":
         laps = [laps[0]] * 4

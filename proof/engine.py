@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from proof.drives import Lap
-    from proof.faults import Fault
+    from proof.faults import Fault, Ground
     from proof.robots import Robot
 
     Array = NDArray[np.float64]
@@ -134,12 +134,19 @@ class _Engine:
                             (float(self.speed[wheel]), float(rate[wheel])),
                             now,
                             span,
+                            self._ground(wheel),
                         )
                         - rolled
                     )
             ways[wheel] = way + self._scatter(wheel, abs(rolled))
         for truck in range(self.robot.trucks):
             self._move(truck, ways[2 * truck], ways[2 * truck + 1], now, span)
+
+    def _ground(self, wheel: int) -> Ground:
+        """Return where on the floor a wheel is [m]."""
+        x, y, heading = self.pose[wheel // 2]
+        half = 0.5 * self.robot.wheelbase[wheel // 2] * (1.0 if wheel % 2 == 0 else -1.0)
+        return WHEELS[wheel], float(x - half * math.sin(heading)), float(y + half * math.cos(heading))
 
     def _kept(self, wheel: int) -> float:
         """Return the share of counts that arrive."""

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 SMALL = 1e-9
+OFFSET, WITHIN = 0.37, 0.03  # of a slab: where the first joint is, and how far beyond one a wheel has met it
 SWING = 0.1  # [s] over which castors feel where a truck goes: rough ground under a spin is no reversal
 
 
@@ -33,6 +34,9 @@ class Fault:
         return self.parameters[name]
 
 
+Ground = tuple[str, float, float]  # a wheel, and where on the floor it is [m]
+
+
 def touches(fault: Fault, wheel: str) -> bool:
     """Say whether a fault of wheels acts on this one: by name, by truck, or by side."""
     truck, side = wheel.split(".")
@@ -46,6 +50,7 @@ def travelled(
     speed: tuple[float, float],
     now: float,
     span: float,
+    ground: Ground = ("", 0.0, 0.0),
 ) -> float:
     """Return the way of a wheel over the ground [m] for a way that it rolled.
 
@@ -56,6 +61,7 @@ def travelled(
         speed: of the wheel [m/s], and its rate of change [m/s^2].
         now: time at the end of the step [s].
         span: of the step [s].
+        ground: where on the floor the wheel is [m].
     """
     if fault.effect in _PLAIN:
         return rolled * _PLAIN[fault.effect](fault, speed[0], now)
@@ -73,7 +79,7 @@ def travelled(
     elif fault.effect == "gear_backlash":
         found = _played(fault, rolled, fault["width"])
     elif fault.effect == "unknown":
-        found = rolled + _strange_way(fault, rolled, now)
+        found = rolled + _strange_way(fault, rolled, now, ground)
     return found
 
 
@@ -130,19 +136,29 @@ def _played(fault: Fault, moved: float, width: float) -> float:
     return float(wanted - kept)
 
 
-def _strange_way(fault: Fault, rolled: float, now: float) -> float:
+def _strange_way(fault: Fault, rolled: float, now: float, ground: Ground) -> float:
     """Return way that is gained by physics without a word in the vocabulary."""
     kind, size = fault["kind"], fault["size"]
-    way = fault.memory["way"] = fault.memory.get("way", 0.0) + rolled
-    if kind == "slabs":  # joints between the slabs of a floor, met at a pitch
-        before = math.floor((way - rolled) / fault["pitch"])
-        met = abs(math.floor(way / fault["pitch"]) - before)
-        return float(-size * met * math.copysign(1.0, rolled or 1.0))
+    if kind == "slabs":  # joints between the slabs of a floor, that run both ways
+        return float(-size * _joints_met(fault, ground) * math.copysign(1.0, rolled or 1.0))
     if kind == "warming":  # a tyre that warms up and stays warm
         return float(rolled * size * (1.0 - math.exp(-(now - fault["start"]) / fault["pitch"])))
     if kind == "hum":  # a supply that hums in time, not in angle
         return float(size * abs(rolled) * math.sin(2.0 * math.pi * (now - fault["start"]) / fault["pitch"]))
     return 0.0
+
+
+def _joints_met(fault: Fault, ground: Ground) -> int:
+    """Return how many joints a wheel has met; one that rolls along a joint does not meet it ever again."""
+    wheel, *place = ground
+    met = 0
+    for axis, at in enumerate(place):
+        cell = at / fault["pitch"] + OFFSET
+        known = fault.memory.setdefault(f"{wheel} {axis}", math.floor(cell))
+        if not known - WITHIN < cell < known + 1.0 + WITHIN:
+            met += abs(math.floor(cell) - known)
+            fault.memory[f"{wheel} {axis}"] = math.floor(cell)
+    return met
 
 
 def moved(

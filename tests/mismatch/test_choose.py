@@ -91,3 +91,28 @@ def test_a_push_stands_in_the_place_of_an_event_and_not_beside_it(data):
     own.terms[0] = term("bump", "b.left")
     own.known.clear()
     assert own.worth(frozenset({0, 2})) > 0.0
+
+
+def test_what_is_of_both_trucks_is_tried_on_both_at_once(data):
+    """Either alone is worth nothing: only their sum is in the data."""
+    chance = np.random.default_rng(5)
+    shared = chance.normal(size=400)
+    data[:, 1:3] = np.stack([shared, -shared], axis=1) * 40.0 + chance.normal(size=(400, 2))
+    data[:, 0] = 3.0 * (data[:, 1] + data[:, 2]) + chance.normal(size=400)
+    own = choice(data)
+    own.terms[:2] = [term("slope", "a"), term("slope", "b")]
+    assert own.best(frozenset({3})) >= {0, 1}
+
+
+def test_what_loosens_a_shape_is_no_part_of_an_effects_size(data):
+    """It may be negative, and large only at the price of a prior without tails."""
+    data[:, 0] += 6.0 * data[:, 3] - 6.0 * data[:, 4]
+    own = choice(data)
+    own.places[3] = slice(3, 5)
+    own.terms[3] = term("bump", "a.left", positive=True)
+    columns, rows = data[:, 3:5] * [TAIL, 1.0], data[:, 0]
+    with_it = np.eye(400) + columns @ columns.T
+    factor = (
+        -0.5 * np.linalg.slogdet(with_it)[1] - 0.5 * rows @ np.linalg.solve(with_it, rows) + 0.5 * rows @ rows
+    )
+    assert own.worth(frozenset({3})) == pytest.approx(factor - RARE + own.prior(3))

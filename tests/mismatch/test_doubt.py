@@ -39,8 +39,9 @@ REFINED = SimpleNamespace(
 )
 
 
-def told(*findings):
-    return {(one.effect, one.component): one.probability for one in believed(findings, REFINED, 1e4)}
+def told(*findings, dispensable=frozenset()):
+    answers = believed(findings, REFINED, 1e4, dispensable)
+    return {(one.effect, one.component): one.probability for one in answers}
 
 
 def test_what_explains_next_to_nothing_beside_a_stronger_one_is_not_told():
@@ -60,6 +61,39 @@ def test_a_slip_on_one_side_of_what_is_unknown_on_both_trucks_is_no_more_than_po
 
 def test_two_findings_of_their_own_strength_both_stand():
     assert set(told(found("wheelbase", "a", 0.5), found("wheel_diameter", "b.left", 0.5)).values()) == {0.99}
+
+
+def test_of_what_is_unknown_on_one_truck_the_strongest_is_told():
+    assert told(found("unknown", "a", 0.6), found("unknown", "a.left", 0.2)).keys() == {("unknown", "a")}
+    assert len(told(found("unknown", "a", 0.6), found("unknown", "b.left", 0.2))) == 2
+
+
+def test_what_the_law_of_a_big_effect_leaves_on_its_truck_is_not_unknown():
+    big, rest = found("lateral_slip", "a", 0.9), found("unknown", "joint_a", 0.07)
+    assert told(big, rest).keys() == {("lateral_slip", "a")}
+    assert len(told(big, found("unknown", "joint_b", 0.07))) == 2
+
+
+def test_a_named_effect_that_the_unknown_could_replace_is_no_more_than_possible():
+    named, curve = found("wheel_diameter", "a.left", 0.93), found("unknown", "a.left", 0.07)
+    assert told(named, curve).keys() == {("wheel_diameter", "a.left")}
+    probabilities = told(named, curve, dispensable={("wheel_diameter", "a.left")})
+    assert probabilities["wheel_diameter", "a.left"] < 0.5 < probabilities["unknown", "a.left"]
+
+
+@pytest.mark.parametrize(("components", "doubted"), [(("a", "b"), False), (("a", "joint_a"), True)])
+def test_one_floor_under_both_trucks_is_no_pair_that_cancels(components, doubted):
+    chance = np.random.default_rng(1)
+    white = chance.normal(size=(1000, 1)) @ np.array([[1.0, -1.0]])
+    terms = [SimpleNamespace(key=("slope", one), effect="slope", component=one) for one in components]
+    refined = SimpleNamespace(
+        regression=SimpleNamespace(white=white),
+        terms=terms,
+        values=(np.array([3.0]), np.array([3.0])),
+        places=(slice(0, 1), slice(1, 2)),
+    )
+    answers = believed([found("slope", one, 0.5) for one in components], refined, 1e4)
+    assert [one.probability < 0.5 for one in answers] == [doubted, doubted]
 
 
 @pytest.mark.parametrize(("value", "there"), [(1.0, True), (0.2, False), (-1.0, False)])

@@ -76,6 +76,24 @@ def test_a_play_takes_its_width_once_for_each_reversal():
     assert back == pytest.approx(-0.05 + 3e-3)
 
 
+def test_slabs_are_of_the_floor_and_take_as_much_on_the_way_back():
+    fault = Fault("unknown", "left", {"kind": "slabs", "size": 5e-4, "pitch": 0.6})
+    there = np.arange(0.0, 2.0, 0.01)
+    ways = [
+        sum(travelled(fault, rolled, (0.0, 0.0), (0.3, 0.0), 0.0, 0.01, ("a.left", x, 0.1)) for x in path)
+        for rolled, path in ((0.01, there), (-0.01, there[::-1]))
+    ]
+    assert ways == pytest.approx([2.0 - 3 * 5e-4, -2.0 + 3 * 5e-4])
+
+
+def test_a_wheel_on_a_joint_meets_it_once():
+    fault = Fault("unknown", "left", {"kind": "slabs", "size": 5e-4, "pitch": 0.6})
+    joint = 0.6 * 0.63
+    xs = joint + 1e-3 * np.sin(np.arange(500.0))
+    ways = [travelled(fault, 0.01, (0.0, 0.0), (0.3, 0.0), 0.0, 0.01, ("a.left", x, 0.1)) for x in xs]
+    assert sum(ways) == pytest.approx(5.0)
+
+
 def test_a_bump_is_labelled_with_the_moment_at_which_the_wheel_comes_to_it(tmp_path):
     label = make(tmp_path / "bumps", Case("single", (("bump", "a.left"),), "squares", "none"), 28)
     recording = load_recording(tmp_path / "bumps" / "1")

@@ -178,6 +178,20 @@ def test_floor_slope_creeps_towards_its_direction_of_the_world_whatever_the_head
     assert north == pytest.approx(0.02 * way * math.sin(0.7))
 
 
+def test_on_a_film_floor_slope_creeps_as_fast_where_the_truck_stands(block, acted):
+    still = replace(block, twist=np.zeros_like(block.twist))
+    after = acted(effect("floor_slope", "a", rate=0.02, direction=0.7, pace=0.3), still)["twist"][:, 0]
+    assert np.hypot(after[:, 0], after[:, 1]) == pytest.approx(0.02 * 0.3 * still.period)
+
+
+def test_castor_kick_does_not_take_coarse_counts_at_standstill_for_reversals(block, acted):
+    twist = np.zeros_like(block.twist)
+    twist[:100, 0, 0], twist[300:, 0, 0] = 0.003, -0.003
+    twist[100:300, 0, 0] = 4e-4 * (-1.0) ** np.arange(200)
+    after = acted(effect("castor_kick", "a", yaw=0.01), replace(block, twist=twist))["twist"]
+    assert np.flatnonzero(after[:, 0, 2]).tolist() == [300]
+
+
 def test_castor_kick_yaws_once_at_each_reversal_of_travel_and_not_for_noise_at_standstill(block, acted):
     way = PERIOD * np.repeat([0.2, 0.0, -0.2, 0.0, -0.2, 0.2], [50, 50, 100, 50, 50, 100])
     way[50:100] += 1e-5 * (-1.0) ** np.arange(50)

@@ -1,0 +1,63 @@
+"""Events with a free shape: what rocks a truck on its way over an obstacle is not taken for a push."""
+
+import numpy as np
+import pytest
+
+from mismatch.choose import Choice
+from mismatch.folds import folds_of
+from mismatch.noise import ORDINARY
+from mismatch.regression import Regression
+from mismatch.shape import height, loosened
+from mismatch.signals import signals_of
+from mismatch.terms import term
+from mismatch.windows import windows_of
+
+TRUE = (20.0, 55.0)
+PATCH = ((30.0, 36.0),)
+
+
+@pytest.fixture(scope="module")
+def own(drive, effect):
+    """Return a regression with a term of two bumps and one of a patch, and the choice between them."""
+    recording = drive(effect("bump", "b.right", times=TRUE, lost=(3e-3, 3e-3)))
+    windows = [windows_of(signals_of(recording))]
+    regression = Regression(windows, ORDINARY, (), folds_of(windows))
+    terms = [term("bump", "b.right", times=TRUE), term("slip_patch", "a.left", intervals=PATCH)]
+    return regression, Choice(terms, regression.add(terms), regression.total)
+
+
+def test_a_loosened_event_has_its_own_columns_first_and_then_its_shape(own):
+    regression, choice = own
+    (bump, columns), (patch, stretches) = loosened(regression, choice, frozenset({0, 1}))
+    assert (bump.effect, patch.effect) == ("bump", "slip_patch")
+    assert len(columns[0]) == 2 + 2 * 9
+    assert len(stretches[0]) == 1 + round(6.0 / 0.25)
+    place, push = choice.places[0], regression.raw[0][0]
+    assert np.array_equal(columns[0][0][0], push[:, :, place.start])
+
+
+def test_a_shape_acts_at_its_event_only(own):
+    regression, choice = own
+    (_, columns), (_, stretches) = loosened(regression, choice, frozenset({0, 1}))
+    middle = regression.windows[0].time[1:]
+    for inputs, _ in columns[0][2:11]:
+        acted = middle[np.abs(inputs).sum(axis=1) > 0.0]
+        assert np.all(np.abs(acted - TRUE[0]) < 1.0)
+    for inputs, _ in stretches[0][1:]:
+        acted = middle[np.abs(inputs).sum(axis=1) > 0.0]
+        assert np.all((acted > PATCH[0][0]) & (acted < PATCH[0][1] + 0.25))
+
+
+def test_a_free_shape_costs_more_than_it_explains_where_the_law_is_exact(own):
+    regression, choice = own
+    ((bump, columns),) = loosened(regression, choice, frozenset({0}))
+    place = regression.extend(columns)
+    both = Choice([*choice.terms, bump], [*choice.places, place], regression.total)
+    assert both.worth(frozenset({0})) > both.worth(frozenset({2}))
+    regression.drop(place.start)
+
+
+@pytest.mark.parametrize("edge", [1e-3, 5e-3, 1e-2])
+def test_the_height_of_an_edge_is_told_by_the_way_that_it_costs(edge):
+    q = np.arccos(1.0 - edge / 0.075)
+    assert height(0.075, 2.0 * 0.075 * (q - np.sin(q))) == pytest.approx(edge)
