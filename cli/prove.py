@@ -136,6 +136,13 @@ def _prove(place: Path, corpora: Sequence[Corpus], jobs: int) -> Answers:
     cases = {name: (one.folder / name, diagnose) for one in corpora for name in one.labels}
     answers = ask("diagnosing", cases, jobs, place / "answers.jsonl")
     (place / "answers.json").write_text(json.dumps(answers), encoding="utf-8")
+    refused = [
+        f"{name}: {answer['says']}" for name, answer in answers.items() if answer["verdict"] == "error"
+    ]
+    if refused:
+        out.print(
+            f"{len(refused)} of {len(answers)} cases were refused as bad input; the first: {refused[0]}"
+        )
     for one in corpora:
         out.print(shown(one.title, one.labels, answers))
     return answers

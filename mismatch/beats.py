@@ -31,6 +31,7 @@ _PITCHES = 600
 _FINEST = 0.2  # [m] of a pitch
 _COARSEST = 3.0
 _ORDERS = (1, 2, 3)
+_NEAR = 9  # rates between one that can be told apart and the next
 _GAIN, _WAVE = 1e-3, 3e-4  # of the way, and [m], one standard deviation
 
 
@@ -60,16 +61,18 @@ def beats(regression: Regression, left: Leftover) -> Iterator[tuple[Term, list[l
     """Propose pitches at which a wheel, or both wheels of one side, lose or gain, with their columns."""
     groups = list(sides(regression.windows[0]).items())
     for along in _alongs(regression):
-        rates, kinds = along.rates(), 2 * along.numbers[0].shape[0]
-        powers = _powers(regression, left, along, [numbers for _, numbers in groups])
-        for (component, numbers), power in zip(groups, powers.reshape(-1, len(rates), kinds), strict=True):
-            whole = _with_overtones(power.sum(axis=1), rates)
+        rates = along.rates()
+        powers = _powers(regression, left, along, [numbers for _, numbers in groups], rates)
+        for (component, numbers), power in zip(groups, powers, strict=True):
+            whole = _with_overtones(power, rates)
             best = int(np.argmax(whole))
             if whole[best] > along.least:
-                term = unknown(component, f"{along.name}, every {1.0 / rates[best]:.2f} m")
+                near = rates[best] + (rates[1] - rates[0]) * np.linspace(-0.5, 0.5, _NEAR)
+                rate = float(near[np.argmax(_powers(regression, left, along, [numbers], near))])
+                term = unknown(component, f"{along.name}, every {1.0 / rate:.2f} m")
                 term = replace(term, plausibility=term.plausibility - math.log(len(rates)))
                 columns = [
-                    _columns(windows, own, numbers, float(rates[best]))
+                    _columns(windows, own, numbers, rate)
                     for windows, own in zip(regression.windows, along.numbers, strict=True)
                 ]
                 yield term, columns
@@ -109,10 +112,14 @@ def _places(windows: Windows) -> Array:
 
 
 def _powers(
-    regression: Regression, left: Leftover, along: _Along, groups: Sequence[tuple[int, ...]]
+    regression: Regression,
+    left: Leftover,
+    along: _Along,
+    groups: Sequence[tuple[int, ...]],
+    rates: Array,
 ) -> Array:
-    """Return the chi-square of every group, rate, number and quarter of a wave, `(G F D 2,)`."""
-    rates, depth = along.rates(), along.numbers[0].shape[0]
+    """Return the chi-square of every group at every rate, `(G, F)`."""
+    depth = along.numbers[0].shape[0]
     wheels = len(regression.windows[0].signals.recording.vehicle.wheels)
     shape = (len(groups), len(rates), depth, 2)
 
@@ -125,7 +132,8 @@ def _powers(
                 gained[:, wheel, at] = _wave(own, float(rates[rate]), 0.5 * np.pi * quarter)
         return gained
 
-    return np.asarray(strengths(regression, [left], build, int(np.prod(shape)))[0] ** 2)
+    sigmas = strengths(regression, [left], build, math.prod(shape))[0]
+    return np.asarray((sigmas.reshape(shape) ** 2).sum(axis=(2, 3)))
 
 
 def _wave(number: Array, rate: float, phase: float) -> Array:

@@ -45,6 +45,19 @@ def test_quick_asks_more_about_a_few_cases_only(omnimate, asked):
         assert title in shown
 
 
+def test_recordings_that_are_refused_are_no_silent_misses(omnimate, asked, monkeypatch):
+    refused = {"verdict": "error", "says": "can.log:1: no CAN frame", "findings": [], "fit": None}
+    monkeypatch.setattr(
+        "proof.run.asked", lambda _ask, wanted, _jobs, _tell, _kept=None: dict.fromkeys(wanted, refused)
+    )
+    shown = omnimate(
+        "prove", "--quick", "--no-contact", "--no-baselines", "--no-ablations", "--no-leave-one-out"
+    )
+    count = len(cases(quick=True))
+    assert f"{count} of {count} cases were refused" in shown.out
+    assert "can.log:1: no CAN frame" in shown.out
+
+
 def test_every_case_is_asked_about_on_request(omnimate, asked):
     shown = omnimate(
         "prove", "--quick", "--no-contact", "--baselines", "--no-ablations", "--leave-one-out"

@@ -113,3 +113,9 @@ def test_castors_kick_where_the_robot_turns_round_and_not_in_a_spin_on_rough_gro
     back = [moved(fault, (-5e-4, 0.0, 0.0), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(200)]
     assert sum(there) == 0.0
     assert sum(back) == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 999_999, 20_260_001])
+def test_a_recording_of_any_seed_is_read_back(tmp_path, seed):
+    make(tmp_path, Case("insufficient", (), "squares", "none", note="short"), seed)
+    assert len(load_recording(tmp_path / "1")) > 100
