@@ -23,12 +23,16 @@ LOOSER = {
     "floor_slope": 0.02,
     "gear_backlash": 0.02,
     "joint_backlash": 0.05,
-    "lateral_slip": 0.02,
+    "joint_eccentricity": 0.02,
     "latency": 0.02,
+    "lateral_slip": 0.02,
+    "link_eccentricity": 0.02,
+    "radius_step": 0.03,
     "slip_patch": 0.03,
     "traction_slip": 0.03,
     "wheel_eccentricity": 0.02,
 }
+FILM = 0.15  # likewise of a film's creep, which is told for a pace that is a mean
 
 
 def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
@@ -40,7 +44,8 @@ def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float |
         covariance: (k, k) of its coefficients.
     """
     spec = next(one for one in effect_named(member.effect).parameters if one.name == member.linear)
-    value, inexact = getattr(effect, member.linear), LOOSER.get(member.effect, INEXACT)
+    value = getattr(effect, member.linear)
+    inexact = FILM if member.fixed.get("pace") else LOOSER.get(member.effect, INEXACT)
     angle_name = angle_of(type(effect))
     if angle_name is not None:
         size, angle = max(value / spec.scale, 1e-9), getattr(effect, angle_name)

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from proof.mujoco_setting import Setting
 
 
+CREEPING = (
+    3e-4  # of what a wheel rolls, in either half of a drive: that is a smaller wheel to whoever looks on
+)
+
+
 def tyre_loses_air(at: Setting) -> Fault:
     """A tyre that goes soft at one moment; the wheel then stands, and rolls, lower."""
     wheel, time = at.wheel(), float(at.healthy.time[-1] * at.rng.uniform(0.35, 0.65))
@@ -84,8 +89,12 @@ def spongy_tyres(at: Setting) -> Fault:
 
     def tell(drive: Drive) -> list[dict[str, Any]]:
         values = {"compliance": float(creep(drive)["ab".index(truck)])}
-        others = (("traction_slip", truck), ("wheelbase", truck), ("turn_scrub", truck))
-        return [label("lateral_slip", truck, values, others)]
+        others = [("traction_slip", truck), ("wheelbase", truck), ("turn_scrub", truck)]
+        for wheel in (f"{truck}.left", f"{truck}.right"):
+            ratios = rolling_ratios(drive, at.nominal, wheel, float(drive.time[-1]) / 2.0)
+            if all(abs(ratio - 1.0) > CREEPING for ratio in ratios):  # it also creeps along
+                others.append(("wheel_diameter", wheel))
+        return [label("lateral_slip", truck, values, tuple(others))]
 
     return Fault(robot, tell)
 
