@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from vcan_sim.effects.effect import Effect
 
 _SHOWN = 6  # alternatives of a finding
+_MAYBE = 0.2  # probability from which something is there, though none of its names may be asserted
 _NEEDLESS = 10.0  # log units that an effect has to be worth beside something unknown on its component
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
@@ -51,7 +52,7 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
     blind = _blind(found)
     robot = signals.recording.vehicle.name
     evidence = evidence_of(found, refined, nominal, residuals, findings)
-    if nothing < 1.0 - ASSERTED and any(_told(one) >= ASSERTED for one in findings):
+    if nothing < 1.0 - ASSERTED and any(_told(one) >= _MAYBE for one in findings):
         says = _headline(findings, fit)
         advice = tuple(dict.fromkeys(one.separates for one in findings if one.separates))
         unknown = [one for one in findings if one.effect == "unknown"]

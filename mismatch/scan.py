@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from vehicle.se2 import Array
 
 ORDERS = tuple(range(2, 41))
+_LIMITS = 40  # of speed above which counts may be lost
 _MOMENTS = 48  # of a recording at which a step is looked for
 
 
@@ -51,7 +52,7 @@ def proposals(regression: Regression, choice: Choice, chosen: Set) -> list[Term]
     if chosen and not any(choice.terms[one].effect in SCANNED for one in chosen):
         lefts.append(leftover(regression, choice, EMPTY))
     found = [*_bumps(regression, left), *patches(regression, lefts), *_steps(regression, lefts)]
-    return merged([], [*found, *_harmonics(regression, left)])
+    return merged([], [*found, *_losses(regression, lefts), *_harmonics(regression, left)])
 
 
 def _bumps(regression: Regression, left: Leftover) -> list[Term]:
@@ -102,6 +103,35 @@ def _steps(regression: Regression, lefts: Sequence[Leftover]) -> list[Term]:
             at = int(np.argmax(sigmas[:, number]))
             if sigmas[at, number] > EVENT:
                 found.append(term("radius_step", wheel, len(moments), time=moments[at][1]))
+    return found
+
+
+def _losses(regression: Regression, lefts: Sequence[Leftover]) -> list[Term]:
+    """Propose speeds above which a wheel's counts are lost, for each leftover."""
+    wheels = wheels_of(regression)
+    blocks = [windows.signals.block for windows in regression.windows]
+    speeds = np.abs(np.concatenate([one.speed for one in blocks]))
+    limits = np.quantile(speeds, np.linspace(0.02, 0.98, _LIMITS), axis=0)
+
+    def build(number: int, windows: Windows, columns: range) -> Array:
+        block = blocks[number]
+        gained = np.zeros((len(windows.ends) - 1, len(wheels), len(columns)))
+        for at, column in enumerate(columns):
+            limit, wheel = divmod(column, len(wheels))
+            fast = np.abs(block.speed[:, wheel]) > limits[limit, wheel]
+            lost = np.where(fast, block.travel[:, wheel], 0.0)
+            gained[:, wheel, at] = np.add.reduceat(lost, windows.ends[:-1])
+        return gained
+
+    found = []
+    for own in strengths(regression, lefts, build, len(limits) * len(wheels)):
+        sigmas = own.reshape(len(limits), len(wheels))
+        for number, wheel in enumerate(wheels):
+            at = int(np.argmax(sigmas[:, number]))
+            if sigmas[at, number] > EVENT and limits[at, number] > 0.0:
+                found.append(
+                    term("count_loss", wheel, len(limits), above=round(float(limits[at, number]), 4))
+                )
     return found
 
 

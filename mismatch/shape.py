@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import decoded
+from mismatch.choose import EVENTS, decoded
 from mismatch.signals import WINDOW
 from mismatch.surprise import LASTING, shoves
 from vcan_sim.effects.block import wheel_number
@@ -31,9 +31,9 @@ LOOSE = 0.4  # of what a patch takes in one stretch that it may be off by, one s
 ROCKING = 0.15  # of an obstacle's height by which a truck that rolls over it rocks, likewise
 SHOVED = 0.05  # likewise by which it comes to stand elsewhere than the way lost makes it
 TURNED = 0.02  # likewise, seen from its middle, by which a wheel of it does
+STEEP = 0.2  # of a wheel's radius: higher obstacles are not driven over
 _CROSSING = 3  # windows that a crossing touches
 _STRETCHES = 40  # of a patch, at most
-STEEP = 0.2  # of a wheel's radius: higher obstacles are not driven over
 _LEAST = 1e-4  # [m] of way lost
 _BEFORE = 0.1  # [s] of an event's moment: a wheel touches before it climbs
 
@@ -42,7 +42,7 @@ def loosened(regression: Regression, choice: Choice, chosen: Set) -> Iterator[Su
     """Yield the events of a set with free shapes, each with its columns for every recording."""
     for number, values, _ in decoded(choice, chosen):
         term = choice.terms[number]
-        if term.effect not in {"bump", "slip_patch"}:
+        if term.effect not in EVENTS:
             continue
         place = choice.places[number]
         effect = term.built(values)
