@@ -86,8 +86,8 @@ def is_something(refined: Refined, number: int) -> bool:
 def _cancelling(refined: Refined) -> set[int]:
     """Return the effects that are far larger than usual and nearly cancel one another.
 
-    Two curves of the library in a difference make a third one, which is none of the library's. The same
-    effect on both trucks is one thing, and the linkage sees the difference only.
+    Two curves of the library in a difference make a third one, which is none of the library's. A floor
+    that slopes is under both trucks, and the linkage sees the difference only.
     """
     parts = [
         refined.regression.white[:, place] @ values
@@ -97,8 +97,8 @@ def _cancelling(refined: Refined) -> set[int]:
     found: set[int] = set()
     for first, second in combinations(large, 2):
         one, other = refined.terms[first], refined.terms[second]
-        if one.effect == other.effect and {one.component, other.component} == {"a", "b"}:
-            continue  # one floor under both
+        if one.effect == other.effect == "floor_slope":
+            continue
         together = float(parts[first] @ parts[second])
         if together < -OPPOSED * float(np.linalg.norm(parts[first]) * np.linalg.norm(parts[second])):
             found |= {first, second}

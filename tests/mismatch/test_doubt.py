@@ -81,18 +81,18 @@ def test_a_named_effect_that_the_unknown_could_replace_is_no_more_than_possible(
     assert probabilities["wheel_diameter", "a.left"] < 0.5 < probabilities["unknown", "a.left"]
 
 
-@pytest.mark.parametrize(("components", "doubted"), [(("a", "b"), False), (("a", "joint_a"), True)])
-def test_one_floor_under_both_trucks_is_no_pair_that_cancels(components, doubted):
+@pytest.mark.parametrize(("effect", "doubted"), [("floor_slope", False), ("traction_slip", True)])
+def test_one_floor_under_both_trucks_is_no_pair_that_cancels(effect, doubted):
     chance = np.random.default_rng(1)
     white = chance.normal(size=(1000, 1)) @ np.array([[1.0, -1.0]])
-    terms = [SimpleNamespace(key=("slope", one), effect="slope", component=one) for one in components]
+    terms = [SimpleNamespace(key=(effect, one), effect=effect, component=one) for one in "ab"]
     refined = SimpleNamespace(
         regression=SimpleNamespace(white=white),
         terms=terms,
         values=(np.array([3.0]), np.array([3.0])),
         places=(slice(0, 1), slice(1, 2)),
     )
-    answers = believed([found("slope", one, 0.5) for one in components], refined, 1e4)
+    answers = believed([found(effect, one, 0.5) for one in "ab"], refined, 1e4)
     assert [one.probability < 0.5 for one in answers] == [doubted, doubted]
 
 
