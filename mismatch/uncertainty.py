@@ -27,6 +27,7 @@ LOOSER = {
     "latency": 0.02,
     "lateral_slip": 0.02,
     "link_eccentricity": 0.02,
+    "link_scale": 0.15,
     "radius_step": 0.03,
     "slip_patch": 0.03,
     "traction_slip": 0.03,

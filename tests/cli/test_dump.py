@@ -153,8 +153,9 @@ LIVE = "(1700000000.000250) can0 080#\n(1700000000.000500) can0 181#409C0000\n(1
 
 @pytest.fixture
 def live(monkeypatch):
-    """Run the verb on a scripted bus."""
-    before = signal.getsignal(signal.SIGTERM)
+    """Run the verb on a scripted bus, as from a terminal: a shell's background jobs ignore Ctrl-C."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def run_live(*arguments, messages=MESSAGES, then=lambda: None):
         bus = ScriptedBus(messages, then)
@@ -164,7 +165,8 @@ def live(monkeypatch):
         return result
 
     yield run_live
-    signal.signal(signal.SIGTERM, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 def test_a_live_bus_is_printed_until_it_is_enough(live):
