@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from threadpoolctl import threadpool_limits
 
 from cli.console import err, flaw, out
 from vehicle.errors import OmnimateError
@@ -112,7 +113,7 @@ def _one(folder: Path) -> tuple[Path, str]:
 def _each(folders: Sequence[Path], jobs: int) -> None:
     with (
         Progress(console=err, transient=True) as progress,
-        ProcessPoolExecutor(jobs) as pool,
+        ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool,
     ):
         task = progress.add_task("diagnosing", total=len(folders))
         for folder, line in pool.map(_one, folders):

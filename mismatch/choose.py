@@ -53,6 +53,10 @@ class Choice:
     spread: float = 1.0
     known: dict[Set, float] = field(default_factory=dict)
     repeats: bool = False
+    _names: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._names = math.log(max(1, len({term.key for term in self.terms})))
 
     def columns(self, members: Iterable[int]) -> list[int]:
         """Return the columns of a set, in the order of its sorted members."""
@@ -146,8 +150,7 @@ class Choice:
 
     def prior(self, one: int) -> float:
         """Return the log odds of a term before anything is seen."""
-        names = len({term.key for term in self.terms})
-        return self.terms[one].plausibility - math.log(names) - DOUBT
+        return self.terms[one].plausibility - self._names - DOUBT
 
     def best(self, members: Set) -> Set:
         """Return the best set that growing, swapping and thinning lead to from a set."""

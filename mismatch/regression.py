@@ -6,6 +6,7 @@ once, by fold, and any set of terms is then a small matrix.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from mismatch.windows import Windows
     from vcan_sim.effects.effect import Effect
     from vehicle.se2 import Array
+
+
+_CHUNK = 128  # columns that are whitened at once
 
 
 @dataclass(slots=True)
@@ -90,10 +94,16 @@ class Regression:
             parts.append(own[self.moment[mine], self.channel[mine]])
         return np.concatenate(parts)
 
-    def _multiply(self) -> None:
-        count = int(self.fold.max()) + 1
-        parts = [self.white[self.fold == one] for one in range(count)]
-        self.products = np.stack([part.T @ part for part in parts])
+    def _multiply(self, first: int = 0) -> None:
+        """Multiply all columns from one on with all; the products of those before are known."""
+        count, width = int(self.fold.max()) + 1, self.white.shape[1]
+        products = np.empty((count, width, width))
+        products[:, :first, :first] = self.products[:, :first, :first] if first else 0.0
+        for one in range(count):
+            mine = self.white[self.fold == one]
+            across = mine.T @ mine[:, first:]
+            products[one, :, first:], products[one, first:] = across, across.T
+        self.products = products
 
     @property
     def total(self) -> Array:
@@ -120,19 +130,34 @@ class Regression:
         before = self.white.shape[1]
         if not columns[0]:
             return slice(before, before)
-        new = []
-        for number, (one, own) in enumerate(zip(self.filters, columns, strict=True)):
-            inputs = np.stack([push for push, _ in own], axis=-1)
-            measured = np.stack([seen for _, seen in own], axis=-1)
-            old = self.raw[number]
-            self.raw[number] = (
-                np.concatenate([old[0], inputs], axis=-1),
-                np.concatenate([old[1], measured], axis=-1),
+        for number, own in enumerate(columns):
+            old_push, old_seen = self.raw[number]
+            push = np.empty((*old_push.shape[:2], before + len(own)))
+            seen = np.empty((*old_seen.shape[:2], before + len(own)))
+            push[:, :, :before], seen[:, :, :before] = old_push, old_seen
+            for at, (inputs, measured) in enumerate(own, before):
+                push[:, :, at], seen[:, :, at] = inputs, measured
+            self.raw[number] = push, seen
+        width = self.raw[0][0].shape[2]
+        white = np.empty((len(self.white), width))
+        white[:, :before] = self.white
+        for first in range(before, width, _CHUNK):
+            some = slice(first, first + _CHUNK)
+            white[:, some] = self.rows(
+                [
+                    one.whiten(push[:, :, some], seen[:, :, some])
+                    for one, (push, seen) in zip(self.filters, self.raw, strict=True)
+                ]
             )
-            new.append(one.whiten(inputs, measured))
-        self.white = np.concatenate([self.white, self.rows(new)], axis=1)
-        self._multiply()
-        return slice(before, self.white.shape[1])
+        self.white = white
+        self._multiply(before)
+        return slice(before, width)
+
+    def bare(self) -> Regression:
+        """Return the same without any columns but the data, to which others may be added."""
+        found = copy(self)
+        found.drop(1)
+        return found
 
     def drop(self, first: int) -> None:
         """Forget all columns from one on."""

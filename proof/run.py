@@ -8,6 +8,8 @@ import random
 from concurrent.futures import ProcessPoolExecutor
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from threadpoolctl import threadpool_limits
+
 from proof.corpus import cases, make
 
 if TYPE_CHECKING:
@@ -37,7 +39,7 @@ def write_corpus(
     numbers = sorted(random.Random(seed).sample(range(len(wanted)), count))  # noqa: S311  # no secret
     folders = [folder / f"own-{number:04d}" for number in numbers]
     labels = {}
-    with ProcessPoolExecutor(jobs) as pool:
+    with ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool:
         seeds = [10_000 * seed + number for number in numbers]
         made = pool.map(make, folders, [wanted[number] for number in numbers], seeds)
         for own, label in zip(folders, made, strict=True):
@@ -71,7 +73,7 @@ def asked(
     """
     answers = {} if kept is None else _known(kept)
     waiting = {name: question for name, question in questions.items() if name not in answers}
-    with ProcessPoolExecutor(jobs) as pool:
+    with ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool:
         for name, answer in zip(waiting, pool.map(ask, waiting.values()), strict=True):
             answers[name] = answer
             tell(len(answers), len(questions))
