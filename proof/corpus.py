@@ -335,10 +335,11 @@ def _label(effect: str, component: str, parameters: dict[str, Any]) -> dict[str,
 
 def _feel(label: dict[str, Any], time: Array, counts: NDArray[np.int64]) -> None:
     """Note in a label when a wheel came to its bumps: one that stands comes to none before it rolls on."""
-    rolls = time[:-1][np.diff(counts) != 0]
+    rolls = np.diff(counts) != 0
+    begins, ends = time[:-1][rolls], time[1:][rolls]
     known = label["parameters"]["times"]
-    at = np.searchsorted(rolls, known["value"]).clip(max=len(rolls) - 1)
-    known["value"] = np.maximum(known["value"], rolls[at]).tolist()
+    at = np.searchsorted(ends, known["value"], side="right").clip(max=len(ends) - 1)
+    known["value"] = np.maximum(known["value"], begins[at]).tolist()
     label["intervals"] = [[start, start + 0.3] for start in known["value"]]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.corpus import Case, make
+from proof.corpus import Case, _feel, make
 from proof.faults import Fault, moved, travelled
 from vehicle.folder import load_recording
 from vehicle.linkage import linkage_of
@@ -100,6 +100,14 @@ def test_a_bump_is_labelled_with_the_moment_at_which_the_wheel_comes_to_it(tmp_p
     way = np.abs(np.diff(recording.wheel_angle("a.left")))
     for onset in label["effects"][0]["parameters"]["times"]["value"]:
         assert way[np.searchsorted(recording.time, onset + 0.05)] > 0.0
+
+
+def test_a_moment_between_two_samples_is_labelled_as_it_is_while_the_wheel_rolls():
+    time = np.arange(0.0, 1.0, 0.02)
+    counts = np.cumsum(np.where(time > 0.5, 10, 0))
+    label = {"parameters": {"times": {"value": [0.2, 0.733]}}}
+    _feel(label, time, counts)
+    assert label["parameters"]["times"]["value"] == pytest.approx([0.5, 0.733])
 
 
 def test_castors_kick_where_the_robot_turns_round_and_not_in_a_spin_on_rough_ground(tmp_path):
