@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from proof.score import Row
 
 
-def shown(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
-    """Return a table of what a tool's answers are worth."""
+def shown(title: str, labels: Mapping[str, Any], answers: Answers, ease: float = 1.0) -> Table:
+    """Return a table of what a tool's answers are worth; `ease` is a factor on the targets."""
     from proof.score import rows
 
     table = Table(title=title)
     for heading in ("what", "share", "95 %", "of", "target", ""):
         table.add_column(heading, justify="left" if heading in {"what", ""} else "right")
-    for row in rows(labels, answers):
+    for row in rows(labels, answers, ease):
         table.add_row(*_cells(row), style="" if row.verdict != "NOT REACHED" else "bold")
     return table
 
@@ -38,6 +38,18 @@ def _cells(row: Row) -> tuple[str, ...]:
         _target(row),
         f"{row.verdict} {row.note}".strip(),
     )
+
+
+def instead(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
+    """Return a table of the names that counted as right in the truth's place, for who judges otherwise."""
+    from proof.score import told_instead
+
+    table = Table(title=f"{title}: counted as right, as the drive cannot tell them apart")
+    for heading in ("truth", "told first", "cases"):
+        table.add_column(heading, justify="right" if heading == "cases" else "left")
+    for (truth, told), cases in told_instead(labels, answers).most_common():
+        table.add_row(truth, told, str(cases))
+    return table
 
 
 def compared(title: str, labels: Mapping[str, Any], answers: Mapping[str, Answers]) -> Table:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -61,13 +62,23 @@ Label = dict[str, Any]
 Answer = dict[str, Any]
 
 
-def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Row]:
+def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer], ease: float = 1.0) -> list[Row]:
     """Return the table of a corpus.
 
     Args:
         labels: of each case, as `labels.json` holds them.
         answers: of each case, as `Diagnosis.as_json` gives them.
+        ease: factor on the targets; what is to be at most a target may be as much larger.
     """
+    return [
+        row
+        if row.target is None
+        else replace(row, target=row.target / ease if row.most else row.target * ease)
+        for row in _rows(labels, answers)
+    ]
+
+
+def _rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Row]:
     pairs = [(label, answers[name]) for name, label in labels.items() if name in answers]
     nulls = [answer for label, answer in pairs if label["kind"] == "null"]
     known = [(label, answer) for label, answer in pairs if label["kind"] in {"single", "masked"}]
@@ -136,6 +147,19 @@ def first_exact(label: Label, answer: Answer) -> bool:
     truth = {(one["effect"], one["component"]) for one in label["effects"]}
     first = {(one["effect"], one["component"]) for one in answer["findings"][: len(truth)]}
     return first == truth
+
+
+def told_instead(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> Counter[tuple[str, str]]:
+    """Return how often, of single effects, what counts as right was another name: truth and told."""
+    found: Counter[tuple[str, str]] = Counter()
+    for name, label in labels.items():
+        answer = answers.get(name)
+        if label["kind"] != "single" or answer is None or first_exact(label, answer):
+            continue
+        if first_right(label, answer):
+            truth, told = label["effects"][0], answer["findings"][0]
+            found[f"{truth['effect']} {truth['component']}", f"{told['effect']} {told['component']}"] += 1
+    return found
 
 
 def all_right(label: Label, answer: Answer) -> bool:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from proof.score import Row, rows
+from proof.score import Row, rows, told_instead
 
 TRUTH = {
     "effect": "wheelbase", "component": "a", "intervals": [],
@@ -73,3 +73,21 @@ def test_wilsons_interval_holds_the_share():
     row = Row("x", 9, 10, 0.95)
     assert row.interval == pytest.approx((0.596, 0.982), abs=1e-3)
     assert row.verdict == "NOT REACHED"
+
+
+def test_targets_are_eased_where_no_law_is_exact():
+    labels, answers = {"x": label("single", TRUTH)}, {"x": answer(finding())}
+    strict, eased = ({row.name: row for row in rows(labels, answers, ease)} for ease in (1.0, 0.9))
+    assert eased["single: right first"].target == pytest.approx(0.9 * strict["single: right first"].target)
+    assert eased["sure (0.9) and wrong"].target == pytest.approx(0.01 / 0.9)
+    assert eased["single: exactly the truth first"].target is None
+
+
+def test_what_counts_as_right_in_the_truths_place_is_told():
+    labels = {name: label("single", TRUTH) for name in ("exact", "alike", "wrong")}
+    answers = {
+        "exact": answer(finding()),
+        "alike": answer(finding("turn_scrub")),
+        "wrong": answer(finding("joint_bias", "joint_a")),
+    }
+    assert told_instead(labels, answers) == {("wheelbase a", "turn_scrub a"): 1}
