@@ -8,9 +8,10 @@ import numpy as np
 
 from mismatch.choose import EMPTY, inclusion, rivals
 from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
-from mismatch.doubt import believed, contradicted, is_something
+from mismatch.doubt import believed, is_something
 from mismatch.evidence import evidence_of
 from mismatch.heldout import HELD, METRIC, held_out, size
+from mismatch.instead import contradicted, dwarfed
 from mismatch.regression import Regression
 from mismatch.rerun import rerun
 from mismatch.signals import WINDOW
@@ -43,11 +44,12 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
     nominal = Regression(fitted.windows, fitted.noise, (), fitted.folds)
     residuals = held_out(nominal, refined)
     fit = _fit(fitted, residuals)
-    findings = _ordered(contradicted(_findings(found, refined), fit))
+    excess = max(_excess(nominal.white[:, 0]), 1e-9)
+    left = min(1.0, max(0.0, _excess(residuals.train)) / excess)
+    findings = _ordered(dwarfed(contradicted(_findings(found, refined), fit), left))
     signals = found.regression.windows[0].signals
     names = tuple(one.signals.recording.source for one in found.regression.windows)
-    excess = max(_excess(nominal.white[:, 0]), 1e-9)
-    left = min(1.0, max(0.0, _excess(residuals.train)) / excess) if findings else 0.0
+    left = left if findings else 0.0
     nothing = found.choice.probabilities().get(EMPTY, 0.0)
     blind = _blind(found)
     robot = signals.recording.vehicle.name

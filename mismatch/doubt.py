@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mismatch.choose import EVENTS
+from mismatch.instead import HOLLOW, gathered, truck_of
 from mismatch.signals import WINDOW
 from mismatch.terms import SCANNED
 
@@ -20,12 +21,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from collections.abc import Set as AbstractSet
 
-    from mismatch.diagnosis import Finding, Fit
+    from mismatch.diagnosis import Finding
     from mismatch.refine import Refined
 
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
 LEAST_EVENT = 0.015  # likewise of what is looked for at every moment
-HOLLOW = 0.4  # of the probability of effects that are large and cancel, or that the unknown could replace
 FAINT = 0.01  # of all rows' chi-square: an unknown that explains less is how no model is perfect
 FAINTEST = 60.0
 STRANGE = 0.04  # of the mismatch: an unknown that explains less than this is how no model is perfect
@@ -38,7 +38,6 @@ UNUSUAL = 2.0  # a-priori sizes beyond which an effect is large
 OPPOSED = 0.8  # cosine of two effects that nearly cancel
 SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to it
 CHANCE = 6.0  # chi-square of each coefficient, below which an effect may be none
-WORSE = 1.2  # times the nominal robot's open-loop miss, which chance does not reach
 _MANY = 6
 Key = tuple[str, str]  # effect and component
 
@@ -67,7 +66,7 @@ def believed(
     strange = {one.component for one in worth if one.effect == "unknown"}
     hollow = {refined.terms[number].key for number in _cancelling(refined)}
     hollow |= {(effect, component) for effect, component in dispensable if component in strange}
-    return tuple(
+    return gathered(
         replace(known, probability=HOLLOW * known.probability)
         if (known.effect, known.component) in hollow
         else known
@@ -84,7 +83,7 @@ def is_something(refined: Refined, number: int) -> bool:
 
 
 def _cancelling(refined: Refined) -> set[int]:
-    """Return the effects that are far larger than usual and nearly cancel one another.
+    """Return the effects that nearly cancel one another, on one component or far larger than usual.
 
     Two curves of the library in a difference make a third one, which is none of the library's. A floor
     that slopes is under both trucks, and the linkage sees the difference only.
@@ -93,11 +92,13 @@ def _cancelling(refined: Refined) -> set[int]:
         refined.regression.white[:, place] @ values
         for place, values in zip(refined.places, refined.values, strict=True)
     ]
-    large = [number for number, values in enumerate(refined.values) if np.linalg.norm(values) > UNUSUAL]
+    large = [bool(np.linalg.norm(values) > UNUSUAL) for values in refined.values]
     found: set[int] = set()
-    for first, second in combinations(large, 2):
+    for first, second in combinations(range(len(parts)), 2):
         one, other = refined.terms[first], refined.terms[second]
         if one.effect == other.effect == "floor_slope":
+            continue
+        if one.component != other.component and not (large[first] and large[second]):
             continue
         together = float(parts[first] @ parts[second])
         if together < -OPPOSED * float(np.linalg.norm(parts[first]) * np.linalg.norm(parts[second])):
@@ -110,16 +111,16 @@ def _in_the_shape(finding: Finding, findings: Sequence[Finding], dispensable: Ab
     return any(
         finding.explained < _limit(finding, other, dispensable) * other.explained
         for other in findings
-        if other is not finding and _truck(other.component) == _truck(finding.component)
+        if other is not finding and truck_of(other.component) == truck_of(finding.component)
     )
 
 
 def _limit(finding: Finding, other: Finding, dispensable: AbstractSet[Key]) -> float:
     """Return the part of what another finding explains, below which this one is of its making."""
     alike = finding.component == other.component
-    if other.effect == "unknown" or not (
-        finding.effect == "unknown" or (finding.effect in SCANNED and other.effect in SCANNED and alike)
-    ):
+    edged = finding.effect in SCANNED and other.effect in SCANNED | {"count_loss"} and alike
+    elsewhere = bool(finding.where.intervals and other.where.intervals) and not _meet(finding, other)
+    if other.effect == "unknown" or not (finding.effect == "unknown" or (edged and not elsewhere)):
         return TRACE
     if _touch(finding, other):
         return EDGE
@@ -131,6 +132,15 @@ def _touch(finding: Finding, other: Finding) -> bool:
     return bool(finding.where.intervals) and all(
         any(start < last + WINDOW and end > first - WINDOW for first, last in other.where.intervals)
         for start, end in finding.where.intervals
+    )
+
+
+def _meet(finding: Finding, other: Finding) -> bool:
+    """Say whether two findings ever act at the same moment."""
+    return any(
+        start < last + WINDOW and end > first - WINDOW
+        for start, end in finding.where.intervals
+        for first, last in other.where.intervals
     )
 
 
@@ -151,23 +161,9 @@ def _doubted(finding: Finding, findings: Sequence[Finding]) -> Finding:
 
 def _on(finding: Finding, other: Finding) -> bool:
     """Say whether a finding is on another one's component, truck, or side."""
-    if finding.component == other.component or _truck(finding.component) == _truck(other.component):
+    if finding.component == other.component or truck_of(finding.component) == truck_of(other.component):
         return True
     return finding.effect in EVENTS and finding.component.endswith(f".{other.component}")
-
-
-def contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
-    """Return findings with less probability where the simulator that has them leads farther astray.
-
-    What stands for a few windows and not for ten seconds is not understood.
-    """
-    worst = max((one.after / one.before for one in fit.rerun.values() if one.before > 0.0), default=1.0)
-    if worst <= WORSE:
-        return tuple(findings)
-    return tuple(
-        one if one.effect == "unknown" else replace(one, probability=one.probability / worst**2)
-        for one in findings
-    )
 
 
 def _folded(finding: Finding, findings: Sequence[Finding]) -> bool:
@@ -175,14 +171,9 @@ def _folded(finding: Finding, findings: Sequence[Finding]) -> bool:
     return finding.effect == "unknown" and any(
         other.effect == "unknown"
         and other.explained > finding.explained
-        and _truck(other.component) == _truck(finding.component)
+        and truck_of(other.component) == truck_of(finding.component)
         for other in findings
     )
-
-
-def _truck(component: str) -> str:
-    """Return the truck that a component is a part of; itself for what is of both."""
-    return component.removeprefix("joint_").partition(".")[0]
 
 
 def _overshadowed(finding: Finding, findings: Sequence[Finding]) -> bool:

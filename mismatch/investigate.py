@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mismatch.bank import add_bank
-from mismatch.choose import EMPTY, Choice, tolerant
-from mismatch.leftover import leftover
-from mismatch.moments import settle
+from mismatch.choose import EMPTY, EVENTS, Choice, tolerant
+from mismatch.leftover import leftover, windows_in_all
+from mismatch.moments import firm, settle
 from mismatch.noise import ORDINARY, estimate_noise
+from mismatch.outliers import freed
 from mismatch.regression import Regression
 from mismatch.scan import merged, proposals
-from mismatch.shape import loosened
+from mismatch.shape import loosened, retold
+from mismatch.signals import WINDOW
 from mismatch.surprise import surprises
 from mismatch.terms import skews, smooth_terms
 
@@ -39,6 +41,8 @@ _OUTSIDE = {
     "floor_slope"
 }  # likewise, where poses are measured: what takes both trucks alike shows there only
 COARSE = 0.03  # [s] to which moments are settled while the search goes on
+_FEW = 0.005  # of all windows: so many stand out by chance
+_TURNS = 4  # of estimating the noise, each without what stands out of the last one
 STEPS = 10  # that a progress bar sees
 
 
@@ -91,8 +95,9 @@ def investigate(
     places = regression.add(terms)
     progress(2, STEPS, "noise levels")
     seen = any(one.signals.poses is not None for one in windows)
-    usual = [at for at, one in enumerate(terms) if one.effect in _USUAL | (_OUTSIDE if seen else set())]
-    _estimate(regression, places, usual)
+    ordinary = _USUAL | (_OUTSIDE if seen else set())
+    usual = frozenset(at for at, one in enumerate(terms) if one.effect in ordinary)
+    _estimate(regression, terms, places, usual, _TURNS)
     choice = Choice(terms, places, tolerated(regression, terms, places, skew))
     progress(4, STEPS, "comparing sets of effects")
     chosen = choice.best(EMPTY)
@@ -102,50 +107,90 @@ def investigate(
         new = [one for one in merged(terms, proposed) if one.effect not in left_out]
         places += regression.add(new)
         terms += new
-        before = {terms[one].key for one in chosen}
+        before = _told(terms, chosen)
         choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         chosen = choice.best(chosen)
-        settled = settle(regression, [terms[one] for one in sorted(chosen)], COARSE)
+        settled = firm(regression, settle(regression, [terms[one] for one in sorted(chosen)], COARSE))
         moved = merged(terms, settled)
         places += regression.add(moved)
         terms += moved
         chosen = frozenset(number for number, one in enumerate(terms) if any(one is own for own in moved)) | {
             one for one in chosen if terms[one].key not in {own.key for own in moved}
         }
-        _estimate(regression, places, chosen)
+        _estimate(regression, terms, places, chosen)
         choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         chosen = choice.best(chosen)
-        if turn > 0 and (not new or {terms[one].key for one in chosen} == before):
+        if turn > 0 and (not new or _told(terms, chosen) == before):
             break
     progress(9, STEPS, "what no effect explains")
     if "unknown" not in left_out:
-        bank, at = add_bank(regression)
-        terms, places = [*terms, *bank], [*places, *at]
-        choice = Choice(terms, places, tolerated(regression, terms, places, skew))
-        members = [terms[one] for one in sorted(chosen)]
-        for term, columns in surprises(regression, leftover(regression, choice, chosen), members):
-            terms.append(term)
-            places.append(regression.extend(columns))
-        for term, columns in list(loosened(regression, choice, chosen)):
-            terms.append(term)
-            places.append(regression.extend(columns))
-        choice = Choice(terms, places, tolerated(regression, terms, places, skew))
-        chosen = choice.best(chosen)
+        choice, chosen = _against_the_unknown(regression, terms, places, chosen, skew)
     return Investigation(regression, choice, chosen, skew)
 
 
+def _told(terms: Sequence[Term], chosen: Set) -> set[tuple[str, str, int]]:
+    """Return the effects of a set, and how many events each has."""
+    return {(*terms[one].key, len(terms[one].probes)) for one in chosen}
+
+
+def _against_the_unknown(
+    regression: Regression, terms: list[Term], places: list[slice], chosen: Set, skew: slice
+) -> tuple[Choice, Set]:
+    """Let what was chosen stand against what no effect explains, and against its own events as they are."""
+    bank, at = add_bank(regression)
+    terms, places = [*terms, *bank], [*places, *at]
+    starts = [chosen]
+    for wheel, simpler in retold(regression, terms, chosen):
+        others = [one for one in sorted(chosen) if terms[one].key not in {(event, wheel) for event in EVENTS}]
+        settled = settle(regression, [*(terms[one] for one in others), *simpler], COARSE)[len(others) :]
+        starts.append(frozenset({*others, *range(len(terms), len(terms) + len(settled))}))
+        places += regression.add(settled)
+        terms += settled
+    choice = Choice(terms, places, tolerated(regression, terms, places, skew))
+    left, members = leftover(regression, choice, chosen), [terms[one] for one in sorted(chosen)]
+    more = list(surprises(regression, left, members))
+    for start in starts:
+        more += loosened(regression, choice, start)
+    places = [*places, *(regression.extend(columns) for _, columns in more)]
+    terms = [*terms, *(term for term, _ in more)]
+    choice = Choice(terms, places, tolerated(regression, terms, places, skew))
+    return choice, max((choice.best(start) for start in starts), key=choice.worth)
+
+
 def tolerated(regression: Regression, terms: Sequence[Term], places: Sequence[slice], skew: slice) -> Array:
-    """Return the products of all columns, with what every robot has a little of integrated out."""
+    """Return the products of all columns, with what every robot has a little of integrated out.
+
+    An obstacle that many terms hold is tolerated once.
+    """
     sizes = np.zeros(regression.white.shape[1])
     sizes[skew] = 1.0
+    known: set[tuple[str, int]] = set()
     for term, place in zip(terms, places, strict=True):
-        if place.stop - place.start == len(term.probes):  # neither unknown nor loosened
-            sizes[place] = term.tolerance
+        if place.stop - place.start != len(term.probes):
+            continue  # unknown, or loosened
+        sizes[place] = term.tolerance
+        for column, time in enumerate(term.fixed.get("times", ()), place.start):
+            obstacle = term.component, round(time / WINDOW)
+            sizes[column] *= obstacle not in known
+            known.add(obstacle)
     return tolerant(regression.total, sizes)
 
 
-def _estimate(regression: Regression, places: Sequence[slice], nuisances: Iterable[int]) -> None:
-    """Estimate the noise with some terms as nuisances, and whiten with it."""
+def _estimate(
+    regression: Regression, terms: list[Term], places: list[slice], nuisances: Set, turns: int = 1
+) -> None:
+    """Estimate the noise with some terms as nuisances, and whiten with it.
+
+    From the second turn on, windows in which something stands out of the noise do not count.
+    """
     columns = [0, *(column for one in nuisances for column in range(places[one].start, places[one].stop))]
     picked = [(push[:, :, columns], seen[:, :, columns]) for push, seen in regression.raw]
-    regression.whiten(estimate_noise(regression.windows, picked, regression.noise))
+    windows, happened = regression.windows, 0
+    for turn in range(turns):
+        if turn > 0:
+            left = leftover(regression, Choice(terms, places, regression.total), nuisances)
+            windows, count = freed(regression, left)
+            if count <= happened + _FEW * windows_in_all(regression):
+                return
+            happened = count
+        regression.whiten(estimate_noise(windows, picked, regression.noise))

@@ -11,6 +11,7 @@ import numpy as np
 from mismatch.choose import Choice, decoded
 from mismatch.leftover import windows_in_all
 from mismatch.terms import Term, term
+from vcan_sim.effects.block import wheel_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _PATIENCE = 12  # moves in one direction
 _REACH = 5  # steps of a bump at once: its evidence has several hills
 _WIDE = 100.0  # steps by which a moment may be off at most
+_SAME = 0.1  # [s] between moments of one bump
 _FAINT = 2.5  # sigma of a bump's size, below which it is left out
 Loose = dict[str, tuple[float, ...]]  # standard deviations of numbers, by name
 
@@ -42,25 +44,54 @@ def settle(regression: Regression, members: Sequence[Term], finest: float = 0.0)
         finest: step below which to stop.
     """
     split = [part for member in members for part in _parts(member)]
-    places = regression.add(split)
+    bare = regression.bare()
+    places = bare.add(split)
     for number in range(len(split)):
         for step in _steps(regression, split[number]):
             for _ in range(_PATIENCE if step >= finest else 0):
-                best = _better(regression, split, places, number, _moved(split[number], step))
+                best = _better(bare, split, places, number, _moved(split[number], step))
                 if best is None:
                     break
                 split[number] = best
-    if places:
-        regression.drop(places[0].start)
     settled = []
     for member in members:
         own = [one for one in split if one.key == member.key]
         if member.effect == "bump":
-            times = tuple(sorted({time for one in own for time in one.fixed["times"]}))
+            times = _distinct([met(regression, member.component, one.fixed["times"][0]) for one in own])
             settled.append(term("bump", member.component, windows_in_all(regression), times=times))
         else:
             settled.append(replace(own[0], plausibility=member.plausibility))
     return settled
+
+
+def met(regression: Regression, wheel: str, time: float) -> float:
+    """Return when a wheel meets what it came to at a time [s]: one that stands meets it when it rolls on."""
+    for windows in regression.windows:
+        block = windows.signals.block
+        begins = block.time - block.period
+        if begins[0] <= time <= block.time[-1]:
+            rolls = np.flatnonzero((block.travel[:, wheel_number(wheel)] != 0.0) & (block.time > time))
+            return max(time, float(begins[rolls[0]])) if len(rolls) else time
+    return time
+
+
+def rolled(regression: Regression, wheel: str, start: float, end: float) -> float:
+    """Return the way [m] that a wheel rolls between two times [s], whatever its direction."""
+    way = 0.0
+    for windows in regression.windows:
+        block = windows.signals.block
+        inside = (block.time > start) & (block.time <= end)
+        way += float(np.abs(block.travel[inside, wheel_number(wheel)]).sum())
+    return way
+
+
+def _distinct(times: Sequence[float]) -> tuple[float, ...]:
+    """Return moments [s] in order, without those that came to the same bump as another."""
+    found: list[float] = []
+    for time in sorted(times):
+        if not found or time - found[-1] > _SAME:
+            found.append(time)
+    return tuple(found)
 
 
 def _parts(member: Term) -> list[Term]:
@@ -77,11 +108,15 @@ def _better(
     number: int,
     offers: Sequence[Term],
 ) -> Term | None:
-    """Return the offer that beats a term in its set, its columns in the term's place, or None."""
+    """Return the offer that beats a term in its set, its columns in the term's place, or None.
+
+    The other terms may have sizes below zero, which make no sense: they are not where they belong yet.
+    """
     if not offers:
         return None
     columns = regression.add(offers)
-    choice = Choice([*terms, *offers], [*places, *columns], regression.total, repeats=True)
+    others = [replace(one, positive=one.positive and at == number) for at, one in enumerate(terms)]
+    choice = Choice([*others, *offers], [*places, *columns], regression.total, repeats=True)
     chosen = frozenset(range(len(terms)))
     worths = [choice.worth(chosen - {number} | {len(terms) + at}) for at in range(len(offers))]
     at = int(np.argmax(worths))
@@ -131,15 +166,15 @@ def firm(regression: Regression, members: Sequence[Term]) -> list[Term]:
     """
     if not members:
         return []
-    places = regression.add(members)
+    bare = regression.bare()
+    places = bare.add(members)
     kept = list(members)
-    for number, values, covariance in decoded(Choice(kept, places, regression.total), range(len(kept))):
+    for number, values, covariance in decoded(Choice(kept, places, bare.total), range(len(kept))):
         if kept[number].effect == "bump":
             there = values > _FAINT * np.sqrt(np.diag(covariance))
             times = tuple(np.asarray(kept[number].fixed["times"])[there].tolist())
             if 0 < len(times) < len(there):
                 kept[number] = term("bump", kept[number].component, windows_in_all(regression), times=times)
-    regression.drop(places[0].start)
     return kept
 
 
@@ -152,6 +187,7 @@ def looseness(regression: Regression, members: Sequence[Term]) -> list[Loose]:
     """
     if not members:
         return []
+    regression = regression.bare()
     places = regression.add(members)
     columns = slice(places[0].start, places[-1].stop)
     found: list[Loose] = [{} for _ in members]
@@ -175,7 +211,6 @@ def looseness(regression: Regression, members: Sequence[Term]) -> list[Loose]:
         for (number, name, sample), sigma in zip(owners, spread, strict=True):
             rounded = math.hypot(float(sigma), sample / math.sqrt(12.0))
             found[number][name] = (*found[number].get(name, ()), rounded)
-    regression.drop(places[0].start)
     return found
 
 

@@ -7,23 +7,28 @@ columns for that share beside its own, so that what remains of a large bump is n
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mismatch.choose import EVENTS, decoded
+from mismatch.leftover import windows_in_all
+from mismatch.moments import met, rolled
 from mismatch.signals import WINDOW
 from mismatch.surprise import LASTING, shoves
+from mismatch.terms import term
 from vcan_sim.effects.block import wheel_number
 from vcan_sim.effects.bump import BumpEvents, crossing
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from mismatch.choose import Choice, Set
     from mismatch.model import Columns
     from mismatch.regression import Regression
     from mismatch.surprise import Surprise
+    from mismatch.terms import Term
     from mismatch.windows import Windows
     from vcan_sim.effects.effect import Effect
 
@@ -34,24 +39,51 @@ TURNED = 0.02  # likewise, seen from its middle, by which a wheel of it does
 STEEP = 0.2  # of a wheel's radius: higher obstacles are not driven over
 _CROSSING = 3  # windows that a crossing touches
 _STRETCHES = 40  # of a patch, at most
+BESIDE = 0.7  # [s] of a patch, within which bumps may be a part of it
+BRIEF = 0.25  # [m] that a wheel rolls over a bump
 _LEAST = 1e-4  # [m] of way lost
 _BEFORE = 0.1  # [s] of an event's moment: a wheel touches before it climbs
+
+
+def retold(regression: Regression, terms: Sequence[Term], chosen: Set) -> Iterator[tuple[str, list[Term]]]:
+    """Yield wheels that have a patch and bumps, each with terms that tell of them more simply.
+
+    What is slipperier in one place than in another is at first taken for a patch and for bumps beside it:
+    one patch reaches over them, and the bumps elsewhere stay. A patch on a way as short as a bump may be one.
+    """
+    tries = windows_in_all(regression)
+    patches = {terms[one].component: terms[one] for one in chosen if terms[one].effect == "slip_patch"}
+    for bump in [terms[one] for one in chosen if terms[one].effect == "bump"]:
+        wheel, times = bump.component, bump.fixed["times"]
+        if wheel not in patches:
+            continue
+        ((start, end),) = patches[wheel].fixed["intervals"]
+        start = met(regression, wheel, start)
+        near = [time for time in times if start - BESIDE < time < end + BESIDE]
+        rest = tuple(time for time in times if time not in near)
+        if near:
+            hull = min(start, *near), max(end, *(time + BESIDE for time in near))
+            patch = term("slip_patch", wheel, intervals=(hull,))
+            patch = replace(patch, plausibility=patches[wheel].plausibility)
+            yield wheel, [patch, *([term("bump", wheel, tries, times=rest)] if rest else [])]
+        if rolled(regression, wheel, start, end) < BRIEF:
+            yield wheel, [term("bump", wheel, tries, times=tuple(sorted({*times, start})))]
 
 
 def loosened(regression: Regression, choice: Choice, chosen: Set) -> Iterator[Surprise]:
     """Yield the events of a set with free shapes, each with its columns for every recording."""
     for number, values, _ in decoded(choice, chosen):
-        term = choice.terms[number]
-        if term.effect not in EVENTS:
+        own_term = choice.terms[number]
+        if own_term.effect not in EVENTS:
             continue
         place = choice.places[number]
-        effect = term.built(values)
+        effect = own_term.built(values)
         columns: list[list[Columns]] = []
         for windows, (push, seen) in zip(regression.windows, regression.raw, strict=True):
             own = [(push[:, :, one], seen[:, :, one]) for one in range(place.start, place.stop)]
-            shapes = _of_bumps if term.effect == "bump" else _of_patch
+            shapes = _of_bumps if own_term.effect == "bump" else _of_patch
             columns.append([*own, *shapes(windows, effect)])
-        yield term, columns
+        yield own_term, columns
 
 
 def _of_bumps(windows: Windows, effect: Effect) -> list[Columns]:

@@ -50,10 +50,10 @@ def _instead(regression: Regression, chosen: Sequence[Term]) -> list[Surprise]:
     moments = sorted(moment for term in chosen for moment in _moments(term))
     events = sorted(
         {
-            (number, int(window))
+            (number, window)
             for number, windows in enumerate(regression.windows)
             for moment in moments
-            for window in np.flatnonzero((windows.time > moment - WINDOW) & (windows.time < moment + LASTING))
+            for window in about(windows.time[:-1], moment)
         }
     )
     if not 0 < len(events) <= _MOST:
@@ -64,6 +64,12 @@ def _instead(regression: Regression, chosen: Sequence[Term]) -> list[Surprise]:
         term, columns = _pushed_at(regression, name, events, levers, _looked_for(chosen))
         found.append((replace(term, fixed={**term.fixed, "instead": True}), columns))
     return found
+
+
+def about(begins: Array, moment: float) -> list[int]:
+    """Return the windows, by when they begin [s], in which what happens at a moment may push a truck."""
+    inside = (begins > moment - WINDOW) & (begins < moment + LASTING)
+    return [int(window) for window in np.flatnonzero(inside)]
 
 
 def _looked_for(chosen: Sequence[Term]) -> int:
@@ -98,7 +104,7 @@ def _pushes(regression: Regression, left: Leftover) -> list[Surprise]:
     for number, truck in enumerate(regression.windows[0].signals.trucks):
         own = slice(3 * number, 3 * number + 3)
         powers = [
-            _power(scores[:, own], informations[:, own, own]) * quiet(windows, left)
+            power(scores[:, own], informations[:, own, own]) * quiet(windows, left)
             for windows, (scores, informations) in zip(regression.windows, seen, strict=True)
         ]
         events = _events([np.sqrt(power) for power in powers], EVENT + 0.6)
@@ -118,7 +124,7 @@ def _events(sigmas: list[Array], least: float) -> list[tuple[int, int]]:
     return [(number, window) for _, number, window in sorted(found, reverse=True)[:_EVENTS]]
 
 
-def _power(scores: Array, informations: Array) -> Array:
+def power(scores: Array, informations: Array) -> Array:
     """Return the chi-square `(M,)` of a free push of a truck in each window."""
     solid = (
         informations + 1e-9 * np.eye(3) * np.maximum(np.einsum("mii->m", informations), 1e-9)[:, None, None]

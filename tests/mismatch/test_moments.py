@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mismatch.folds import folds_of
-from mismatch.moments import firm, looseness, settle
+from mismatch.moments import firm, looseness, met, settle
 from mismatch.noise import ORDINARY
 from mismatch.regression import Regression
 from mismatch.signals import signals_of
@@ -49,3 +49,26 @@ def test_a_bump_that_is_not_there_is_left_out_and_columns_are_as_before(bumped):
     (kept,) = firm(regression, [term("bump", "b.right", times=(*TRUE, 40.0))])
     assert kept.fixed["times"] == TRUE
     assert regression.white.shape == before
+
+
+def test_a_wheel_that_stands_meets_an_obstacle_when_it_rolls_on(bumped):
+    regression = bumped(3e-3)
+    block = regression.windows[0].signals.block
+    stands = block.travel[:, 3] == 0.0
+    assert stands[0]
+    first = int(np.argmin(stands))
+    rolls = float(block.time[first] - block.period[first])
+    assert met(regression, "b.right", rolls - 0.05) == pytest.approx(rolls)
+    assert met(regression, "b.right", TRUE[0]) == TRUE[0]
+
+
+def test_two_moments_near_one_bump_are_one_bump(bumped):
+    regression = bumped(3e-3)
+    (settled,) = firm(regression, settle(regression, [term("bump", "b.right", times=(19.97, 20.03, 55.2))]))
+    assert settled.fixed["times"] == pytest.approx(TRUE, abs=0.05)
+
+
+def test_a_bump_finds_its_place_though_another_one_stands_where_none_is(bumped):
+    (settled,) = settle(bumped(3e-3), [term("bump", "b.right", times=(20.3, 37.0, 54.8))])
+    assert min(abs(time - TRUE[0]) for time in settled.fixed["times"]) < 0.05
+    assert min(abs(time - TRUE[1]) for time in settled.fixed["times"]) < 0.05

@@ -7,7 +7,7 @@ from mismatch.choose import Choice
 from mismatch.folds import folds_of
 from mismatch.noise import ORDINARY
 from mismatch.regression import Regression
-from mismatch.shape import height, loosened
+from mismatch.shape import height, loosened, retold
 from mismatch.signals import signals_of
 from mismatch.terms import term
 from mismatch.windows import windows_of
@@ -55,6 +55,20 @@ def test_a_free_shape_costs_more_than_it_explains_where_the_law_is_exact(own):
     both = Choice([*choice.terms, bump], [*choice.places, place], regression.total)
     assert both.worth(frozenset({0})) > both.worth(frozenset({2}))
     regression.drop(place.start)
+
+
+def test_a_patch_reaches_over_the_bumps_beside_it_and_leaves_those_elsewhere(own):
+    regression, _ = own
+    near, far = (29.6, 36.4), (20.0, 55.0)
+    bumps = term("bump", "a.left", times=(far[0], *near, far[1]))
+    terms = [term("slip_patch", "a.left", intervals=PATCH), bumps, term("bump", "b.right", times=near)]
+    ((wheel, (patch, rest)),) = retold(regression, terms, frozenset({0, 1, 2}))
+    assert (wheel, patch.key, rest.key) == ("a.left", terms[0].key, bumps.key)
+    ((start, end),) = patch.fixed["intervals"]
+    assert start == near[0]
+    assert near[1] < end < far[1]
+    assert rest.fixed["times"] == far
+    assert not list(retold(regression, terms, frozenset({0, 2})))
 
 
 @pytest.mark.parametrize("edge", [1e-3, 5e-3, 1e-2])

@@ -1,0 +1,113 @@
+"""What is told instead of names that are not believed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mismatch.choose import EVENTS
+from mismatch.diagnosis import ASSERTED, Alternative, Finding, Where
+from mismatch.terms import MOMENTS
+from mismatch.words import part
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from mismatch.diagnosis import Fit
+
+HOLLOW = 0.4  # of the probability of effects that are large and cancel, or that the unknown could replace
+CROWD = 3  # findings of bumps and slips on one truck, or events of each, from which it is something else
+DWARF = 0.1  # of what no named effect explains: what explains less may be of that making
+WORSE = 1.2  # times the nominal robot's open-loop miss, which chance does not reach
+
+
+def gathered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings with a crowd of bumps and slips under both wheels of a truck told as what shoves it."""
+    told = tuple(findings)
+    for truck in ("a", "b"):
+        events = [one for one in told if one.effect in EVENTS and truck_of(one.component) == truck]
+        many = len(events) >= CROWD or all(len(one.where.intervals) >= CROWD for one in events)
+        if not many or len({one.component for one in events}) < 2:
+            continue
+        sure = max(one.probability for one in events)
+        shoved = Finding(
+            "unknown",
+            truck,
+            (1.0 - HOLLOW) * sure,
+            tuple(
+                Alternative(one.effect, one.component, HOLLOW * one.probability / len(events))
+                for one in events
+            ),
+            Where(
+                events[0].where.channels,
+                tuple(sorted(span for one in events for span in one.where.intervals)),
+                MOMENTS,
+            ),
+            (),
+            min(1.0, sum(one.explained for one in events)),
+            f"Something that no effect of the library explains shoves {part(truck)}: bumps and slips under "
+            "both of its wheels only imitate it.",
+            (MOMENTS,),
+        )
+        told = (*(one for one in told if one not in events), shoved)
+    return told
+
+
+def contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
+    """Return findings with less probability where the simulator that has them leads farther astray.
+
+    What stands for a few windows and not for ten seconds is not understood: where the strongest of them is
+    no longer asserted, something unknown acts there, and the name is an alternative.
+    """
+    worst = max((one.after / one.before for one in fit.rerun.values() if one.before > 0.0), default=1.0)
+    if worst <= WORSE:
+        return tuple(findings)
+    doubted = tuple(
+        one if one.effect == "unknown" else replace(one, probability=one.probability / worst**2)
+        for one in findings
+    )
+    strongest = max(findings, key=lambda one: one.explained, default=None)
+    if strongest is None or any(one.effect == "unknown" for one in findings):
+        return doubted
+    taken = strongest.probability * (1.0 - 1.0 / worst**2)
+    if strongest.probability - taken >= ASSERTED or taken < ASSERTED:
+        return doubted
+    others = (told for told, one in zip(doubted, findings, strict=True) if one is not strongest)
+    return (_unknown_instead(strongest, taken), *others)
+
+
+def dwarfed(findings: Sequence[Finding], left: float) -> tuple[Finding, ...]:
+    """Return findings with less probability where they explain next to nothing of what nobody does.
+
+    Args:
+        findings: to tell.
+        left: share of the mismatch that no named effect explains.
+    """
+    return tuple(
+        replace(one, probability=HOLLOW * one.probability)
+        if one.effect != "unknown" and one.explained < DWARF * left
+        else one
+        for one in findings
+    )
+
+
+def _unknown_instead(finding: Finding, taken: float) -> Finding:
+    """Return a finding without a name for one that is not believed, with the probability taken from it."""
+    name, where = finding.effect.replace("_", " "), part(finding.component)
+    return Finding(
+        "unknown",
+        finding.component,
+        taken,
+        (Alternative(finding.effect, finding.component, finding.probability - taken),),
+        finding.where,
+        (),
+        finding.explained,
+        f"Something that no effect of the library explains acts on {where}. It looks like {name} from moment "
+        f"to moment, but a simulator with that {name} leads farther astray than one without.",
+        (finding.where.regime,),
+    )
+
+
+def truck_of(component: str) -> str:
+    """Return the truck that a component is a part of; itself for what is of both."""
+    return component.removeprefix("joint_").partition(".")[0]
