@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 HOLLOW = 0.4  # of the probability of effects that are large and cancel, or that the unknown could replace
 CROWD = 3  # findings of bumps and slips on one truck, or events of each, from which it is something else
+ACROSS = 1.0  # [s] between the wheels of a truck that crosses an obstacle
 DWARF = 0.1  # of what no named effect explains: what explains less may be of that making
 WORSE = 1.2  # times the nominal robot's open-loop miss, which chance does not reach
 
@@ -27,7 +28,7 @@ def gathered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     for truck in ("a", "b"):
         events = [one for one in told if one.effect in EVENTS and truck_of(one.component) == truck]
         many = len(events) >= CROWD or all(len(one.where.intervals) >= CROWD for one in events)
-        if not many or len({one.component for one in events}) < 2:
+        if not many or len({one.component for one in events}) < 2 or _together(events):
             continue
         sure = max(one.probability for one in events)
         shoved = Finding(
@@ -51,6 +52,16 @@ def gathered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
         )
         told = (*(one for one in told if one not in events), shoved)
     return told
+
+
+def _together(events: Sequence[Finding]) -> bool:
+    """Say whether both wheels of a truck meet something at the same moments, as a cable across their way."""
+    one, other = (
+        [start for own in events if own.component.endswith(side) for start, _ in own.where.intervals]
+        for side in ("left", "right")
+    )
+    few, many = sorted((one, other), key=len)
+    return all(any(abs(start - then) < ACROSS for then in many) for start in few)
 
 
 def contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:

@@ -113,9 +113,15 @@ def test_a_crowd_of_bumps_and_slips_under_both_wheels_is_something_that_shoves_t
 
 def test_bumps_again_and_again_under_both_wheels_of_one_truck_are_no_bumps():
     spans = tuple((10.0 * at, 10.0 * at + 0.3) for at in range(1, 5))
-    left, right = (found("bump", wheel, 0.4, intervals=spans) for wheel in ("b.left", "b.right"))
+    later = tuple((start + 4.0, end + 4.0) for start, end in spans)
+    left, right = (
+        found("bump", "b.left", 0.4, intervals=spans),
+        found("bump", "b.right", 0.4, intervals=later),
+    )
     (shoved,) = believed([left, right], REFINED, 1e4)
     assert (shoved.effect, shoved.component) == ("unknown", "b")
+    across = found("bump", "b.right", 0.4, intervals=tuple((start + 0.4, end + 0.4) for start, end in spans))
+    assert len(believed([left, across], REFINED, 1e4)) == 2
     assert len(believed([left, found("bump", "a.left", 0.4, intervals=spans)], REFINED, 1e4)) == 2
 
 
