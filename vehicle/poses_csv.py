@@ -47,8 +47,14 @@ def parse_poses(text: str, source: Path | str, trucks: Collection[str] = TRUCKS)
 
 
 def format_poses(poses: Poses) -> str:
-    """Return the text of a `poses.csv`, with every digit that the numbers have."""
-    numbers = np.column_stack((poses.time, poses.pose, poses.sigma)).tolist()
+    """Return the text of a `poses.csv`, with every digit that the numbers have.
+
+    Headings that went round are wrapped.
+    """
+    pose = poses.pose.copy()
+    round_about = np.abs(pose[:, 2]) > math.pi
+    pose[round_about, 2] = wrap(pose[round_about, 2])
+    numbers = np.column_stack((poses.time, pose, poses.sigma)).tolist()
     lines = [HEADER]
     for body, (time, *values) in zip(poses.body.tolist(), numbers, strict=True):
         cells = ["" if math.isnan(value) else repr(value) for value in values]

@@ -18,6 +18,11 @@ TOOLS = Path(sys.executable).parent
 PATIENCE = 60.0  # [s] of a wait that normally ends at once
 
 
+def _as_from_a_terminal():
+    """Let Ctrl-C end a command: a shell's background jobs ignore it, and hand that on."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @contextmanager
 def started(name, *arguments):
     """Start a command of this environment, whose output can be read line by line; end it in any case."""
@@ -27,6 +32,7 @@ def started(name, *arguments):
         stderr=subprocess.STDOUT,
         text=True,
         env={"PYTHONUNBUFFERED": "1", "COLUMNS": "120"},
+        preexec_fn=_as_from_a_terminal,  # noqa: PLW1509  # the test has one thread
     )
     with process:
         try:

@@ -316,3 +316,15 @@ def test_recordings_made_elsewhere_load_and_survive_being_saved(shared_data, tmp
         if number % 5 == 0:  # one of each kind is enough to write
             save_recording(loaded.recording, tmp_path / str(number))
             assert_equal(load_recording(tmp_path / str(number)), loaded.recording)
+
+
+def test_headings_that_went_round_are_written_as_a_file_has_them(tmp_path):
+    turned = Poses(
+        np.array([0.0, 1.0, 2.0]),
+        np.array(["a", "a", "a"]),
+        np.array([[0.0, 0.0, -4.76], [0.0, 0.0, 1.25], [0.0, 0.0, np.nan]]),
+        np.full((3, 3), np.nan),
+    )
+    write_poses(turned, tmp_path / "poses.csv")
+    kept = read_poses(tmp_path / "poses.csv")
+    np.testing.assert_allclose(kept.pose[:, 2], [2.0 * np.pi - 4.76, 1.25, np.nan])
