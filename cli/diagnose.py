@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
-from threadpoolctl import threadpool_limits
 
 from cli.console import err, flaw, out
 from vehicle.errors import OmnimateError
@@ -111,6 +110,9 @@ def _one(folder: Path) -> tuple[Path, str]:
 
 
 def _each(folders: Sequence[Path], jobs: int) -> None:
+    """Diagnose folders in processes of their own, with one thread each: more would fight over the cores."""
+    from threadpoolctl import threadpool_limits
+
     with (
         Progress(console=err, transient=True) as progress,
         ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool,

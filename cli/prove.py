@@ -164,7 +164,8 @@ def _compare(
     found = ask_all(title.lower(), corpus, tools, jobs)
     path = place / f"{title.lower()}-{corpus.folder.name}.json"
     path.write_text(json.dumps(found), encoding="utf-8")
-    out.print(compared(f"{title}: {corpus.title}", corpus.labels, {"diagnose": known, **found}))
+    ease = EASE.get(corpus.folder.name, 1.0)
+    out.print(compared(f"{title}: {corpus.title}", corpus.labels, {"diagnose": known, **found}, ease))
 
 
 def _leave_one_out(corpus: Corpus, place: Path, jobs: int) -> None:

@@ -52,14 +52,16 @@ def instead(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
     return table
 
 
-def compared(title: str, labels: Mapping[str, Any], answers: Mapping[str, Answers]) -> Table:
+def compared(
+    title: str, labels: Mapping[str, Any], answers: Mapping[str, Answers], ease: float = 1.0
+) -> Table:
     """Return a table of what the answers of several tools are worth, a column for each."""
     from proof.score import rows
 
     table = Table(title=title)
     for heading in ("what", "wanted", *answers):
         table.add_column(heading, justify="left" if heading == "what" else "right")
-    for line in zip(*(rows(labels, own) for own in answers.values()), strict=True):
+    for line in zip(*(rows(labels, own, ease) for own in answers.values()), strict=True):
         table.add_row(line[0].name, _target(line[0]), *map(_share, line))
     return table
 

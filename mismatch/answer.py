@@ -45,11 +45,11 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
     residuals = held_out(nominal, refined)
     fit = _fit(fitted, residuals)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
-    left = min(1.0, max(0.0, _excess(residuals.train)) / excess)
-    findings = _ordered(dwarfed(contradicted(_findings(found, refined), fit), left))
+    unexplained = min(1.0, max(0.0, _excess(residuals.train)) / excess)
+    findings = _ordered(dwarfed(contradicted(_findings(found, refined), fit), unexplained))
     signals = found.regression.windows[0].signals
     names = tuple(one.signals.recording.source for one in found.regression.windows)
-    left = left if findings else 0.0
+    left = unexplained if findings else 0.0
     nothing = found.choice.probabilities().get(EMPTY, 0.0)
     blind = _blind(found)
     robot = signals.recording.vehicle.name

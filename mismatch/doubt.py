@@ -129,19 +129,18 @@ def _limit(finding: Finding, other: Finding, dispensable: AbstractSet[Key]) -> f
 
 def _touch(finding: Finding, other: Finding) -> bool:
     """Say whether all that a finding is made of lies at the moments of another one."""
-    return bool(finding.where.intervals) and all(
-        any(start < last + WINDOW and end > first - WINDOW for first, last in other.where.intervals)
-        for start, end in finding.where.intervals
-    )
+    return bool(finding.where.intervals) and all(_met_by(span, other) for span in finding.where.intervals)
 
 
 def _meet(finding: Finding, other: Finding) -> bool:
     """Say whether two findings ever act at the same moment."""
-    return any(
-        start < last + WINDOW and end > first - WINDOW
-        for start, end in finding.where.intervals
-        for first, last in other.where.intervals
-    )
+    return any(_met_by(span, other) for span in finding.where.intervals)
+
+
+def _met_by(span: tuple[float, float], other: Finding) -> bool:
+    """Say whether a finding acts in a stretch of time [s], or next to it."""
+    start, end = span
+    return any(start < last + WINDOW and end > first - WINDOW for first, last in other.where.intervals)
 
 
 def _doubted(finding: Finding, findings: Sequence[Finding]) -> Finding:

@@ -73,17 +73,17 @@ def retold(regression: Regression, terms: Sequence[Term], chosen: Set) -> Iterat
 def loosened(regression: Regression, choice: Choice, chosen: Set) -> Iterator[Surprise]:
     """Yield the events of a set with free shapes, each with its columns for every recording."""
     for number, values, _ in decoded(choice, chosen):
-        own_term = choice.terms[number]
-        if own_term.effect not in EVENTS:
+        event = choice.terms[number]
+        if event.effect not in EVENTS:
             continue
         place = choice.places[number]
-        effect = own_term.built(values)
+        effect = event.built(values)
         columns: list[list[Columns]] = []
         for windows, (push, seen) in zip(regression.windows, regression.raw, strict=True):
             own = [(push[:, :, one], seen[:, :, one]) for one in range(place.start, place.stop)]
-            shapes = _of_bumps if own_term.effect == "bump" else _of_patch
+            shapes = _of_bumps if event.effect == "bump" else _of_patch
             columns.append([*own, *shapes(windows, effect)])
-        yield own_term, columns
+        yield event, columns
 
 
 def _of_bumps(windows: Windows, effect: Effect) -> list[Columns]:

@@ -53,7 +53,7 @@ def _instead(regression: Regression, chosen: Sequence[Term]) -> list[Surprise]:
             (number, window)
             for number, windows in enumerate(regression.windows)
             for moment in moments
-            for window in about(windows.time[:-1], moment)
+            for window in _about(windows.time[:-1], moment)
         }
     )
     if not 0 < len(events) <= _MOST:
@@ -66,7 +66,7 @@ def _instead(regression: Regression, chosen: Sequence[Term]) -> list[Surprise]:
     return found
 
 
-def about(begins: Array, moment: float) -> list[int]:
+def _about(begins: Array, moment: float) -> list[int]:
     """Return the windows, by when they begin [s], in which what happens at a moment may push a truck."""
     inside = (begins > moment - WINDOW) & (begins < moment + LASTING)
     return [int(window) for window in np.flatnonzero(inside)]
@@ -107,7 +107,7 @@ def _pushes(regression: Regression, left: Leftover) -> list[Surprise]:
             power(scores[:, own], informations[:, own, own]) * quiet(windows, left)
             for windows, (scores, informations) in zip(regression.windows, seen, strict=True)
         ]
-        events = _events([np.sqrt(power) for power in powers], EVENT + 0.6)
+        events = _events([np.sqrt(own_power) for own_power in powers], EVENT + 0.6)
         found += _pushed(
             regression, truck, events, [shoves(windows, number) for windows in regression.windows]
         )

@@ -39,13 +39,18 @@ def write_corpus(
     numbers = sorted(random.Random(seed).sample(range(len(wanted)), count))  # noqa: S311  # no secret
     folders = [folder / f"own-{number:04d}" for number in numbers]
     labels = {}
-    with ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool:
+    with _pool(jobs) as pool:
         seeds = [10_000 * seed + number for number in numbers]
         made = pool.map(make, folders, [wanted[number] for number in numbers], seeds)
         for own, label in zip(folders, made, strict=True):
             labels[own.name] = label
             tell(len(labels), count)
     return labels
+
+
+def _pool(jobs: int) -> ProcessPoolExecutor:
+    """Return processes whose matrices take one thread each: more would fight over the same cores."""
+    return ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,))
 
 
 def sealed(labels: dict[str, Any], path: Path) -> str:
@@ -73,7 +78,7 @@ def asked(
     """
     answers = {} if kept is None else _known(kept)
     waiting = {name: question for name, question in questions.items() if name not in answers}
-    with ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool:
+    with _pool(jobs) as pool:
         for name, answer in zip(waiting, pool.map(ask, waiting.values()), strict=True):
             answers[name] = answer
             tell(len(answers), len(questions))
