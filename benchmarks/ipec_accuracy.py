@@ -30,26 +30,31 @@ from vehicle.recording import Poses
 from vehicle.se2 import between, compose, wrap
 
 if TYPE_CHECKING:
+    from ipec.corrector import Method
     from motion.program import Program
-    from vehicle.parameters import Channel
+    from vehicle.parameters import Channel, TruckName
     from vehicle.recording import Recording
     from vehicle.se2 import Array
 
 ROBOT = reference_vehicle()
 LEFT_BEHIND = Prior(1e-9, 2e-4, 1e-3, math.radians(0.01), 3e-4)
+METHODS: dict[str, Method] = {"plain": "plain", "CLAPPER": "clapper", "OmniMate": "omnimate"}
 SONAR = np.array([0.002, 0.002, math.radians(0.2)])
 
 
 def drive(seed: int, program: Program, bumps: tuple[Bump, ...]) -> Recording:
     chance = np.random.default_rng(1000 + seed)
-    base = {
+    base: dict[TruckName, float] = {
         "a": 1.0 + chance.normal() * LEFT_BEHIND.wheelbase,
         "b": 1.0 + chance.normal() * LEFT_BEHIND.wheelbase,
     }
-    ratio = {"a": 1.0 + chance.normal() * LEFT_BEHIND.ratio, "b": 1.0 + chance.normal() * LEFT_BEHIND.ratio}
+    ratio: dict[TruckName, float] = {
+        "a": 1.0 + chance.normal() * LEFT_BEHIND.ratio,
+        "b": 1.0 + chance.normal() * LEFT_BEHIND.ratio,
+    }
     joints = chance.normal(size=2) * LEFT_BEHIND.joint
     truth = Truth(
-        with_errors(ROBOT, base, ratio),  # type: ignore[arg-type]  # the keys are truck names
+        with_errors(ROBOT, base, ratio),
         joint_bias=(float(joints[0]), float(joints[1])),
         link_bias=chance.normal() * LEFT_BEHIND.link,
         floor=Floor(bumps=bumps),
@@ -60,9 +65,9 @@ def drive(seed: int, program: Program, bumps: tuple[Bump, ...]) -> Recording:
 
 
 def under(
-    wheels: tuple[Channel, ...], count: int, start: float, end: float, **how: float
+    wheels: tuple[Channel, ...], count: int, start: float, end: float, *, height: float = 0.010
 ) -> tuple[Bump, ...]:
-    several = [bumps_under(wheel, count, start, end, **how) for wheel in wheels]  # type: ignore[arg-type]
+    several = [bumps_under(wheel, count, start, end, height=height) for wheel in wheels]
     return tuple(bump for one in several for bump in one)
 
 
@@ -115,8 +120,8 @@ def single_drives(seeds: range) -> None:
             squares, bound = [], []
             for seed in seeds:
                 recording = make(seed, bumps=bumps)
-                for name, method in (("plain", "plain"), ("CLAPPER", "clapper"), ("OmniMate", "omnimate")):
-                    path = correct(recording, method=method).pose_a  # type: ignore[arg-type]  # literals
+                for name, method in METHODS.items():
+                    path = correct(recording, method=method).pose_a
                     errors.setdefault(name, []).append(return_error(recording, path))
                 found = estimate(recording, prior=LEFT_BEHIND)
                 errors.setdefault("filter", []).append(return_error(recording, found.pose_a))
@@ -147,8 +152,8 @@ def ten_laps(seed: int) -> dict[str, Array]:
     marks = [(lap.start, lap.end) for lap in recording.run.laps]  # type: ignore[union-attr]
     first, last = np.searchsorted(recording.time, np.array(marks).T - 1e-6)
     out = {}
-    for name, method in (("plain", "plain"), ("CLAPPER", "clapper"), ("OmniMate", "omnimate")):
-        path = correct(recording, method=method).pose_a  # type: ignore[arg-type]  # literals
+    for name, method in METHODS.items():
+        path = correct(recording, method=method).pose_a
         out[name] = compose(seen.pose[:-1], between(path[first], path[last]))
     out["filter"] = estimate(recording, seen.pose[0], (1.0, 1.0, 1.0), fixes=seen, prior=LEFT_BEHIND).pose_a[
         last

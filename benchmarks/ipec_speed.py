@@ -71,7 +71,10 @@ def main() -> int:
     recording = drive(float(sys.argv[1]) if len(sys.argv) > 1 else 1.0)
     vehicle, stream = recording.vehicle, samples(recording, STEPS)
     hours = len(recording) * vehicle.bus.sync_period / 3600.0
-    steps = {"IPEC": (Corrector(vehicle), 20.0), "filter": (Filter(vehicle), 50.0)}
+    steps: dict[str, tuple[Corrector | Filter, float]] = {
+        "IPEC": (Corrector(vehicle), 20.0),
+        "filter": (Filter(vehicle), 50.0),
+    }
     within = True
     for name, (method, wanted) in steps.items():
         cost = min(live(method, stream) for _ in range(ROUNDS))

@@ -17,6 +17,8 @@ from cli.console import err, flaw, out
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from rich.progress import TaskID
+
     from reproduction.rows import Row
     from reproduction.table import Stage
 
@@ -76,14 +78,14 @@ def _under_way(plan: Sequence[Stage], found: dict[str, tuple[Row, ...]], jobs: i
     return ", ".join([name for name, _ in plan if name not in found][:jobs]) or "drawing"
 
 
-def _draw(folder: Path, progress: Progress, task: object) -> list[Path]:
+def _draw(folder: Path, progress: Progress, task: TaskID) -> list[Path]:
     from cli.reproduce_figures import draw_all
 
     written = []
     for path in draw_all(folder):
         written.append(path)
-        progress.update(task, description=f"drawing {path.name}")  # type: ignore[arg-type]  # rich's own TaskID
-    progress.update(task, advance=1)  # type: ignore[arg-type]  # likewise
+        progress.update(task, description=f"drawing {path.name}")
+    progress.update(task, advance=1)
     return written
 
 
