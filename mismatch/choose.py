@@ -106,12 +106,8 @@ class Choice:
         if (len(set(keys)) < len(keys) and not self.repeats) or self._twice(members):
             return -math.inf
         precision, coefficients, prior = self._posterior(members)
-        at = 0
-        for one in sorted(members):
-            term = self.terms[one]
-            if term.positive and np.any(coefficients[at : at + len(term.probes)] < 0.0):
-                return -math.inf
-            at += self.places[one].stop - self.places[one].start
+        if self._below_zero(members, coefficients):
+            return -math.inf
         unknown = sum(self.terms[one].effect == "unknown" for one in members)
         evidence = (
             -STRANGE * max(unknown - 1, 0)
@@ -120,6 +116,20 @@ class Choice:
             + prior
         )
         return evidence + sum(self.prior(one) for one in members)
+
+    def _below_zero(self, members: Set, coefficients: Array) -> Set:
+        """Return the members whose coefficients `(k,)` of the whole set make no sense."""
+        found, at = set(), 0
+        for one in sorted(members):
+            term = self.terms[one]
+            if term.positive and np.any(coefficients[at : at + len(term.probes)] < 0.0):
+                found.add(one)
+            at += self.places[one].stop - self.places[one].start
+        return frozenset(found)
+
+    def _absurd(self, members: Set) -> Set:
+        """Return what must go first from a set of no worth: sizes below zero, or all that is in it."""
+        return self._below_zero(members, self._posterior(members)[1]) or members
 
     def _twice(self, members: Set) -> bool:
         """Say whether a set holds an event of a truck and the push that stands in its place."""
@@ -155,6 +165,8 @@ class Choice:
     def best(self, members: Set) -> Set:
         """Return the best set that growing, swapping and thinning lead to from a set."""
         everything, both = range(len(self.terms)), self._both()
+        while members and self.worth(members) == -math.inf:
+            members -= self._absurd(members)
         while True:
             moves = [members | {one} for one in everything if one not in members and len(members) < MOST]
             moves += [members - {one} for one in members]

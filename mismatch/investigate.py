@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mismatch.bank import add_bank
-from mismatch.choose import EMPTY, EVENTS, Choice, tolerant
+from mismatch.choose import EMPTY, EVENTS, Choice, decoded, tolerant
 from mismatch.leftover import leftover, windows_in_all
 from mismatch.moments import firm, settle
 from mismatch.noise import ORDINARY, estimate_noise
@@ -19,6 +19,8 @@ from mismatch.shape import loosened, retold
 from mismatch.signals import WINDOW
 from mismatch.surprise import surprises
 from mismatch.terms import skews, smooth_terms
+from mismatch.windows import windows_of
+from vcan_sim.effects.castor_kick import CastorKick
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -110,6 +112,7 @@ def investigate(
         before = _told(terms, chosen)
         choice = Choice(terms, places, tolerated(regression, terms, places, skew))
         chosen = choice.best(chosen)
+        _swing(regression, choice, chosen)
         settled = firm(regression, settle(regression, [terms[one] for one in sorted(chosen)], COARSE))
         moved = merged(terms, settled)
         places += regression.add(moved)
@@ -126,6 +129,16 @@ def investigate(
     if "unknown" not in left_out:
         choice, chosen = _against_the_unknown(regression, terms, places, chosen, skew)
     return Investigation(regression, choice, chosen, skew)
+
+
+def _swing(regression: Regression, choice: Choice, chosen: Set) -> None:
+    """Let the trucks that a set has castors kick swing as they like at each reversal, and no other."""
+    built = [
+        choice.terms[one].built(own) for one, own, _ in decoded(choice, chosen) if choice.terms[one].probes
+    ]
+    kicks = {one.component: abs(one.yaw) for one in built if isinstance(one, CastorKick)}
+    if kicks or any(one.kicks for one in regression.windows):
+        regression.windows = [windows_of(one.signals, kicks=kicks) for one in regression.windows]
 
 
 def _told(terms: Sequence[Term], chosen: Set) -> set[tuple[str, str, int]]:

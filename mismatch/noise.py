@@ -139,7 +139,7 @@ def variance_of(windows: Windows, noise: Noise) -> Array:
     variance = np.empty(windows.measured.shape)
     own = windows.linkage
     if own:
-        variance[:, :3] = np.array([noise.joint_a, noise.joint_b, noise.link]) ** 2
+        variance[:, :3] = np.array([noise.joint_a, noise.joint_b, noise.link]) ** 2 + windows.stated[:, :3]
     factors = np.tile([noise.position, noise.position, noise.heading], len(windows.signals.trucks))
     variance[:, own:] = windows.stated[:, own:] * factors**2
     return np.where(np.isfinite(windows.measured), variance, np.nan)

@@ -85,18 +85,18 @@ def fitted(
         turns: of Gauss-Newton; with none the effects stay as they are.
     """
     noise, linear, folds = found.regression.noise, found.regression.windows, found.regression.folds
-    everything, windows = range(len(terms)), linear
+    terms, everything, windows = [one.fine() for one in terms], range(len(terms)), linear
     for _ in range(turns):
         effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
-        windows = [windows_of(relinearised(one.signals, effects)) for one in linear]
+        windows = [windows_of(relinearised(one.signals, effects), kicks=one.kicks) for one in linear]
         regression = Regression(windows, noise, effects, folds)
         places = regression.add(terms)
-        moved = decoded(Choice(list(terms), places, regression.total), everything)
+        moved = decoded(Choice(terms, places, regression.total), everything)
         values = [own + step for own, (_, step, _) in zip(values, moved, strict=True)]
     effects = [one.built(own) for one, own in zip(terms, values, strict=True)]
     regression = Regression(windows, noise, effects, folds)
     places = regression.add(terms)
-    last = decoded(Choice(list(terms), places, regression.total), everything)
+    last = decoded(Choice(terms, places, regression.total), everything)
     covariances = tuple(covariance for _, _, covariance in last)
     return Refined(
         tuple(terms),
@@ -170,7 +170,7 @@ def _placed(found: Investigation, members: Sequence[Term]) -> tuple[list[Term], 
     dense = [(at - AROUND, at + AROUND) for at in moments]
     windows = found.regression.windows
     if dense:
-        windows = [windows_of(one.signals, dense) for one in windows]
+        windows = [windows_of(one.signals, dense, one.kicks) for one in windows]
     regression = Regression(windows, found.regression.noise, (), folds_of(windows))
     settled = firm(regression, settle(regression, members))
     return settled, looseness(regression, settled)

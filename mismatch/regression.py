@@ -116,10 +116,10 @@ class Regression:
         for one in terms:
             places.append(slice(at, at + len(one.probes)))
             at += len(one.probes)
-        probes = [probe for one in terms for probe in one.probes]
+        probes = [(probe, one.size) for one in terms for probe in one.probes]
         self.extend(
             [
-                [column(base, response(windows, [*self.base, probe]), 1.0) for probe in probes]
+                [column(base, response(windows, [*self.base, probe]), size) for probe, size in probes]
                 for windows, base in zip(self.windows, self.responses, strict=True)
             ]
         )

@@ -9,7 +9,7 @@ several terms may stand for the same effect and component.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,6 +40,12 @@ TOLERATED = {
     "latency": 0.03,
     "clock_drift": 0.1,
     "bump": 0.03,
+}
+# What bends is tried at several sizes, in a-priori ones: a wide play is no stretched narrow one.
+BENT: dict[str, tuple[float, ...]] = {
+    "joint_backlash": (1.0, 4.0, 10.0),
+    "gear_backlash": (1.0, 6.0),
+    "latency": (1.0, 4.0),
 }
 # What acts on a channel's motion needs motion that the drive makes.
 MOVING = {"latency", "clock_drift", "joint_backlash"}
@@ -74,6 +80,7 @@ class Term:
         fixed: parameters that the coefficients do not tell.
         plausibility: log probability a priori, up to a constant.
         positive: a coefficient below zero makes no sense.
+        size: of the probes, in a-priori ones; coefficients are in a-priori sizes whatever it is.
     """
 
     effect: str
@@ -82,6 +89,7 @@ class Term:
     fixed: dict[str, Any]
     plausibility: float
     positive: bool
+    size: float = 1.0
 
     @property
     def key(self) -> tuple[str, str]:
@@ -110,7 +118,13 @@ class Term:
     @property
     def tolerance(self) -> float:
         """How much of its a-priori size is in every robot."""
-        return TOLERATED.get(self.effect, 0.0)
+        return TOLERATED.get(self.effect, 0.0) if self.size == 1.0 else 0.0
+
+    def fine(self) -> Term:
+        """Return the term with probes of a-priori size, as slopes about what was found."""
+        if self.size == 1.0:
+            return self
+        return replace(term(self.effect, self.component, **self.fixed), plausibility=self.plausibility)
 
     @property
     def linear(self) -> str:
@@ -118,8 +132,8 @@ class Term:
         return effect_named(self.effect).parameters[0].name if self.effect != "bump" else "lost"
 
 
-def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # noqa: ANN401
-    """Return a term; `tries` is among how many fixed values its own were looked for."""
+def term(effect: str, component: str, tries: int = 1, size: float = 1.0, **fixed: Any) -> Term:  # noqa: ANN401
+    """Return a term; `tries` is among how many values its fixed ones, or its size, were looked for."""
     kind = effect_named(effect)
     linear = next(
         one
@@ -137,14 +151,14 @@ def term(effect: str, component: str, tries: int = 1, **fixed: Any) -> Term:  # 
             for angle in (0.0, 0.5 * math.pi)
         )
     else:
-        probes = (kind(component=component, **{linear.name: null + linear.scale}, **fixed),)
+        probes = (kind(component=component, **{linear.name: null + size * linear.scale}, **fixed),)
     plausibility = (
         _COMMON.get(effect, 0.0) + _RARE.get(effect, 0.0) - math.log(tries) * len(fixed.get("times", (0,)))
     )
     if effect in MOVING and component in FOLLOWED:
         plausibility -= ANSWERED
     positive = linear.low >= null and turned is None
-    return Term(effect, component, probes, dict(fixed), plausibility, positive)
+    return Term(effect, component, probes, dict(fixed), plausibility, positive, size)
 
 
 def angle_of(kind: type[Effect]) -> str | None:
@@ -171,7 +185,8 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
             elif kind.name == "floor_slope":
                 terms += [term(kind.name, component, 2, pace=pace) for pace in (0.0, _pace(signals))]
             else:
-                terms.append(term(kind.name, component))
+                sizes = BENT.get(kind.name, (1.0,))
+                terms += [term(kind.name, component, len(sizes), size) for size in sizes]
     return terms
 
 

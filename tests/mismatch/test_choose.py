@@ -116,3 +116,12 @@ def test_what_loosens_a_shape_is_no_part_of_an_effects_size(data):
         -0.5 * np.linalg.slogdet(with_it)[1] - 0.5 * rows @ np.linalg.solve(with_it, rows) + 0.5 * rows @ rows
     )
     assert own.worth(frozenset({3})) == pytest.approx(factor - RARE + own.prior(3))
+
+
+def test_a_search_leaves_a_set_whose_sizes_make_no_sense(data):
+    columns = np.random.default_rng(2).normal(size=(400, 2))
+    rows = np.column_stack([-3.0 * columns.sum(axis=1) + 2.0 * data[:, 1], columns, data[:, 1]])
+    terms = [term("first", positive=True), term("second", positive=True), term("third")]
+    own = Choice(terms, [slice(number, number + 1) for number in range(1, 4)], rows.T @ rows)
+    assert own.worth(frozenset({0, 1, 2})) == -np.inf
+    assert own.best(frozenset({0, 1, 2})) == frozenset({2})
