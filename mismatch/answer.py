@@ -11,7 +11,7 @@ from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding
 from mismatch.doubt import believed, is_something
 from mismatch.evidence import evidence_of
 from mismatch.heldout import HELD, METRIC, held_out, size
-from mismatch.instead import contradicted, dwarfed
+from mismatch.instead import contradicted, dwarfed, nameless, truck_of
 from mismatch.regression import Regression
 from mismatch.rerun import rerun
 from mismatch.signals import WINDOW
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 _SHOWN = 6  # alternatives of a finding
 _MAYBE = 0.2  # probability from which something is there, though none of its names may be asserted
+_LOUD = 1.3  # times the sensors' noise, a residual with which nobody may say that all agrees
 _NEEDLESS = 10.0  # log units that an effect has to be worth beside something unknown on its component
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
@@ -46,7 +47,8 @@ def answer(found: Investigation, refined: Refined) -> Diagnosis:
     fit = _fit(fitted, residuals)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
     unexplained = min(1.0, max(0.0, _excess(residuals.train)) / excess)
-    findings = _ordered(dwarfed(contradicted(_findings(found, refined), fit), unexplained))
+    named = _findings(found, refined, loud=fit.heldout.before > _LOUD)
+    findings = _ordered(dwarfed(contradicted(named, fit), unexplained))
     signals = found.regression.windows[0].signals
     names = tuple(one.signals.recording.source for one in found.regression.windows)
     left = unexplained if findings else 0.0
@@ -83,8 +85,8 @@ def _excess(rows: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
     return float(rows @ rows) - len(rows)
 
 
-def _findings(found: Investigation, refined: Refined) -> tuple[Finding, ...]:
-    """Return the members of the best set as findings."""
+def _findings(found: Investigation, refined: Refined, *, loud: bool) -> tuple[Finding, ...]:
+    """Return the members of the best set as findings; where none is believed and it is loud, one unknown."""
     probable = inclusion(found.choice)
     whole = _mismatch(found)
     findings = []
@@ -100,7 +102,21 @@ def _findings(found: Investigation, refined: Refined) -> tuple[Finding, ...]:
             findings.append(_unknown(found, member, probable[term.key], others))
         elif term.key in numbers and is_something(refined, numbers[term.key]):
             findings.append(_finding(refined, numbers[term.key], probable[term.key], others, whole))
-    return believed(findings, refined, whole, _dispensable(found))
+    told = believed(findings, refined, whole, _dispensable(found))
+    if findings and not told and loud:
+        return (nameless(findings, _shaken(found)),)
+    return told
+
+
+def _shaken(found: Investigation) -> str:
+    """Return the truck without whose effects the best set is worth least."""
+    choice, chosen = found.choice, found.chosen
+
+    def without(truck: str) -> float:
+        rest = {one for one in chosen if truck_of(choice.terms[one].component) != truck}
+        return choice.worth(frozenset(rest))
+
+    return min({truck_of(one.component) for one in found.members()}, key=without)
 
 
 def _dispensable(found: Investigation) -> set[tuple[str, str]]:

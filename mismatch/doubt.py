@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from mismatch.refine import Refined
 
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
+PLAIN = 100.0  # of chi-square: what explains as much is there, however large another one is
 LEAST_EVENT = 0.015  # likewise of what is looked for at every moment
 FAINT = 0.01  # of all rows' chi-square: an unknown that explains less is how no model is perfect
 FAINTEST = 60.0
@@ -57,7 +58,7 @@ def believed(
     worth = [
         one
         for one in findings
-        if one.explained >= (LEAST_EVENT if one.effect in SCANNED else LEAST)
+        if _counts(one, whole)
         and not (one.effect == "unknown" and (one.explained * whole < faint or one.explained < STRANGE))
         and not _in_the_shape(one, findings, dispensable)
         and not _overshadowed(one, findings)
@@ -72,6 +73,13 @@ def believed(
         else known
         for known in (_doubted(one, worth) for one in worth)
     )
+
+
+def _counts(finding: Finding, whole: float) -> bool:
+    """Say whether a finding explains enough of a mismatch of some chi-square to be more than its shape."""
+    if finding.effect in SCANNED:
+        return finding.explained >= LEAST_EVENT
+    return finding.explained >= LEAST or finding.explained * whole >= PLAIN
 
 
 def is_something(refined: Refined, number: int) -> bool:

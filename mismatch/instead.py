@@ -19,6 +19,7 @@ HOLLOW = 0.4  # of the probability of effects that are large and cancel, or that
 CROWD = 3  # findings of bumps and slips on one truck, or events of each, from which it is something else
 ACROSS = 1.0  # [s] between the wheels of a truck that crosses an obstacle
 DWARF = 0.1  # of what no named effect explains: what explains less may be of that making
+ECHO = 0.25  # of the strongest unknown: what explains less is likewise
 WORSE = 1.2  # times the nominal robot's open-loop miss, which chance does not reach
 
 
@@ -90,15 +91,41 @@ def contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
 def dwarfed(findings: Sequence[Finding], left: float) -> tuple[Finding, ...]:
     """Return findings with less probability where they explain next to nothing of what nobody does.
 
+    What else is unknown, and much weaker, is how the strongest unknown looks from elsewhere.
+
     Args:
         findings: to tell.
         left: share of the mismatch that no named effect explains.
     """
+    strange = max((one.explained for one in findings if one.effect == "unknown"), default=0.0)
     return tuple(
         replace(one, probability=HOLLOW * one.probability)
-        if one.effect != "unknown" and one.explained < DWARF * left
+        if one.explained < (ECHO * strange if one.effect == "unknown" else DWARF * left)
         else one
         for one in findings
+    )
+
+
+def nameless(findings: Sequence[Finding], truck: str) -> Finding:
+    """Return one unknown finding for all that were found and not believed.
+
+    Args:
+        findings: none of which is worth telling.
+        truck: on which most of it is; "link" or "poses" where it is on neither.
+    """
+    mine = [one for one in findings if truck_of(one.component) == truck] or list(findings)
+    spans = tuple(sorted(span for one in mine for span in one.where.intervals))
+    return Finding(
+        "unknown",
+        truck,
+        max(one.probability for one in mine),
+        (),
+        Where(mine[0].where.channels, spans, MOMENTS if spans else mine[0].where.regime),
+        (),
+        1.0,
+        f"Something that no effect of the library explains acts on {part(truck)}: what comes nearest to it "
+        "falls far short.",
+        (MOMENTS,) if spans else (),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -44,7 +45,7 @@ _OUTSIDE = {
 }  # likewise, where poses are measured: what takes both trucks alike shows there only
 COARSE = 0.03  # [s] to which moments are settled while the search goes on
 _FEW = 0.005  # of all windows: so many stand out by chance
-_TURNS = 4  # of estimating the noise, each without what stands out of the last one
+_TURNS = 5  # of estimating the noise, each without what stands out of the last one
 STEPS = 10  # that a progress bar sees
 
 
@@ -133,10 +134,9 @@ def investigate(
 
 def _swing(regression: Regression, choice: Choice, chosen: Set) -> None:
     """Let the trucks that a set has castors kick swing as they like at each reversal, and no other."""
-    built = [
-        choice.terms[one].built(own) for one, own, _ in decoded(choice, chosen) if choice.terms[one].probes
-    ]
-    kicks = {one.component: abs(one.yaw) for one in built if isinstance(one, CastorKick)}
+    fitted = decoded(choice, chosen)
+    built = [choice.terms[one].built(own) for one, own, _ in fitted if choice.terms[one].probes]
+    kicks = [one for one in built if isinstance(one, CastorKick)]
     if kicks or any(one.kicks for one in regression.windows):
         regression.windows = [windows_of(one.signals, kicks=kicks) for one in regression.windows]
 
@@ -194,16 +194,17 @@ def _estimate(
 ) -> None:
     """Estimate the noise with some terms as nuisances, and whiten with it.
 
-    From the second turn on, windows in which something stands out of the noise do not count.
+    In several turns, what stands out of the noise known so far does not count: of an ordinary robot's first,
+    lest a long patch or a dozen obstacles make the floor look rough, and be lost in it.
     """
     columns = [0, *(column for one in nuisances for column in range(places[one].start, places[one].stop))]
     picked = [(push[:, :, columns], seen[:, :, columns]) for push, seen in regression.raw]
-    windows, happened = regression.windows, 0
-    for turn in range(turns):
-        if turn > 0:
+    windows, happened = regression.windows, math.inf
+    for _ in range(turns):
+        if turns > 1:
             left = leftover(regression, Choice(terms, places, regression.total), nuisances)
             windows, count = freed(regression, left)
-            if count <= happened + _FEW * windows_in_all(regression):
+            if abs(count - happened) <= _FEW * windows_in_all(regression):
                 return
             happened = count
         regression.whiten(estimate_noise(windows, picked, regression.noise))

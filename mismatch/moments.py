@@ -12,6 +12,7 @@ from mismatch.choose import Choice, decoded
 from mismatch.leftover import windows_in_all
 from mismatch.terms import Term, term
 from vcan_sim.effects.block import wheel_number
+from vcan_sim.effects.bump import BumpEvents
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -22,6 +23,7 @@ _PATIENCE = 12  # moves in one direction
 _REACH = 5  # steps of a bump at once: its evidence has several hills
 _WIDE = 100.0  # steps by which a moment may be off at most
 _SAME = 0.1  # [s] between moments of one bump
+_OFTEN = 10  # turns of a wheel
 _FAINT = 2.5  # sigma of a bump's size, below which it is left out
 Loose = dict[str, tuple[float, ...]]  # standard deviations of numbers, by name
 
@@ -49,7 +51,8 @@ def settle(regression: Regression, members: Sequence[Term], finest: float = 0.0)
     for number in range(len(split)):
         for step in _steps(regression, split[number]):
             for _ in range(_PATIENCE if step >= finest else 0):
-                best = _better(bare, split, places, number, _moved(split[number], step))
+                offers = [one for one in _moved(split[number], step) if lasts(regression, one)]
+                best = _better(bare, split, places, number, offers)
                 if best is None:
                     break
                 split[number] = best
@@ -83,6 +86,16 @@ def rolled(regression: Regression, wheel: str, start: float, end: float) -> floa
         inside = (block.time > start) & (block.time <= end)
         way += float(np.abs(block.travel[inside, wheel_number(wheel)]).sum())
     return way
+
+
+def lasts(regression: Regression, member: Term) -> bool:
+    """Say whether a wheel turns often before and after a step of its radius, which a patch would be else."""
+    if member.effect != "radius_step":
+        return True
+    wheel, time = member.component, member.fixed["time"]
+    radius = BumpEvents.radius(regression.windows[0].signals.block, wheel_number(wheel))
+    ways = rolled(regression, wheel, -math.inf, time), rolled(regression, wheel, time, math.inf)
+    return min(ways) >= 2.0 * math.pi * radius * _OFTEN
 
 
 def _distinct(times: Sequence[float]) -> tuple[float, ...]:

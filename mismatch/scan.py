@@ -23,6 +23,7 @@ from mismatch.leftover import (
     wheels_of,
     windows_in_all,
 )
+from mismatch.moments import lasts
 from mismatch.patches import patches
 from mismatch.terms import SCANNED, term
 
@@ -103,7 +104,7 @@ def _steps(regression: Regression, lefts: Sequence[Leftover]) -> list[Term]:
             at = int(np.argmax(sigmas[:, number]))
             if sigmas[at, number] > EVENT:
                 found.append(term("radius_step", wheel, len(moments), time=moments[at][1]))
-    return found
+    return [one for one in found if lasts(regression, one)]
 
 
 def _losses(regression: Regression, lefts: Sequence[Leftover]) -> list[Term]:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from mismatch.windows import Windows
     from vcan_sim.effects.effect import Effect
 
-LOOSE = 0.4  # of what a patch takes in one stretch that it may be off by, one standard deviation
+UNEVEN = 0.4  # of what a patch takes in one stretch that it may be off by, one standard deviation
 ROCKING = 0.15  # of an obstacle's height by which a truck that rolls over it rocks, likewise
 SHOVED = 0.05  # likewise by which it comes to stand elsewhere than the way lost makes it
 TURNED = 0.02  # likewise, seen from its middle, by which a wheel of it does
@@ -127,6 +127,6 @@ def _of_patch(windows: Windows, effect: Effect) -> list[Columns]:
         stretch = np.floor((windows.time[1:] - start) / max((end - start) / _STRETCHES, WINDOW)).astype(int)
         inside = (windows.time[1:] > start) & (windows.time[:-1] < end)
         for number in range(round(min(_STRETCHES, (end - start) / WINDOW))):
-            lost = np.where(inside & (stretch == number), LOOSE * way, 0.0)
+            lost = np.where(inside & (stretch == number), UNEVEN * way, 0.0)
             columns.append((lost[:, None] * windows.lever[:, wheel, :poses], still))
     return columns

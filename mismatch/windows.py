@@ -8,26 +8,23 @@ metre on this stretch of the floor. Windows end where the filter measures.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mismatch.kicks import loosen
 from mismatch.signals import WINDOW, expected_reading, grid
-from vcan_sim.effects.castor_kick import CastorKick
 from vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
     from mismatch.signals import Signals
+    from vcan_sim.effects.castor_kick import CastorKick
     from vehicle.parameters import Channel
 
-_BEFORE, _AFTER = 0.1, 0.3  # [s] about a reversal, in which castors swing round
-_SCATTER = 0.1  # of the mean kick, by which single ones are off
-_ARM = 0.01  # [m] on which a truck rolls while it is turned by a part of the kick
 _ROUGH = 3e-4  # [m/sqrt(m)] of an ordinary floor
 UNSTATED = (0.003, 0.003, 0.003)  # [m, m, rad] of poses whose file states no sigma
 
@@ -52,7 +49,7 @@ class Windows:
         lever: (M, W, n) what a metre of a wheel's travel does to the state.
         rolled: (M, W) way of each wheel in each window, whatever its direction [m].
         when: (M + 1, R) the times at which the rows were measured [s].
-        kicks: of trucks whose castors kick, the size [rad]; how a kick goes is not known to the window.
+        kicks: about whose moments headings are loose.
     """
 
     signals: Signals
@@ -69,7 +66,7 @@ class Windows:
     lever: Array
     rolled: Array
     when: Array
-    kicks: Mapping[str, float]
+    kicks: tuple[CastorKick, ...]
 
     @property
     def time(self) -> Array:
@@ -83,16 +80,14 @@ class Windows:
 
 
 def windows_of(
-    signals: Signals,
-    dense: Sequence[tuple[float, float]] = (),
-    kicks: Mapping[str, float] = MappingProxyType({}),
+    signals: Signals, dense: Sequence[tuple[float, float]] = (), kicks: Sequence[CastorKick] = ()
 ) -> Windows:
     """Return the linear model of a recording.
 
     Args:
         signals: of the recording.
         dense: stretches of time (start, end) [s] in which every sample is measured, to see an event by.
-        kicks: of trucks whose castors kick, the size [rad].
+        kicks: about whose moments headings are loose.
     """
     ends = _ends(signals, dense)
     trucks, wheels, linkage = len(signals.trucks), 2 * len(signals.trucks), signals.reading.shape[1]
@@ -114,7 +109,8 @@ def windows_of(
     creep = _creep(signals, ends, rolled, states)
     measured, stated, when, observe = _measurements(signals, ends, states)
     drift = pushed(signals, ends, signals.block.twist - _twist_of(signals.path))
-    _swing(signals, ends, kicks, stated, rounding)
+    for kick in kicks:
+        loosen(signals, ends, kick, stated, rounding)
     off = np.any(transition != 0.0, axis=0) & ~np.eye(states, dtype=bool)
     return Windows(
         signals,
@@ -131,7 +127,7 @@ def windows_of(
         lever,
         rolled,
         when,
-        kicks,
+        tuple(kicks),
     )
 
 
@@ -248,27 +244,6 @@ def _round_wheels(
         push = -push
         push[:, own] = 1.0
         rounding[moving] += count**2 / 12.0 * push[:, :, None] * push[:, None, :]
-
-
-def _swing(
-    signals: Signals, ends: NDArray[np.int64], kicks: Mapping[str, float], stated: Array, rounding: Array
-) -> None:
-    """Let a truck's heading be anyhow while its castors swing round, and let single kicks scatter.
-
-    What a kick comes to is told before and after it.
-    """
-    time, first = signals.time[ends], signals.reading.shape[1]
-    for truck, size in kicks.items():
-        number = signals.trucks.index(truck)
-        kicked = CastorKick(component=truck, yaw=1.0).act(signals.block)[0].twist - signals.block.twist
-        for moment in signals.block.time[kicked[:, number, 2] != 0.0]:
-            swinging = (time > moment - _BEFORE) & (time < moment + _AFTER)
-            rows = [first + 3 * number + 2, *([number] if first else [])]
-            stated[np.ix_(swinging, rows)] += size**2
-            window = min(int(np.searchsorted(time, moment)), len(rounding)) - 1
-            spread = size * np.array([_ARM, _ARM, _SCATTER])
-            own = slice(3 * number, 3 * number + 3)
-            rounding[window, own, own] += np.diag(spread**2)
 
 
 def _measurements(

@@ -1,4 +1,4 @@
-"""A recording as short windows: where castors swing, a heading may be anyhow."""
+"""What castors do about a reversal is noise there, and nowhere else."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from mismatch.noise import ORDINARY, variance_of
 from mismatch.signals import signals_of
 from mismatch.windows import windows_of
 from motion.paths import out_and_back
+from vcan_sim.effects.castor_kick import CastorKick
 from vcan_sim.reference import reference_vehicle
 from vcan_sim.simulate import simulate
 from vcan_sim.truth import Truth
@@ -19,7 +20,7 @@ def signals():
 
 
 def test_a_kick_loosens_its_own_trucks_heading_about_reversals_only(signals):
-    still, kicked = windows_of(signals), windows_of(signals, kicks={"b": 0.02})
+    still, kicked = windows_of(signals), windows_of(signals, kicks=[CastorKick(component="b", yaw=0.02)])
     more = variance_of(kicked, ORDINARY) - variance_of(still, ORDINARY)
     assert not np.any(more[:, [0, 2]])
     loose = more[:, 1] > 0.0
@@ -31,7 +32,7 @@ def test_a_kick_loosens_its_own_trucks_heading_about_reversals_only(signals):
 
 
 def test_a_kick_is_told_before_and_after_it_with_some_scatter(signals):
-    still, kicked = windows_of(signals), windows_of(signals, kicks={"b": 0.02})
+    still, kicked = windows_of(signals), windows_of(signals, kicks=[CastorKick(component="b", yaw=0.02)])
     more = kicked.rounding - still.rounding
     kicks = np.flatnonzero(more[:, 5, 5])
     assert len(kicks) == 1
