@@ -2,6 +2,7 @@
 
 import pytest
 
+from mismatch.diagnosis import Finding, Where
 from motion.paths import figure_eight
 from vcan_sim.effects import effect_named
 from vcan_sim.reference import reference_vehicle
@@ -33,3 +34,13 @@ def drive():
         )
 
     return driven
+
+
+@pytest.fixture(scope="session")
+def found():
+    """Return a function that builds a finding."""
+
+    def built(effect, component, explained, probability=0.99, intervals=()):
+        return Finding(effect, component, probability, (), Where((), intervals, "always"), (), explained)
+
+    return built

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mismatch.folds import folds_of
-from mismatch.moments import firm, looseness, met, settle
+from mismatch.moments import firm, lasts, looseness, met, settle
 from mismatch.noise import ORDINARY
 from mismatch.regression import Regression
 from mismatch.signals import signals_of
@@ -72,3 +72,13 @@ def test_a_bump_finds_its_place_though_another_one_stands_where_none_is(bumped):
     (settled,) = settle(bumped(3e-3), [term("bump", "b.right", times=(20.3, 37.0, 54.8))])
     assert min(abs(time - TRUE[0]) for time in settled.fixed["times"]) < 0.05
     assert min(abs(time - TRUE[1]) for time in settled.fixed["times"]) < 0.05
+
+
+def test_a_step_of_a_radius_is_told_from_turns_on_both_of_its_sides(bumped):
+    regression = bumped(3e-3)
+    time = regression.windows[0].time
+    middle, late = 0.5 * (time[0] + time[-1]), time[-1] - 4.0
+    assert lasts(regression, term("radius_step", "a.left", time=middle))
+    assert not lasts(regression, term("radius_step", "a.left", time=late))
+    (settled,) = settle(regression, [term("radius_step", "a.left", time=late - 12.0)])
+    assert lasts(regression, settled)

@@ -53,3 +53,13 @@ def test_what_happens_all_the_time_is_how_the_floor_is(drive, effect):
     regression = whitened(drive(effect("bump", "a.left", times=times, lost=(5e-3,) * 40)))
     _, count = freed(regression, left_of(regression))
     assert count <= 0.1 * 2 * len(regression.windows[0].rounding) + 2
+
+
+def test_a_long_patch_does_not_make_the_floor_rough(drive, effect):
+    patch = effect("slip_patch", "b.left", fraction=0.08, intervals=((30.0, 36.0),))
+    plain, slipped = whitened(drive()), whitened(drive(patch))
+    assert roughness(slipped.noise) > 2.5 * roughness(plain.noise)
+    slipped.whiten(ORDINARY)
+    windows, _ = freed(slipped, left_of(slipped))
+    slipped.whiten(estimate_noise(windows, slipped.raw, ORDINARY))
+    assert roughness(slipped.noise) < 1.5 * roughness(plain.noise)
