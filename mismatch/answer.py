@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EMPTY, inclusion, rivals
+from mismatch.choose import EMPTY, Choice, inclusion, rivals
 from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
 from mismatch.doubt import believed, is_something
 from mismatch.evidence import evidence_of
@@ -134,11 +134,15 @@ def _dispensable(found: Investigation) -> set[tuple[str, str]]:
     }
 
 
+def _as_they_are(found: Investigation) -> Choice:
+    """Return the candidates without what every robot has a little of: sets that explain all that they can."""
+    return Choice(found.choice.terms, found.choice.places, found.regression.total)
+
+
 def _mismatch(found: Investigation) -> float:
     """Return how much of the chi-square the best set takes away."""
-    columns = found.choice.columns(found.chosen)
-    total = found.regression.total
-    coefficients, _ = found.choice.solved(found.chosen)
+    columns, total = found.choice.columns(found.chosen), found.regression.total
+    coefficients, _ = _as_they_are(found).solved(found.chosen)
     products = total[np.ix_(columns, columns)]
     return max(float(2.0 * total[0, columns] @ coefficients - coefficients @ products @ coefficients), 1e-9)
 
@@ -192,14 +196,14 @@ def _unknown(
     found: Investigation, member: int, probability: float, others: tuple[Alternative, ...]
 ) -> Finding:
     """Return a finding that no effect of the library explains."""
-    term = found.choice.terms[member]
+    term, choice = found.choice.terms[member], _as_they_are(found)
     columns = found.choice.columns([member])
     rest = found.chosen - {member}
-    with_it, _ = found.choice.solved(found.chosen)
+    with_it, _ = choice.solved(found.chosen)
     everything = found.choice.columns(found.chosen)
     part_of = found.regression.white[:, columns] @ with_it[[everything.index(one) for one in columns]]
     base = found.choice.columns(rest)
-    coefficients, _ = found.choice.solved(rest)
+    coefficients, _ = choice.solved(rest)
     before = found.regression.white[:, 0] - found.regression.white[:, base] @ coefficients
     after = found.regression.white[:, 0] - found.regression.white[:, everything] @ with_it
     whole = _mismatch(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -71,7 +72,8 @@ def contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
     What stands for a few windows and not for ten seconds is not understood: where the strongest of them is
     no longer asserted, something unknown acts there, and the name is an alternative.
     """
-    worst = max((one.after / one.before for one in fit.rerun.values() if one.before > 0.0), default=1.0)
+    ratios = [one.after / one.before for one in fit.rerun.values() if one.before > 0.0]
+    worst = math.sqrt(sum(one**2 for one in ratios) / len(ratios)) if ratios else 1.0
     if worst <= WORSE:
         return tuple(findings)
     doubted = tuple(

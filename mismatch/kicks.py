@@ -28,6 +28,8 @@ def loosen(
 ) -> None:
     """Let a truck's heading be anyhow while its castors swing; a kick is told before and after it.
 
+    The other truck is where the linkage says, a metre away: it is as loose as seen from a kick too early.
+
     Args:
         signals: of the recording.
         ends: (M + 1,) samples at which windows begin and end.
@@ -40,7 +42,7 @@ def loosen(
     kicked = kick.act(signals.block)[0].twist - signals.block.twist
     for moment in signals.block.time[kicked[:, number, 2] != 0.0]:
         swinging = (time > moment - _BEFORE) & (time < moment + _AFTER)
-        rows = [first + 3 * number + 2, *([number] if first else [])]
+        rows = [*range(first, stated.shape[1]), *([number] if first else [])]
         stated[np.ix_(swinging, rows)] += size**2
         window = min(int(np.searchsorted(time, moment)), len(rounding)) - 1
         spread = size * np.array([_ARM, _ARM, _SCATTER])
