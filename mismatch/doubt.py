@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mismatch.choose import EVENTS
-from mismatch.instead import HOLLOW, gathered, truck_of
+from mismatch.instead import HOLLOW, gathered, nameless, truck_of
 from mismatch.signals import WINDOW
 from mismatch.terms import SCANNED
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from mismatch.diagnosis import Finding
     from mismatch.refine import Refined
+    from vehicle.se2 import Array
 
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
 PLAIN = 100.0  # of chi-square: what explains as much is there, however large another one is
@@ -65,14 +66,26 @@ def believed(
         and not _folded(one, findings)
     ]
     strange = {one.component for one in worth if one.effect == "unknown"}
-    hollow = {refined.terms[number].key for number in _cancelling(refined)}
-    hollow |= {(effect, component) for effect, component in dispensable if component in strange}
-    return gathered(
+    opposed = {refined.terms[number].key for number in _cancelling(refined)}
+    hollow = opposed | {(effect, component) for effect, component in dispensable if component in strange}
+    told = [
         replace(known, probability=HOLLOW * known.probability)
         if (known.effect, known.component) in hollow
         else known
         for known in (_doubted(one, worth) for one in worth)
+    ]
+    return gathered(
+        [*told, *_instead([one for one in worth if (one.effect, one.component) in opposed], strange)]
     )
+
+
+def _instead(opposed: Sequence[Finding], strange: AbstractSet[str]) -> list[Finding]:
+    """Return what is unknown where effects on one truck cancel, unless something unknown is told of it."""
+    trucks = {truck_of(one.component) for one in opposed}
+    if len(trucks) != 1 or trucks & {truck_of(one) for one in strange}:
+        return []
+    unknown = nameless(opposed, next(iter(trucks)), "large effects that cancel imitate it")
+    return [replace(unknown, probability=(1.0 - HOLLOW) * unknown.probability)]
 
 
 def _counts(finding: Finding, whole: float) -> bool:
@@ -91,7 +104,7 @@ def is_something(refined: Refined, number: int) -> bool:
 
 
 def _cancelling(refined: Refined) -> set[int]:
-    """Return the effects that nearly cancel one another, on one component or far larger than usual.
+    """Return the effects that nearly cancel, two on one component or any far larger than usual.
 
     Two curves of the library in a difference make a third one, which is none of the library's. A floor
     that slopes is under both trucks, and the linkage sees the difference only.
@@ -108,10 +121,19 @@ def _cancelling(refined: Refined) -> set[int]:
             continue
         if one.component != other.component and not (large[first] and large[second]):
             continue
-        together = float(parts[first] @ parts[second])
-        if together < -OPPOSED * float(np.linalg.norm(parts[first]) * np.linalg.norm(parts[second])):
+        if _opposed(parts[first], parts[second]):
             found |= {first, second}
+    trucks = [truck_of(one.component) for one in refined.terms]
+    for number in np.flatnonzero(large).tolist():
+        rest = [at for at in range(len(parts)) if at != number and trucks[at] == trucks[number]]
+        if len(rest) > 1 and _opposed(parts[number], np.sum([parts[at] for at in rest], axis=0)):
+            found |= {number, *rest}
     return found
+
+
+def _opposed(one: Array, other: Array) -> bool:
+    """Say whether what an effect does is nearly the opposite of what another does, row by row."""
+    return float(one @ other) < -OPPOSED * float(np.linalg.norm(one) * np.linalg.norm(other))
 
 
 def _in_the_shape(finding: Finding, findings: Sequence[Finding], dispensable: AbstractSet[Key]) -> bool:

@@ -108,12 +108,15 @@ def dwarfed(findings: Sequence[Finding], left: float) -> tuple[Finding, ...]:
     )
 
 
-def nameless(findings: Sequence[Finding], truck: str) -> Finding:
+def nameless(
+    findings: Sequence[Finding], truck: str, why: str = "what comes nearest to it falls far short"
+) -> Finding:
     """Return one unknown finding for all that were found and not believed.
 
     Args:
         findings: none of which is worth telling.
         truck: on which most of it is; "link" or "poses" where it is on neither.
+        why: they are not, in words.
     """
     mine = [one for one in findings if truck_of(one.component) == truck] or list(findings)
     spans = tuple(sorted(span for one in mine for span in one.where.intervals))
@@ -125,8 +128,7 @@ def nameless(findings: Sequence[Finding], truck: str) -> Finding:
         Where(mine[0].where.channels, spans, MOMENTS if spans else mine[0].where.regime),
         (),
         1.0,
-        f"Something that no effect of the library explains acts on {part(truck)}: what comes nearest to it "
-        "falls far short.",
+        f"Something that no effect of the library explains acts on {part(truck)}: {why}.",
         (MOMENTS,) if spans else (),
     )
 

@@ -75,19 +75,37 @@ def test_a_named_effect_that_the_unknown_could_replace_is_no_more_than_possible(
     assert probabilities["wheel_diameter", "a.left"] < 0.5 < probabilities["unknown", "a.left"]
 
 
+def fitted(white, *terms):
+    """Return effects that were fitted, each three times as large as usual, with a column of `(V, C)` each."""
+    return SimpleNamespace(
+        regression=SimpleNamespace(white=white),
+        terms=[SimpleNamespace(key=(name, one), effect=name, component=one) for name, one in terms],
+        values=[np.array([3.0])] * len(terms),
+        places=[slice(at, at + 1) for at in range(len(terms))],
+    )
+
+
 @pytest.mark.parametrize(("effect", "doubted"), [("floor_slope", False), ("traction_slip", True)])
 def test_one_floor_under_both_trucks_is_no_pair_that_cancels(found, effect, doubted):
     chance = np.random.default_rng(1)
     white = chance.normal(size=(1000, 1)) @ np.array([[1.0, -1.0]])
-    terms = [SimpleNamespace(key=(effect, one), effect=effect, component=one) for one in "ab"]
-    refined = SimpleNamespace(
-        regression=SimpleNamespace(white=white),
-        terms=terms,
-        values=(np.array([3.0]), np.array([3.0])),
-        places=(slice(0, 1), slice(1, 2)),
+    answers = believed(
+        [found(effect, one, 0.5) for one in "ab"], fitted(white, (effect, "a"), (effect, "b")), 1e4
     )
-    answers = believed([found(effect, one, 0.5) for one in "ab"], refined, 1e4)
     assert [one.probability < 0.5 for one in answers] == [doubted, doubted]
+
+
+def test_three_large_effects_on_a_truck_that_cancel_are_something_unknown(found):
+    names = ("wheel_diameter", "b.left"), ("wheel_diameter", "b.right"), ("floor_slope", "b")
+    columns = np.random.default_rng(1).normal(size=(1000, 3))
+    findings = [found(*one, 0.5) for one in names]
+    assert believed(findings, fitted(columns, *names), 1e4) == tuple(findings)
+    columns[:, 2] = -columns[:, 0] - columns[:, 1]
+    unknown, *rest = sorted(
+        believed(findings, fitted(columns, *names), 1e4), key=lambda one: -one.probability
+    )
+    assert (unknown.effect, unknown.component) == ("unknown", "b")
+    assert unknown.probability > 0.5 > rest[0].probability
 
 
 @pytest.mark.parametrize(("value", "there"), [(1.0, True), (0.2, False), (-1.0, False)])
