@@ -12,6 +12,7 @@ from mismatch.doubt import believed, is_something
 from mismatch.evidence import evidence_of
 from mismatch.heldout import HELD, METRIC, held_out, size
 from mismatch.instead import contradicted, dwarfed, nameless, truck_of
+from mismatch.refine import TURNS, keeping
 from mismatch.regression import Regression
 from mismatch.rerun import rerun
 from mismatch.signals import WINDOW
@@ -39,15 +40,22 @@ _SEEN = 0.7
 _NEEDED = ("wheelbase", "wheel_diameter")
 
 
-def answer(found: Investigation, refined: Refined) -> Diagnosis:
-    """Return the diagnosis."""
+def answer(found: Investigation, refined: Refined, turns: int = TURNS) -> Diagnosis:
+    """Return the diagnosis; only effects that are told are in the fit and in the effects file.
+
+    Args:
+        found: what the search came to.
+        refined: the best set's effects.
+        turns: of Gauss-Newton, where some of these are not told and the others are fitted anew.
+    """
+    named = _findings(found, refined)
+    refined = keeping(found, refined, {(one.effect, one.component) for one in named}, turns)
     fitted = refined.regression
     nominal = Regression(fitted.windows, fitted.noise, (), fitted.folds)
     residuals = held_out(nominal, refined)
     fit = _fit(fitted, residuals)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
     unexplained = min(1.0, max(0.0, _excess(residuals.train)) / excess)
-    named = _findings(found, refined, loud=fit.heldout.before > _LOUD)
     findings = _ordered(dwarfed(contradicted(named, fit), unexplained))
     signals = found.regression.windows[0].signals
     names = tuple(one.signals.recording.source for one in found.regression.windows)
@@ -85,7 +93,7 @@ def _excess(rows: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
     return float(rows @ rows) - len(rows)
 
 
-def _findings(found: Investigation, refined: Refined, *, loud: bool) -> tuple[Finding, ...]:
+def _findings(found: Investigation, refined: Refined) -> tuple[Finding, ...]:
     """Return the members of the best set as findings; where none is believed and it is loud, one unknown."""
     probable = inclusion(found.choice)
     whole = _mismatch(found)
@@ -103,7 +111,7 @@ def _findings(found: Investigation, refined: Refined, *, loud: bool) -> tuple[Fi
         elif term.key in numbers and is_something(refined, numbers[term.key]):
             findings.append(_finding(refined, numbers[term.key], probable[term.key], others, whole))
     told = believed(findings, refined, whole, _dispensable(found))
-    if findings and not told and loud:
+    if findings and not told and size(found.regression.white[:, 0]) > _LOUD:
         return (nameless(findings, _shaken(found)),)
     return told
 

@@ -60,7 +60,7 @@ def diagnose(
     progress(STEPS - 1, STEPS, "fitting what was found")
     if parts.refinement:
         contend(found)
-    refined = refine(found, TURNS if parts.refinement else 0)
-    diagnosis = answer(found, refined)
+    turns = TURNS if parts.refinement else 0
+    diagnosis = answer(found, refine(found, turns), turns)
     progress(STEPS, STEPS, "done")
     return diagnosis

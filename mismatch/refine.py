@@ -16,7 +16,7 @@ from mismatch.terms import skews
 from mismatch.windows import windows_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from mismatch.choose import Set
     from mismatch.investigate import Investigation
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from vcan_sim.effects.effect import Effect
     from vehicle.se2 import Array
 
+Key = tuple[str, str]  # effect and component
 AROUND = 0.6  # [s] before and after an event in which every sample is measured
 _RIVALS = 4  # that are fitted beside the best set
 _CLOSE = 12.0  # log odds by which a set may lie behind
@@ -71,6 +72,16 @@ def refine(found: Investigation, turns: int = TURNS) -> Refined:
     values = [coefficients for _, coefficients, _ in decoded(choice, kept)]
     bent = fitted(found, [terms[one] for one in kept], values, turns)
     return replace(bent, loose=tuple(loose[one] for one in kept))
+
+
+def keeping(found: Investigation, refined: Refined, keys: Iterable[Key], turns: int) -> Refined:
+    """Return only the effects of some names and components, fitted without the others."""
+    known = set(keys)
+    kept = [number for number, one in enumerate(refined.terms) if one.key in known]
+    if len(kept) == len(refined.terms):
+        return refined
+    terms, values = [refined.terms[one] for one in kept], [refined.values[one] for one in kept]
+    return replace(fitted(found, terms, values, turns), loose=tuple(refined.loose[one] for one in kept))
 
 
 def fitted(

@@ -48,6 +48,7 @@ def test_two_effects_at_once_are_told_apart(drive, effect):
     both = effect("joint_bias", "joint_a", bias=0.02), effect("wheelbase", "b", ratio=1.02)
     diagnosis = diagnose([drive(*both)])
     assert set(names(diagnosis)) == {("joint_bias", "joint_a"), ("wheelbase", "b")}
+    assert {(one.name, one.component) for one in diagnosis.effects} == set(names(diagnosis))
 
 
 def test_a_bump_is_found_to_the_sample(drive, effect):
