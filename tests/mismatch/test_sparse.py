@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mismatch import sparse
 from mismatch.choose import EMPTY, Choice
 from mismatch.sparse import METHODS, NOTHING, chosen, descend, sensible, weights
 from mismatch.terms import Term
@@ -10,11 +11,16 @@ from mismatch.terms import Term
 ROWS = 400
 
 
-def choice_of(planted, *, positive=False, seed=3, count=12):
-    """Return terms of one column each, and data in which some are planted, as {number: coefficient}."""
+def rows_of(planted, *, seed=3, count=12):
+    """Return columns, and data in which some are planted, as {number: coefficient}."""
     chance = np.random.default_rng(seed)
     columns = chance.normal(size=(ROWS, count))
-    data = chance.normal(size=ROWS) + sum(size * columns[:, one] for one, size in planted.items())
+    return columns, chance.normal(size=ROWS) + sum(size * columns[:, one] for one, size in planted.items())
+
+
+def choice_of(planted, *, positive=False, count=12):
+    """Return terms of one column each, and data in which some are planted."""
+    columns, data = rows_of(planted, count=count)
     white = np.column_stack([data, columns])
     terms = [Term("wheelbase", str(one), (), {}, 0.0, positive) for one in range(count)]
     return Choice(terms, [slice(one, one + 1) for one in range(1, count + 1)], white.T @ white)
@@ -28,6 +34,20 @@ def test_what_is_planted_is_chosen(name):
 @pytest.mark.parametrize("name", ["STLSQ", "lasso"])
 def test_three_planted_at_once_are_all_chosen(name):
     assert chosen(choice_of({1: 0.6, 4: -0.5, 9: 1.0}), METHODS[name], ROWS) == {1, 4, 9}
+
+
+@pytest.mark.parametrize("threshold", [0.05, 0.1, 0.2, 0.4])
+def test_thresholded_least_squares_keeps_the_terms_that_pysindy_keeps(threshold, monkeypatch):
+    optimizers = pytest.importorskip(
+        "pysindy.optimizers", reason="pysindy is not installed: the extra `peers`"
+    )
+    planted = {1: 0.6, 4: -0.5, 7: 0.25, 9: 1.0, 11: 0.08}
+    columns, data = rows_of(planted)
+    peer = optimizers.STLSQ(threshold=threshold, alpha=1.0, unbias=False).fit(columns, data[:, None])
+    monkeypatch.setattr(sparse, "THRESHOLDS", np.array([threshold]))
+    (own,) = sparse.stlsq(choice_of(planted))
+    assert own == set(np.flatnonzero(peer.coef_[0]))
+    assert own
 
 
 @pytest.mark.parametrize("name", METHODS)
