@@ -38,6 +38,7 @@ EDGE = 0.5  # likewise, at the very moments at which that effect acts
 STAND_IN = 4.0  # a named effect takes so many times as much of an unknown one as it leaves
 UNUSUAL = 2.0  # a-priori sizes beyond which an effect is large
 OPPOSED = 0.8  # cosine of two effects that nearly cancel
+ALIKE = 0.5  # of the larger of two such effects, the smaller at least
 SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to it
 CHANCE = 6.0  # chi-square of each coefficient, below which an effect may be none
 _MANY = 6
@@ -132,8 +133,9 @@ def _cancelling(refined: Refined) -> set[int]:
 
 
 def _opposed(one: Array, other: Array) -> bool:
-    """Say whether what an effect does is nearly the opposite of what another does, row by row."""
-    return float(one @ other) < -OPPOSED * float(np.linalg.norm(one) * np.linalg.norm(other))
+    """Say whether what an effect does is nearly the opposite of what another does, and as large."""
+    few, many = sorted((float(np.linalg.norm(one)), float(np.linalg.norm(other))))
+    return few > ALIKE * many and float(one @ other) < -OPPOSED * few * many
 
 
 def _in_the_shape(finding: Finding, findings: Sequence[Finding], dispensable: AbstractSet[Key]) -> bool:
@@ -149,6 +151,7 @@ def _limit(finding: Finding, other: Finding, dispensable: AbstractSet[Key]) -> f
     """Return the part of what another finding explains, below which this one is of its making."""
     alike = finding.component == other.component
     edged = finding.effect in SCANNED and other.effect in SCANNED | {"count_loss"} and alike
+    edged |= finding.effect in SCANNED and other.effect == "floor_slope"  # no floor slopes evenly
     elsewhere = bool(finding.where.intervals and other.where.intervals) and not _meet(finding, other)
     if other.effect == "unknown" or not (finding.effect == "unknown" or (edged and not elsewhere)):
         return TRACE

@@ -52,8 +52,20 @@ def gathered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
             "both of its wheels only imitate it.",
             (MOMENTS,),
         )
-        told = (*(one for one in told if one not in events), shoved)
+        told = _joined([one for one in told if one not in events], shoved)
     return told
+
+
+def _joined(findings: Sequence[Finding], shoved: Finding) -> tuple[Finding, ...]:
+    """Return findings with one more that is unknown, in one with what else is unknown on its truck."""
+    same = [one for one in findings if (one.effect, one.component) == (shoved.effect, shoved.component)]
+    both = replace(
+        shoved,
+        probability=max(one.probability for one in (*same, shoved)),
+        explained=min(1.0, sum(one.explained for one in (*same, shoved))),
+        depends_on=tuple(dict.fromkeys(quantity for one in (shoved, *same) for quantity in one.depends_on)),
+    )
+    return (*(one for one in findings if one not in same), both)
 
 
 def _together(events: Sequence[Finding]) -> bool:

@@ -49,6 +49,13 @@ def test_a_patch_where_a_wheel_is_about_to_lose_counts_is_of_that_making(found):
     assert len(told(losing, found("slip_patch", "b.right", 0.03))) == 2
 
 
+def test_a_patch_on_a_floor_that_slopes_is_how_it_slopes(found):
+    slope = found("floor_slope", "b", 1.0)
+    assert len(told(slope, found("slip_patch", "b.left", 0.06))) == 1
+    assert len(told(slope, found("slip_patch", "b.left", 0.2))) == 2
+    assert len(told(slope, found("wheel_diameter", "b.left", 0.06))) == 2
+
+
 def test_a_patch_beside_a_bump_is_of_its_making_and_one_elsewhere_is_not(found):
     bump = found("bump", "b.right", 0.8, intervals=((10.0, 10.3),))
     assert told(bump, found("slip_patch", "b.right", 0.05, intervals=((10.2, 10.8),))).keys() == {

@@ -83,6 +83,15 @@ def test_what_else_is_unknown_and_much_weaker_is_how_the_strongest_looks_from_el
     assert dwarfed([strong, other], 0.0) == (strong, other)
 
 
+def test_what_shoves_a_truck_is_one_with_what_else_is_unknown_on_it(found):
+    spans = tuple((10.0 * at, 10.0 * at + 0.3) for at in range(1, 5))
+    later = tuple((start + 4.0, end + 4.0) for start, end in spans)
+    crowd = found("bump", "b.left", 0.3, intervals=spans), found("bump", "b.right", 0.3, intervals=later)
+    (both,) = gathered([found("unknown", "b", 0.2), *crowd])
+    assert (both.probability, both.explained) == (0.99, pytest.approx(0.8))
+    assert len(gathered([found("unknown", "a", 0.2), *crowd])) == 2
+
+
 def test_where_no_name_is_believed_something_unknown_acts_on_the_truck(found):
     bump = found("bump", "b.left", 0.001, intervals=((20.0, 20.3),))
     patch = found("slip_patch", "b.right", 0.002, probability=0.7, intervals=((10.0, 12.0),))
