@@ -55,8 +55,8 @@ def diagnose(
         raise CallError("--jobs shares recordings of several robots among processes; add --each")
     loaded = [_load(folder) for folder in recordings]
     diagnosis = _watched(loaded)
-    _show(diagnosis)
     _write(diagnosis, json_out, report, effects_out)
+    _show(diagnosis)
 
 
 def _load(folder: Path) -> Recording:
