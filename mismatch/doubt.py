@@ -151,8 +151,9 @@ def _limit(finding: Finding, other: Finding, dispensable: AbstractSet[Key]) -> f
     """Return the part of what another finding explains, below which this one is of its making."""
     alike = finding.component == other.component
     edged = finding.effect in SCANNED and other.effect in SCANNED | {"count_loss"} and alike
-    edged |= finding.effect in SCANNED and other.effect == "floor_slope"  # no floor slopes evenly
     elsewhere = bool(finding.where.intervals and other.where.intervals) and not _meet(finding, other)
+    if other.effect == "floor_slope" != finding.effect:
+        return SHAPE  # no floor slopes evenly
     if other.effect == "unknown" or not (finding.effect == "unknown" or (edged and not elsewhere)):
         return TRACE
     if _touch(finding, other):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 HOLLOW = 0.4  # of the probability of effects that are large and cancel, or that the unknown could replace
 CROWD = 3  # findings of bumps and slips on one truck, or events of each, from which it is something else
 ACROSS = 1.0  # [s] between the wheels of a truck that crosses an obstacle
-DWARF = 0.1  # of what no named effect explains: what explains less may be of that making
+DWARF = 0.5  # of what no named effect explains: what explains less may be of that making
 ECHO = 0.25  # of the strongest unknown: what explains less is likewise
 WORSE = 1.2  # times the nominal robot's open-loop miss, which chance does not reach
 
@@ -103,7 +103,7 @@ def contradicted(findings: Sequence[Finding], fit: Fit) -> tuple[Finding, ...]:
 
 
 def dwarfed(findings: Sequence[Finding], left: float) -> tuple[Finding, ...]:
-    """Return findings with less probability where they explain next to nothing of what nobody does.
+    """Return findings with less probability where they explain less than half of what nobody does.
 
     What else is unknown, and much weaker, is how the strongest unknown looks from elsewhere.
 

@@ -49,11 +49,14 @@ def test_a_patch_where_a_wheel_is_about_to_lose_counts_is_of_that_making(found):
     assert len(told(losing, found("slip_patch", "b.right", 0.03))) == 2
 
 
-def test_a_patch_on_a_floor_that_slopes_is_how_it_slopes(found):
+@pytest.mark.parametrize(
+    ("effect", "component"), [("slip_patch", "b.left"), ("joint_eccentricity", "joint_b")]
+)
+def test_what_is_weak_on_a_floor_that_slopes_is_how_it_slopes(found, effect, component):
     slope = found("floor_slope", "b", 1.0)
-    assert len(told(slope, found("slip_patch", "b.left", 0.06))) == 1
-    assert len(told(slope, found("slip_patch", "b.left", 0.2))) == 2
-    assert len(told(slope, found("wheel_diameter", "b.left", 0.06))) == 2
+    assert len(told(slope, found(effect, component, 0.06))) == 1
+    assert len(told(slope, found(effect, component, 0.2))) == 2
+    assert len(told(slope, found("floor_slope", "a", 0.06))) == 2
 
 
 def test_a_patch_beside_a_bump_is_of_its_making_and_one_elsewhere_is_not(found):
