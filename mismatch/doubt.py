@@ -57,7 +57,7 @@ def believed(
         dispensable: effects in whose place the unknown of the same component does as well.
     """
     faint = max(FAINT * len(refined.regression.white), FAINTEST)
-    worth = [
+    worth = gathered(
         one
         for one in findings
         if _counts(one, whole)
@@ -65,7 +65,7 @@ def believed(
         and not _in_the_shape(one, findings, dispensable)
         and not _overshadowed(one, findings)
         and not _folded(one, findings)
-    ]
+    )
     strange = {one.component for one in worth if one.effect == "unknown"}
     opposed = {refined.terms[number].key for number in _cancelling(refined)}
     hollow = opposed | {(effect, component) for effect, component in dispensable if component in strange}
@@ -75,9 +75,7 @@ def believed(
         else known
         for known in (_doubted(one, worth) for one in worth)
     ]
-    return gathered(
-        [*told, *_instead([one for one in worth if (one.effect, one.component) in opposed], strange)]
-    )
+    return (*told, *_instead([one for one in worth if (one.effect, one.component) in opposed], strange))
 
 
 def _instead(opposed: Sequence[Finding], strange: AbstractSet[str]) -> list[Finding]:

@@ -67,6 +67,15 @@ def test_a_patch_beside_a_bump_is_of_its_making_and_one_elsewhere_is_not(found):
     assert len(told(bump, found("slip_patch", "b.right", 0.05, intervals=((20.0, 20.6),)))) == 2
 
 
+def test_what_shoves_a_truck_makes_names_on_it_doubtful(found):
+    spans = tuple((10.0 * at, 10.0 * at + 0.3) for at in range(1, 5))
+    later = tuple((start + 4.0, end + 4.0) for start, end in spans)
+    crowd = found("bump", "b.left", 0.2, intervals=spans), found("bump", "b.right", 0.2, intervals=later)
+    probabilities = told(*crowd, found("wheelbase", "b", 0.5))
+    assert probabilities["wheelbase", "b"] < 0.5 < probabilities["unknown", "b"]
+    assert told(*crowd, found("wheelbase", "a", 0.5))["wheelbase", "a"] > 0.9
+
+
 def test_of_what_is_unknown_on_one_truck_the_strongest_is_told(found):
     assert told(found("unknown", "a", 0.6), found("unknown", "a.left", 0.2)).keys() == {("unknown", "a")}
     assert len(told(found("unknown", "a", 0.6), found("unknown", "b.left", 0.2))) == 2
