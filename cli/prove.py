@@ -14,8 +14,8 @@ import typer
 from cli import proving
 from cli.console import out
 from cli.prove_real import show_real
-from cli.prove_tables import compared, instead, missed, shown
-from cli.proving import Corpus, ask, ask_all, ask_without, telling
+from cli.prove_tables import compared, instead, missed, redriven, shown
+from cli.proving import Corpus, ask, ask_all, ask_engine, ask_without, telling
 from vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -77,6 +77,10 @@ def prove(
     with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
         corpora = _corpora(Path(place), jobs, quick=quick, contact=contact, seed=seed, part=part)
         answers = _prove(Path(place), corpora, jobs)
+        for one in corpora:
+            if one.title == TITLES["own"]:
+                audits = ask_engine(one, answers, jobs, quick=quick, seed=seed)
+                out.print(redriven(one.title, audits))
         for wanted, show in (
             (baselines, partial(_compare, "Baselines", proving.baselines(), answers)),
             (ablations, partial(_compare, "Ablations", proving.ablations(), answers)),

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from cli.proving import Answers
+    from proof.audit import Audit
     from proof.score import Row
 
 
@@ -49,6 +50,21 @@ def instead(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
         table.add_column(heading, justify="right" if heading == "cases" else "left")
     for (truth, told), cases in told_instead(labels, answers).most_common():
         table.add_row(truth, told, str(cases))
+    return table
+
+
+def redriven(title: str, audits: Sequence[Audit]) -> Table:
+    """Return a table of what was told in the truth's place, and how far off it is as the engine drives it."""
+    table = Table(
+        title=f"{title}: what was told in the truth's place, driven by the engine itself",
+        caption="in units of what healthy drives differ by from day to day: "
+        "how far the truth is from a healthy robot, and from what was told",
+    )
+    for heading in ("case", "truth", "told", "counts as", "from healthy", "from told"):
+        table.add_column(heading, justify="right" if heading.startswith("from") else "left")
+    for one in audits:
+        right = "right" if one.right else "wrong"
+        table.add_row(one.name, one.truth, one.told, right, f"{one.truth_alone:.2f}", f"{one.left:.2f}")
     return table
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mismatch import Diagnosis
+    from proof.audit import Audit
     from vehicle.recording import Recording
 
     Tool = Callable[[Sequence[Recording]], Diagnosis]
@@ -72,6 +73,19 @@ def ask(
 
     with telling(doing) as tell:
         return asked(answered, questions, jobs, tell, kept)
+
+
+def ask_engine(corpus: Corpus, answers: Answers, jobs: int, *, quick: bool, seed: int) -> list[Audit]:
+    """Return what the engine says of names that were told in the truth's place, when it drives them."""
+    from proof.audit import audited, questions
+    from proof.cases import cases
+    from proof.run import asked
+
+    waiting = {one.name: one for one in questions(corpus.labels, answers, cases(quick), seed)}
+    if not waiting:
+        return []
+    with telling("driving what was told") as tell:
+        return list(asked(audited, waiting, jobs, tell).values())
 
 
 def ask_all(doing: str, corpus: Corpus, tools: Mapping[str, Tool], jobs: int) -> dict[str, Answers]:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 ORDERS = tuple(range(2, 41))
 _LIMITS = 40  # of speed above which counts may be lost
-_MOMENTS = 48  # of a recording at which a step is looked for
+STEPPED = 48  # of a recording at which a step is looked for
 
 
 def proposals(regression: Regression, choice: Choice, chosen: Set) -> list[Term]:
@@ -84,7 +84,7 @@ def _steps(regression: Regression, lefts: Sequence[Leftover]) -> list[Term]:
     moments = [
         (number, float(moment))
         for number, windows in enumerate(regression.windows)
-        for moment in np.linspace(windows.time[0], windows.time[-1], _MOMENTS + 2)[1:-1]
+        for moment in np.linspace(windows.time[0], windows.time[-1], STEPPED + 2)[1:-1]
     ]
 
     def build(_number: int, windows: Windows, columns: range) -> Array:

@@ -14,7 +14,8 @@ import numpy as np
 
 from mismatch.choose import EVENTS, decoded
 from mismatch.leftover import windows_in_all
-from mismatch.moments import met, rolled
+from mismatch.moments import lasts, met, rolled
+from mismatch.scan import STEPPED
 from mismatch.signals import WINDOW
 from mismatch.surprise import LASTING, shoves
 from mismatch.terms import term
@@ -46,13 +47,20 @@ _BEFORE = 0.1  # [s] of an event's moment: a wheel touches before it climbs
 
 
 def retold(regression: Regression, terms: Sequence[Term], chosen: Set) -> Iterator[tuple[str, list[Term]]]:
-    """Yield wheels that have a patch and bumps, each with terms that tell of them more simply.
+    """Yield wheels that have a patch, each with terms that tell of it and of the wheel's bumps more simply.
 
     What is slipperier in one place than in another is at first taken for a patch and for bumps beside it:
     one patch reaches over them, and the bumps elsewhere stay. A patch on a way as short as a bump may be one.
+    A patch that does not begin, or does not end, within the drive may be a step of the wheel's radius.
     """
     tries = windows_in_all(regression)
     patches = {terms[one].component: terms[one] for one in chosen if terms[one].effect == "slip_patch"}
+    bumps = {terms[one].component: terms[one] for one in chosen if terms[one].effect == "bump"}
+    for wheel, patch in patches.items():
+        for time in _only_edge(regression, patch):
+            step = term("radius_step", wheel, STEPPED, time=time)
+            if lasts(regression, step):
+                yield wheel, [step, *([bumps[wheel]] if wheel in bumps else [])]
     for bump in [terms[one] for one in chosen if terms[one].effect == "bump"]:
         wheel, times = bump.component, bump.fixed["times"]
         if wheel not in patches:
@@ -68,6 +76,14 @@ def retold(regression: Regression, terms: Sequence[Term], chosen: Set) -> Iterat
             yield wheel, [patch, *([term("bump", wheel, tries, times=rest)] if rest else [])]
         if rolled(regression, wheel, start, end) < BRIEF:
             yield wheel, [term("bump", wheel, tries, times=tuple(sorted({*times, start})))]
+
+
+def _only_edge(regression: Regression, patch: Term) -> list[float]:
+    """Return when a patch begins or ends [s], where it does only one of both while its wheel rolls."""
+    ((start, end),) = patch.fixed["intervals"]
+    before = rolled(regression, patch.component, -math.inf, start)
+    after = rolled(regression, patch.component, end, math.inf)
+    return [edge for edge, way in ((end, before), (start, after)) if way < BRIEF]
 
 
 def loosened(regression: Regression, choice: Choice, chosen: Set) -> Iterator[Surprise]:

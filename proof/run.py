@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from proof.corpus import cases, make
+from proof.cases import cases
+from proof.corpus import make
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 Answer = dict[str, Any]
 Question = TypeVar("Question")
+Reply = TypeVar("Reply")
 
 
 def write_corpus(
@@ -61,22 +63,22 @@ def sealed(labels: dict[str, Any], path: Path) -> str:
 
 
 def asked(
-    ask: Callable[[Question], Answer],
+    ask: Callable[[Question], Reply],
     questions: Mapping[str, Question],
     jobs: int,
     tell: Callable[[int, int], None],
     kept: Path | None = None,
-) -> dict[str, Answer]:
+) -> dict[str, Reply]:
     """Return the answers to questions, by name.
 
     Args:
-        ask: what is asked, as a folder of recordings and a tool, to its JSON answer.
+        ask: what is asked, as a folder of recordings and a tool, to its answer.
         questions: by name.
         jobs: processes.
         tell: is told how many are done, of how many.
-        kept: file to which every answer is added as a line of JSON; what it holds is not asked again.
+        kept: file to which every answer, then JSON, is added as a line; what it holds is not asked again.
     """
-    answers = {} if kept is None else _known(kept)
+    answers: dict[str, Reply] = {} if kept is None else _known(kept)
     waiting = {name: question for name, question in questions.items() if name not in answers}
     with _pool(jobs) as pool:
         for name, answer in zip(waiting, pool.map(ask, waiting.values()), strict=True):
@@ -88,7 +90,7 @@ def asked(
     return answers
 
 
-def _known(kept: Path) -> dict[str, Answer]:
+def _known(kept: Path) -> dict[str, Any]:
     """Return the answers in a file, and drop the line that a stop may have left half written."""
     if not kept.exists():
         return {}

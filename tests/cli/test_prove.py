@@ -6,7 +6,8 @@ import pytest
 
 from cli.proving import ablations, answered, baselines
 from mismatch import Diagnosis
-from proof.corpus import Case, cases, make
+from proof.cases import Case, cases
+from proof.corpus import make
 
 ANSWER = {"verdict": "agreement", "findings": [], "fit": None}
 

@@ -10,7 +10,8 @@ from mismatch.noise import ORDINARY
 from mismatch.regression import Regression
 from mismatch.signals import signals_of
 from mismatch.windows import windows_of
-from proof.corpus import Case, make
+from proof.cases import Case
+from proof.corpus import make
 from vehicle.folder import load_recording
 
 PITCH = 0.7  # [m] of the corpus' slabs

@@ -71,6 +71,20 @@ def test_a_patch_reaches_over_the_bumps_beside_it_and_leaves_those_elsewhere(own
     assert not list(retold(regression, terms, frozenset({0, 2})))
 
 
+def test_a_patch_with_one_edge_only_may_be_a_step_of_the_radius_there(own):
+    regression, _ = own
+    time = regression.windows[0].time
+    first, last, middle = float(time[0]), float(time[-1]), 40.0
+    bump = term("bump", "a.left", times=(20.0,))
+    for span, steps in (((first - 3.0, middle), 1), ((middle, last), 1), ((30.0, middle), 0)):
+        terms = [term("slip_patch", "a.left", intervals=(span,)), bump]
+        told = [
+            new for _, new in retold(regression, terms, frozenset({0, 1})) if new[0].effect == "radius_step"
+        ]
+        assert len(told) == steps
+        assert all(new[0].fixed["time"] == middle and new[1] is bump for new in told)
+
+
 @pytest.mark.parametrize("edge", [1e-3, 5e-3, 1e-2])
 def test_the_height_of_an_edge_is_told_by_the_way_that_it_costs(edge):
     q = np.arccos(1.0 - edge / 0.075)

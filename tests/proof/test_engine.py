@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.corpus import Case, _feel, make
+from proof.cases import Case
+from proof.corpus import make
 from proof.faults import Fault, moved, travelled
+from proof.labels import feel
 from vehicle.folder import load_recording
 from vehicle.linkage import linkage_of
 from vehicle.odometry import dead_reckon
@@ -106,7 +108,7 @@ def test_a_moment_between_two_samples_is_labelled_as_it_is_while_the_wheel_rolls
     time = np.arange(0.0, 1.0, 0.02)
     counts = np.cumsum(np.where(time > 0.5, 10, 0))
     label = {"parameters": {"times": {"value": [0.2, 0.733]}}}
-    _feel(label, time, counts)
+    feel(label, time, counts)
     assert label["parameters"]["times"]["value"] == pytest.approx([0.5, 0.733])
 
 

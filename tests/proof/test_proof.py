@@ -3,7 +3,8 @@
 import pytest
 
 from mismatch import diagnose
-from proof.corpus import Case, cases, make
+from proof.cases import Case, cases
+from proof.corpus import make
 from proof.score import first_right, rows
 from vehicle.folder import load_recording
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from proof.corpus import cases
+from proof.cases import cases
 from proof.run import asked, write_corpus
 
 
