@@ -78,7 +78,7 @@ def prove(
         corpora = _corpora(Path(place), jobs, quick=quick, contact=contact, seed=seed, part=part)
         answers = _prove(Path(place), corpora, jobs)
         for one in corpora:
-            if one.title == TITLES["own"]:
+            if one.folder.name == "own":
                 audits = ask_engine(one, answers, jobs, quick=quick, seed=seed)
                 out.print(redriven(one.title, audits))
         for wanted, show in (

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EMPTY, Choice, inclusion, rivals
+from mismatch.choose import EMPTY, decoded, inclusion, rivals
 from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
 from mismatch.doubt import believed, is_something
 from mismatch.evidence import evidence_of
@@ -23,6 +23,8 @@ from mismatch.words import drives_for, part, regime, sentence, separating
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mismatch.choose import Choice
+    from mismatch.diagnosis import Key
     from mismatch.heldout import HeldOut
     from mismatch.investigate import Investigation
     from mismatch.refine import Refined
@@ -49,7 +51,7 @@ def answer(found: Investigation, refined: Refined, turns: int = TURNS) -> Diagno
         turns: of Gauss-Newton, where some of these are not told and the others are fitted anew.
     """
     named = _findings(found, refined)
-    refined = keeping(found, refined, {(one.effect, one.component) for one in named}, turns)
+    refined = keeping(found, refined, {one.key for one in named}, turns)
     fitted = refined.regression
     nominal = Regression(fitted.windows, fitted.noise, (), fitted.folds)
     residuals = held_out(nominal, refined)
@@ -96,7 +98,8 @@ def _excess(rows: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
 def _findings(found: Investigation, refined: Refined) -> tuple[Finding, ...]:
     """Return the members of the best set as findings; where none is believed and it is loud, one unknown."""
     probable = inclusion(found.choice)
-    whole = _mismatch(found)
+    lines = found.untolerant()
+    whole = max(lines.explained(found.chosen), 1e-9)
     findings = []
     numbers = {term.key: number for number, term in enumerate(refined.terms)}
     for member in sorted(found.chosen):
@@ -107,7 +110,7 @@ def _findings(found: Investigation, refined: Refined) -> tuple[Finding, ...]:
             if share >= POSSIBLE
         )
         if term.effect == "unknown":
-            findings.append(_unknown(found, member, probable[term.key], others))
+            findings.append(_unknown(found, lines, member, probable[term.key], others, whole))
         elif term.key in numbers and is_something(refined, numbers[term.key]):
             findings.append(_finding(refined, numbers[term.key], probable[term.key], others, whole))
     told = believed(findings, refined, whole, _dispensable(found))
@@ -127,7 +130,7 @@ def _shaken(found: Investigation) -> str:
     return min({truck_of(one.component) for one in found.members()}, key=without)
 
 
-def _dispensable(found: Investigation) -> set[tuple[str, str]]:
+def _dispensable(found: Investigation) -> set[Key]:
     """Return the named effects of the best set that its unknown on the same component could stand for."""
     choice, chosen = found.choice, found.chosen
     strange = {
@@ -140,19 +143,6 @@ def _dispensable(found: Investigation) -> set[tuple[str, str]]:
         and choice.terms[one].component in strange
         and choice.worth(chosen - {one}) > choice.worth(chosen) - _NEEDLESS
     }
-
-
-def _as_they_are(found: Investigation) -> Choice:
-    """Return the candidates without what every robot has a little of: sets that explain all that they can."""
-    return Choice(found.choice.terms, found.choice.places, found.regression.total)
-
-
-def _mismatch(found: Investigation) -> float:
-    """Return how much of the chi-square the best set takes away."""
-    columns, total = found.choice.columns(found.chosen), found.regression.total
-    coefficients, _ = _as_they_are(found).solved(found.chosen)
-    products = total[np.ix_(columns, columns)]
-    return max(float(2.0 * total[0, columns] @ coefficients - coefficients @ products @ coefficients), 1e-9)
 
 
 def _finding(
@@ -201,20 +191,17 @@ def _parameters(term: Term, effect: Effect, refined: Refined, number: int) -> tu
 
 
 def _unknown(
-    found: Investigation, member: int, probability: float, others: tuple[Alternative, ...]
+    found: Investigation,
+    lines: Choice,
+    member: int,
+    probability: float,
+    others: tuple[Alternative, ...],
+    whole: float,
 ) -> Finding:
     """Return a finding that no effect of the library explains."""
-    term, choice = found.choice.terms[member], _as_they_are(found)
-    columns = found.choice.columns([member])
-    rest = found.chosen - {member}
-    with_it, _ = choice.solved(found.chosen)
-    everything = found.choice.columns(found.chosen)
-    part_of = found.regression.white[:, columns] @ with_it[[everything.index(one) for one in columns]]
-    base = found.choice.columns(rest)
-    coefficients, _ = choice.solved(rest)
-    before = found.regression.white[:, 0] - found.regression.white[:, base] @ coefficients
-    after = found.regression.white[:, 0] - found.regression.white[:, everything] @ with_it
-    whole = _mismatch(found)
+    term, chosen = lines.terms[member], found.chosen
+    own = next(values for one, values, _ in decoded(lines, chosen) if one == member)
+    part_of = found.regression.white[:, lines.places[member]] @ own
     quantity = term.fixed["quantity"]
     return Finding(
         "unknown",
@@ -223,7 +210,7 @@ def _unknown(
         others,
         Where(channels_of(found.regression, part_of), _around(term.fixed["moments"]), quantity),
         (),
-        min(1.0, max(0.0, float(before @ before - after @ after) / whole)),
+        min(1.0, max(0.0, (lines.explained(chosen) - lines.explained(chosen - {member})) / whole)),
         f"Something that no effect of the library explains acts on {part(term.component)}: "
         f"what is left depends on {quantity}.",
         (quantity,),
@@ -274,7 +261,7 @@ def _headline(findings: Sequence[Finding], fit: Fit) -> str:
     )
 
 
-def _blind(found: Investigation) -> list[tuple[str, str]]:
+def _blind(found: Investigation) -> list[Key]:
     """Return which of an owner's numbers this drive would not show to be wrong, were they."""
     blind = []
     total = found.regression.total

@@ -71,6 +71,12 @@ class Choice:
         precision, coefficients, _ = self._posterior(members)
         return coefficients, np.asarray(np.linalg.inv(precision), np.float64)
 
+    def explained(self, members: Iterable[int]) -> float:
+        """Return how much of the sum of squares a set takes away."""
+        columns, (coefficients, _) = self.columns(members), self.solved(members)
+        products = self.total[np.ix_(columns, columns)]
+        return float(2.0 * self.total[0, columns] @ coefficients - coefficients @ products @ coefficients)
+
     def _posterior(self, members: Iterable[int]) -> tuple[Array, Array, float]:
         """Return a set's precision `(k, k)`, coefficients `(k,)`, and what `tails` adds to the evidence."""
         columns, widths = self.columns(members), self._widths(members)

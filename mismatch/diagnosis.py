@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 Verdict = Literal["agreement", "mismatch", "insufficient"]
 
+Key = tuple[str, str]  # an effect, and the component on which it acts
 ASSERTED = 0.5  # a finding of this probability or more is an assertion, one of less a possibility
 
 
@@ -93,6 +94,11 @@ class Finding:
     says: str = ""
     depends_on: tuple[str, ...] = ()
     separates: str = ""
+
+    @property
+    def key(self) -> Key:
+        """What it is called."""
+        return self.effect, self.component
 
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object of a finding."""

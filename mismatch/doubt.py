@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from collections.abc import Set as AbstractSet
 
-    from mismatch.diagnosis import Finding
+    from mismatch.diagnosis import Finding, Key
     from mismatch.refine import Refined
     from vehicle.se2 import Array
 
@@ -42,7 +42,6 @@ ALIKE = 0.5  # of the larger of two such effects, the smaller at least
 SHADOW = 3.0  # [s] about an unknown moment, in which what is weaker belongs to it
 CHANCE = 6.0  # chi-square of each coefficient, below which an effect may be none
 _MANY = 6
-Key = tuple[str, str]  # effect and component
 
 
 def believed(
@@ -70,12 +69,10 @@ def believed(
     opposed = {refined.terms[number].key for number in _cancelling(refined)}
     hollow = opposed | {(effect, component) for effect, component in dispensable if component in strange}
     told = [
-        replace(known, probability=HOLLOW * known.probability)
-        if (known.effect, known.component) in hollow
-        else known
+        replace(known, probability=HOLLOW * known.probability) if known.key in hollow else known
         for known in (_doubted(one, worth) for one in worth)
     ]
-    return (*told, *_instead([one for one in worth if (one.effect, one.component) in opposed], strange))
+    return (*told, *_instead([one for one in worth if one.key in opposed], strange))
 
 
 def _instead(opposed: Sequence[Finding], strange: AbstractSet[str]) -> list[Finding]:
@@ -156,7 +153,7 @@ def _limit(finding: Finding, other: Finding, dispensable: AbstractSet[Key]) -> f
         return TRACE
     if _touch(finding, other):
         return EDGE
-    return CURVED if (other.effect, other.component) in dispensable else SHAPE
+    return CURVED if other.key in dispensable else SHAPE
 
 
 def _touch(finding: Finding, other: Finding) -> bool:

@@ -38,7 +38,7 @@ def evidence_of(
     """Return what a report draws of a diagnosis."""
     fitted = refined.regression
     traces = tuple(_trace(fitted, number, residuals) for number in range(len(fitted.windows)))
-    numbers = {(one.effect, one.component): number for number, one in enumerate(findings)}
+    numbers = {one.key: number for number, one in enumerate(findings)}
     signatures = [
         signature
         for number, effect in enumerate(refined.effects)

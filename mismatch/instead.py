@@ -32,25 +32,17 @@ def gathered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
         many = len(events) >= CROWD or all(len(one.where.intervals) >= CROWD for one in events)
         if not many or len({one.component for one in events}) < 2 or _together(events):
             continue
-        sure = max(one.probability for one in events)
-        shoved = Finding(
-            "unknown",
-            truck,
-            (1.0 - HOLLOW) * sure,
-            tuple(
+        unknown = nameless(
+            events, truck, "bumps and slips under both of its wheels only imitate it", "shoves"
+        )
+        shoved = replace(
+            unknown,
+            probability=(1.0 - HOLLOW) * unknown.probability,
+            alternatives=tuple(
                 Alternative(one.effect, one.component, HOLLOW * one.probability / len(events))
                 for one in events
             ),
-            Where(
-                events[0].where.channels,
-                tuple(sorted(span for one in events for span in one.where.intervals)),
-                MOMENTS,
-            ),
-            (),
-            min(1.0, sum(one.explained for one in events)),
-            f"Something that no effect of the library explains shoves {part(truck)}: bumps and slips under "
-            "both of its wheels only imitate it.",
-            (MOMENTS,),
+            explained=min(1.0, sum(one.explained for one in events)),
         )
         told = _joined([one for one in told if one not in events], shoved)
     return told
@@ -58,7 +50,7 @@ def gathered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 def _joined(findings: Sequence[Finding], shoved: Finding) -> tuple[Finding, ...]:
     """Return findings with one more that is unknown, in one with what else is unknown on its truck."""
-    same = [one for one in findings if (one.effect, one.component) == (shoved.effect, shoved.component)]
+    same = [one for one in findings if one.key == shoved.key]
     both = replace(
         shoved,
         probability=max(one.probability for one in (*same, shoved)),
@@ -121,7 +113,10 @@ def dwarfed(findings: Sequence[Finding], left: float) -> tuple[Finding, ...]:
 
 
 def nameless(
-    findings: Sequence[Finding], truck: str, why: str = "what comes nearest to it falls far short"
+    findings: Sequence[Finding],
+    truck: str,
+    why: str = "what comes nearest to it falls far short",
+    does: str = "acts on",
 ) -> Finding:
     """Return one unknown finding for all that were found and not believed.
 
@@ -129,6 +124,7 @@ def nameless(
         findings: none of which is worth telling.
         truck: on which most of it is; "link" or "poses" where it is on neither.
         why: they are not, in words.
+        does: what it does to the truck, likewise.
     """
     mine = [one for one in findings if truck_of(one.component) == truck] or list(findings)
     spans = tuple(sorted(span for one in mine for span in one.where.intervals))
@@ -140,7 +136,7 @@ def nameless(
         Where(mine[0].where.channels, spans, MOMENTS if spans else mine[0].where.regime),
         (),
         1.0,
-        f"Something that no effect of the library explains acts on {part(truck)}: {why}.",
+        f"Something that no effect of the library explains {does} {part(truck)}: {why}.",
         (MOMENTS,) if spans else (),
     )
 

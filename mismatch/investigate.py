@@ -65,6 +65,10 @@ class Investigation:
     chosen: Set
     skew: slice
 
+    def untolerant(self) -> Choice:
+        """Return the candidates without what every robot has a little of: sets explain all that they can."""
+        return Choice(self.choice.terms, self.choice.places, self.regression.total)
+
     def members(self) -> list[Term]:
         """Return the terms of the best set, in order."""
         return [self.choice.terms[one] for one in sorted(self.chosen)]

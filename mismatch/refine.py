@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from mismatch.choose import Set
+    from mismatch.diagnosis import Key
     from mismatch.investigate import Investigation
     from mismatch.moments import Loose
     from mismatch.terms import Term
     from vcan_sim.effects.effect import Effect
     from vehicle.se2 import Array
 
-Key = tuple[str, str]  # effect and component
 AROUND = 0.6  # [s] before and after an event in which every sample is measured
 _RIVALS = 4  # that are fitted beside the best set
 _CLOSE = 12.0  # log odds by which a set may lie behind
@@ -161,7 +161,7 @@ def _loose(choice: Choice, members: Set) -> bool:
 def _correction(found: Investigation, members: Set) -> float:
     """Return what a set is worth more when it is fitted by Gauss-Newton: Laplace's approximation there."""
     choice, total = found.choice, found.regression.total
-    lines = Choice(choice.terms, choice.places, total)  # nothing tolerated, on either side of the difference
+    lines = found.untolerant()  # on either side of the difference
     before = lines.worth(members)
     if not np.isfinite(before):
         return 0.0  # a size below zero, which only what is tolerated makes sense of

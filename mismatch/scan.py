@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 ORDERS = tuple(range(2, 41))
 _LIMITS = 40  # of speed above which counts may be lost
-STEPPED = 48  # of a recording at which a step is looked for
+STEPPED = 48  # moments of a recording at which a step is looked for
 
 
 def proposals(regression: Regression, choice: Choice, chosen: Set) -> list[Term]:

@@ -109,11 +109,7 @@ def _explained(choice: Choice, one: int, coefficients: Array) -> float:
 
 def left(choice: Choice, members: Set) -> float:
     """Return the sum of squares that a set leaves."""
-    columns = choice.columns(members)
-    coefficients, _ = choice.solved(members)
-    products = choice.total[np.ix_(columns, columns)]
-    fitted = 2.0 * choice.total[0, columns] @ coefficients - coefficients @ products @ coefficients
-    return float(choice.total[0, 0] - fitted)
+    return float(choice.total[0, 0]) - choice.explained(members)
 
 
 def criterion(choice: Choice, members: Set, rows: int) -> float:

@@ -21,6 +21,7 @@ from vcan_sim.effects.block import LINKAGE
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mismatch.diagnosis import Key
     from mismatch.signals import Signals
     from vcan_sim.effects.effect import Effect
     from vehicle.se2 import Array
@@ -92,7 +93,7 @@ class Term:
     size: float = 1.0
 
     @property
-    def key(self) -> tuple[str, str]:
+    def key(self) -> Key:
         """What it is called."""
         return self.effect, self.component
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proof.cases import seed_of
 from proof.robots import LINKAGE, WHEELS
 from proof.scene import scene
 from proof.score import ASSERTED, asserted, first_exact, first_right
@@ -78,8 +79,8 @@ def questions(
             continue
         told, number = asserted(answer, ASSERTED), int(name.rpartition("-")[2])
         if told and all(_redriven(one) for one in told):
-            case_seed = 10_000 * seed + number
-            found.append(Question(name, cases[number], case_seed, told, first_right(label, answer)))
+            right = first_right(label, answer)
+            found.append(Question(name, cases[number], seed_of(seed, number), told, right))
     return found
 
 

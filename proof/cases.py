@@ -34,6 +34,11 @@ class Case:
     note: str = ""
 
 
+def seed_of(seed: int, number: int) -> int:
+    """Return the seed of the case of a number in the corpus of a seed."""
+    return 10_000 * seed + number
+
+
 def cases(quick: bool) -> list[Case]:
     """Return the corpus' cases, in an order that does not depend on chance."""
     found = [*_nulls(24 if quick else 300), *_singles(quick), *_multi(quick), *_masked(), *_strange(quick)]

@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from proof.cases import cases
+from proof.cases import cases, seed_of
 from proof.labels import feel
 from proof.scene import scene
 from proof.writing import write
@@ -49,7 +49,7 @@ def main() -> None:
     labels = {}
     for number, case in enumerate(cases(options.quick)):
         name = f"{number:04d}"
-        labels[name] = make(options.out / name, case, 10_000 * options.seed + number)
+        labels[name] = make(options.out / name, case, seed_of(options.seed, number))
     (options.out / "labels.json").write_text(json.dumps(labels, indent=1), encoding="utf-8")
 
 

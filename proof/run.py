@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from proof.cases import cases
+from proof.cases import cases, seed_of
 from proof.corpus import make
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def write_corpus(
     folders = [folder / f"own-{number:04d}" for number in numbers]
     labels = {}
     with _pool(jobs) as pool:
-        seeds = [10_000 * seed + number for number in numbers]
+        seeds = [seed_of(seed, number) for number in numbers]
         made = pool.map(make, folders, [wanted[number] for number in numbers], seeds)
         for own, label in zip(folders, made, strict=True):
             labels[own.name] = label
