@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint check bench clean
+.PHONY: demo test coverage lint types smoke check bench docs clean
 
 demo: $(VENV)/.installed
 	$(BIN)/omnimate demo --out demo-out
@@ -11,25 +11,49 @@ demo: $(VENV)/.installed
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest
 
-lint: $(VENV)/.installed-dev
+# The tests, the slowest of them, and which part of each room they ran; measuring takes a quarter more time.
+coverage: export PYTEST_ADDOPTS = --quiet --durations=20 --cov --cov-report=
+coverage: test
+	$(BIN)/python .ci/coverage_by_room.py
+
+lint: $(VENV)/.installed-dev .mypy_path/omnimate
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+types: $(VENV)/.installed-dev .mypy_path/omnimate
+	$(BIN)/mypy
+
+# Wheel and source distribution, each installed and used outside the checkout.
+smoke:
+	.ci/smoke $(PYTHON)
 
 check: lint test
 
 bench: $(VENV)/.installed-dev
 	$(BIN)/python -m benchmarks
 
+docs: $(VENV)/.installed-docs .mypy_path/omnimate
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
 clean:
-	rm -rf $(VENV) demo-out build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .mypy_path site demo-out build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage
+
+# The rooms are folders here and `omnimate.<room>` to Python; mypy finds them under that name through this link.
+.mypy_path/omnimate:
+	mkdir -p $(@D)
+	ln -sfn .. $@
 
 $(VENV)/.installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; name it with make PYTHON=python3.12") if sys.version_info < (3, 11) else 0'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --editable .
+	$(BIN)/python -m pip install --quiet --editable '.[service]'
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
 	@touch $@

@@ -1,54 +1,63 @@
-"""How long a diagnosis against the whole library takes, how much memory, and how both grow with the length.
+"""The time and memory of a diagnosis against the whole library, and how both grow with the length of a drive.
 
-    python -m benchmarks.diagnose_speed [--samples 20000] [--doublings 2]
+Peer: the simulation of the same drive, in the same process.
 
-Each length in a process of its own, in which a short drive was diagnosed before: nothing is compiled.
+Usage: python -m benchmarks.diagnose_speed [--samples 20000] [--doublings 2]
+
+Each length has a process of its own, in which a short drive is diagnosed first, so that nothing is compiled
+while the time is measured.
 """
 
 import argparse
 import resource
 import time
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from multiprocessing import get_context
 
 from rich.progress import track
 
-from mismatch import diagnose
-from motion.paths import figure_eight
-from vcan_sim.effects import effect_named
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
-from vehicle.recording import Recording
+from omnimate.mismatch import diagnose
+from omnimate.motion.paths import figure_eight
+from omnimate.vcan_sim.effects import effect_named
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.recording import Recording
 
 WORN = effect_named("wheel_diameter")("a.left", ratio=1.004), effect_named("joint_bias")("joint_a", bias=0.01)
 
 
-def recorded(samples: int) -> Recording:
-    """Return a drive of at least so many samples, of a robot with a worn wheel and a joint that is off."""
+@dataclass(frozen=True)
+class Measured:
+    """The figures of one length."""
+
+    samples: int
+    simulation: float  # [s]
+    diagnosis: float  # [s]
+    memory: float  # [MiB] at most
+    findings: str
+
+
+def simulated(laps: int) -> Recording:
+    """Return a drive of a robot with a worn wheel and a biased joint."""
     vehicle = reference_vehicle()
-    laps = 1
-    while True:
-        recording = simulate(vehicle, Truth(vehicle, seed=7, effects=WORN), figure_eight(1.0, laps))
-        if len(recording) >= samples:
-            return recording
-        laps = 1 + laps * samples // len(recording)
+    return simulate(vehicle, Truth(vehicle, seed=7, effects=WORN), figure_eight(1.0, laps))
 
 
-def measured(samples: int) -> tuple[int, float, float, str]:
-    """Return samples, seconds, peak memory [MiB] and the first finding of one diagnosis."""
-    diagnose([recorded(2000)])
-    recording = recorded(samples)
+def measured(samples: int) -> Measured:
+    """Return the figures of a drive of at least so many samples."""
+    lap = simulated(1)
+    diagnose([lap])
     began = time.perf_counter()
-    found = diagnose([recording])
+    recording = simulated(1 + samples // len(lap))
+    simulation = time.perf_counter() - began
+    began = time.perf_counter()
+    diagnosis = diagnose([recording])
     seconds = time.perf_counter() - began
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    return (
-        len(recording),
-        seconds,
-        memory,
-        ", ".join(f"{one.effect} {one.component}" for one in found.findings),
-    )
+    findings = ", ".join(f"{finding.effect} {finding.component}" for finding in diagnosis.findings)
+    return Measured(len(recording), simulation, seconds, memory, findings)
 
 
 def main() -> None:
@@ -60,8 +69,12 @@ def main() -> None:
     lengths = [options.samples * 2**number for number in range(options.doublings + 1)]
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         lines = list(track(pool.map(measured, lengths), "diagnosing", total=len(lengths)))
-    for samples, seconds, memory, found in lines:
-        print(f"{samples} samples: {seconds:.1f} s, {memory:.0f} MiB at most: {found}")
+    for line in lines:
+        ratio = line.diagnosis / line.simulation
+        print(
+            f"{line.samples} samples: {line.diagnosis:.1f} s, {ratio:.0f} times the simulation of the drive, "
+            f"{line.memory:.0f} MiB at most: {line.findings}"
+        )
 
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
-"""Plain odometry, IPEC and the filter in the papers' drives, over many robots and floors.
+"""The return errors of IPEC and of the filter in the papers' drives, over many robots and floors.
 
-Each robot is one that a calibration has left behind: its errors are drawn anew (ratio of diameters
-2e-4, wheelbase 1e-3, joints 0.01 degrees, link 0.3 mm, standard deviations). The bound is the posterior
-standard deviation of the filter that knows these, on a floor without sideways slip: the linearised
-Cramer-Rao bound of what the encoders can tell.
+Peers: plain odometry on the same drives, and the bound of what the encoders can show.
+
+Each robot has the errors that a calibration leaves, drawn anew (standard deviations: ratio of diameters
+2e-4, wheelbase 1e-3, joints 0.01 degrees, link 0.3 mm). The bound is the posterior standard deviation of
+the filter that knows these, on a floor without sideways slip: the linearised Cramer-Rao bound.
 
 Usage: python -m benchmarks.ipec_accuracy [seeds [first seed]]
 """
@@ -16,25 +17,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ipec.corrector import correct
-from ipec.estimate import estimate
-from ipec.filter import Noise, Prior
-from motion.paths import out_and_back, rounded_rectangle
-from vcan_sim.bumps import Bump, bumps_under
-from vcan_sim.floor import Floor
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth, with_errors
-from vehicle.recording import Poses
-from vehicle.se2 import between, compose, wrap
+from omnimate.ipec.corrector import correct
+from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.noise import FilterNoise
+from omnimate.ipec.filter.prior import Prior
+from omnimate.motion.paths import out_and_back, rounded_rectangle
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.bumps import Bump, bumps_under
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.recording import Poses
+from omnimate.vehicle.se2 import between, compose, wrap
 
 if TYPE_CHECKING:
-    from ipec.corrector import Method
-    from motion.program import Program
-    from vehicle.parameters import Channel, TruckName
-    from vehicle.recording import Recording
-    from vehicle.se2 import Array
+    from omnimate.ipec.corrector import Method
+    from omnimate.motion.program import Program
+    from omnimate.vehicle.parameters import Channel, TruckName
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
 ROBOT = reference_vehicle()
 LEFT_BEHIND = Prior(1e-9, 2e-4, 1e-3, math.radians(0.01), 3e-4)
@@ -55,8 +58,7 @@ def drive(seed: int, program: Program, bumps: tuple[Bump, ...]) -> Recording:
     joints = chance.normal(size=2) * LEFT_BEHIND.joint
     truth = Truth(
         with_errors(ROBOT, base, ratio),
-        joint_bias=(float(joints[0]), float(joints[1])),
-        link_bias=chance.normal() * LEFT_BEHIND.link,
+        effects=linkage_biases(*map(float, joints), link=chance.normal() * LEFT_BEHIND.link),
         floor=Floor(bumps=bumps),
         sonar=Sonar(sigma=0.0),
         seed=seed,
@@ -67,8 +69,7 @@ def drive(seed: int, program: Program, bumps: tuple[Bump, ...]) -> Recording:
 def under(
     wheels: tuple[Channel, ...], count: int, start: float, end: float, *, height: float = 0.010
 ) -> tuple[Bump, ...]:
-    several = [bumps_under(wheel, count, start, end, height=height) for wheel in wheels]
-    return tuple(bump for one in several for bump in one)
+    return tuple(bump for wheel in wheels for bump in bumps_under(wheel, count, start, end, height=height))
 
 
 def straight(seed: int, *, bumps: bool) -> Recording:
@@ -123,12 +124,13 @@ def single_drives(seeds: range) -> None:
                 for name, method in METHODS.items():
                     path = correct(recording, method=method).pose_a
                     errors.setdefault(name, []).append(return_error(recording, path))
-                found = estimate(recording, prior=LEFT_BEHIND)
-                errors.setdefault("filter", []).append(return_error(recording, found.pose_a))
-                squares.append((errors["filter"][-1] / found.sigma_a[-1]) ** 2)
-                bound.append(estimate(recording, noise=Noise(sideways=0.0), prior=LEFT_BEHIND).sigma_a[-1])
-            for name, several in errors.items():
-                show(name, np.array(several))
+                filtered = estimate(recording, prior=LEFT_BEHIND)
+                errors.setdefault("filter", []).append(return_error(recording, filtered.pose_a))
+                squares.append((errors["filter"][-1] / filtered.sigma_a[-1]) ** 2)
+                noise = FilterNoise(sideways=0.0)
+                bound.append(estimate(recording, noise=noise, prior=LEFT_BEHIND).sigma_a[-1])
+            for name, rows in errors.items():
+                show(name, np.array(rows))
             show("bound", np.array(bound))
             print(f"  NEES per axis {np.mean(squares, axis=0).round(2)} (1 if consistent)")
 
@@ -159,7 +161,7 @@ def ten_laps(seed: int) -> dict[str, Array]:
         last
     ]
     errors = {name: fixes.pose[1:] - poses for name, poses in out.items()}
-    return {name: np.stack([*one[:, :2].T, wrap(one[:, 2])], axis=1) for name, one in errors.items()}
+    return {name: np.stack([*rows[:, :2].T, wrap(rows[:, 2])], axis=1) for name, rows in errors.items()}
 
 
 def main() -> None:
@@ -167,12 +169,12 @@ def main() -> None:
     first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     seeds = range(first, first + count)
     single_drives(seeds)
-    several = [ten_laps(seed) for seed in seeds[: count // 2]]
+    runs = [ten_laps(seed) for seed in seeds[: count // 2]]
     print(f"O 3: ten laps, a fix (2 mm, 0.2 degrees) before each; rms of {count // 2} runs")
     for laps, which in (("1-5, no bumps", slice(0, 5)), ("6-10, bumps", slice(5, 10))):
         print(f" laps {laps}")
-        for name in several[0]:
-            show(name, np.concatenate([one[name][which] for one in several]))
+        for name in runs[0]:
+            show(name, np.concatenate([run[name][which] for run in runs]))
 
 
 if __name__ == "__main__":

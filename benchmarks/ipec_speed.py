@@ -1,4 +1,6 @@
-"""What one live step costs, and how long an hour of recording takes through IPEC, filter and smoother.
+"""The time of a live step, and of an hour of recording, through IPEC, filter and smoother.
+
+Peer: plain odometry of both trucks over the same samples.
 
 Usage: python -m benchmarks.ipec_speed [hours]
 """
@@ -11,21 +13,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ipec.corrector import Corrector, correct
-from ipec.estimate import estimate
-from ipec.filter import Filter
-from ipec.smoother import smooth
-from motion.paths import rounded_rectangle
-from vcan_sim.floor import Floor
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
-from vehicle.sample import Sample
+from omnimate.ipec.corrector import Corrector, correct
+from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.live import Filter
+from omnimate.ipec.filter.smoother import smooth
+from omnimate.motion.paths import rounded_rectangle
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.odometry import Odometer, dead_reckon
+from omnimate.vehicle.sample import Sample
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from vehicle.recording import Direction, Recording
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import Direction, Recording
+    from omnimate.vehicle.se2 import Array
 
 STEPS = 20_000
 ROUNDS = 5  # the best counts: the machine may be shared
@@ -45,6 +50,21 @@ def samples(recording: Recording, count: int) -> list[Sample]:
     nan = (float("nan"),) * 7
     rows = zip(recording.counts[:count].tolist(), recording.present[:count].tolist(), strict=True)
     return [Sample(k, 0.015 * k, tuple(row), tuple(seen), nan, nan) for k, (row, seen) in enumerate(rows)]
+
+
+def plain_step(vehicle: VehicleParameters, stream: list[Sample]) -> float:
+    """Return the time of one step of plain odometry of both trucks [us]."""
+    odometers = [Odometer(vehicle, truck) for truck in vehicle.trucks]
+    begin = time.perf_counter()
+    for sample in stream:
+        for odometer in odometers:
+            odometer.step(sample)
+    return (time.perf_counter() - begin) / len(stream) * 1e6
+
+
+def plain(recording: Recording) -> list[Array]:
+    """Return the paths of both trucks by plain odometry."""
+    return [dead_reckon(recording, truck) for truck in recording.vehicle.trucks]
 
 
 def live(method: Corrector | Filter, stream: list[Sample]) -> float:
@@ -76,15 +96,21 @@ def main() -> int:
         "filter": (Filter(vehicle), 50.0),
     }
     within = True
+    odometry = min(plain_step(vehicle, stream) for _ in range(ROUNDS))
+    print(f"live step, {'odometry':<8} {odometry:8.1f} us")
     for name, (method, wanted) in steps.items():
         cost = min(live(method, stream) for _ in range(ROUNDS))
         within &= cost < wanted
-        print(f"live step, {name:<8} {cost:8.1f} us   (wanted: below {wanted:.0f})")
+        ratio = cost / odometry
+        print(f"live step, {name:<8} {cost:8.1f} us   {ratio:5.1f} times   (wanted: below {wanted:.0f} us)")
     loops = {"IPEC": (correct, 0.2), "filter": (estimate, 2.0), "smoother": (smooth, 2.0)}
+    odometry = best(lambda: plain(recording)) / hours
+    print(f"an hour through  odometry {odometry:8.3f} s")
     for name, (work, wanted) in loops.items():
         cost = best(lambda work=work: work(recording)) / hours  # type: ignore[misc]  # a default binds it
         within &= cost < wanted
-        print(f"an hour through  {name:<8} {cost:8.2f} s    (wanted: below {wanted})")
+        ratio = cost / odometry
+        print(f"an hour through  {name:<8} {cost:8.3f} s    {ratio:5.1f} times   (wanted: below {wanted} s)")
     print(f"{len(recording)} samples, {np.sum(np.diff(recording.counts[:, 0]) != 0)} of them in motion")
     return 0 if within else 1
 

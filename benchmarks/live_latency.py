@@ -1,10 +1,12 @@
-"""How fast the live path is: SYNC to assembled sample at 100 Hz, and how many times real time flat out.
+"""The live path: the time from SYNC to the assembled sample at 100 Hz, and its pace without waiting.
+
+Peer: one message from one end of python-can's virtual bus to the other, in the same process.
 
 The driver and the simulated vehicle share this process and a virtual bus. The latency is host time from
-just before SYNC is sent until the sample is there. Flat out, at a SYNC period of 15 ms, everything shares
-the interpreter: on python-can's virtual bus with a thread for the vehicle, whose pace hangs on how the
-machine switches between the two, and on the bus in one thread, which the demo uses. The driver's own share is
-measured on a bus that costs nothing.
+just before SYNC is sent until the sample is there. The pace is measured without waiting, at a SYNC period of
+15 ms: on python-can's virtual bus with a thread for the vehicle, where it depends on how the machine switches
+between the two threads, and on the bus in one thread, which the demo uses. The driver's share is measured on
+a bus that costs nothing.
 
 Usage: python -m benchmarks.live_latency
 """
@@ -21,19 +23,19 @@ from typing import TYPE_CHECKING
 
 import can
 
-from driver.bus import open_bus
-from driver.clock import SyncClock, WallClock
-from driver.driver import Driver
-from driver.recorder import Recorder
-from vcan_sim.coupled_bus import CoupledBus
-from vcan_sim.plant import Plant
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulated_vehicle import SimulatedVehicle
-from vcan_sim.truth import Truth
+from omnimate.driver.bus import open_bus
+from omnimate.driver.clock import SyncClock, WallClock
+from omnimate.driver.driver import Driver
+from omnimate.driver.recorder import Recorder
+from omnimate.vcan_sim.coupled_bus import CoupledBus
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
+from omnimate.vcan_sim.truth import Truth
 
 if TYPE_CHECKING:
-    from driver.clock import Clock
-    from vehicle.parameters import VehicleParameters
+    from omnimate.driver.clock import Clock
+    from omnimate.vehicle.parameters import VehicleParameters
 
 LATENCY_TARGET = 2.0  # [ms], 99th percentile
 PACE_TARGET = 30.0  # times real time at 15 ms
@@ -41,7 +43,7 @@ LATENCY_SAMPLES, PACE_SAMPLES, ROUNDS = 2000, 3000, 3
 
 
 class Robot:
-    """A simulated vehicle and its driver, configured and enabled, on a bus of their own."""
+    """A simulated vehicle and its driver, configured and enabled, on their bus."""
 
     def __init__(
         self,
@@ -118,6 +120,19 @@ def latencies(vehicle: VehicleParameters) -> list[float]:
     return spent
 
 
+def bus_latencies() -> list[float]:
+    """Return the times of single messages through python-can's virtual bus [us]."""
+    channel, spent = f"virtual://benchmark-{time.monotonic_ns()}", []
+    message = can.Message(arbitration_id=0x181, data=bytes(4), is_extended_id=False)
+    with open_bus(channel) as sender, open_bus(channel) as receiver:
+        for _ in range(LATENCY_SAMPLES):
+            start = time.perf_counter()
+            sender.send(message)
+            receiver.recv(1.0)
+            spent.append((time.perf_counter() - start) * 1e6)
+    return spent
+
+
 def pace(
     vehicle: VehicleParameters,
     recorder: Recorder | None = None,
@@ -142,7 +157,7 @@ def recorded_pace(vehicle: VehicleParameters) -> float:
         return pace(vehicle, recorder, one_thread=True)
 
 
-def own_work(vehicle: VehicleParameters) -> float:
+def driver_work(vehicle: VehicleParameters) -> float:
     """Return the driver's work per cycle [us]."""
     driver = Driver(vehicle, InstantBus(vehicle), clock=SyncClock(vehicle.bus.sync_period))
     start = time.perf_counter()
@@ -155,12 +170,15 @@ def main() -> int:
     vehicle = reference_vehicle()
     fast = replace(vehicle, bus=replace(vehicle.bus, sync_period=0.010))
     spent = min((latencies(fast) for _ in range(ROUNDS)), key=p99)
+    messages = min((bus_latencies() for _ in range(ROUNDS)), key=p99)
     reading = max(pace(vehicle, commands=False) for _ in range(ROUNDS))
     threaded = max(pace(vehicle) for _ in range(ROUNDS))
     plain = max(pace(vehicle, one_thread=True) for _ in range(ROUNDS))
     recorded = max(recorded_pace(vehicle) for _ in range(ROUNDS))
-    work = min(own_work(vehicle) for _ in range(ROUNDS))
+    work = min(driver_work(vehicle) for _ in range(ROUNDS))
     print(f"{len(vehicle.encoders)} encoders, {len(vehicle.drives)} drives; best of {ROUNDS} rounds")
+    print(f"  one message on the bus, p50     {statistics.median(messages):8.2f} us")
+    print(f"  one message on the bus, p99     {p99(messages):8.2f} us")
     print(f"  SYNC to sample at 100 Hz, p50   {statistics.median(spent):8.2f} ms")
     print(f"  SYNC to sample at 100 Hz, p99   {p99(spent):8.2f} ms   (wanted: below {LATENCY_TARGET:g})")
     print("  through the bus, times real time:")
@@ -168,7 +186,7 @@ def main() -> int:
     print(f"    two threads, commands too     {threaded:8.1f}")
     print(f"    one thread, commands too      {plain:8.1f}   (wanted: {PACE_TARGET:g})")
     print(f"    the same, recorded            {recorded:8.1f}")
-    print(f"  the driver's own work           {work:8.1f} us per cycle")
+    print(f"  the driver alone                {work:8.1f} us per cycle")
     return 0 if p99(spent) < LATENCY_TARGET and plain >= PACE_TARGET else 1
 
 

@@ -1,6 +1,8 @@
-"""How fast a candump log loads: this project's reader beside python-can's, on the same file in one run.
+"""The speed at which a candump log loads.
 
-Usage: python benchmarks/log_reading.py [frames]
+Peer: python-can's reader, on the same file.
+
+Usage: python -m benchmarks.log_reading [frames]
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from typing import TYPE_CHECKING
 import can
 import numpy as np
 
-from vehicle.logs import read_log
+from omnimate.logs.reading import read_log
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -68,7 +70,7 @@ def main() -> int:
         mine = rate(ours, path)
     print(f"candump log of {count} frames")
     print(f"  python-can CanutilsLogReader {theirs / 1e6:8.3f} million frames/s")
-    print(f"  vehicle.logs.read_log        {mine / 1e6:8.3f} million frames/s")
+    print(f"  omnimate.logs.read_log       {mine / 1e6:8.3f} million frames/s")
     print(f"  ratio                        {mine / theirs:8.1f}   (wanted: {TARGET:.0f} or more)")
     return 0 if mine >= TARGET * theirs else 1
 

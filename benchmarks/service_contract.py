@@ -1,10 +1,12 @@
-"""The service's answers against its own OpenAPI document, by schemathesis: all checks, with and without key.
+"""The service's answers against its OpenAPI document, by all checks of schemathesis, with and without a key.
 
-    python -m benchmarks.service_contract [--examples 50] [--phases examples,coverage,fuzzing]
+Peer: the OpenAPI document that the service publishes.
 
-What is left aside, and why: the two endless streams; bodies of TOML and zip, which schemathesis cannot make;
-that 428 answers a missing If-Match (RFC 6585), which it does not know; and that what no robot can have
-measured is a 422 although every number is in range.
+Usage: python -m benchmarks.service_contract [--examples 50] [--phases examples,coverage,fuzzing]
+
+Not checked are the two endless streams, and bodies of TOML and zip, which schemathesis cannot make. Allowed
+beyond its rules are 428 for a missing If-Match (RFC 6585), and 422 for values that are in range but that no
+robot can have measured.
 """
 
 import argparse
@@ -43,11 +45,11 @@ def contract(
     """Run schemathesis on a service; its exit code is 0 when nothing failed."""
     config = folder / "schemathesis.toml"
     config.write_text(CONFIG)
-    own = str(Path(sys.executable).with_name("schemathesis"))
+    program = str(Path(sys.executable).with_name("schemathesis"))
     headers = ["-H", f"Authorization: Bearer {key}"] if key else []
     return subprocess.run(
         [
-            own, "--config-file", str(config), "run", f"{url}/openapi.json", "--checks", "all",
+            program, "--config-file", str(config), "run", f"{url}/openapi.json", "--checks", "all",
             "--max-examples", str(examples), "--phases", phases, "--seed", "1",
             "--request-timeout", "60", "--no-color", *headers,
         ],
@@ -57,7 +59,7 @@ def contract(
 
 def make_key(folder: Path, database: str) -> str:
     """Return a key that may operate."""
-    command = [sys.executable, "-c", "from cli.main import main; main()", "key", "add", "contract"]
+    command = [sys.executable, "-c", "from omnimate.cli.main import main; main()", "key", "add", "contract"]
     made = subprocess.run(
         [*command, "--role", "operate", "--database", database],
         cwd=folder, capture_output=True, text=True, check=True,

@@ -1,9 +1,11 @@
-"""Kill the service at random moments under load: is every sample that was answered 201 still there?
+"""What is lost when the service is killed at random moments under load.
 
-    python -m benchmarks.service_kill [--kills 200] [--database sqlite:///... or postgresql+psycopg://...]
+Peer: what the clients were answered; every sample that was answered 201 must still be there.
 
-Four clients start sessions and post samples, one has the robot drive; after a random while the process gets
-SIGKILL, and a new one looks after what the clients were promised.
+Usage: python -m benchmarks.service_kill [--kills 200] [--database sqlite:///... or postgresql+psycopg://...]
+
+Four clients start sessions and post samples, and one lets the robot drive. After a random time the process
+gets SIGKILL, and a new process is asked for what the clients were promised.
 """
 
 import argparse
@@ -21,7 +23,7 @@ from benchmarks.service_process import Service
 
 SESSIONS = "/v1/umbmark/sessions"
 RUN = {"direction": "cw", "after": {"x": 0.1, "y": 0.02}, "calculated": {"x": 0.0, "y": 0.0}}
-OWN_END = {"collecting", "interrupted", "aborted", "failed", "solved", "accepted"}
+SETTLED = {"collecting", "interrupted", "aborted", "failed", "solved", "accepted"}
 
 
 @dataclass
@@ -57,7 +59,7 @@ def load(url: str, promised: Promised, seed: int) -> None:
 
 
 def drive(url: str, promised: Promised) -> None:
-    """Have the robot drive until the service is gone."""
+    """Let the robot drive until the service is gone."""
     try:
         with httpx2.Client(base_url=url, timeout=20.0) as client:
             answer = client.post(SESSIONS, json={"how": "drive", "side": 1.0, "runs": 5})
@@ -69,30 +71,32 @@ def drive(url: str, promised: Promised) -> None:
 
 
 def lost(url: str, promised: Promised) -> list[str]:
-    """Return what was promised and is not there, in words."""
-    found = []
+    """Return a sentence for everything that was promised and is not there."""
+    missing = []
     with httpx2.Client(base_url=url, timeout=60.0) as client:
         for session, numbers in promised.samples.items():
             answer = client.get(f"{SESSIONS}/{session}")
             if answer.status_code != 200:
-                found.append(f"session {session} is gone")
+                missing.append(f"session {session} is gone")
                 continue
-            there = {one["number"] for one in answer.json()["samples"]}
-            found += [f"session {session}: sample {one} is gone" for one in numbers - there]
+            there = {sample["number"] for sample in answer.json()["samples"]}
+            missing += [f"session {session}: sample {number} is gone" for number in numbers - there]
             result = client.get(f"{SESSIONS}/{session}/result")
             if session in promised.solved and result.json().get("revision") != promised.solved[session]:
-                found.append(f"session {session}: its result is gone")
-    return found
+                missing.append(f"session {session}: its result is gone")
+    return missing
 
 
 def stuck(url: str, promised: Promised) -> set[str]:
-    """Return sessions that are neither driven nor to be gone on with, when leases have run out."""
+    """Return sessions that are still being driven when the leases of a dead process have run out."""
     end = time.monotonic() + 60.0
     waiting = set(promised.driven)
     with httpx2.Client(base_url=url, timeout=60.0) as client:
         while waiting and time.monotonic() < end:
             waiting = {
-                one for one in waiting if client.get(f"{SESSIONS}/{one}").json()["state"] not in OWN_END
+                session
+                for session in waiting
+                if client.get(f"{SESSIONS}/{session}").json()["state"] not in SETTLED
             }
             time.sleep(0.5)
     return waiting
@@ -105,22 +109,23 @@ def trial(folder: Path | str, database: str, kills: int, seed: int = 0) -> tuple
     for number in track(range(kills), "killing"):
         service = Service(folder, database)
         missing += lost(service.url, promised)
-        promises += sum(len(one) for one in promised.samples.values())
+        promises += sum(len(numbers) for numbers in promised.samples.values())
         everything.driven |= promised.driven
         promised = Promised()
         clients = [
-            threading.Thread(target=load, args=(service.url, promised, 10 * number + one)) for one in range(4)
+            threading.Thread(target=load, args=(service.url, promised, 10 * number + client))
+            for client in range(4)
         ]
         clients.append(threading.Thread(target=drive, args=(service.url, promised)))
-        for one in clients:
-            one.start()
+        for client in clients:
+            client.start()
         time.sleep(chance.uniform(0.05, 2.0))
         service.kill()
-        for one in clients:
-            one.join()
+        for client in clients:
+            client.join()
     service = Service(folder, database)
     missing += lost(service.url, promised)
-    promises += sum(len(one) for one in promised.samples.values())
+    promises += sum(len(numbers) for numbers in promised.samples.values())
     everything.driven |= promised.driven
     left = stuck(service.url, everything)
     service.stop()

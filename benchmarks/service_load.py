@@ -1,8 +1,10 @@
-"""The service under load, from a second process: how long reads and sample posts take while a bus is tracked.
+"""The times of the service's answers under load, measured from a second process, while it tracks a bus.
 
-    python -m benchmarks.service_load [--seconds 20] [--reads 200] [--posts 50] [--listeners 50]
+Peer: `/healthz` at the same rate without other load, which does nothing but answer.
 
-Calls leave at fixed times whether or not the ones before them have been answered, and its duration counts
+Usage: python -m benchmarks.service_load [--seconds 20] [--reads 200] [--posts 50] [--listeners 50]
+
+Calls leave at fixed times, whether or not earlier calls have been answered. The duration of a call counts
 from when it should have left, so that a slow answer is not hidden by the wait for it.
 """
 
@@ -19,11 +21,12 @@ import httpx2
 import numpy as np
 
 from benchmarks.service_process import serving
-from vcan_sim.reference import reference_vehicle
-from vehicle.file import save_vehicle
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.file import save_vehicle
 
 SESSIONS = "/v1/umbmark/sessions"
 RUN = {"direction": "cw", "after": {"x": 0.1, "y": 0.02}, "calculated": {"x": 0.0, "y": 0.0}}
+IDLE = 3.0  # [s] of calls without other load
 WARM = 5.0  # [s] that do not count: the tracker is loaded in them
 RUNS = 900  # of one session
 
@@ -32,14 +35,14 @@ async def paced(rate: float, seconds: float, call) -> list[float]:  # noqa: ANN0
     """Make calls at a rate [1/s]; return how long each took from when it should have left [s]."""
     began, durations, tasks = time.perf_counter(), [], []
 
-    async def one(index: int, due: float) -> None:
+    async def timed(index: int, due: float) -> None:
         await call(index)
         durations.append(time.perf_counter() - due)
 
     for index in range(int(rate * seconds)):
         due = began + index / rate
         await asyncio.sleep(max(0.0, due - time.perf_counter()))
-        tasks.append(asyncio.create_task(one(index, due)))
+        tasks.append(asyncio.create_task(timed(index, due)))
     await asyncio.gather(*tasks)
     return durations
 
@@ -84,6 +87,16 @@ class Client:
         ).encode() + body
 
 
+async def idle(url: str, rate: float) -> list[float]:
+    """Return the durations of calls that ask for nothing."""
+    client = Client(url)
+
+    async def live(_index: int) -> None:
+        await client.call("GET", "/healthz")
+
+    return await paced(rate, IDLE, live)
+
+
 async def measure(url: str, options: argparse.Namespace) -> tuple[list[float], list[float], list[int]]:
     """Return the durations of reads and posts, and the events that each listener got."""
     client, run = Client(url), json.dumps(RUN).encode()
@@ -123,14 +136,14 @@ def listing(url: str) -> list[float]:
 
 def fill(database: str, count: int) -> None:
     """Store sessions, as years of use would."""
-    from service.store.database import Database
-    from service.umbmark import sessions
-    from service.umbmark.models import SessionStart
+    from omnimate.service.store.database import Database
+    from omnimate.service.umbmark.requests import SessionStart
+    from omnimate.service.umbmark.sessions import start_session
 
     store = Database(database)
     with store.writing() as db:
         for _ in range(count):
-            sessions.start(db, SessionStart(side=4.0), "omnimate", 1e6)
+            start_session(db, SessionStart(side=4.0), "omnimate", 1e6)
     store.close()
 
 
@@ -159,6 +172,7 @@ def main() -> None:
         with serving(folder, database, "--vehicle", "vehicle.toml") as service:
             print(f"{database.partition(':')[0]}: ready after {service.ready:.2f} s")
             time.sleep(WARM)
+            unloaded = asyncio.run(idle(service.url, options.reads))
             before = httpx2.get(f"{service.url}/v1/robot").json()
             began = time.perf_counter()
             reads, posts, events = asyncio.run(measure(service.url, options))
@@ -166,6 +180,7 @@ def main() -> None:
             fill(database, options.stored)
             pages = listing(service.url)
     expected = passed * options.bus_rate
+    print(f"/healthz at {options.reads:g}/s, no other load: {words(unloaded)}")
     print(f"reads at {options.reads:g}/s: {words(reads)}")
     print(f"posts at {options.posts:g}/s: {words(posts)}")
     if events:

@@ -1,4 +1,4 @@
-"""A service in a process of its own, to be loaded and to be killed."""
+"""A service in a process that benchmarks and tests can load and kill; it measures nothing itself."""
 
 import re
 import subprocess
@@ -10,17 +10,18 @@ from pathlib import Path
 
 import httpx2
 
-COMMAND = [sys.executable, "-c", "from cli.main import main; main()", "serve", "--port", "0", "--rate", "1e6"]
+PROGRAM = [sys.executable, "-c", "from omnimate.cli.main import main; main()"]
+COMMAND = [*PROGRAM, "serve", "--port", "0", "--rate", "1e6"]
 PATIENCE = 120.0  # [s] that a slow machine may take to start it
 
 
 class Service:
-    """One that listens.
+    """A service that listens.
 
     Attributes:
-        url: where.
-        process: that does.
-        ready: how long it took until /readyz said so [s].
+        url: Address at which it listens.
+        process: Process of the service.
+        ready: Time until /readyz answered 200 [s].
     """
 
     def __init__(self, folder: Path | str, database: str, *options: str) -> None:
@@ -31,17 +32,17 @@ class Service:
                 cwd=folder, stdout=subprocess.PIPE, stderr=log, text=True,
             )  # fmt: skip
         line = self.process.stdout.readline()
-        found = re.search(r"http://\S+", line)
-        if found is None:
+        address = re.search(r"http://\S+", line)
+        if address is None:
             raise RuntimeError(
                 f"the service did not start: {(Path(folder) / 'serve.log').read_text()[-2000:]}"
             )
-        self.url = found[0]
+        self.url = address[0]
         self._wait(began)
         self.ready = time.perf_counter() - began
 
     def _wait(self, began: float) -> None:
-        word = "nobody answers"
+        word = "no answer"
         while time.perf_counter() - began < PATIENCE:
             try:
                 answer = httpx2.get(f"{self.url}/readyz", timeout=5.0)
@@ -54,7 +55,7 @@ class Service:
         raise RuntimeError(f"the service is not ready after {PATIENCE:g} s: {word}")
 
     def kill(self) -> None:
-        """End it as a power cut would: it does not get to say a word."""
+        """End it as a power cut would, without any warning."""
         self.process.kill()
         self.process.wait()
         self.process.stdout.close()
@@ -68,7 +69,7 @@ class Service:
 
 @contextmanager
 def serving(folder: Path | str, database: str, *options: str) -> Iterator[Service]:
-    """A service for the length of a block."""
+    """Yield a service that runs for the length of a block."""
     service = Service(folder, database, *options)
     try:
         yield service

@@ -1,14 +1,19 @@
-"""UMBmark's statistics, counted: `python benchmarks/umbmark_trials.py` prints them in about two minutes."""
+"""The statistics of UMBmark, counted over many simulated experiments, in about two minutes.
+
+Peers: the paper's printed equations beside the exact and the weighted ones, and the Cramer-Rao bound.
+
+Usage: python -m benchmarks.umbmark_trials
+"""
 
 import time
 from dataclasses import replace
 
 import numpy as np
 
-from calib.bootstrap import bootstrap
-from calib.experiment import calibrate
-from calib.guards import advise
-from calib.trials import (
+from omnimate.calib.umbmark.bootstrap import bootstrap
+from omnimate.calib.umbmark.experiment import calibrate
+from omnimate.calib.umbmark.guards import advise
+from omnimate.reproduction.trials import (
     Trial,
     after_calibration,
     coverage,
@@ -31,7 +36,7 @@ def main() -> None:
             left = 1e3 * left_over(Trial(*factors, floor_covariance(0.022)), 1000, method).mean()
             print(f"left over at {factors} with 22 mm of scatter, {method}: {left:.1f} mm")
     plain = Trial(*FIGURE_11, plain_covariance(0.022))
-    print("variance over bound, true weights:", efficiency(plain, 100_000, own_scatter=False).round(3))
+    print("variance over bound, true weights:", efficiency(plain, 100_000, estimated_weights=False).round(3))
     print("variance over bound, own weights, 5 + 5:", efficiency(plain, 100_000).round(3))
     print("variance over bound, own weights, 20 + 20:", efficiency(replace(plain, runs=20), 50_000).round(3))
     for runs in (2, 5):
@@ -44,7 +49,7 @@ def main() -> None:
     print(f"solve and 10 000 resamples: {time.perf_counter() - start:.2f} s")
     chance = np.random.default_rng(5)
     alarms = sum(bool(advise(TRIAL.drive(chance))) for _ in range(3000))
-    print(f"guards speak up about {alarms} of 3000 healthy experiments")
+    print(f"the guards warn of {alarms} of 3000 healthy experiments")
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""Recordings, as better vehicle parameters."""
+"""Calibration: better parameters of a robot from its recordings."""

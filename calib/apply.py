@@ -1,25 +1,28 @@
-"""Corrected parameters; the mean wheel diameter is held, because it was measured before, with a tape."""
+"""Corrected parameters of trucks and robots.
+
+The mean wheel diameter is held, because it was measured before with a tape.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vehicle.parameters import Truck
+from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
 
 def corrected_truck(truck: Truck, e_b: float, e_d: float) -> Truck:
     """Return a truck with its wheelbase times E_b and its ratio D_R / D_L times E_d, U (4.26)-(4.30).
 
-    A second pass thereby multiplies the factors of the first.
+    The factors of a second pass multiply those of the first.
 
     Raises:
-        ParameterError: no robot can have the result.
+        ParameterError: The result is not a possible truck.
     """
     mean = 0.5 * (truck.wheel_diameter_left + truck.wheel_diameter_right)
     ratio = e_d * truck.wheel_diameter_right / truck.wheel_diameter_left
@@ -32,13 +35,13 @@ def corrected_truck(truck: Truck, e_b: float, e_d: float) -> Truck:
 
 @dataclass(frozen=True, slots=True)
 class Factors:
-    """What separates two sets of parameters of a truck.
+    """Factors between two sets of parameters of a truck.
 
     Attributes:
-        e_b: of the wheelbases, U (2.4).
-        e_d: of the ratios D_R / D_L, U (2.3).
-        c_left: of the left diameters, U (4.33).
-        c_right: of the right diameters.
+        e_b: Factor between the wheelbases, U (2.4).
+        e_d: Factor between the ratios D_R / D_L, U (2.3).
+        c_left: Factor between the left diameters, U (4.33).
+        c_right: Factor between the right diameters, U (4.33).
     """
 
     e_b: float
@@ -48,14 +51,14 @@ class Factors:
 
 
 def factors_between(first: Truck, last: Truck) -> Factors:
-    """Return the factors of all passes together that led from the first parameters to the last."""
+    """Return the factors of all passes together, from the first parameters to the last."""
     left = last.wheel_diameter_left / first.wheel_diameter_left
     right = last.wheel_diameter_right / first.wheel_diameter_right
     return Factors(last.wheelbase / first.wheelbase, right / left, left, right)
 
 
 def corrected_vehicle(vehicle: VehicleParameters, trucks: Mapping[TruckName, Truck]) -> VehicleParameters:
-    """Return the same robot with calibrated trucks in place of those named."""
+    """Return the same robot with the named trucks replaced by calibrated ones."""
     for name, truck in trucks.items():
         vehicle = vehicle.with_truck(name, truck)
     return vehicle

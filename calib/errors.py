@@ -1,10 +1,10 @@
-"""The errors of this room: measurements that cannot be a UMBmark experiment, and why."""
+"""The errors of calibration: measurements from which no parameters can be calculated, and why."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vehicle.errors import OmnimateError
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +15,7 @@ class CalibrationError(OmnimateError):
     """Measurements that do not make a calibration.
 
     Attributes:
-        source: the file, folder or recording that they came from.
+        source: File, folder or recording that the measurements come from.
     """
 
     def __init__(self, source: str | Path, problem: str) -> None:
@@ -24,18 +24,18 @@ class CalibrationError(OmnimateError):
 
 
 class DirectionError(CalibrationError):
-    """Runs that miss a direction, or whose cw and ccw are swapped."""
+    """Runs of which a direction is missing, or whose cw and ccw are swapped."""
 
 
 class FixError(CalibrationError):
-    """An absolute pose that is needed before or after a lap, and is not there."""
+    """An absolute pose that is missing, for example before or after a lap."""
 
 
 class FrozenChannelError(CalibrationError):
     """An encoder that stands still while the robot moves.
 
     Attributes:
-        channel: of the encoder, as far as it is known: a wheel or a joint.
+        channel: Name of the encoder's wheel or joint, as far as it is known.
     """
 
     def __init__(self, source: str | Path, channel: str, problem: str) -> None:
@@ -43,16 +43,24 @@ class FrozenChannelError(CalibrationError):
         self.channel = channel
 
 
-class OptiOdomError(CalibrationError):
-    """A folder that is no OptiOdom set of squares."""
+class MethodError(CalibrationError):
+    """A method of calibration that needs more than the experiment holds.
+
+    Attributes:
+        problem: What the method needs.
+    """
+
+    def __init__(self, source: str | Path, method: str) -> None:
+        self.problem = f"{method} needs the heading of every run, and three runs or more"
+        super().__init__(source, f"the method {self.problem}")
 
 
 class ReturnTableError(CalibrationError):
     """A table of return errors that cannot be read.
 
     Attributes:
-        line: counted from 1.
-        column: counted from 1; None where the whole line is meant.
+        line: Number of the line, counted from 1.
+        column: Number of the column, counted from 1; None where the whole line is meant.
     """
 
     def __init__(self, source: str | Path, line: int, column: int | None, problem: str) -> None:
@@ -63,10 +71,10 @@ class ReturnTableError(CalibrationError):
 
 
 class UnobservableError(CalibrationError):
-    """Drives that tell nothing about any parameter.
+    """Drives that identify none of the parameters.
 
     Attributes:
-        reasons: why, by parameter.
+        reasons: Reason for each parameter, by its name.
     """
 
     def __init__(self, source: str | Path, reasons: Mapping[str, str]) -> None:

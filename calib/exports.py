@@ -1,4 +1,4 @@
-"""A calibration in the words of those who use it: ROS 2, VDA 5050, JSON.
+"""A calibration in the formats of those who use it: ROS 2, VDA 5050, JSON.
 
 ros2_controllers' diff_drive_controller multiplies: its left wheel has wheel_radius times
 left_wheel_radius_multiplier, its base wheel_separation times wheel_separation_multiplier. A VDA 5050
@@ -12,14 +12,14 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from calib.errors import CalibrationError
+from omnimate.calib.errors import CalibrationError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from calib.experiment import Calibration
-    from calib.uncertainty import Interval, Uncertainty
-    from vehicle.parameters import Truck, TruckName, VehicleParameters
+    from omnimate.calib.umbmark.experiment import Calibration
+    from omnimate.calib.umbmark.uncertainty import Interval, Uncertainty
+    from omnimate.vehicle.parameters import Truck, TruckName, VehicleParameters
 
 
 def ros2_parameters(nominal: Truck, calibrated: Truck) -> dict[str, float]:
@@ -48,11 +48,11 @@ def vda5050_wheels(vehicle: VehicleParameters, wheel_width: float) -> list[dict[
     """Return the wheelDefinitions of a VDA 5050 factsheet; the frame is that of truck a's drive axle.
 
     Args:
-        vehicle: calibrated.
-        wheel_width: [m], which VDA 5050 wants and a calibration does not know.
+        vehicle: The calibrated robot.
+        wheel_width: Width of the wheels [m], which VDA 5050 requires and a calibration does not give.
 
     Raises:
-        CalibrationError: no wheel has that width.
+        CalibrationError: The width is not between 0 and 1 m.
     """
     if not 0.0 < wheel_width < 1.0:
         raise CalibrationError("--wheel-width", f"{wheel_width} m; expected the width of a wheel in metres")
@@ -81,10 +81,10 @@ def calibration_json(results: Sequence[tuple[str, Calibration, Truck, Uncertaint
     """Return everything that is known about calibrations, as JSON in SI units.
 
     Args:
-        results: label, calibration, final truck (with E_s where a tape told it), the uncertainty of the
-            calibration, and the floor's roughness [m/sqrt(m)].
+        results: For each calibration its label, the calibration, the final truck (with E_s where it was
+            measured), the uncertainty of the calibration, and the floor's roughness [m/sqrt(m)].
     """
-    return _json([_result(*one) for one in results])
+    return _json([_result(*result) for result in results])
 
 
 def _result(
@@ -118,13 +118,13 @@ def _limits(interval: Interval) -> dict[str, float]:
 
 
 def _json(document: object) -> str:
-    """Return JSON in which what is not known is null."""
+    """Return JSON in which unknown numbers are null."""
     return json.dumps(_known(document), indent=2) + "\n"
 
 
-def _known(item: Any) -> Any:  # noqa: ANN401  # whatever JSON can hold
-    if isinstance(item, dict):
-        return {key: _known(value) for key, value in item.items()}
-    if isinstance(item, list):
-        return [_known(value) for value in item]
-    return None if isinstance(item, float) and not math.isfinite(item) else item
+def _known(value: Any) -> Any:  # noqa: ANN401  # whatever JSON can hold
+    if isinstance(value, dict):
+        return {key: _known(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_known(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -10,22 +10,23 @@ A small TOML file, one table for each profile and truck:
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import tomli_w
 
-from calib.apply import corrected_vehicle
-from calib.errors import CalibrationError
-from vehicle.atomic import write_text
-from vehicle.parameters import TRUCKS, ParameterError, Truck
+from omnimate.calib.apply import corrected_vehicle
+from omnimate.calib.errors import CalibrationError
+from omnimate.vehicle.atomic import write_text
+from omnimate.vehicle.errors import TableError
+from omnimate.vehicle.parameters import TRUCKS, Truck
+from omnimate.vehicle.tables import dataclass_of, read_toml
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
 Profile = dict["TruckName", Truck]
 
@@ -36,21 +37,24 @@ def load_profiles(path: Path | str) -> dict[str, Profile]:
     """Return the profiles of a file.
 
     Raises:
-        CalibrationError: it cannot be read, or a table in it is not that of a possible truck.
+        CalibrationError: The file cannot be read, or a table in it does not describe a possible truck.
     """
     path = Path(path)
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise CalibrationError(path, f"no file of profiles: {error}") from error
-    return {name: _profile(path, name, table) for name, table in document.items()}
+        document = read_toml(path)
+    except TableError as error:
+        raise CalibrationError(path, f"not a file of profiles: {error}") from error
+    try:
+        return {name: _profile(name, table) for name, table in document.items()}
+    except TableError as error:
+        raise CalibrationError(path, str(error)) from error
 
 
 def save_profile(path: Path | str, name: str, profile: Mapping[TruckName, Truck]) -> None:
-    """Add a profile to a file, or replace it there; the others stay.
+    """Add a profile to a file, or replace it there; the other profiles stay.
 
     Raises:
-        CalibrationError: the file that is there holds something else, or the name is empty.
+        CalibrationError: The existing file holds no profiles, or the name is empty.
     """
     path = Path(path)
     if not name.strip():
@@ -58,8 +62,8 @@ def save_profile(path: Path | str, name: str, profile: Mapping[TruckName, Truck]
     profiles: dict[str, Mapping[TruckName, Truck]] = {**load_profiles(path)} if path.exists() else {}
     profiles[name] = profile
     tables = {
-        one: {truck: asdict(size) for truck, size in trucks.items()}
-        for one, trucks in sorted(profiles.items())
+        profile_name: {truck: asdict(size) for truck, size in trucks.items()}
+        for profile_name, trucks in sorted(profiles.items())
     }
     write_text(path, tomli_w.dumps(tables))
 
@@ -68,7 +72,7 @@ def with_profile(vehicle: VehicleParameters, path: Path | str, name: str) -> Veh
     """Return a robot with the trucks of a profile.
 
     Raises:
-        CalibrationError: the file has no such profile, or it is of another robot.
+        CalibrationError: The file has no such profile, or the profile is of another robot.
     """
     profiles = load_profiles(path)
     if name not in profiles:
@@ -79,21 +83,10 @@ def with_profile(vehicle: VehicleParameters, path: Path | str, name: str) -> Veh
     return corrected_vehicle(vehicle, profiles[name])
 
 
-def _profile(path: Path, name: str, table: Any) -> Profile:  # noqa: ANN401  # from TOML
+def _profile(name: str, table: object) -> Profile:
     if not isinstance(table, dict) or not table:
-        raise CalibrationError(path, f"{name}: expected tables [{name}.a] with {', '.join(_KEYS)}")
-    return {truck: _truck(path, f"{name}.{truck}", truck, values) for truck, values in table.items()}
-
-
-def _truck(path: Path, where: str, name: str, values: Any) -> Truck:  # noqa: ANN401  # from TOML
-    if name not in TRUCKS:
-        raise CalibrationError(path, f"{where}: unknown truck; expected a or b")
-    if not isinstance(values, dict) or set(values) != set(_KEYS):
-        raise CalibrationError(path, f"{where}: expected {', '.join(_KEYS)}, and nothing else")
-    for key, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise CalibrationError(path, f"{where}.{key}: {value!r}; expected metres")
-    try:
-        return Truck(**values)
-    except ParameterError as error:
-        raise CalibrationError(path, f"{where}.{error}") from error
+        raise TableError(name, f"expected tables [{name}.a] with {', '.join(_KEYS)}")
+    for truck in table:
+        if truck not in TRUCKS:
+            raise TableError(f"{name}.{truck}", "unknown truck; expected a or b")
+    return {truck: dataclass_of(Truck, values, f"{name}.{truck}") for truck, values in table.items()}

@@ -1,25 +1,16 @@
-"""Square runs out of recordings: a fix before each lap, a fix after it, and the wheels in between."""
+"""Checks of recordings that every calibration needs: absolute poses, and a single robot."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from calib.errors import CalibrationError, FixError
-from calib.runs import SquareRun
-from vehicle.odometry import truck_travel
-from vehicle.recording import Poses
-from vehicle.se2 import Array, between, wrap
+from omnimate.calib.errors import CalibrationError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vehicle.parameters import TruckName
-    from vehicle.recording import Recording
-
-_STILL = 0.1  # [s] before and after a fix at rest, nothing moves
-_REST = 0.5e-3  # [m] a truck whose wheels stay within this is at rest
+    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.recording import Recording
 
 
 def has_fixes(recording: Recording, truck: TruckName) -> bool:
@@ -31,7 +22,7 @@ def check_one_robot(recordings: Sequence[Recording]) -> None:
     """Refuse recordings of robots with different names or channels; their parameters may differ.
 
     Raises:
-        CalibrationError: the first one that is of another robot than the first of all.
+        CalibrationError: A recording is of another robot than the first one.
     """
     for other in recordings[1:]:
         first = recordings[0]
@@ -41,112 +32,3 @@ def check_one_robot(recordings: Sequence[Recording]) -> None:
                 f"it is of the robot {other.vehicle.name!r}, but {first.source} of {first.vehicle.name!r}; "
                 "give recordings of one robot at a time (its name stands in vehicle.toml)",
             )
-
-
-def square_runs(recording: Recording, truck: TruckName = "a") -> tuple[SquareRun, ...]:
-    """Return one run for each cw or ccw lap of a recording.
-
-    The fix before is the last one at rest before the lap, the fix after the first one at rest after it; all
-    fixes of the same rest are averaged with their inverse variances. The wheels count between exactly these.
-
-    Raises:
-        CalibrationError: the recording has no laps, or no absolute poses of this truck.
-        FixError: a lap has no fix before or after it.
-    """
-    if recording.run is None:
-        raise CalibrationError(recording.source, "no run.toml; UMBmark needs the laps and their directions")
-    if truck not in recording.vehicle.trucks:
-        raise CalibrationError(recording.source, f"the robot has no truck {truck}")
-    if recording.poses is None or not has_fixes(recording, truck):
-        raise CalibrationError(
-            recording.source, f"poses.csv has no pose of truck {truck}; UMBmark needs fixes"
-        )
-    drive = Drive(recording, truck, recording.poses.of(truck))
-    runs = []
-    for number, lap in enumerate(recording.run.laps, start=1):
-        if lap.direction == "none":
-            continue
-        source = f"{recording.source}, lap {number}, truck {truck}"
-        start, first = drive.fix_before(lap.start, source)
-        end, last = drive.fix_after(lap.end, source)
-        runs.append(SquareRun(lap.direction, between(first, last), drive.wheel_angles(start, end), source))
-    return tuple(runs)
-
-
-class Drive:
-    """One truck's wheels and fixes on the recording's clock."""
-
-    def __init__(self, recording: Recording, truck: TruckName, fixes: Poses) -> None:
-        left, right, _ = truck_travel(recording, truck)
-        self.time, self.travel = recording.time, np.stack([left, right], axis=-1)
-        known = np.isfinite(fixes.pose[:, :2]).all(axis=1)
-        self.fixes = Poses(fixes.time[known], fixes.body[known], fixes.pose[known], fixes.sigma[known])
-        parameters = recording.vehicle.trucks[truck]
-        self.radii = 0.5 * np.array([parameters.wheel_diameter_left, parameters.wheel_diameter_right])
-
-    def rests(self) -> list[float]:
-        """Return the time of one fix in each rest that has fixes, in order."""
-        times: list[float] = []
-        before, after = (self._travel_at(self.fixes.time + shift) for shift in (-_STILL, _STILL))
-        still = (np.abs(after - before) <= _REST).all(axis=-1)
-        for time in self.fixes.time[still]:
-            if not times or time > self.rest(times[-1])[1]:
-                times.append(float(time))
-        return times
-
-    def _travel_at(self, time: float | Array) -> Array:
-        """Return the travel `(..., 2)` of both wheels at times [m]."""
-        return np.stack([np.interp(time, self.time, wheel) for wheel in self.travel.T], axis=-1)
-
-    def rest(self, time: float) -> tuple[float, float]:
-        """Return the stretch of time around `time` in which neither wheel moved."""
-        moved = self.time[(np.abs(self.travel - self._travel_at(time)) > _REST).any(axis=1)]
-        earlier, later = moved[moved < time], moved[moved > time]
-        return (
-            float(earlier[-1]) if len(earlier) else -np.inf,
-            float(later[0]) if len(later) else np.inf,
-        )
-
-    def fix_before(self, time: float, source: str) -> tuple[float, Array]:
-        """Return time and pose `(3,)` of the last fix at rest before a lap."""
-        times = self.fixes.time[self.fixes.time < self.rest(time)[1]]
-        if len(times) == 0:
-            raise FixError(source, "no absolute pose before the lap; measure one at rest before it starts")
-        pose = self.mean_fix(float(times[-1]))
-        if np.isnan(pose[2]):
-            raise FixError(
-                source, "the absolute pose before the lap has no theta; return errors need its frame"
-            )
-        return float(times[-1]), pose
-
-    def fix_after(self, time: float, source: str) -> tuple[float, Array]:
-        """Return time and pose `(3,)` of the first fix at rest after a lap; its theta may be nan."""
-        times = self.fixes.time[self.fixes.time > self.rest(time)[0]]
-        if len(times) == 0:
-            raise FixError(source, "no absolute pose after the lap; measure one at rest after it ends")
-        return float(times[0]), self.mean_fix(float(times[0]))
-
-    def mean_fix(self, time: float) -> Array:
-        """Return the mean pose `(3,)` of all fixes of the rest that holds `time`."""
-        start, end = self.rest(time)
-        same = ((self.fixes.time > start) & (self.fixes.time < end)) | (self.fixes.time == time)
-        return mean_pose(self.fixes.pose[same], self.fixes.sigma[same])
-
-    def wheel_angles(self, start: float, end: float) -> Array:
-        """Return the wheels' angles `(N, 2)` in each step between two times [rad]."""
-        inside = (self.time > start) & (self.time < end)
-        travel = np.vstack([self._travel_at(start), self.travel[inside], self._travel_at(end)])
-        return np.asarray(np.diff(travel, axis=0) / self.radii, np.float64)
-
-
-def mean_pose(poses: Array, sigma: Array) -> Array:
-    """Return the mean `(3,)` of poses `(M, 3)` by inverse variance, or equally where a sigma is unknown."""
-    reference = np.nan_to_num(poses[0])
-    offset = poses - reference
-    offset[:, 2] = wrap(offset[:, 2])
-    known = np.isfinite(offset)
-    usable = np.isfinite(sigma) & (sigma > 0.0)
-    weights = np.where((usable | ~known).all(axis=0), 1.0 / np.where(usable, sigma, 1.0) ** 2, 1.0) * known
-    total = weights.sum(axis=0)
-    mean = (weights * np.nan_to_num(offset)).sum(axis=0) / np.where(total > 0.0, total, 1.0)
-    return np.where(total > 0.0, reference + mean, np.nan)

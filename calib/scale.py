@@ -1,7 +1,7 @@
 """The scaling error E_s: actual over believed mean wheel diameter, U section II-B.
 
 It is measured on straights, with a tape or with fixes. No closed square shows it: wheels that are 1 per
-cent too large bring the robot home as surely as a wheelbase that is 1 per cent too small.
+cent too large have the same effect on a square as a wheelbase that is 1 per cent too small.
 """
 
 from __future__ import annotations
@@ -13,21 +13,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.errors import CalibrationError
-from calib.recordings import Drive, has_fixes
-from vehicle.odometry import arc, integrate
-from vehicle.parameters import Truck
-from vehicle.se2 import between
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.fixes import WheelsAndFixes
+from omnimate.calib.recordings import has_fixes
+from omnimate.vehicle.arcs import arc, integrate
+from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.se2 import between
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vehicle.parameters import TruckName
-    from vehicle.recording import Recording
+    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.recording import Recording
 
-_SHORTEST = 1.0  # [m] a straight that tells anything
-_BENT = math.radians(10.0)  # a straight does not turn farther
-_LONGER = 1.01  # than its chord: a drive to and fro is none
+_SHORTEST = 1.0  # [m] length of the shortest straight that is used
+_LARGEST_TURN = math.radians(10.0)  # of the heading along a straight
+_LARGEST_DETOUR = 1.01  # travel over chord; a drive forth and back is no straight
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +36,9 @@ class Scale:
     """A measured scaling error.
 
     Attributes:
-        e_s: actual over calculated length.
-        sigma: its standard error; nan for a single straight without known accuracy.
-        straights: how many.
+        e_s: Actual over calculated length.
+        sigma: Standard error of `e_s`; nan for a single straight.
+        straights: Number of straights that were measured.
     """
 
     e_s: float
@@ -45,7 +46,7 @@ class Scale:
     straights: int
 
     @property
-    def matters(self) -> bool:
+    def is_significant(self) -> bool:
         """Whether it differs from 1 by more than three standard errors and by more than 1 in 1000."""
         off = abs(self.e_s - 1.0)
         return off > 1e-3 and not off <= 3.0 * self.sigma
@@ -55,11 +56,11 @@ def scale_from_tape(measured: Sequence[float], calculated: Sequence[float]) -> S
     """Return E_s from straights measured with a tape and calculated by odometry [m].
 
     Raises:
-        CalibrationError: there is none, they are not equally many, or a length is not positive.
+        CalibrationError: There is no straight, the lists differ in length, or a length is not positive.
     """
     if len(measured) != len(calculated) or not measured:
         raise CalibrationError("tape", f"{len(measured)} measured and {len(calculated)} calculated straights")
-    if not all(math.isfinite(one) and one > 0.0 for one in (*measured, *calculated)):
+    if not all(math.isfinite(length) and length > 0.0 for length in (*measured, *calculated)):
         raise CalibrationError("tape", f"lengths {measured}, {calculated}; expected metres above 0")
     ratios = np.divide(measured, calculated)
     if not (ratios.min() > 0.5 and ratios.max() < 2.0):
@@ -77,9 +78,14 @@ def scale_from_straights(recordings: Sequence[Recording], truck: TruckName = "a"
     """Return E_s from the straights between two fixes at rest in recordings.
 
     Raises:
-        CalibrationError: there is none; closed squares cannot tell E_s, and it is not made up.
+        CalibrationError: There is no straight; E_s cannot be measured on closed squares.
     """
-    pairs = [pair for one in recordings if has_fixes(one, truck) for pair in _straights(one, truck)]
+    pairs = [
+        pair
+        for recording in recordings
+        if has_fixes(recording, truck)
+        for pair in _straights(recording, truck)
+    ]
     if not pairs:
         source = ", ".join(recording.source for recording in recordings)
         raise CalibrationError(
@@ -93,24 +99,25 @@ def scale_from_straights(recordings: Sequence[Recording], truck: TruckName = "a"
 
 def _straights(recording: Recording, name: TruckName) -> list[tuple[float, float]]:
     """Return measured and calculated length [m] of each straight from one rest to the next."""
-    assert recording.poses is not None  # the caller saw fixes
+    assert recording.poses is not None  # the caller checked that there are fixes
     truck = recording.vehicle.trucks[name]
-    drive = Drive(recording, name, recording.poses.of(name))
-    found, times = [], drive.rests()
+    drive = WheelsAndFixes(recording, name, recording.poses.of(name))
+    straights, times = [], drive.rests()
     for start, end in itertools.pairwise(times):
         travel = drive.wheel_angles(start, end) * drive.radii
         path = integrate(arc(travel[:, 0], travel[:, 1], truck.wheelbase))
         chord = float(np.hypot(*path[-1, :2]))
-        way = float(np.abs(travel.mean(axis=1)).sum())
-        if chord >= _SHORTEST and way <= _LONGER * chord and np.abs(path[:, 2]).max() <= _BENT:
+        length = float(np.abs(travel.mean(axis=1)).sum())
+        straight = length <= _LARGEST_DETOUR * chord and np.abs(path[:, 2]).max() <= _LARGEST_TURN
+        if chord >= _SHORTEST and straight:
             step = between(np.nan_to_num(drive.mean_fix(start)), np.nan_to_num(drive.mean_fix(end)))
-            found.append((float(np.hypot(*step[:2])), chord))
-    return found
+            straights.append((float(np.hypot(*step[:2])), chord))
+    return straights
 
 
 def scaled_truck(truck: Truck, e_s: float) -> Truck:
     """Return a truck with both diameters and the wheelbase times E_s.
 
-    Squares tell the wheelbase only in units of the wheels; calibrated by them, it is wrong by E_s as well.
+    Squares identify the wheelbase only relative to the wheels, so it is wrong by E_s as well.
     """
     return Truck(truck.wheelbase * e_s, truck.wheel_diameter_left * e_s, truck.wheel_diameter_right * e_s)

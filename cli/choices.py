@@ -13,7 +13,7 @@ class TruckChoice(Enum):
 
 
 class MethodChoice(Enum):
-    """Whose result --out, --plot and --profile take."""
+    """Method whose result --out, --plot and --profile take."""
 
     exact = "exact"
     weighted = "weighted"

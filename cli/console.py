@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
 from rich.console import Console
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
 
 out = Console(highlight=False, markup=False)
 err = Console(stderr=True, highlight=False)
+_problems: list[str] = []
 
 
 def complain(sentence: str) -> None:
@@ -14,23 +21,30 @@ def complain(sentence: str) -> None:
     err.print(sentence, markup=False, soft_wrap=True)
 
 
-_flaws: list[str] = []
+def warn(sentence: str) -> None:
+    """Print one warning sentence; the exit code does not change."""
+    err.print("[bold yellow]warning:[/] ", end="")
+    err.print(sentence, markup=False, soft_wrap=True)
 
 
-def flaw(sentence: str) -> None:
-    """Print a warning about data that were left out; the exit code will be 1 although the rest goes on."""
-    _flaws.append(sentence)
+def report_problem(sentence: str) -> None:
+    """Print a warning about data that were left out; the verb goes on, and its exit code will be 1."""
+    _problems.append(sentence)
     warn(sentence)
 
 
-def take_flaws() -> list[str]:
-    """Return the flaws since the last call, and forget them."""
-    taken = _flaws.copy()
-    _flaws.clear()
+def take_problems() -> list[str]:
+    """Return the problems reported since the last call, and forget them."""
+    taken = _problems.copy()
+    _problems.clear()
     return taken
 
 
-def warn(sentence: str) -> None:
-    """Print one warning sentence."""
-    err.print("[bold yellow]warning:[/] ", end="")
-    err.print(sentence, markup=False, soft_wrap=True)
+@contextmanager
+def progress_bar(doing: str) -> Iterator[Callable[[int, int], None]]:
+    """Show a progress bar; give what is called with how much is done, and of how much (0: unknown)."""
+    from rich.progress import Progress
+
+    with Progress(console=err, transient=True, disable=not err.is_terminal) as progress:
+        task = progress.add_task(doing, total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total or None)

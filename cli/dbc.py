@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from cli.console import err
-from vehicle.atomic import write_text
-from vehicle.dbc import format_dbc
-from vehicle.file import load_vehicle
+from omnimate.cli.console import err
+from omnimate.logs.dbc import format_dbc
+from omnimate.vehicle.atomic import write_text
+from omnimate.vehicle.file import load_vehicle
 
 
 def dbc(

@@ -3,47 +3,76 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.text import Text
 
-from cli.calibrate_tables import designs_table
-from cli.console import out
-from cli.umbmark_tables import show
+from omnimate.cli.console import out
+from omnimate.cli.tables import new_table, show
+from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from omnimate.calib.paths.design import Design
 
 
 def design(
-    length: Annotated[float, typer.Option(help="Of the free rectangle [m].", min=0.5)] = 14.0,
-    width: Annotated[float, typer.Option(help="Of the free rectangle [m].", min=0.5)] = 4.0,
-    metres: Annotated[float, typer.Option(help="That the wheels may roll [m].", min=1.0)] = 160.0,
+    length: Annotated[float, typer.Option(help="Length of the free rectangle [m].", min=0.5)] = 14.0,
+    width: Annotated[float, typer.Option(help="Width of the free rectangle [m].", min=0.5)] = 4.0,
+    metres: Annotated[float, typer.Option(help="How far the wheels may roll [m].", min=1.0)] = 160.0,
     heading: Annotated[
         bool, typer.Option("--heading", help="Absolute headings can be measured, beside positions.")
     ] = False,
     heading_sigma: Annotated[
-        float, typer.Option(help="How well [deg]; 0.02 is motion capture at rest, 0.4 the sonar of U.")
+        float,
+        typer.Option(help="Standard deviation of a heading [deg]; motion capture at rest has 0.02."),
     ] = 0.02,
     roughness: Annotated[
-        float, typer.Option(help="Of the floor [m/sqrt(m)]; 5.6e-4 scatters a 16 m square by 25 mm.")
-    ] = 5.6e-4,
+        float,
+        typer.Option(help="Roughness of the floor [m/sqrt(m)]; 5.6e-4 scatters a 16 m square by 25 mm."),
+    ] = CONCRETE_ROUGHNESS,
     vehicle: Annotated[
         Path | None, typer.Option(help="vehicle.toml of the robot; else that of U, 340 mm wide.", exists=True)
     ] = None,
 ) -> None:
-    """Compare drives before driving: the Cramer-Rao bound of what each would tell."""
-    from calib.design import Space, compare_designs
-    from vehicle.file import load_vehicle
-    from vehicle.parameters import Truck
+    """Compare drives before driving: the Cramer-Rao bound of what each identifies."""
+    from omnimate.calib.paths.design import Space, compare_designs
+    from omnimate.vehicle.file import load_vehicle
+    from omnimate.vehicle.parameters import Truck
 
     truck = Truck(0.340, 0.150, 0.150) if vehicle is None else load_vehicle(vehicle).trucks["a"]
     sigma = math.radians(heading_sigma) if heading else None
     designs = compare_designs(truck, Space(length, width, metres, sigma, roughness))
     show(designs_table(designs))
-    for one in designs:
-        for held in one.held:
-            out.print(f"{one.name}: {held.name} is not identified; {held.reason}", soft_wrap=True)
+    for candidate in designs:
+        for held in candidate.held:
+            out.print(f"{candidate.name}: {held.name} is not identified; {held.reason}", soft_wrap=True)
     if not heading:
         out.print(
-            "where absolute headings can be measured, open straights plus counted spins tell more: --heading",
+            "where headings can be measured, open straights plus counted spins say more: give --heading",
             soft_wrap=True,
         )
+
+
+def designs_table(designs: Sequence[Design]) -> Table:
+    """Return the candidate drives: bounds before any drive, and what they leave on a square."""
+    heads = (
+        "drives",
+        "wheels\nroll [m]",
+        "wheelbase\n[%]",
+        "E_s\n[%]",
+        "E_d\n[%]",
+        "left on a 4 m\nsquare [mm]",
+    )
+    table = new_table("Cramer-Rao bound of each drive, one sigma", ("drive",), heads)
+    for candidate in designs:
+        bounds = ("-" if math.isnan(sigma) else f"{1e2 * sigma:.4f}" for sigma in candidate.sigma)
+        left = (
+            "not known" if math.isnan(candidate.residual_error) else f"{1e3 * candidate.residual_error:.1f}"
+        )
+        table.add_row(Text(candidate.name), str(candidate.laps), f"{candidate.travel:.0f}", *bounds, left)
+    return table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -12,19 +13,14 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from cli.console import err, flaw, out
-from vehicle.errors import OmnimateError
+from omnimate.cli.console import err, out, report_problem
+from omnimate.cli.errors import CallError
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from mismatch import Diagnosis
-    from mismatch.diagnosis import Parameter
-    from vehicle.recording import Recording
-
-DEGREES = 57.29577951308232
-
-
-class CallError(OmnimateError):
-    """Options that contradict each other."""
+    from omnimate.mismatch import Diagnosis
+    from omnimate.mismatch.diagnosis import Parameter
+    from omnimate.vehicle.recording import Recording
 
 
 def diagnose(
@@ -38,7 +34,8 @@ def diagnose(
         typer.Option(help="File for the effects found, which `omnimate simulate --effects` loads."),
     ] = None,
     each: Annotated[
-        bool, typer.Option("--each", help="Each folder on its own; answers beside the folders.")
+        bool,
+        typer.Option("--each", help="Diagnose each folder alone; answers beside the folders."),
     ] = False,
     jobs: Annotated[int, typer.Option(help="Processes, with --each.", min=1)] = 1,
 ) -> None:
@@ -47,7 +44,7 @@ def diagnose(
         if json_out or report or effects_out:
             raise CallError(
                 "--each writes <folder>.json and <folder>.html beside every recording; "
-                "leave --json, --report and --effects-out away"
+                "leave out --json, --report and --effects-out"
             )
         _each(recordings, jobs)
         return
@@ -60,46 +57,46 @@ def diagnose(
 
 
 def _load(folder: Path) -> Recording:
-    from cli.loading import load
+    from omnimate.cli.loading import load
 
     return load(folder)
 
 
 def _watched(recordings: Sequence[Recording]) -> Diagnosis:
     """Return the diagnosis, showing what is being done."""
-    from mismatch import diagnose as ask
+    from omnimate.mismatch import diagnose as ask
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True) as progress:
         task = progress.add_task("reading", total=None)
 
-        def tell(done: int, total: int, doing: str) -> None:
+        def report_progress(done: int, total: int, doing: str) -> None:
             progress.update(task, completed=done, total=total, description=doing)
 
-        return ask(recordings, progress=tell)
+        return ask(recordings, progress=report_progress)
 
 
 def _write(
     diagnosis: Diagnosis, json_out: Path | None, report: Path | None, effects_out: Path | None
 ) -> None:
-    from vehicle.atomic import write_text
+    from omnimate.vehicle.atomic import write_text
 
     if json_out is not None:
         write_text(json_out, json.dumps(diagnosis.as_json(), indent=2) + "\n")
     if report is not None:
-        from mismatch.report import render
+        from omnimate.mismatch.report import render
 
         write_text(report, render(diagnosis))
     if effects_out is not None:
-        from vcan_sim.effects.file import save_effects
+        from omnimate.vcan_sim.effects.file import save_effects
 
         save_effects(effects_out, diagnosis.effects)
 
 
-def _one(folder: Path) -> tuple[Path, str]:
-    """Diagnose one folder in a process of its own; return the line that tells what came out."""
-    from mismatch import diagnose as ask
-    from vehicle.folder import load_recording
+def _diagnose_folder(folder: Path) -> tuple[Path, str]:
+    """Diagnose a folder in a separate process; return the line that says what came out."""
+    from omnimate.logs.folder import load_recording
+    from omnimate.mismatch import diagnose as ask
 
     try:
         diagnosis = ask([load_recording(folder)])
@@ -110,7 +107,7 @@ def _one(folder: Path) -> tuple[Path, str]:
 
 
 def _each(folders: Sequence[Path], jobs: int) -> None:
-    """Diagnose folders in processes of their own, with one thread each: more would fight over the cores."""
+    """Diagnose folders in separate processes of one thread each: more would fight over the cores."""
     from threadpoolctl import threadpool_limits
 
     with (
@@ -118,10 +115,10 @@ def _each(folders: Sequence[Path], jobs: int) -> None:
         ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool,
     ):
         task = progress.add_task("diagnosing", total=len(folders))
-        for folder, line in pool.map(_one, folders):
+        for folder, line in pool.map(_diagnose_folder, folders):
             progress.advance(task)
             if line.startswith("error: "):
-                flaw(f"{folder}: {line.removeprefix('error: ')}")
+                report_problem(f"{folder}: {line.removeprefix('error: ')}")
             else:
                 out.print(f"{folder}: {line}", soft_wrap=True)
 
@@ -156,7 +153,7 @@ def _show(diagnosis: Diagnosis) -> None:
 
 def shown(parameter: Parameter) -> str:
     """Return a parameter with its 95 % interval in the units of a shop floor."""
-    factor, unit = {"m": (1e3, "mm"), "rad": (DEGREES, "degrees"), "1": (1.0, "")}.get(
+    factor, unit = {"m": (1e3, "mm"), "rad": (math.degrees(1.0), "degrees"), "1": (1.0, "")}.get(
         parameter.unit, (1.0, parameter.unit)
     )
     values = parameter.value if isinstance(parameter.value, tuple) else (parameter.value,)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cli.console import out
+from omnimate.cli.console import out
 
 if TYPE_CHECKING:
-    from calib.drift_watch import DriftReport, Watched
+    from omnimate.calib.monitoring.drift import DriftReport, MonitoredQuantity
 
 _SCREEN = {"m": ("mm", 1e3, 1), "rad": ("degrees", math.degrees(1.0), 3), "1": ("%", 1e2, 3)}
 
@@ -26,8 +26,8 @@ def drift(
     ] = 1000.0,
 ) -> None:
     """Say whether it is time to calibrate again: fine, calibrate again, or cannot tell."""
-    from calib.drift_watch import watch_drift
-    from cli.loading import load
+    from omnimate.calib.monitoring.drift import watch_drift
+    from omnimate.cli.loading import load
 
     report = watch_drift([load(source) for source in sources], false_alarm)
     out.print(verdict(report), soft_wrap=True)
@@ -39,30 +39,31 @@ def verdict(report: DriftReport) -> str:
     rest = since if report.left_out else ""
     if report.alarms:
         return f"calibrate again: {_shift(report.alarms[0])}{rest}"
-    if not report.tells:
+    if not report.has_enough_values:
         return f"cannot tell: {_too_few(report)}{rest}"
-    worst = max(report.watched, key=lambda one: one.highest)
+    worst = max(report.quantities, key=lambda quantity: quantity.highest)
     return (
-        f"fine: no shift in {len(report.watched)} kinds of numbers from {report.used} recording(s); nearest "
-        f"to an alarm is the {worst.name}, {worst.highest:.1f} of {worst.threshold:.1f} "
+        f"fine: no shift in {len(report.quantities)} kinds of numbers from {report.used} recording(s); "
+        f"nearest to an alarm is the {worst.name}, {worst.highest:.1f} of {worst.threshold:.1f} "
         f"after {len(worst.values)}{rest}"
     )
 
 
-def _shift(one: Watched) -> str:
-    assert one.since is not None  # the caller has an alarm
-    unit, scale, digits = _SCREEN[one.unit]
-    before, after = one.means
+def _shift(quantity: MonitoredQuantity) -> str:
+    assert quantity.since is not None  # the caller has an alarm
+    unit, scale, digits = _SCREEN[quantity.unit]
+    before, after = quantity.means
     return (
-        f"{one.name} was {scale * before:+.{digits}f} {unit} and is {scale * after:+.{digits}f} {unit} from "
-        f"number {one.since} of {len(one.values)} on (sum {one.highest:.1f}, alarm at {one.threshold:.1f})"
+        f"{quantity.name} was {scale * before:+.{digits}f} {unit} and is {scale * after:+.{digits}f} {unit} "
+        f"from number {quantity.since} of {len(quantity.values)} on "
+        f"(sum {quantity.highest:.1f}, alarm at {quantity.threshold:.1f})"
     )
 
 
 def _too_few(report: DriftReport) -> str:
-    from calib.drift_watch import ENOUGH
+    from omnimate.calib.monitoring.drift import ENOUGH
 
-    most = max((len(one.values) for one in report.watched), default=0)
+    most = max((len(quantity.values) for quantity in report.quantities), default=0)
     return (
         f"{most} number(s) of a kind in {report.used} recording(s), and {ENOUGH} are needed: laps of a "
         f"square in one direction with fixes around them, or {ENOUGH} recordings of a robot with a linkage"

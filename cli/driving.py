@@ -7,22 +7,21 @@ from typing import TYPE_CHECKING
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from cli.console import err, out
-from motion.drive import Moment, drive
-from motion.journal import Journal
-from motion.runner import Runner
-from vehicle.se2 import wrap
+from omnimate.cli.console import err, out
+from omnimate.motion.drive import Moment, drive
+from omnimate.motion.journal import Journal
+from omnimate.motion.runner import Runner
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-    from driver.driver import Driver
-    from driver.recorder import Recorder
-    from motion.drive import Fix
-    from motion.program import Program
-    from vehicle.parameters import TruckName
+    from omnimate.driver.driver import Driver
+    from omnimate.driver.recorder import Recorder
+    from omnimate.motion.drive import Fix
+    from omnimate.motion.program import Program
+    from omnimate.vehicle.recording import Direction
 
-SHOWN_EVERY = 40  # samples between two looks at the progress bar
+SHOWN_EVERY = 40  # samples between two updates of the progress bar
 
 
 def drive_program(
@@ -35,26 +34,25 @@ def drive_program(
     """Enable the drives, drive a program to its end, and stop; laps and fixes are recorded as they come.
 
     Args:
-        driver: configured.
-        program: what to drive.
-        recorder: gets laps and fixes; the frames reach it through the driver.
-        fix: measures absolute poses; None where nothing does.
-        watch: is shown every moment.
+        driver: The driver, configured.
+        program: The program to drive.
+        recorder: Receives laps and fixes; the frames reach it through the driver.
+        fix: Measures absolute poses; None where nothing does.
+        watch: Is called with every moment of the drive.
     """
-    journal, runner = Journal(program), Runner(program, driver.vehicle)
-    kept = _Kept(journal, recorder)
+    journal, runner = Journal(program, recorder), Runner(program, driver.vehicle)
+    screen = _Screen(program.directions)
     driver.enable()
     with _progress() as bar:
         task = bar.add_task(program.protocol, total=1.0, lap="", pace="")
         start = None
         for count, moment in enumerate(drive(driver, runner, driver.vehicle, journal, fix)):
             start = moment.sample.time if start is None else start
-            if moment.fix is not None or moment.lap != kept.lap:
-                kept.update(moment)
+            screen.update(moment)
             if count % SHOWN_EVERY == 0:
                 driven, passed = moment.sample.time - start, bar.tasks[task].elapsed or 0.0
                 pace = f"{driven / passed:.0f} x real time" if passed > 1.0 else ""
-                bar.update(task, completed=runner.progress, lap=kept.words, pace=pace)
+                bar.update(task, completed=runner.progress, lap=screen.words, pace=pace)
             watch(moment)
         bar.update(task, completed=1.0, lap="done")
     driver.stop()
@@ -71,45 +69,29 @@ def _progress() -> Progress:
     return Progress(*columns, console=err, transient=True)
 
 
-class _Kept:
-    """What of a journal has reached the recorder, and the return errors on the screen."""
+class _Screen:
+    """Which lap is being driven, in words, and the return error of each lap that has ended."""
 
-    def __init__(self, journal: Journal, recorder: Recorder) -> None:
-        self.lap: int | None = None
+    def __init__(self, directions: Sequence[Direction]) -> None:
         self.words = "getting ready"
-        self._journal, self._recorder = journal, recorder
-        self._laps = self._poses = 0
-        self._returned: int | None = None
+        self._directions = directions
+        self._lap: int | None = None
+        self._ended: int | None = None
 
     def update(self, moment: Moment) -> None:
-        """Record what is new after a lap began or ended, or after a fix."""
-        directions = self._journal.program.directions
-        if moment.lap is None and self.lap is not None:
-            self._returned = self.lap
-        self.lap = moment.lap
-        if self.lap is not None:
-            self.words = f"{directions[self.lap]}, lap {self.lap + 1} of {len(directions)}"
-        for lap in self._journal.run.laps[self._laps :]:
-            self._recorder.lap(lap.direction, lap.start, lap.end)
-            self._laps += 1
-        poses = self._journal.poses
-        if moment.fix is None or poses is None:
-            return
-        for row in range(self._poses, len(poses.time)):
-            truck: TruckName = "a" if poses.body[row] == "a" else "b"
-            self._recorder.pose(float(poses.time[row]), truck, poses.pose[row], poses.sigma[row])
-        self._poses = len(poses.time)
-        if self._returned is not None:
-            self._show_return(moment, directions[self._returned])
-            self._returned = None
+        """Take note of a moment of the drive; print a return error at the first fix after a lap."""
+        if moment.lap != self._lap:
+            self._ended = self._lap if moment.lap is None else self._ended
+            self._lap = moment.lap
+        if self._lap is not None:
+            self.words = f"{self._directions[self._lap]}, lap {self._lap + 1} of {len(self._directions)}"
+        if self._ended is not None and moment.error is not None:
+            _show_return(self._directions[self._ended], *moment.error)
+            self._ended = None
 
-    @staticmethod
-    def _show_return(moment: Moment, direction: str) -> None:
-        """Print the return error of a lap, absolute minus calculated, U (3.1)."""
-        assert moment.fix is not None
-        x, y = 1e3 * (moment.fix[0] - moment.pose[0]), 1e3 * (moment.fix[1] - moment.pose[1])
-        heading = math.degrees(float(wrap(moment.fix[2] - moment.pose[2])))
-        out.print(
-            f"  {direction:>4}  return error of a: x {x:+7.1f} mm  y {y:+7.1f} mm  "
-            f"heading {heading:+6.2f} degrees"
-        )
+
+def _show_return(direction: str, x: float, y: float, heading: float) -> None:
+    out.print(
+        f"  {direction:>4}  return error of a: x {1e3 * x:+7.1f} mm  y {1e3 * y:+7.1f} mm  "
+        f"heading {math.degrees(heading):+6.2f} degrees"
+    )

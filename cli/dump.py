@@ -13,21 +13,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cli.console import warn
-from cli.decoding import FrameDecoder
-from cli.rates import rate_lines
-from vehicle.candump_lines import format_frame, format_lines
-from vehicle.file import load_vehicle
-from vehicle.folder import VEHICLE, log_path
-from vehicle.foreign_logs import frame_of_message
-from vehicle.frames import EXTENDED, Frame, frames_of
-from vehicle.logs import read_log
+from omnimate.cli.console import warn
+from omnimate.logs.decoding import FrameDecoder
+from omnimate.logs.folder import VEHICLE, log_path
+from omnimate.logs.formats.candump_lines import format_frame, format_lines
+from omnimate.logs.formats.python_can_logs import frame_of_message
+from omnimate.logs.frames import EXTENDED, Frame, frames_of
+from omnimate.logs.rates import rate_lines
+from omnimate.logs.reading import read_log
+from omnimate.vehicle.file import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
 
-    from vehicle.candump_lines import Form
-    from vehicle.parameters import VehicleParameters
+    from omnimate.logs.formats.candump_lines import Form
+    from omnimate.vehicle.parameters import VehicleParameters
 
 _POLL = 0.2  # [s] after which a silent bus is asked again
 _AT_ONCE = 1000  # lines of a log that are written together
@@ -118,7 +118,7 @@ def _dump_bus(frames: Generator[Frame], form: Form, decoder: FrameDecoder, decod
 
 def _live(url: str, count: int | None, seconds: float | None) -> Generator[Frame]:
     """Yield the frames of a bus until it is enough."""
-    from driver.bus import open_bus
+    from omnimate.driver.bus import open_bus
 
     end = None if seconds is None else time.monotonic() + seconds
     with open_bus(url) as bus:

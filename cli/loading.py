@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cli.console import flaw
-from vehicle.folder import read_recording
+from omnimate.cli.console import report_problem
+from omnimate.logs.folder import read_recording
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from vehicle.logs import LogReadResult
-    from vehicle.recording import Recording
+    from omnimate.logs.reading import LogReadResult
+    from omnimate.vehicle.recording import Recording
 
 MOST_PROBLEMS = 20  # shown
 
@@ -19,14 +19,14 @@ MOST_PROBLEMS = 20  # shown
 def load(folder: Path) -> Recording:
     """Return the recording in a folder, after saying what of its log could not be read."""
     loaded = read_recording(folder)
-    tell_problems(loaded.log)
+    report_problems(loaded.log)
     return loaded.recording
 
 
-def tell_problems(log: LogReadResult) -> None:
+def report_problems(log: LogReadResult) -> None:
     """Say what of a log was left out."""
     for number, problem in enumerate(log.problems()):
         if number == MOST_PROBLEMS:
-            flaw(f"{log.source}: and more of the kind")
+            report_problem(f"{log.source}: and more of the kind")
             break
-        flaw(problem)
+        report_problem(problem)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cli.console import out
+from omnimate.cli.console import out
 
 app = typer.Typer(
     help="Parameters by name, for several floors or loads: list them, or put one into vehicle.toml.",
@@ -16,12 +16,12 @@ app = typer.Typer(
 
 
 @app.command("list")
-def list_profiles(file: Annotated[Path, typer.Argument(help="That --profile wrote.")]) -> None:
+def list_profiles(file: Annotated[Path, typer.Argument(help="File that --profile wrote.")]) -> None:
     """Print the profiles of a file."""
     from rich.text import Text
 
-    from calib.profiles import load_profiles
-    from cli.umbmark_tables import new_table, show
+    from omnimate.calib.profiles import load_profiles
+    from omnimate.cli.tables import new_table, show
 
     table = new_table(str(file))
     for head in ("profile", "truck"):
@@ -37,14 +37,14 @@ def list_profiles(file: Annotated[Path, typer.Argument(help="That --profile wrot
 
 @app.command("apply")
 def apply_profile(
-    file: Annotated[Path, typer.Argument(help="That --profile wrote.")],
-    name: Annotated[str, typer.Argument(help="Of the profile.")],
+    file: Annotated[Path, typer.Argument(help="File that --profile wrote.")],
+    name: Annotated[str, typer.Argument(help="Name of the profile.")],
     vehicle: Annotated[Path, typer.Option(help="vehicle.toml of the robot.")],
     out_file: Annotated[Path, typer.Option("--out", help="Write the vehicle.toml with this profile here.")],
 ) -> None:
     """Write a vehicle.toml whose trucks have the parameters of a profile; every verb then takes it."""
-    from calib.profiles import with_profile
-    from vehicle.file import load_vehicle, save_vehicle
+    from omnimate.calib.profiles import with_profile
+    from omnimate.vehicle.file import load_vehicle, save_vehicle
 
     save_vehicle(with_profile(load_vehicle(vehicle), file, name), out_file)
     out.print(f"profile {name}: {out_file}", soft_wrap=True)

@@ -13,41 +13,35 @@ import typer
 from rich.live import Live
 from rich.text import Text
 
-from cli.console import err, out
-from cli.reports import show_configuration, show_report
-from cli.robots import Protocol, nominal_vehicle, program_of
-from vehicle.errors import OmnimateError
+from omnimate.cli.console import err, out
+from omnimate.cli.driver_reports import show_configuration, show_report
+from omnimate.cli.errors import CallError
+from omnimate.cli.robots import Protocol, nominal_vehicle, program_of
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from types import FrameType
 
-    from driver.driver import Driver
-    from driver.passive import PassiveReader
-    from driver.recorder import Recorder
-    from vehicle.odometry import PoseTuple
-    from vehicle.parameters import TruckName, VehicleParameters
-    from vehicle.sample import Sample
+    from omnimate.driver.driver import Driver
+    from omnimate.driver.passive import PassiveReader
+    from omnimate.driver.recorder import Recorder
+    from omnimate.vehicle.arcs import PoseTuple
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.sample import Sample
 
-REFRESH = 0.25  # [s] between two looks at the status line
+REFRESH = 0.25  # [s] between two updates of the status line
 
 
 class NothingHeardError(OmnimateError):
     """A recording that ended before its first SYNC.
 
     Attributes:
-        bus: URL.
+        bus: URL of the bus.
     """
 
     def __init__(self, bus: str) -> None:
         super().__init__(f"{bus}: ended before the first SYNC; nothing was recorded")
         self.bus = bus
-
-
-class ListenOnlyError(OmnimateError):
-    """Two wishes that exclude each other."""
-
-    def __init__(self) -> None:
-        super().__init__("--listen-only sends nothing, so it cannot --drive; leave one of them out")
 
 
 def record(
@@ -63,27 +57,29 @@ def record(
     ] = None,
     listen_only: Annotated[
         bool,
-        typer.Option("--listen-only", help="Send nothing: somebody else produces SYNC."),
+        typer.Option("--listen-only", help="Send nothing; another device must produce SYNC."),
     ] = False,
-    seconds: Annotated[float | None, typer.Option(help="End after so long; else at Ctrl-C.", min=0.1)] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="End after so long [s]; else at Ctrl-C.", min=0.1)
+    ] = None,
     drive: Annotated[
         Protocol | None, typer.Option(help="Enable the drives and drive this. The robot moves.")
     ] = None,
-    side: Annotated[float, typer.Option(help="Of the square [m].", min=0.5, max=100.0)] = 4.0,
-    runs: Annotated[int, typer.Option(help="In each direction.", min=1, max=1000)] = 5,
-    speed: Annotated[float, typer.Option(help="[m/s]", min=0.02, max=5.0)] = 0.2,
-    verbose: Annotated[bool, typer.Option("--verbose", help="Show all that the nodes told.")] = False,
+    side: Annotated[float, typer.Option(help="Side of the square [m].", min=0.5, max=100.0)] = 4.0,
+    runs: Annotated[int, typer.Option(help="Squares in each direction.", min=1, max=1000)] = 5,
+    speed: Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.02, max=5.0)] = 0.2,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Show all that the nodes answered.")] = False,
 ) -> None:
     """Read the encoders of a robot from its bus and write a recording, until Ctrl-C."""
-    from cli.driving import drive_program
-    from driver.passive import PassiveReader
-    from driver.recorder import Recorder
+    from omnimate.cli.driving import drive_program
+    from omnimate.driver.passive import PassiveReader
+    from omnimate.driver.recorder import Recorder
 
     robot = nominal_vehicle(vehicle)
     program = None
     if drive is not None:
         if listen_only:
-            raise ListenOnlyError
+            raise CallError("--listen-only sends nothing, so it cannot --drive; leave one of them out")
         program = program_of(drive, robot, side=side, runs=runs, speed=speed)
     protocol, square = (program.protocol, program.side) if program is not None else (None, None)
     signal.signal(signal.SIGTERM, _interrupt)
@@ -121,18 +117,13 @@ def _kept(recorder: Recorder, reader: Driver | PassiveReader) -> Iterator[None]:
 def _open(
     robot: VehicleParameters, bus: str, recorder: Recorder, *, listen_only: bool, verbose: bool
 ) -> Driver | PassiveReader:
-    """Return a reader that is ready to give samples."""
-    from driver.driver import Driver
-    from driver.passive import PassiveReader
+    """Return a reader that is ready to give samples, after printing how its nodes are configured."""
+    from omnimate.driver.opening import open_driver
+    from omnimate.driver.passive import PassiveReader
 
     if listen_only:
         return PassiveReader(robot, bus, recorder=recorder)
-    driver = Driver(robot, bus, recorder=recorder)
-    try:
-        report = driver.configure()
-    except BaseException:
-        driver.close()
-        raise
+    driver, report = open_driver(robot, bus, recorder)
     recorder.use(report.vehicle)
     show_configuration(report, verbose=verbose)
     return driver
@@ -140,7 +131,7 @@ def _open(
 
 def _follow(samples: Iterable[Sample], robot: VehicleParameters, seconds: float | None) -> None:
     """Take samples until the time is up, the source ends or Ctrl-C, with a line that says how it goes."""
-    from vehicle.odometry import Odometer
+    from omnimate.vehicle.odometry import Odometer
 
     odometers = {truck: Odometer(robot, truck) for truck in robot.trucks}
     shown, first = -math.inf, None

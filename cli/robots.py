@@ -6,34 +6,15 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cli.console import warn
-from vehicle.errors import OmnimateError
-from vehicle.file import load_vehicle
+from omnimate.cli.console import warn
+from omnimate.vehicle.file import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from motion.program import Program
-    from vcan_sim.bumps import Bump
-    from vcan_sim.truth import Truth
-    from vehicle.parameters import VehicleParameters
-
-_BUMP = {
-    "wheel": str, "after": float, "lap": int, "x": float, "y": float, "size": float, "height": float,
-    "shape": str,
-}  # fmt: skip
-
-
-class BumpError(OmnimateError):
-    """A bump that the command line describes wrongly.
-
-    Attributes:
-        text: as it was given.
-    """
-
-    def __init__(self, text: str, problem: str) -> None:
-        super().__init__(f"bump {text!r}: {problem}")
-        self.text = text
+    from omnimate.motion.program import Program
+    from omnimate.vcan_sim.truth import Truth
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 class Protocol(Enum):
@@ -48,7 +29,7 @@ class Protocol(Enum):
 
 def nominal_vehicle(path: Path | None) -> VehicleParameters:
     """Return the robot of a file, or the reference robot with a word about it."""
-    from vcan_sim.reference import reference_vehicle
+    from omnimate.vcan_sim.reference import reference_vehicle
 
     if path is not None:
         return load_vehicle(path)
@@ -72,36 +53,14 @@ def truth_of(
         seed: of chance.
         effects: file of the physics that the nominal robot leaves out.
     """
-    from vcan_sim.effects.file import load_effects
-    from vcan_sim.floor import Floor
-    from vcan_sim.truth import Truth, uncalibrated
+    from omnimate.vcan_sim.bump_text import parse_bump
+    from omnimate.vcan_sim.effects.file import load_effects
+    from omnimate.vcan_sim.floor import Floor
+    from omnimate.vcan_sim.truth import Truth, uncalibrated
 
     true = uncalibrated(vehicle) if true_vehicle is None else load_vehicle(true_vehicle)
     floor = Floor(bumps=tuple(parse_bump(text) for text in bumps))
     return Truth(true, floor=floor, seed=seed, effects=() if effects is None else load_effects(effects))
-
-
-def parse_bump(text: str) -> Bump:
-    """Return the bump that a text such as `wheel=a.right,after=3,height=0.01` describes.
-
-    Raises:
-        BumpError: an unknown key, or a value that is none.
-    """
-    from vcan_sim.bumps import Bump
-
-    values: dict[str, object] = {}
-    for pair in text.split(","):
-        key, equals, value = pair.partition("=")
-        if key not in _BUMP or not equals:
-            raise BumpError(text, f"{pair!r} is not understood; expected key=value with {', '.join(_BUMP)}")
-        try:
-            values[key] = _BUMP[key](value)
-        except ValueError:
-            raise BumpError(text, f"{pair}: expected a number") from None
-    try:
-        return Bump(**values)  # type: ignore[arg-type]  # of the fields' own types, by the table above
-    except OmnimateError as error:
-        raise BumpError(text, str(error)) from error
 
 
 def program_of(
@@ -117,7 +76,7 @@ def program_of(
         speed: [m/s].
         seed: of a free drive.
     """
-    from motion import paths
+    from omnimate.motion import paths
 
     link = vehicle.linkage.length if vehicle.linkage is not None else None
     if protocol is Protocol.umbmark:

@@ -5,24 +5,28 @@ from __future__ import annotations
 import gc
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from cli.choices import KeyRole
-from cli.console import out
-from vehicle.errors import OmnimateError
+from omnimate.cli.choices import KeyRole
+from omnimate.cli.console import out
+from omnimate.cli.errors import CallError
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     import socket
 
     import uvicorn
 
-    from service.settings import Settings
+    from omnimate.service.settings import Settings
+    from omnimate.service.store.database import Database as ServiceDatabase
 
 DATABASE = "sqlite:///omnimate.db"
+NEEDED = ("alembic", "fastapi", "prometheus_client", "sqlalchemy", "uvicorn")  # of the extra `service`
 COLLECTED = 20_000, 20, 20  # objects between two looks for cycles, which stop everything
 SWITCH = 0.0002  # [s] for which one thread may keep the others waiting: the robot, calls, the stream
 Database = Annotated[
@@ -32,7 +36,7 @@ Database = Annotated[
 keys = typer.Typer(help="API keys of the service: add, list, revoke.", no_args_is_help=True)
 
 
-class OpenDoorError(OmnimateError):
+class NoKeyError(OmnimateError):
     """Listening to the network without a single key."""
 
 
@@ -43,36 +47,63 @@ def serve(
     ] = None,
     vehicle: Annotated[Path | None, typer.Option(help="vehicle.toml; else the reference robot.")] = None,
     database: Database = DATABASE,
-    host: Annotated[str, typer.Option(help="To listen at; others than loopback need keys.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="0 takes a free one.", min=0, max=65535)] = 8080,
+    host: Annotated[
+        str, typer.Option(help="Address to listen at; others than loopback need keys.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(help="Port to listen at; 0 takes a free port.", min=0, max=65535)
+    ] = 8080,
     pace: Annotated[
-        float, typer.Option(help="Of a simulated robot while it drives, in real times.", min=0.1, max=1000.0)
+        float,
+        typer.Option(
+            help="Pace of a driving simulated robot, in multiples of real time.", min=0.1, max=1000.0
+        ),
     ] = 40.0,
     rate: Annotated[float, typer.Option(help="Calls a second that one caller may make.", min=1.0)] = 1000.0,
 ) -> None:
     """Serve calibration, recordings and diagnoses over REST, and a page for people, until Ctrl-C."""
-    from service.settings import Settings
+    _require_service()
+    from omnimate.service.settings import Settings
 
     _listen(Settings(bus, vehicle, database, host, port, pace, rate=rate))
+
+
+def _require_service() -> None:
+    """Check that the libraries of the extra `service` are installed.
+
+    Raises:
+        CallError: a library is missing.
+    """
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        raise CallError(f"the service needs {', '.join(missing)}: pip install 'omnimate[service]'")
+
+
+def _opened(database: str) -> ServiceDatabase:
+    """Return the service's database."""
+    _require_service()
+    from omnimate.service.store.database import Database
+
+    return Database(database)
 
 
 def _listen(settings: Settings) -> None:
     import uvicorn
 
-    from service.access import keys as keys_of
-    from service.app import create_app
-    from service.parts import make_parts
+    from omnimate.service.access import keys as keys_of
+    from omnimate.service.app import create_app
+    from omnimate.service.components import make_components
 
-    parts = make_parts(settings)
+    components = make_components(settings)
     if not settings.is_loopback:
-        with parts.database.reading() as db:
+        with components.database.reading() as db:
             if not any(key.revoked is None for key in keys_of(db)):
-                raise OpenDoorError(
+                raise NoKeyError(
                     f"{settings.host} can be reached from outside: make a key first (omnimate key add NAME "
                     f"--role operate --database {settings.database}), or listen on 127.0.0.1"
                 )
     config = uvicorn.Config(
-        create_app(parts),
+        create_app(components),
         settings.host,
         settings.port,
         log_level="warning",
@@ -101,31 +132,31 @@ def announced(config: uvicorn.Config) -> uvicorn.Server:
 
 @keys.command()
 def add(
-    name: Annotated[str, typer.Argument(help="Whose key it is.")],
+    name: Annotated[str, typer.Argument(help="Name of the person or program that uses the key.")],
     role: Annotated[
         KeyRole, typer.Option(help="operate may move the robot and change things.")
     ] = KeyRole.read,
     database: Database = DATABASE,
 ) -> None:
-    """Make a key; it is shown once."""
-    from service.access import add_key
-    from service.store.database import Database as Opened
+    """Make a key, and print it; it cannot be shown again."""
+    store = _opened(database)
+    from omnimate.service.access import add_key
 
-    with Opened(database).writing() as db:
+    with store.writing() as db:
         key = add_key(db, name, role.value)
     out.print(key, markup=False, soft_wrap=True)
 
 
 @keys.command(name="list")
 def list_(database: Database = DATABASE) -> None:
-    """List keys; what is secret about them is not kept."""
-    from service.access import keys as keys_of
-    from service.store.database import Database as Opened
+    """List the keys; the secret part of a key is not kept."""
+    store = _opened(database)
+    from omnimate.service.access import keys as keys_of
 
     table = Table()
     for heading in ("id", "name", "role", "made", "revoked"):
         table.add_column(heading)
-    with Opened(database).reading() as db:
+    with store.reading() as db:
         for key in keys_of(db):
             table.add_row(key.id, key.name, key.role, _day(key.created), _day(key.revoked))
     out.print(table)
@@ -133,14 +164,16 @@ def list_(database: Database = DATABASE) -> None:
 
 @keys.command()
 def revoke(
-    identity: Annotated[str, typer.Argument(metavar="ID", help="Of the key, as `key list` shows it.")],
+    identity: Annotated[
+        str, typer.Argument(metavar="ID", help="Identity of the key, as `key list` shows it.")
+    ],
     database: Database = DATABASE,
 ) -> None:
-    """Make a key void."""
-    from service.access import revoke_key
-    from service.store.database import Database as Opened
+    """Revoke a key."""
+    store = _opened(database)
+    from omnimate.service.access import revoke_key
 
-    with Opened(database).writing() as db:
+    with store.writing() as db:
         name = revoke_key(db, identity).name
     out.print(f"the key of {name} is void", markup=False)
 

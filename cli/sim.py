@@ -8,24 +8,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cli.console import out
-from cli.robots import Protocol, nominal_vehicle, program_of, truth_of
-from vehicle.errors import OmnimateError
+from omnimate.cli.console import out
+from omnimate.cli.robots import Protocol, nominal_vehicle, program_of, truth_of
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from motion.journal import Journal
-    from motion.program import Program
+    from omnimate.motion.journal import Journal
+    from omnimate.motion.program import Program
 
 
 class AddressError(OmnimateError):
-    """An address that is none.
+    """An address that is not host:port.
 
     Attributes:
-        address: as it was given.
+        address: The address as it was given.
     """
 
     def __init__(self, address: str) -> None:
-        super().__init__(f"{address!r} is no address; expected host:port, such as 127.0.0.1:29536")
+        super().__init__(f"{address!r} is not an address; expected host:port, such as 127.0.0.1:29536")
         self.address = address
 
 
@@ -33,35 +33,40 @@ def sim(
     listen: Annotated[str, typer.Option(help="host:port for socketcand clients.")] = "127.0.0.1:29536",
     vehicle: Annotated[
         Path | None,
-        typer.Option(help="vehicle.toml as its owner believes; else the reference robot."),
+        typer.Option(help="vehicle.toml of the robot as described; else the reference robot."),
     ] = None,
     true_vehicle: Annotated[
-        Path | None, typer.Option(help="vehicle.toml as it truly is; else the errors of U Fig. 11.")
+        Path | None,
+        typer.Option(help="vehicle.toml of the robot as it truly is; else with the errors of U Fig. 11."),
     ] = None,
     drive: Annotated[
         Protocol | None,
-        typer.Option(help="Drive this by itself; else its drives are commanded."),
+        typer.Option(help="Drive this without commands; else its drives are commanded over the bus."),
     ] = None,
-    side: Annotated[float, typer.Option(help="Of the square [m].", min=0.5, max=100.0)] = 4.0,
-    runs: Annotated[int, typer.Option(help="In each direction.", min=1, max=1000)] = 5,
-    speed: Annotated[float, typer.Option(help="[m/s]", min=0.02, max=5.0)] = 0.2,
-    bump: Annotated[list[str] | None, typer.Option(help="As of `omnimate simulate`.")] = None,
-    effects: Annotated[Path | None, typer.Option(help="Effects file, as of `omnimate simulate`.")] = None,
+    side: Annotated[
+        float, typer.Option(help="Side of the square, or length of the path [m].", min=0.5, max=100.0)
+    ] = 4.0,
+    runs: Annotated[int, typer.Option(help="Laps in each direction, or free drives.", min=1, max=1000)] = 5,
+    speed: Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.02, max=5.0)] = 0.2,
+    bump: Annotated[
+        list[str] | None, typer.Option(help="Bump on the floor, as for `omnimate simulate`.")
+    ] = None,
+    effects: Annotated[Path | None, typer.Option(help="Effects file, as for `omnimate simulate`.")] = None,
     fault: Annotated[
         list[str] | None,
-        typer.Option(help="Of a device, such as reboot:node=2,at=30; seconds since the start."),
+        typer.Option(help="Fault of a device, such as reboot:node=2,at=30 [s since the start]."),
     ] = None,
     fixes: Annotated[
         Path | None,
-        typer.Option(help="Folder for poses.csv and run.toml of a drive by itself."),
+        typer.Option(help="Folder for poses.csv and run.toml of what --drive drove."),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the floor, the sonar and the counters.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0)] = 0,
 ) -> None:
     """Serve the bus of a simulated vehicle to other processes, by the socketcand protocol, until Ctrl-C."""
-    from vcan_sim.faults import parse_fault
-    from vcan_sim.plant import Plant
-    from vcan_sim.self_driving import SelfDriving
-    from vcan_sim.server import serve
+    from omnimate.vcan_sim.fault_text import parse_fault
+    from omnimate.vcan_sim.plant import Plant
+    from omnimate.vcan_sim.self_driving import SelfDriving
+    from omnimate.vcan_sim.server import serve
 
     host, port = _address(listen)
     robot = nominal_vehicle(vehicle)
@@ -87,7 +92,8 @@ def _address(text: str) -> tuple[str, int]:
 
 
 def _write(journal: Journal, folder: Path | None) -> None:
-    from vehicle.folder import POSES, RUN, write_poses, write_run
+    from omnimate.logs.folder import POSES, RUN, write_poses
+    from omnimate.logs.run_toml import write_run
 
     if folder is None:
         return

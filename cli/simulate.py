@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from cli.console import err, out
-from cli.robots import Protocol, nominal_vehicle, program_of, truth_of
+from omnimate.cli.console import err, out
+from omnimate.cli.robots import Protocol, nominal_vehicle, program_of, truth_of
 
 
 def simulate(
@@ -17,29 +17,30 @@ def simulate(
     protocol: Annotated[Protocol, typer.Option(help="What to drive.")] = Protocol.umbmark,
     vehicle: Annotated[
         Path | None,
-        typer.Option(help="vehicle.toml as its owner believes; else the reference robot."),
+        typer.Option(help="vehicle.toml of the robot as described; else the reference robot."),
     ] = None,
     true_vehicle: Annotated[
-        Path | None, typer.Option(help="vehicle.toml as it truly is; else the errors of U Fig. 11.")
+        Path | None,
+        typer.Option(help="vehicle.toml of the robot as it truly is; else with the errors of U Fig. 11."),
     ] = None,
     side: Annotated[
-        float, typer.Option(help="Of the square, or length of the path [m].", min=0.5, max=100.0)
+        float, typer.Option(help="Side of the square, or length of the path [m].", min=0.5, max=100.0)
     ] = 4.0,
-    runs: Annotated[int, typer.Option(help="In each direction.", min=1, max=1000)] = 5,
-    speed: Annotated[float, typer.Option(help="[m/s]", min=0.02, max=5.0)] = 0.2,
+    runs: Annotated[int, typer.Option(help="Laps in each direction, or free drives.", min=1, max=1000)] = 5,
+    speed: Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.02, max=5.0)] = 0.2,
     bump: Annotated[
         list[str] | None,
-        typer.Option(help="On the floor, such as wheel=a.right,after=3,height=0.01; may be repeated."),
+        typer.Option(help="Bump on the floor, such as wheel=a.right,after=3,height=0.01; may be repeated."),
     ] = None,
     effects: Annotated[
         Path | None, typer.Option(help="Effects file: physics that the nominal robot leaves out.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the floor, the sonar and the counters.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0)] = 0,
     start: Annotated[float | None, typer.Option(help="Time of the first sample [s]; now by default.")] = None,
 ) -> None:
     """Simulate a robot that drives a protocol, and write its recording: arrays, no bus."""
-    from vcan_sim.simulate import simulate as run
-    from vehicle.folder import save_recording
+    from omnimate.logs.folder import save_recording
+    from omnimate.vcan_sim.simulate import simulate as run
 
     robot = nominal_vehicle(vehicle)
     truth = truth_of(robot, true_vehicle, bump or (), seed, effects)

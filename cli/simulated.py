@@ -6,20 +6,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from driver.clock import SyncClock
-from driver.driver import Driver
-from driver.recorder import Recorder
-from vcan_sim.coupled_bus import CoupledBus
-from vcan_sim.plant import Plant
+from omnimate.driver.clock import SyncClock
+from omnimate.driver.driver import Driver
+from omnimate.driver.recorder import Recorder
+from omnimate.vcan_sim.coupled_bus import CoupledBus
+from omnimate.vcan_sim.plant import Plant
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from motion.program import Program
-    from vcan_sim.faults import Fault
-    from vcan_sim.truth import Truth
-    from vehicle.parameters import VehicleParameters
+    from omnimate.motion.program import Program
+    from omnimate.vcan_sim.faults import DeviceFault
+    from omnimate.vcan_sim.truth import Truth
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def simulated_robot(
     truth: Truth,
     folder: Path,
     program: Program,
-    faults: Iterable[Fault] = (),
+    faults: Iterable[DeviceFault] = (),
 ) -> Iterator[SimulatedRobot]:
     """Open a virtual bus with a simulated vehicle on it and the driver, as fast as they go.
 

@@ -1,4 +1,4 @@
-"""Who sets the pace: the wall clock, or the vehicle's answers ("as fast as it goes")."""
+"""The pace of SYNC: by the wall clock, or as fast as the vehicle answers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class Clock(Protocol):
     """The recording's clock and the pace of SYNC.
 
     Attributes:
-        inline: True where time stands still between SYNCs, so that a dialogue may be held in between.
+        inline: Whether time stands still between SYNCs, so that an SDO dialogue may be held in between.
     """
 
     inline: bool
@@ -39,7 +39,15 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """SYNC every `period` [s] of monotonic time; times are wall time that no clock adjustment moves."""
+    """SYNC at equal intervals of monotonic time; times are wall time that no clock adjustment moves.
+
+    Args:
+        period: Time between two SYNCs [s].
+
+    Attributes:
+        period: Time between two SYNCs [s].
+        skipped: Number of periods that have passed without a SYNC.
+    """
 
     inline = False
 
@@ -71,14 +79,24 @@ class WallClock:
         return time.monotonic() + self._offset
 
     def sleep(self, seconds: float) -> None:
-        """Sleep."""
+        """Let host time pass [s]."""
         time.sleep(seconds)
 
 
 class SyncClock:
     """SYNC k has the time start + k * period [s], however long it took; nothing waits for it.
 
-    Frames in between carry the SYNC's time and the host time since, kept below one period.
+    Frames in between have the SYNC's time plus the host time since, limited to less than one period.
+
+    Args:
+        period: Time between two SYNCs [s].
+        start: Time of SYNC 0 [s]; now where it is None.
+        window: Host time in which the answers to a SYNC are awaited [s].
+
+    Attributes:
+        period: Time between two SYNCs [s].
+        window: Host time in which the answers to a SYNC are awaited [s].
+        start: Time of SYNC 0 [s].
     """
 
     inline = True
@@ -101,7 +119,7 @@ class SyncClock:
         return self.start + (self._next - 1) * self.period
 
     def remaining(self) -> float:
-        """Return what is left of the window of host time [s]."""
+        """Return how much of the window is left [s]."""
         return self._sent + self.window - time.monotonic()
 
     def now(self) -> float:
@@ -110,5 +128,5 @@ class SyncClock:
         return self.start + (self._next - 1) * self.period + passed
 
     def sleep(self, seconds: float) -> None:
-        """Sleep: host time only, used while a lost bus is opened again."""
+        """Let host time pass [s], while a lost bus is opened again; the recording's clock stands still."""
         time.sleep(seconds)

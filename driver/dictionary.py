@@ -1,4 +1,4 @@
-"""The objects of CiA 301, 406 and 402 that the driver speaks of, so that no EDS is needed."""
+"""The objects of CiA 301, 406 and 402 that the driver reads and writes, so that no EDS is needed."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ PDO_RECORD = {1: UNSIGNED32, 2: UNSIGNED8, 3: UNSIGNED16, 5: UNSIGNED16}
 
 
 def standard_dictionary() -> ObjectDictionary:
-    """Return an object dictionary with these objects, their sizes and signs."""
+    """Return an object dictionary with the objects of `VARIABLES`, `ARRAYS` and the first four PDOs."""
     dictionary = ObjectDictionary()  # type: ignore[no-untyped-call]  # canopen is typed in part
     for index, (name, data_type) in VARIABLES.items():
         dictionary.add_object(_variable(name, index, 0, data_type))

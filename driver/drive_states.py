@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from driver.errors import DriveError
-from driver.supervision import FAULT, FAULT_MASK
+from omnimate.driver.errors import DriveError
+from omnimate.driver.supervision import FAULT, FAULT_MASK
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from driver.sdo import Sdo
+    from omnimate.driver.sdo import Sdo
 
 PROFILE_VELOCITY = 3
 SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, FAULT_RESET = 0x06, 0x07, 0x0F, 0x80
@@ -28,9 +28,15 @@ _STEPS = (
 def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
     """Bring a drive to operation enabled in profile velocity mode at speed zero.
 
+    Args:
+        sdo: Objects of the drive's node.
+        pump: Reads and handles one frame, waiting for it at most so many seconds.
+
     Raises:
-        DriveError: it does not reach a state.
-        NotTaken, SdoRefused, SdoSilent: the dialogue failed.
+        DriveError: The drive does not reach a state.
+        NotTaken: The drive confirmed a value and kept another one.
+        SdoRefused: The drive aborts a transfer.
+        SdoSilent: The drive stops answering.
     """
     if sdo.read(0x6041) & FAULT_MASK == FAULT:
         sdo.write(0x6040, 0, FAULT_RESET)
@@ -42,23 +48,24 @@ def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
         _await(sdo, pump, lambda status, state=state: status & STATE_MASK == state, name)  # type: ignore[misc]  # bound
     mode = sdo.find(0x6061)
     if mode is not None and mode != PROFILE_VELOCITY:
-        raise DriveError(sdo.node, sdo.read(0x6041), f"profile velocity mode (3), 6061h shows {mode}")
+        raise DriveError(sdo.node, sdo.read(0x6041), f"profile velocity mode (3), but 6061h shows {mode}")
 
 
 def disable_drive(sdo: Sdo) -> None:
     """Take the torque away.
 
     Raises:
-        SdoRefused, SdoSilent: the dialogue failed.
+        SdoRefused: The drive aborts the transfer.
+        SdoSilent: The drive stops answering.
     """
     sdo.write(0x6040, 0, SHUTDOWN)
 
 
-def _await(sdo: Sdo, pump: Callable[[float], None], reached: Callable[[int], bool], wanted: str) -> None:
+def _await(sdo: Sdo, pump: Callable[[float], None], reached: Callable[[int], bool], expected: str) -> None:
     status = 0
     for _ in range(POLLS):
         status = sdo.read(0x6041)
         if reached(status):
             return
         pump(POLL_PAUSE)
-    raise DriveError(sdo.node, status, wanted)
+    raise DriveError(sdo.node, status, expected)

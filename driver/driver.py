@@ -8,46 +8,40 @@ from typing import TYPE_CHECKING, Self
 
 import can
 
-from driver import load
-from driver.bus import open_bus
-from driver.clock import Clock, WallClock
-from driver.configure import (
-    HEARTBEAT_MS,
-    ConfigurationReport,
-    NodeConfiguration,
-    configure_node,
-    with_ranges,
-)
-from driver.drives import Drives
-from driver.errors import BusError, BusLost
-from driver.frozen import FrozenWatch
-from driver.link import NMT_START, Link
-from driver.monitor import Monitor
-from driver.recovery import Recovery
-from driver.report import DriverReport, make_report
+from omnimate.driver.bus import open_bus
+from omnimate.driver.bus_load import check_load, forecast_load
+from omnimate.driver.clock import Clock, WallClock
+from omnimate.driver.configuration import ConfigurationReport, NodeConfiguration
+from omnimate.driver.drives import Drives
+from omnimate.driver.encoder_nodes import EncoderNodes
+from omnimate.driver.errors import BusError, BusLost
+from omnimate.driver.frozen_wheels import FrozenWheelWatch
+from omnimate.driver.heartbeat import HEARTBEAT_MS
+from omnimate.driver.monitor import Monitor
+from omnimate.driver.network import BusNetwork
+from omnimate.driver.recovery import Recovery
+from omnimate.driver.report import DriverReport, make_report
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from canopen.objectdictionary import ObjectDictionary
 
-    from driver.link import FrameSink
-    from driver.sdo import Sdo
-    from vehicle.parameters import VehicleParameters
-    from vehicle.sample import Sample
+    from omnimate.driver.network import FrameSink
+    from omnimate.driver.sdo import Sdo
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.sample import Sample
 
-SETTLE = 0.01  # [s] of host time for PDOs that are only hoped for
+SHORT_WAIT = 0.01  # [s] of host time for PDOs that do not answer reliably
 MAX_DRAIN = 20_000  # frames read before a SYNC; more than two seconds of a full 1 Mbit/s bus
 FIRST_DELAY, LONGEST_DELAY = 0.1, 5.0  # [s] before a lost bus is opened again
-WATCHED_OBJECTS = (0x6509, 0x650B)  # that tell of a preset or a swapped encoder
 
 
 class Driver:
     """The master of one vehicle's bus; use it as a context manager, in one thread.
 
     Attributes:
-        vehicle: with the ranges that were found in `configure`.
-        drives: of the wheels.
+        drives: Drives of the wheels.
     """
 
     def __init__(
@@ -64,38 +58,38 @@ class Driver:
         """Open the bus where it is given as a URL; nothing is sent yet.
 
         Args:
-            vehicle: as its owner believes it to be.
+            vehicle: Vehicle as its owner believes it to be.
             bus: URL, which is opened again when the bus is lost, or a bus that the caller owns.
-            clock: pace of SYNC; wall clock by default.
-            recorder: gets every frame sent and received.
-            dictionaries: object dictionaries by node, where there are EDS files; none is needed.
-            patience: how long a lost bus is tried to be opened again [s].
-            watchdog: after which without a command the wheels are stopped [s].
+            clock: Pace of SYNC; the wall clock where it is None.
+            recorder: Gets every frame that is sent or received; None for none.
+            dictionaries: Object dictionaries by node id, where there are EDS files; none is needed.
+            patience: Time in which a lost bus must come back [s].
+            watchdog: Time without a command after which the wheels are stopped [s].
 
         Raises:
-            BusError: the URL's bus cannot be opened.
+            BusError: The URL's bus cannot be opened.
         """
-        self.vehicle = vehicle
         self._url = bus if isinstance(bus, str) else None
         self._clock: Clock = clock or WallClock(vehicle.bus.sync_period)
-        self._link = Link(open_bus(bus) if isinstance(bus, str) else bus, self._clock, recorder)
+        self._network = BusNetwork(open_bus(bus) if isinstance(bus, str) else bus, self._clock, recorder)
         self._monitor = Monitor(vehicle, self._clock)
-        self._monitor.on_sdo = self._link.notify
-        self._link.handler = self._monitor.take
+        self._monitor.on_sdo = self._network.notify
+        self._network.handler = self._monitor.take
         self._events, self._supervision = self._monitor.events, self._monitor.supervision
-        self._sdos: dict[int, Sdo] = {
-            node: self._link.sdo(node, dictionaries) for node in self._monitor.counts
-        }
+        sdos: dict[int, Sdo] = {node: self._network.sdo(node, dictionaries) for node in self._monitor.counts}
         self.drives = Drives(
-            vehicle, self._link, self._sdos.__getitem__, self._supervision, self._events, watchdog
+            vehicle, self._network, sdos.__getitem__, self._supervision, self._events, watchdog
         )
-        self._recovery = Recovery(self._configure, self._events, inline=self._clock.inline)
-        self._frozen = FrozenWatch(vehicle, self._events)
-        self._nodes = sorted({encoder.node for encoder in vehicle.encoders})
-        self._told: dict[int, dict[int, int]] = {}
-        self._boots: dict[int, int] = {}
+        self._encoders = EncoderNodes(vehicle, self._monitor, sdos, self._network.nmt_command)
+        self._recovery = Recovery(self._encoders.configure, self._events, inline=self._clock.inline)
+        self._frozen = FrozenWheelWatch(vehicle, self._events)
         self._patience = patience
         self._syncs = 0
+
+    @property
+    def vehicle(self) -> VehicleParameters:
+        """The vehicle, after `configure` with the ranges that its encoders report."""
+        return self._encoders.vehicle
 
     def __enter__(self) -> Self:
         return self
@@ -107,21 +101,24 @@ class Driver:
         """Forecast the bus load, configure every encoder, read it back, and start the nodes.
 
         Raises:
-            BusOverload: the forecast leaves no room; nothing has been sent.
-            NodeMissing, WrongDevice, MappingImpossible: a node is not as it must be.
-            NotTaken, SdoRefused, SdoSilent: a dialogue failed.
-            BusLost: the interface failed.
+            BusOverload: The forecast leaves no room; nothing has been sent.
+            NodeMissing: A node does not answer.
+            WrongDevice: A node is another device than `vehicle.toml` states.
+            MappingImpossible: The PDOs of a node cannot carry the fields of `vehicle.toml`.
+            NotTaken: A node confirmed a value and kept another one.
+            SdoRefused: A node aborts a transfer.
+            SdoSilent: A node stops answering.
+            BusLost: The interface failed.
         """
-        forecast = load.forecast(self.vehicle, HEARTBEAT_MS / 1000.0)
-        load.check(forecast)
-        nodes = tuple(self._configure(node) for node in self._nodes)
-        self.vehicle = with_ranges(self.vehicle, nodes)
+        load = forecast_load(self.vehicle, HEARTBEAT_MS / 1000.0)
+        check_load(load)
+        nodes = self._encoders.configure_all()
         self._monitor.begin(self.vehicle)
-        if self._link.recorder is not None:
-            self._link.recorder.use(self.vehicle)
-        for one in nodes:
-            self._start(one)
-        return ConfigurationReport(nodes, forecast, self.vehicle)
+        if self._network.recorder is not None:
+            self._network.recorder.use(self.vehicle)
+        for node in nodes:
+            self._encoders.start(node)
+        return ConfigurationReport(nodes, load, self.vehicle)
 
     def enable(self) -> tuple[NodeConfiguration, ...]:
         """Configure and enable the drives; see `Drives.enable`."""
@@ -136,7 +133,7 @@ class Driver:
         self.drives.stop()
 
     def samples(self) -> Iterator[Sample]:
-        """Yield a sample per SYNC, for ever."""
+        """Yield a sample per SYNC, for ever; errors as of `cycle`."""
         while True:
             yield self.cycle()
 
@@ -144,8 +141,8 @@ class Driver:
         """Send SYNC when it is due and return the sample of its answers.
 
         Raises:
-            BusError: a lost bus did not come back in time.
-            BusLost: likewise, where the caller owns the bus.
+            BusError: A lost bus did not come back in time.
+            BusLost: The interface failed, and the caller owns the bus.
         """
         assembler = self._monitor.assembler
         while True:
@@ -169,18 +166,18 @@ class Driver:
         self.drives.disable()
         self._recovery.close()
         if self._url is not None:
-            self._link.can_bus.shutdown()
+            self._network.can_bus.shutdown()
 
     def _until_due(self) -> None:
         """Read the bus until SYNC is due and nothing is left of what came before it."""
         while (wait := self._clock.due()) > 0.0:
-            self._link.pump(wait)
-        take, receive = self._monitor.take, self._link.receive
+            self._network.pump(wait)
+        take, receive = self._monitor.take, self._network.receive
         for _ in range(MAX_DRAIN):
             message = receive(0.0)
             if message is None:
                 break
-            take(message, self._link.arrival)
+            take(message, self._network.arrival)
         now = self._clock.now()
         self._react(now)
         self.drives.tick(now)
@@ -188,31 +185,31 @@ class Driver:
     def _send_sync(self) -> None:
         at = self._clock.sync()
         try:
-            self._link.send_sync(at)
+            self._network.send_sync(at)
         except BusLost as lost:
-            self._events.add(at, None, f"SYNC could not be sent, tried again: {lost}")
-            self._link.send_sync(at)
+            self._events.add(at, None, f"SYNC could not be sent, tried again: {lost.cause}")
+            self._network.send_sync(at)
         self._monitor.assembler.begin(self._syncs, at)
         self._syncs += 1
         self._monitor.check(at)
 
     def _collect(self) -> None:
         """Read the bus until all awaited PDOs have come, or the window is over and the bus is read out."""
-        assembler, take, receive = self._monitor.assembler, self._monitor.take, self._link.receive
+        assembler, take, receive = self._monitor.assembler, self._monitor.take, self._network.receive
         for _ in range(MAX_DRAIN):
             if assembler.is_complete:
                 break
             left = self._clock.remaining()
             message = receive(max(left, 0.0))
             if message is not None:
-                take(message, self._link.arrival)
+                take(message, self._network.arrival)
             elif left <= 0.0:
                 break
-        end = time.monotonic() + SETTLE
+        end = time.monotonic() + SHORT_WAIT
         while (
             not assembler.is_settled and (left := min(end - time.monotonic(), self._clock.remaining())) > 0.0
         ):
-            self._link.pump(left)
+            self._network.pump(left)
 
     def _react(self, now: float) -> None:
         """Have restarted nodes configured again and stop the wheels where a drive is out."""
@@ -221,59 +218,36 @@ class Driver:
             node = supervision.restarted.pop()
             self._monitor.assembler.restarted(node)
             self.drives.dropped(node, now)
-            if node in self._nodes:
+            if node in self._encoders.ids:
                 self._recovery.request(node, now)
         while supervision.lost:
             self.drives.dropped(supervision.lost.pop(), now)
-        if self._recovery.is_busy and (done := self._recovery.poll(now)) is not None:
-            self._recovered(done, now)
-
-    def _recovered(self, done: NodeConfiguration, now: float) -> None:
-        changed = f"{len(done.changed)} objects set anew" if done.changed else "nothing had changed"
-        self._events.add(now, done.node, f"configured again ({changed}) and started")
-        for index in WATCHED_OBJECTS:
-            before, after = self._told[done.node].get(index), done.told.get(index)
-            if before != after:
-                self._events.add(
-                    now, done.node, f"{index:04X}h was {before}, is {after}: preset, or another device?"
-                )
-        self._start(done)
-        if self._supervision.nodes[done.node].boots != self._boots[done.node]:
-            self._recovery.request(done.node, now)
-
-    def _configure(self, node: int) -> NodeConfiguration:
-        self._boots[node] = self._supervision.nodes[node].boots
-        return configure_node(self._sdos[node], self.vehicle, self._link.nmt_command)
-
-    def _start(self, one: NodeConfiguration) -> None:
-        self._told[one.node] = one.told
-        for cob_id, length in one.lengths.items():
-            self._monitor.assembler.expect_length(cob_id, length)
-        self._link.nmt_command(NMT_START, one.node)
-        self._supervision.started(one.node, one.heartbeat)
-        self._monitor.assembler.await_again(one.node)
+        if self._recovery.is_busy:
+            configuration = self._recovery.poll(now)
+            if configuration is not None and not self._encoders.start_again(configuration, now):
+                self._recovery.request(configuration.node, now)
 
     def _reconnect(self, lost: BusLost) -> None:
-        """Open a lost bus again, with longer and longer pauses, and give every node its configuration.
+        """Open a lost bus again, with longer and longer pauses, and have every node configured again.
 
         Raises:
-            BusError: it does not come back within `patience`.
-            BusLost: the bus is the caller's.
+            BusError: The bus does not come back within `patience`.
+            BusLost: The caller owns the bus.
         """
         before = self._clock.now()
         self._events.add(before, None, str(lost))
         if self._url is None:
             raise lost
         with contextlib.suppress(can.CanError, OSError):
-            self._link.can_bus.shutdown()
-        self._link.replace_bus(self._reopen(self._url, lost))
+            self._network.can_bus.shutdown()
+        self._network.replace_bus(self._reopen(self._url, lost))
         away = self._clock.now() - before
         self._events.add(before + away, None, f"bus opened again after {away:.1f} s")
         self._supervision.pause(away)
         self._monitor.assembler.skip(int(away / self.vehicle.bus.sync_period))
-        for node in self._nodes:
+        for node in self._encoders.ids:
             self._recovery.request(node, before + away)
-        for drive in self.vehicle.drives:  # they have missed our heartbeat
+        for drive in self.vehicle.drives:  # they have missed the driver's heartbeat
             self.drives.dropped(drive.node, before + away)
 
     def _reopen(self, url: str, lost: BusLost) -> can.BusABC:
@@ -285,4 +259,8 @@ class Driver:
                 return open_bus(url)
             except BusError:
                 delay = min(2.0 * delay, LONGEST_DELAY)
-        raise BusError(url, f"lost ({lost.cause}), and not back within {self._patience:g} s")
+        raise BusError(
+            url,
+            f"lost ({lost.cause}), and not back within {self._patience:g} s; "
+            "check the adapter, its cable and the power of the bus",
+        )

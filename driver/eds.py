@@ -1,4 +1,4 @@
-"""Reads EDS and DCF files as they really are, and says what had to be put right."""
+"""Reads EDS and DCF files with the errors that real ones have, and reports what had to be repaired."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from canopen import import_od
 from canopen.objectdictionary import ObjectDictionaryError
 
-from driver.errors import EdsError
+from omnimate.driver.errors import EdsError
 
 if TYPE_CHECKING:
     from canopen import ObjectDictionary
@@ -45,8 +45,8 @@ class Eds:
     """A device description.
 
     Attributes:
-        dictionary: of the device, for one node id.
-        remarks: what was changed to read it, with line numbers.
+        dictionary: Object dictionary of the device, for one node id.
+        remarks: What was changed to read the file, with line numbers.
     """
 
     dictionary: ObjectDictionary
@@ -54,23 +54,27 @@ class Eds:
 
 
 def load_eds(path: Path | str, node: int) -> Eds:
-    """Return the object dictionary of an EDS or DCF file for a node id.
+    """Return the object dictionary of an EDS or DCF file (CiA 306) for a node id.
+
+    Args:
+        path: Path of the file.
+        node: CANopen node id that stands for `$NODEID` in the file.
 
     Raises:
-        EdsError: it cannot be read even so.
+        EdsError: The file cannot be read even tolerantly.
     """
     path = Path(path)
     try:
         text, remarks = _decode(path.read_bytes())
         stream = io.StringIO(_repair(text, remarks))
-        stream.name = path.with_suffix(".eds").name  # canopen tells the format by the name
+        stream.name = path.with_suffix(".eds").name  # canopen knows the format by the name
         dictionary = import_od(stream, node)
     except OSError as error:
         raise EdsError(str(path), f"cannot be read: {error.strerror or error}") from error
     except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
-        raise EdsError(str(path), f"no EDS: {error}; expected the INI format of CiA 306") from error
+        raise EdsError(str(path), f"not an EDS ({error}); expected the INI format of CiA 306") from error
     if not dictionary:
-        raise EdsError(str(path), "no object in it; expected sections such as [1000]")
+        raise EdsError(str(path), "no object in the file; expected sections such as [1000]")
     return Eds(dictionary, tuple(remarks))
 
 

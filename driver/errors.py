@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
-from vehicle.canopen_words import sdo_abort_in_words
-from vehicle.errors import OmnimateError
+from omnimate.logs.canopen_words import sdo_abort_in_words
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+# What to do about an SDO abort, by its code; CiA 301 lists the codes.
+ABORT_ADVICE = {
+    0x06010001: "the object can only be written, so that its value cannot be checked",
+    0x06010002: "set the value with the manufacturer's tool, or change vehicle.toml to what the device has",
+    0x08000022: "set the node pre-operational or switch it off and on, then try again",
+}
+GENERAL_ADVICE = "see the device's manual for this object, or use a device that has it"
+
 
 class DriverError(OmnimateError):
-    """Anything that the driver raises on purpose."""
+    """The root of the driver's errors."""
 
 
 class BusError(DriverError):
-    """A bus that cannot be opened, or that is gone for good.
+    """A bus that cannot be opened, or that was lost and did not come back.
 
     Attributes:
-        url: as it was given.
+        url: URL of the bus as it was given.
     """
 
     def __init__(self, url: str, problem: str) -> None:
@@ -31,11 +39,13 @@ class BusLost(DriverError):  # noqa: N818  # a state of the bus that the driver 
     """The interface failed while sending or receiving.
 
     Attributes:
-        cause: the interface's own error.
+        cause: The error that the interface raised.
     """
 
     def __init__(self, cause: Exception) -> None:
-        super().__init__(f"the bus interface failed: {cause}")
+        super().__init__(
+            f"the bus interface failed: {cause}; check the adapter, its cable and the power of the bus"
+        )
         self.cause = cause
 
 
@@ -43,7 +53,7 @@ class BusOverload(DriverError):  # noqa: N818  # named after what it says
     """A configuration that would fill the bus.
 
     Attributes:
-        load: forecast share of the bus, 1 is full.
+        load: Forecast share of the bus in use; 1 is full.
     """
 
     def __init__(self, load: float, limit: float, bitrate: int) -> None:
@@ -55,99 +65,123 @@ class BusOverload(DriverError):  # noqa: N818  # named after what it says
 
 
 class NodeError(DriverError):
-    """Something about one node.
+    """An error that concerns one node.
 
     Attributes:
         node: CANopen node id.
+        problem: What is wrong, without the node and without advice.
     """
 
-    def __init__(self, node: int, problem: str) -> None:
-        super().__init__(f"node {node}: {problem}")
+    def __init__(self, node: int, problem: str, advice: str) -> None:
+        super().__init__(f"node {node}: {problem}; {advice}")
         self.node = node
+        self.problem = problem
 
 
 class NodeMissing(NodeError):  # noqa: N818  # named after what it says
     """A node that does not answer SDO requests.
 
     Attributes:
-        channels: what it should have measured or driven.
+        names: Channels that the node should measure, or drives that it should contain.
     """
 
-    def __init__(self, node: int, channels: Sequence[str]) -> None:
+    def __init__(self, node: int, names: Sequence[str]) -> None:
         super().__init__(
             node,
-            f"no answer to SDO; expected the device of {', '.join(channels)}: "
+            f"no answer to SDO; expected the device of {', '.join(names)}",
             "check its power, cable, bit rate and node id",
         )
-        self.channels = tuple(channels)
+        self.names = tuple(names)
 
 
 class WrongDevice(NodeError):  # noqa: N818  # named after what it says
-    """A node that is not the device that `vehicle.toml` states.
+    """A node that is another device than `vehicle.toml` states.
 
     Attributes:
-        key: of `vehicle.toml`.
-        expected: value there.
-        found: value in the device.
+        key: Key of the encoder in `vehicle.toml`: profile, vendor, product or serial.
+        expected: Value in `vehicle.toml`.
+        actual: Value in the device.
     """
 
-    def __init__(self, node: int, key: str, expected: str, found: str) -> None:
+    def __init__(self, node: int, where: str, key: str, expected: str, actual: str) -> None:
         super().__init__(
             node,
-            f"{key}: found {found}, vehicle.toml expects {expected}; was a device swapped or renumbered?",
+            f"{key} is {actual} in object {where}, but vehicle.toml expects {expected}",
+            f"check whether a device was swapped or renumbered; if it is the right one, correct {key} in "
+            "vehicle.toml",
         )
         self.key = key
         self.expected = expected
-        self.found = found
+        self.actual = actual
 
 
-class SdoSilent(NodeError):  # noqa: N818  # named after what it says
-    """A node that stopped answering SDO in the middle of a dialogue.
+class SdoError(NodeError):
+    """An SDO transfer that failed.
 
     Attributes:
-        index: object.
-        subindex: of it.
+        index: Index of the object.
+        subindex: Sub-index of the object.
     """
 
-    def __init__(self, node: int, index: int, subindex: int, problem: str) -> None:
-        super().__init__(node, f"no valid SDO answer for {index:04X}h:{subindex:02X}: {problem}")
+    def __init__(self, node: int, index: int, subindex: int, problem: str, advice: str) -> None:
+        super().__init__(node, problem, advice)
         self.index = index
         self.subindex = subindex
 
 
-class SdoRefused(NodeError):  # noqa: N818  # named after what it says
+class SdoSilent(SdoError):  # noqa: N818  # named after what it says
+    """A node that stopped answering SDO in the middle of a dialogue."""
+
+    def __init__(self, node: int, index: int, subindex: int, problem: str) -> None:
+        super().__init__(
+            node,
+            index,
+            subindex,
+            f"no valid SDO answer for {index:04X}h:{subindex:02X}: {problem}",
+            "expected one answer to each request: check its power and cable, and that no other SDO client "
+            "addresses this node",
+        )
+
+
+class SdoRefused(SdoError):  # noqa: N818  # named after what it says
     """A node that aborted an SDO transfer.
 
     Attributes:
-        index: object.
-        subindex: of it.
-        abort_code: as CiA 301 lists them.
+        abort_code: SDO abort code as CiA 301 lists them.
     """
 
-    def __init__(self, node: int, index: int, subindex: int, abort_code: int) -> None:
+    def __init__(
+        self, node: int, index: int, subindex: int, abort_code: int, access: Literal["read", "write"]
+    ) -> None:
         super().__init__(
             node,
-            f"refused {index:04X}h:{subindex:02X}: {sdo_abort_in_words(abort_code)} ({abort_code:08X}h)",
+            index,
+            subindex,
+            f"refused to {access} {index:04X}h:{subindex:02X}: "
+            f"{sdo_abort_in_words(abort_code)} ({abort_code:08X}h)",
+            f"expected it to be {'readable' if access == 'read' else 'writable'}: "
+            f"{ABORT_ADVICE.get(abort_code, GENERAL_ADVICE)}",
         )
-        self.index = index
-        self.subindex = subindex
         self.abort_code = abort_code
 
 
-class NotTaken(NodeError):  # noqa: N818  # named after what it says
-    """A node that confirmed a value and shows another one when read back.
+class NotTaken(SdoError):  # noqa: N818  # named after what it says
+    """A node that confirmed a value and shows another one when it is read back.
 
     Attributes:
-        index: object.
-        subindex: of it.
-        wrote: value.
-        reads: value.
+        wrote: Value that was written.
+        reads: Value that was read back.
     """
 
     def __init__(self, node: int, index: int, subindex: int, wrote: int, reads: int) -> None:
-        super().__init__(node, f"{index:04X}h:{subindex:02X}: wrote {wrote:X}h, reads back {reads:X}h")
-        self.index = index
-        self.subindex = subindex
+        super().__init__(
+            node,
+            index,
+            subindex,
+            f"{index:04X}h:{subindex:02X} reads back {reads:X}h; expected {wrote:X}h, which was written and "
+            "confirmed",
+            "see the device's manual for the values that it takes",
+        )
         self.wrote = wrote
         self.reads = reads
 
@@ -160,43 +194,54 @@ class DriveError(NodeError):
     """A drive that does not reach a state of CiA 402.
 
     Attributes:
-        status: its status word 6041h.
+        status: Status word 6041h of the drive.
     """
 
-    def __init__(self, node: int, status: int, wanted: str) -> None:
-        super().__init__(node, f"status word {status:04X}h; expected {wanted}: see the drive's own diagnosis")
+    def __init__(self, node: int, status: int, expected: str) -> None:
+        super().__init__(
+            node,
+            f"status word 6041h is {status:04X}h; expected {expected}",
+            "look up the cause in the drive's own diagnosis",
+        )
         self.status = status
 
 
 class NotEnabled(DriverError):  # noqa: N818  # named after what it says
-    """A command while the drives are not enabled."""
+    """A command while the drives are not enabled.
 
-    def __init__(self, reason: str) -> None:
-        super().__init__(f"the drives are not enabled ({reason}); call enable() first")
+    Attributes:
+        reason: Why the drives are not enabled.
+    """
+
+    def __init__(self, reason: str, advice: str = "call enable() first") -> None:
+        super().__init__(f"the drives are not enabled: {reason}; {advice}")
         self.reason = reason
 
 
 class BadCommand(DriverError):  # noqa: N818  # named after what it says
-    """Wheel speeds that no drive can be given."""
+    """Wheel speeds that cannot be sent to the drives."""
 
 
 class EdsError(DriverError):
     """An EDS or DCF file that cannot be read even tolerantly.
 
     Attributes:
-        source: the file's name.
+        source: Path of the file.
     """
 
     def __init__(self, source: str, problem: str) -> None:
-        super().__init__(f"{source}: {problem}")
+        super().__init__(
+            f"{source}: {problem}; get the file from the device's manufacturer, or leave it out: the driver "
+            "needs no EDS"
+        )
         self.source = source
 
 
 class NoSync(DriverError):  # noqa: N818  # named after what it says
-    """Nobody produces SYNC on a bus that is only listened to.
+    """No SYNC on a bus that is only listened to.
 
     Attributes:
-        waited: [s].
+        waited: Time that was waited for the first SYNC [s].
     """
 
     def __init__(self, waited: float) -> None:

@@ -1,38 +1,43 @@
-"""Sorts every received frame: PDO, heartbeat, EMCY, SDO, or nothing that this vehicle knows."""
+"""Hands every received frame to the part that handles it: PDO, heartbeat, EMCY, SDO, or unknown frame."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from driver.assembler import Assembler
-from driver.events import EventLog
-from driver.fields import NodeCounts, nodes_of
-from driver.strangers import Strangers
-from driver.supervision import Supervision
+from omnimate.driver.assembler import Assembler
+from omnimate.driver.event_log import EventLog
+from omnimate.driver.flooding import FloodWatch
+from omnimate.driver.node_counts import NodeCounts, nodes_of
+from omnimate.driver.supervision import Supervision
+from omnimate.driver.unknown_frames import UnknownFrames
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import can
 
-    from driver.clock import Clock
-    from vehicle.parameters import VehicleParameters
+    from omnimate.driver.clock import Clock
+    from omnimate.vehicle.parameters import VehicleParameters
 
 EMCY, SDO_ANSWER, HEARTBEAT = 0x080, 0x580, 0x700
-CHECK_INTERVAL = 0.1  # [s] between two looks at the heartbeats
+CHECK_INTERVAL = 0.1  # [s] between two checks of the heartbeats
 
 
 class Monitor:
-    """Everything that is listened to, whoever produces SYNC.
+    """Everything that is received, with the driver as SYNC producer or with another one.
+
+    Args:
+        vehicle: Vehicle whose nodes are on the bus.
+        clock: The recording's clock.
 
     Attributes:
-        events: what happened.
-        assembler: of the samples.
-        counts: of frames by node, encoders and drives.
-        supervision: of the nodes.
-        strangers: frames that nobody expects.
-        on_sdo: takes SDO answers.
-        others: takes an 11-bit identifier and says whether another master may use it.
+        events: Log of what happened.
+        counts: Frame counters of encoders and drives by node id.
+        assembler: Assembler of the samples.
+        supervision: Supervision of the nodes.
+        unknown: Frames that nothing expects.
+        on_sdo: Takes an SDO answer: COB-ID, data, time [s].
+        others: Takes an 11-bit identifier and returns whether another master may use it.
     """
 
     def __init__(self, vehicle: VehicleParameters, clock: Clock) -> None:
@@ -40,7 +45,8 @@ class Monitor:
         self.counts = {node: NodeCounts() for node in nodes_of(vehicle)}
         self.assembler = Assembler(vehicle, self.events, self.counts)
         self.supervision = Supervision(self.counts, self.events)
-        self.strangers = Strangers(self.counts, self.events)
+        self.unknown = UnknownFrames(self.counts)
+        self._flooding = FloodWatch(self.counts, self.events)
         self.on_sdo: Callable[[int, bytearray, float], None] = lambda _can_id, _data, _now: None
         self.others: Callable[[int], bool] = lambda _can_id: False
         self._clock = clock
@@ -48,7 +54,7 @@ class Monitor:
         self._checked: float | None = None
 
     def begin(self, vehicle: VehicleParameters) -> None:
-        """Count from zero, for a vehicle whose ranges are known by now."""
+        """Count from zero again, for the vehicle with the ranges that its devices report."""
         for node in self.counts:
             self.counts[node] = NodeCounts()
         self.assembler = Assembler(vehicle, self.events, self.counts)
@@ -57,23 +63,23 @@ class Monitor:
     def take(self, message: can.Message, arrival: float) -> None:
         """Take a received frame that arrived at a monotonic time [s]."""
         if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
-            self.strangers.count(message)
+            self.unknown.count(message)
         elif message.arbitration_id in self._pdos:
             self.assembler.frame(message.arbitration_id, message.data, message.timestamp, arrival)
         elif not self._take_service(message.arbitration_id, message.data):
-            self.strangers.busy(message.arbitration_id)
+            self._flooding.note(message.arbitration_id)
             if not self.others(message.arbitration_id):
-                self.strangers.count(message)
+                self.unknown.count(message)
 
     def check(self, now: float) -> None:
-        """Look after heartbeats and babblers, once per SYNC at `now` [s]."""
-        self.strangers.check(now)
+        """Check heartbeats and the traffic of each node, once per SYNC at `now` [s]."""
+        self._flooding.check(now)
         if self._checked is None or now - self._checked >= CHECK_INTERVAL:
             self._checked = now
             self.supervision.check(now)
 
     def _take_service(self, can_id: int, data: bytearray) -> bool:
-        """Take a frame of a CANopen service of one of our nodes; return False where it is none."""
+        """Take a frame of a CANopen service of one of the vehicle's nodes; return False where it is none."""
         function, node = can_id & ~0x7F, can_id & 0x7F
         if can_id in self.supervision.status_words:
             self.supervision.status_word(can_id, data, self._clock.now())
@@ -91,7 +97,7 @@ class Monitor:
             if len(data) == 8:
                 self.on_sdo(SDO_ANSWER + node, data, now)
             return len(data) == 8
-        self.strangers.busy(function + node)
+        self._flooding.note(function + node)
         if function == HEARTBEAT:
             return self.supervision.heartbeat(node, data, now)
         return self.supervision.emergency(node, data, now)

@@ -1,48 +1,61 @@
-"""Listens to a bus on which somebody else produces SYNC: a replay, or another master. Sends nothing."""
+"""Listens to a bus on which another master or a replay produces SYNC. Sends nothing."""
 
 from __future__ import annotations
 
 import time
 from typing import TYPE_CHECKING, Self
 
-from driver.bus import open_bus
-from driver.clock import WallClock
-from driver.errors import BusError, BusLost, NoSync
-from driver.fields import nodes_of
-from driver.link import SYNC_ID, Link
-from driver.monitor import Monitor
-from driver.report import DriverReport, make_report
+from omnimate.driver.bus import open_bus
+from omnimate.driver.clock import WallClock
+from omnimate.driver.errors import BusError, BusLost, NoSync
+from omnimate.driver.monitor import Monitor
+from omnimate.driver.network import SYNC_ID, BusNetwork
+from omnimate.driver.node_counts import nodes_of
+from omnimate.driver.report import DriverReport, make_report
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import can
 
-    from driver.link import FrameSink
-    from vehicle.parameters import VehicleParameters
-    from vehicle.sample import Sample
+    from omnimate.driver.network import FrameSink
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.sample import Sample
 
 NMT_ID, SDO_REQUEST, HEARTBEAT = 0x000, 0x600, 0x700
 
 
 class PassiveReader:
-    """Assembles samples from frames that others exchange; times are those of arrival, as wall time."""
+    """Assembles samples from frames that others exchange; times are those of arrival, as wall time.
+
+    Attributes:
+        vehicle: Vehicle whose encoders are read.
+    """
 
     def __init__(
         self, vehicle: VehicleParameters, bus: can.BusABC | str, *, recorder: FrameSink | None = None
     ) -> None:
         """Open the bus where it is given as a URL.
 
+        Args:
+            vehicle: Vehicle whose encoders are read.
+            bus: URL of the bus, or a bus that the caller owns.
+            recorder: Gets every frame that is received; None for none.
+
         Raises:
-            BusError: the URL's bus cannot be opened.
+            BusError: The URL's bus cannot be opened.
         """
         self.vehicle = vehicle
         self._url = bus if isinstance(bus, str) else None
         self._clock = WallClock(vehicle.bus.sync_period)
-        self._link = Link(open_bus(bus) if isinstance(bus, str) else bus, self._clock, recorder)
+        self._network = BusNetwork(open_bus(bus) if isinstance(bus, str) else bus, self._clock, recorder)
         self._monitor = Monitor(vehicle, self._clock)
         nodes = nodes_of(vehicle)
-        masters = {NMT_ID, *(drive.cob_id for drive in vehicle.drives), *(SDO_REQUEST + one for one in nodes)}
+        masters = {
+            NMT_ID,
+            *(drive.cob_id for drive in vehicle.drives),
+            *(SDO_REQUEST + node for node in nodes),
+        }
         masters |= {HEARTBEAT + node for node in range(1, 128) if node not in nodes}
         self._monitor.others = masters.__contains__
         for node in nodes:
@@ -59,12 +72,12 @@ class PassiveReader:
         """Yield a sample per SYNC, each when the next SYNC shows that it is over.
 
         Args:
-            idle: seconds without a SYNC after which the source counts as ended.
-            patience: seconds in which the first SYNC must come.
+            idle: Time without a SYNC after which the source counts as ended [s].
+            patience: Time in which the first SYNC must come [s].
 
         Raises:
-            NoSync: there was not a single one.
-            BusError: the bus failed.
+            NoSync: There was no SYNC at all.
+            BusError: The interface failed.
         """
         assembler, heard = self._monitor.assembler, time.monotonic()
         while time.monotonic() - heard < (idle if self._syncs else patience):
@@ -77,7 +90,7 @@ class PassiveReader:
                 heard = time.monotonic()
                 self._begin()
             else:
-                self._monitor.take(message, self._link.arrival)
+                self._monitor.take(message, self._network.arrival)
         if not self._syncs:
             raise NoSync(patience)
         yield self._close()
@@ -89,11 +102,11 @@ class PassiveReader:
     def close(self) -> None:
         """Close the bus if it was given as a URL."""
         if self._url is not None:
-            self._link.can_bus.shutdown()
+            self._network.can_bus.shutdown()
 
     def _receive(self, timeout: float) -> can.Message | None:
         try:
-            return self._link.receive(timeout)
+            return self._network.receive(timeout)
         except BusLost as lost:
             raise BusError(self._url or "bus", str(lost)) from lost
 

@@ -7,27 +7,28 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from vehicle.candump import CandumpWriter
-from vehicle.errors import RecordingError
-from vehicle.file import save_vehicle
-from vehicle.folder import LOG, POSES, RUN, VEHICLE, write_poses, write_run
-from vehicle.frames import ERROR, EXTENDED, REMOTE
-from vehicle.recording import Lap, Poses, Run
+from omnimate.logs.folder import LOG, POSES, RUN, VEHICLE, write_poses
+from omnimate.logs.formats.candump_writer import CandumpWriter
+from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.logs.run_toml import write_run
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.file import save_vehicle
+from omnimate.vehicle.recording import Lap, Poses, Run
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import can
 
-    from vehicle.parameters import TruckName, VehicleParameters
-    from vehicle.recording import Direction
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.recording import Direction
 
 
 class Recorder:
-    """A recording folder that is complete at any moment: a crash costs what was not yet on the bus.
+    """A recording folder that is complete at any moment: a crash costs only what was not yet on the bus.
 
     Attributes:
-        folder: of the recording.
+        folder: Folder of the recording.
     """
 
     def __init__(
@@ -41,13 +42,13 @@ class Recorder:
         """Make the folder, write `vehicle.toml`, and open `can.log`.
 
         Args:
-            folder: that holds no recording yet.
-            vehicle: as its owner believes it to be.
-            protocol: of `run.toml`, written with the first lap; without one there is no `run.toml`.
-            side: of the square [m].
+            folder: Folder that holds no recording yet; it is made where it does not exist.
+            vehicle: Vehicle as its owner believes it to be.
+            protocol: Protocol in `run.toml`, which is written with the first lap; `free` where it is None.
+            side: Side of the square [m]; None where there is none.
 
         Raises:
-            RecordingError: the folder holds a recording, or cannot be written.
+            RecordingError: The folder holds a recording, or cannot be written.
         """
         self.folder = Path(folder)
         self._protocol, self._side = protocol, side
@@ -70,11 +71,11 @@ class Recorder:
         self.close()
 
     def use(self, vehicle: VehicleParameters) -> None:
-        """Replace `vehicle.toml`, after the encoders have told their ranges."""
+        """Replace `vehicle.toml`, after the encoders have reported their ranges."""
         save_vehicle(vehicle, self.folder / VEHICLE)
 
     def frame(self, at: float, message: can.Message) -> None:
-        """Write a frame that was on the bus at a time [s]."""
+        """Write a frame that was on the bus at time `at` [s]."""
         flags = (
             message.is_extended_id * EXTENDED
             | message.is_remote_frame * REMOTE
@@ -83,12 +84,19 @@ class Recorder:
         self._log.write(at, message.arbitration_id, bytes(message.data), flags=flags, length=message.dlc)
 
     def lap(self, direction: Direction, start: float, end: float) -> None:
-        """Add a lap [s] and write `run.toml`."""
+        """Add a lap from `start` to `end` [s] and write `run.toml`."""
         self._laps.append(Lap(direction, start, end))
         write_run(Run(self._protocol or "free", self._side, tuple(self._laps)), self.folder / RUN)
 
     def pose(self, at: float, truck: TruckName, pose: Sequence[float], sigma: Sequence[float]) -> None:
-        """Add a pose x, y, theta [m, m, rad] with its standard deviations, and write `poses.csv`."""
+        """Add an absolute pose and write `poses.csv`.
+
+        Args:
+            at: Time of the pose on the recording's clock [s].
+            truck: Truck whose pose it is.
+            pose: Pose x, y, theta [m, m, rad].
+            sigma: Standard deviations of the pose [m, m, rad]; nan where unknown.
+        """
         self._poses.append((at, truck, pose, sigma))
         times, bodies, poses, sigmas = zip(*self._poses, strict=True)
         table = Poses(
@@ -97,11 +105,11 @@ class Recorder:
         write_poses(table, self.folder / POSES)
 
     def close(self) -> None:
-        """Put everything on disk."""
+        """Write everything to disk and close the log."""
         self._log.close()
 
     def discard(self) -> None:
-        """Remove what has been written, because no drive came of it."""
+        """Remove what has been written, because nothing was driven."""
         self._log.close()
         for name in (LOG, VEHICLE, POSES, RUN):
             (self.folder / name).unlink(missing_ok=True)

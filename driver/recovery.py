@@ -1,4 +1,4 @@
-"""Gives nodes that lost their configuration the same again, while SYNC goes on."""
+"""Configures nodes again that have lost their configuration, while SYNC goes on."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from driver.errors import BusLost, DriverError
+from omnimate.driver.errors import BusLost, DriverError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from driver.configure import NodeConfiguration
-    from driver.events import EventLog
+    from omnimate.driver.configuration import NodeConfiguration
+    from omnimate.driver.event_log import EventLog
 
 FIRST_DELAY, LONGEST_DELAY = 0.25, 30.0  # [s] before a failed configuration is tried again
 
@@ -26,8 +26,13 @@ class _Waiting:
 class Recovery:
     """A queue of nodes to configure, one at a time.
 
-    Where time stands still between two SYNCs the dialogue is held in between; else in a thread, whose answers
-    come from the driver's own reading of the bus, so that no SYNC is late.
+    Where time stands still between two SYNCs the SDO dialogue is held in between. Otherwise it is held in a
+    thread, which gets its answers from the driver's reading of the bus, so that no SYNC is late.
+
+    Args:
+        configure: Configures a node and returns what was read and changed.
+        events: Log for failures.
+        inline: Whether time stands still between two SYNCs.
     """
 
     def __init__(
@@ -46,14 +51,14 @@ class Recovery:
         return bool(self._waiting) or self._job is not None
 
     def request(self, node: int, now: float) -> None:
-        """Have a node configured as soon as possible; `now` is the time [s]."""
+        """Have a node configured as soon as possible, from time `now` [s] on."""
         self._waiting[node] = _Waiting(now, FIRST_DELAY)
 
     def poll(self, now: float) -> NodeConfiguration | None:
-        """Go on without waiting, once per SYNC; return a node's configuration when it has just been given.
+        """Go on without waiting, once per SYNC at time `now` [s]; return a finished configuration, if any.
 
         Raises:
-            BusLost: the interface failed in a dialogue that was held here.
+            BusLost: The interface failed in a dialogue that was held inline.
         """
         if self._job is None:
             self._begin(now)
@@ -64,7 +69,7 @@ class Recovery:
         return self._finish(node, future, now)
 
     def close(self) -> None:
-        """Wait for the dialogue that is going on; SDO time-outs bound it."""
+        """Wait for the dialogue that is going on; its SDO time-outs limit the wait."""
         if self._executor is not None:
             self._executor.shutdown(wait=True, cancel_futures=True)
 

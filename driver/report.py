@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vehicle.canopen_words import nmt_state_in_words
+from omnimate.logs.canopen_words import nmt_state_in_words
 
 if TYPE_CHECKING:
-    from driver.events import Event
-    from driver.monitor import Monitor
-    from vehicle.parameters import VehicleParameters
-    from vehicle.recording import Gap
+    from omnimate.driver.event_log import Event
+    from omnimate.driver.monitor import Monitor
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import Gap
 
 
 OPERATIONAL = "operational"
@@ -19,22 +19,22 @@ OPERATIONAL = "operational"
 
 @dataclass(frozen=True, slots=True)
 class NodeReport:
-    """One node's frames, counted.
+    """The frames of one node, counted.
 
     Attributes:
         node: CANopen node id.
-        names: channels and wheels that hang on it.
-        state: of its last heartbeat, in words.
-        received: PDOs in samples.
-        missing: SYNCs without an answer in time.
-        late: PDOs after their sample was closed.
-        duplicate: second answers to one SYNC.
-        wrong_length: frames of an impossible length.
-        unknown: frames that nothing expects.
-        jumps: readings that no robot can make.
-        restarts: boot-ups and losses of the configuration.
-        emergencies: EMCY frames.
-        is_lost: its heartbeat is overdue.
+        names: Channels that the node measures, and drives of wheels that it contains.
+        state: NMT state in its last heartbeat, in words.
+        received: Number of PDOs that entered a sample.
+        missing: Number of SYNCs without an answer in time.
+        late: Number of PDOs that came after their sample was closed.
+        duplicate: Number of second answers to one SYNC.
+        wrong_length: Number of frames of an impossible length.
+        unknown: Number of frames that nothing expects.
+        jumps: Number of readings that no robot can make.
+        restarts: Number of boot-ups and losses of the configuration.
+        emergencies: Number of EMCY frames.
+        is_lost: Whether its heartbeat is overdue.
     """
 
     node: int
@@ -53,23 +53,23 @@ class NodeReport:
 
     @property
     def is_well(self) -> bool:
-        """Whether it works now; a drive is not started before it is enabled, and is well for all that."""
+        """Whether it works now: its heartbeat is not overdue, and it is operational or a drive."""
         return not self.is_lost and (self.state == OPERATIONAL or self.names[0].startswith("drive of "))
 
 
 @dataclass(frozen=True, slots=True)
 class DriverReport:
-    """A whole drive.
+    """What happened from the first SYNC until now.
 
     Attributes:
-        started: time of the first SYNC [s].
-        syncs: sent or seen.
-        skipped: periods that the host let pass without a SYNC.
-        nodes: in order of their id.
-        events: in order of time.
-        events_dropped: beyond the bound of the log.
-        gaps: of all channels.
-        strangers: (identifier, what, frames) that no node of the vehicle should send.
+        started: Time of the first SYNC [s]; 0 before it.
+        syncs: Number of SYNCs sent or received.
+        skipped: Number of periods that the host let pass without a SYNC.
+        nodes: Report of each node, in order of the node ids.
+        events: Events in order of time.
+        events_dropped: Number of events that were not kept because the log was full.
+        gaps: Gaps of all channels.
+        unknown_frames: Identifier, description and number of frames that nothing expects, by kind.
     """
 
     started: float
@@ -79,24 +79,35 @@ class DriverReport:
     events: tuple[Event, ...]
     events_dropped: int
     gaps: tuple[Gap, ...]
-    strangers: tuple[tuple[str, str, int], ...]
+    unknown_frames: tuple[tuple[str, str, int], ...]
 
     @property
     def is_clean(self) -> bool:
         """Whether every SYNC was answered by every node and nothing else happened."""
-        return not (self.events or self.gaps or self.strangers or self.skipped)
+        return not (self.events or self.gaps or self.unknown_frames or self.skipped)
 
     def node(self, node: int) -> NodeReport:
-        """Return the report of one node; KeyError where the vehicle has none such."""
-        for one in self.nodes:
-            if one.node == node:
-                return one
+        """Return the report of one node.
+
+        Raises:
+            KeyError: The vehicle has no such node.
+        """
+        for report in self.nodes:
+            if report.node == node:
+                return report
         raise KeyError(node)
 
 
 def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skipped: int = 0) -> DriverReport:
-    """Return what a monitor has seen so far."""
-    strangers = ((key, one.what, one.count) for key, one in monitor.strangers.kinds.items())
+    """Return what a monitor has received so far.
+
+    Args:
+        vehicle: Vehicle whose nodes are on the bus.
+        monitor: Monitor of the bus.
+        syncs: Number of SYNCs sent or received.
+        skipped: Number of periods that the host let pass without a SYNC.
+    """
+    unknown = ((key, frame.description, frame.count) for key, frame in monitor.unknown.kinds.items())
     return DriverReport(
         monitor.assembler.started or 0.0,
         syncs,
@@ -105,14 +116,14 @@ def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skippe
         monitor.events.all(),
         monitor.events.dropped,
         monitor.assembler.gaps_until_now(),
-        tuple(strangers),
+        tuple(unknown),
     )
 
 
 def _node_report(vehicle: VehicleParameters, monitor: Monitor, node: int) -> NodeReport:
     counts, state = monitor.counts[node], monitor.supervision.nodes[node]
-    channels = [one.channel for one in vehicle.encoders if one.node == node]
-    wheels = [f"drive of {one.wheel}" for one in vehicle.drives if one.node == node]
+    channels = [encoder.channel for encoder in vehicle.encoders if encoder.node == node]
+    wheels = [f"drive of {drive.wheel}" for drive in vehicle.drives if drive.node == node]
     return NodeReport(
         node,
         (*channels, *wheels),

@@ -1,76 +1,37 @@
-"""SDO to one node: numbers in, numbers out, refusals in words, and no wait without an end."""
+"""The objects of one node as numbers, read and written by SDO."""
 
 from __future__ import annotations
 
-import threading
-import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from canopen.objectdictionary.datatypes import INTEGER_TYPES
-from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
-from driver.errors import NotTaken, SdoRefused, SdoSilent
+from omnimate.driver.errors import NotTaken, SdoRefused, SdoSilent
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from canopen import Network
-    from canopen.objectdictionary import ObjectDictionary
+    from omnimate.driver.sdo_client import PumpedSdoClient
 
 TRIES = 3
-MAX_RESPONSES = 64  # of one transfer: no object that is read here is longer
-SEGMENTS = frozenset({0x00, 0x20})  # answers that name no object
-NO_OBJECT = bytes(3)  # in some devices' aborts
+# SDO abort codes, CiA 301
 OBJECT_ABSENT = frozenset({0x06010000, 0x06010001, 0x06020000, 0x06090011, 0x08000024, 0x060A0023})
 LENGTH_WRONG = frozenset({0x06070010, 0x06070012, 0x06070013})
 
 
-class PumpedSdoClient(SdoClient):
-    """canopen's client on a bus that nobody reads in the background.
-
-    In the thread that made it, it reads the bus itself while it waits; in any other thread it waits until the
-    bus is read there. canopen itself takes any answer for the one to its last request.
-    """
-
-    def __init__(
-        self, node: int, dictionary: ObjectDictionary, network: Network, pump: Callable[[float], None]
-    ) -> None:
-        super().__init__(0x600 + node, 0x580 + node, dictionary)  # type: ignore[no-untyped-call]  # canopen
-        self.network = network
-        self._pump = pump
-        self._thread = threading.get_ident()
-        self.responses_left = MAX_RESPONSES
-        self.object = b""
-
-    def on_response(self, can_id: int, data: bytes | bytearray, timestamp: float) -> None:
-        """Take an answer, unless it is a late one about another object."""
-        about = bytes(data[1:4])
-        if data[0] & 0xE0 in SEGMENTS or about in {self.object, NO_OBJECT}:
-            super().on_response(can_id, data, timestamp)  # type: ignore[no-untyped-call]  # canopen
-
-    def read_response(self) -> bytes:
-        """Return the next answer.
-
-        Raises:
-            SdoAbortedError: the node refuses.
-            SdoCommunicationError: it does not answer in time, or does not stop answering.
-        """
-        self.responses_left -= 1
-        if self.responses_left < 0:
-            raise SdoCommunicationError("the answer does not end")
-        if threading.get_ident() == self._thread:
-            end = time.monotonic() + self.RESPONSE_TIMEOUT
-            while self.responses.empty():
-                left = end - time.monotonic()
-                self._pump(max(0.0, left))
-                if left <= 0.0 and self.responses.empty():
-                    raise SdoCommunicationError("no answer")
-        return super().read_response()  # type: ignore[no-any-return, no-untyped-call]  # canopen
-
-
 class Sdo:
-    """The objects of one node."""
+    """The objects of one node.
+
+    A request without an answer is repeated twice. Numbers are unsigned when read; negative ones are written
+    as two's complement.
+
+    Args:
+        node: CANopen node id.
+        client: SDO client for this node.
+
+    Attributes:
+        node: CANopen node id.
+        client: SDO client for this node.
+    """
 
     def __init__(self, node: int, client: PumpedSdoClient) -> None:
         self.node = node
@@ -80,8 +41,8 @@ class Sdo:
         """Return an object as an unsigned number.
 
         Raises:
-            SdoRefused: the node aborts.
-            SdoSilent: it does not answer.
+            SdoRefused: The node aborts the transfer.
+            SdoSilent: The node does not answer.
         """
         return int.from_bytes(self._transfer(index, subindex, None), "little")
 
@@ -89,8 +50,8 @@ class Sdo:
         """Return an object as an unsigned number, or None where the device has no such object.
 
         Raises:
-            SdoRefused: for any other reason.
-            SdoSilent: as `read`.
+            SdoRefused: The node aborts the transfer for another reason than a missing object.
+            SdoSilent: The node does not answer.
         """
         try:
             return self.read(index, subindex)
@@ -100,10 +61,11 @@ class Sdo:
             raise
 
     def write(self, index: int, subindex: int, value: int) -> None:
-        """Write an object in its standard size, or in the device's own where that differs.
+        """Write an object in its standard size, or in the size of the device's object where that differs.
 
         Raises:
-            SdoRefused, SdoSilent: as `read`.
+            SdoRefused: The node aborts the transfer.
+            SdoSilent: The node does not answer.
         """
         size = self._size(index, subindex)
         try:
@@ -118,8 +80,9 @@ class Sdo:
         """Write an object and read it back.
 
         Raises:
-            NotTaken: the device confirmed and kept another value.
-            SdoRefused, SdoSilent: as `read`.
+            NotTaken: The node confirmed the value and kept another one.
+            SdoRefused: The node aborts the transfer.
+            SdoSilent: The node does not answer.
         """
         self.write(index, subindex, value)
         reads = self.read(index, subindex)
@@ -133,8 +96,7 @@ class Sdo:
 
     def _transfer(self, index: int, subindex: int, data: bytes | None, *, whole: bool = False) -> bytes:
         for left in reversed(range(TRIES)):
-            self.client.responses_left = MAX_RESPONSES
-            self.client.object = index.to_bytes(2, "little") + bytes((subindex,))
+            self.client.begin(index, subindex)
             try:
                 if data is not None:
                     self.client.download(index, subindex, data)
@@ -144,7 +106,8 @@ class Sdo:
                         return bytes(stream.read())
                 return bytes(self.client.upload(index, subindex))
             except SdoAbortedError as aborted:
-                raise SdoRefused(self.node, index, subindex, aborted.code) from aborted
+                access: Literal["read", "write"] = "read" if data is None else "write"
+                raise SdoRefused(self.node, index, subindex, aborted.code, access) from aborted
             except SdoCommunicationError as error:
                 if not left:
                     raise SdoSilent(self.node, index, subindex, str(error)) from error

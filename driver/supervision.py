@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vehicle.canopen_words import emcy_in_words, nmt_state_in_words
+from omnimate.logs.canopen_words import emcy_in_words, nmt_state_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from driver.events import EventLog
+    from omnimate.driver.event_log import EventLog
 
 BOOT_UP, OPERATIONAL = 0x00, 0x05
 FAULT_MASK, FAULT = 0x4F, 0x08  # of the status word, CiA 402
@@ -20,20 +20,20 @@ NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may have been on its way w
 
 @dataclass(slots=True)
 class NodeState:
-    """What is known of a node.
+    """What is known about a node.
 
     Attributes:
         node: CANopen node id.
-        state: of its last heartbeat; None before the first.
-        timeout: after which its heartbeat is lost [s]; None where it has none.
-        heard: time of its last heartbeat [s]; None before the first, from which on it is supervised.
-        is_lost: its heartbeat is overdue.
-        is_running: it was started, so that any other state than operational is a loss.
-        wrong_states: heartbeats in a row that did not say operational.
-        heartbeats: received.
-        emergencies: received.
-        boots: boot-up frames received.
-        restarts: boot-ups and losses of its configuration while it was running.
+        state: NMT state in its last heartbeat; None before the first.
+        timeout: Time after which its heartbeat is lost [s]; None where it has none.
+        heard: Time of its last heartbeat [s]; None before the first, from which on it is supervised.
+        is_lost: Whether its heartbeat is overdue.
+        is_running: Whether it was started, so that any other state than operational is a loss.
+        wrong_states: Heartbeats in a row with another state than operational.
+        heartbeats: Number of heartbeats received.
+        emergencies: Number of EMCY frames received.
+        boots: Number of boot-up frames received.
+        restarts: Number of boot-ups and losses of its configuration while it was running.
     """
 
     node: int
@@ -50,13 +50,17 @@ class NodeState:
 
 
 class Supervision:
-    """Follows every node of the vehicle; what needs a reaction stands in `restarted`.
+    """Follows every node of the vehicle; the driver reacts to `restarted` and `lost`.
+
+    Args:
+        nodes: Node ids of the vehicle.
+        events: Log for restarts, losses and emergencies.
 
     Attributes:
-        nodes: by node id.
-        restarted: nodes that have lost their configuration and wait for the driver to give it again.
-        lost: nodes whose heartbeat has just been lost, or that report a drive fault, likewise.
-        status_words: COB-IDs of TPDOs that begin with a drive's status word, and their nodes.
+        nodes: State of each node by node id.
+        restarted: Nodes that have lost their configuration, until the driver has reacted.
+        lost: Nodes whose heartbeat was lost or whose drive has a fault, until the driver has reacted.
+        status_words: Node of each TPDO that begins with a drive's status word, by COB-ID.
     """
 
     def __init__(self, nodes: Iterable[int], events: EventLog) -> None:
@@ -67,13 +71,13 @@ class Supervision:
         self._events = events
 
     def started(self, node: int, heartbeat: float | None) -> None:
-        """Expect a node to be operational from now on, with a heartbeat period [s]."""
+        """Expect a node to be operational from now on, with a heartbeat period [s], None for no heartbeat."""
         state = self.nodes[node]
         state.is_running, state.wrong_states, state.heard = True, 0, None
         state.timeout = None if not heartbeat else LOST_AFTER * heartbeat
 
     def heartbeat(self, node: int, data: bytes | bytearray, now: float) -> bool:
-        """Take a heartbeat or boot-up frame; return False where it is none."""
+        """Take a heartbeat or boot-up frame at `now` [s]; return False where its length is impossible."""
         if len(data) != 1:
             return False
         state = self.nodes[node]
@@ -91,7 +95,7 @@ class Supervision:
         return True
 
     def emergency(self, node: int, data: bytes | bytearray, now: float) -> bool:
-        """Take an EMCY frame; return False where it is none."""
+        """Take an EMCY frame at time `now` [s]; return False where its length is impossible."""
         if len(data) != 8:
             return False
         code, register = int.from_bytes(data[:2], "little"), data[2]
@@ -102,7 +106,7 @@ class Supervision:
         return True
 
     def status_word(self, cob_id: int, data: bytes | bytearray, now: float) -> None:
-        """Take a TPDO that begins with the status word 6041h of a CiA 402 drive."""
+        """Take a TPDO that begins with the status word 6041h of a CiA 402 drive, at time `now` [s]."""
         status = int.from_bytes(data[:2], "little")
         if len(data) >= 2 and status & FAULT_MASK == FAULT:
             node = self.status_words[cob_id]
@@ -110,7 +114,7 @@ class Supervision:
             self._events.add(now, node, f"the drive reports a fault (status word {status:04X}h)")
 
     def check(self, now: float) -> None:
-        """Find the nodes whose heartbeat is overdue at a time [s]."""
+        """Find the nodes whose heartbeat is overdue at time `now` [s]."""
         for state in self.nodes.values():
             if not state.is_running or state.timeout is None or state.heard is None or state.is_lost:
                 continue
@@ -120,7 +124,7 @@ class Supervision:
                 self._events.add(now, state.node, f"heartbeat lost: none for {state.timeout:g} s")
 
     def pause(self, seconds: float) -> None:
-        """Do not hold a time against the nodes in which the bus was not heard [s]."""
+        """Do not count a time in which the bus was not heard [s] as missing heartbeats."""
         for state in self.nodes.values():
             if state.heard is not None:
                 state.heard += seconds

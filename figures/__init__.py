@@ -1,1 +1,1 @@
-"""Figures on which people compare: clusters of return errors, floor plans."""
+"""Figures on which people compare: clusters of return errors, floor plans; and figures inside web pages."""

@@ -1,1 +1,5 @@
-"""Each truck's heading corrected through the other: recordings or live streams, as trajectories."""
+"""Recordings or live streams as corrected trajectories: each truck's heading corrected through the other.
+
+The correctors follow the papers' equations (`corrector`, `clapper`, `omnimate`); the folder `filter` holds a
+Kalman filter and a smoother over all seven encoders; `tracker` runs all of them side by side.
+"""

@@ -1,14 +1,15 @@
 """The CLAPPER's correction, C (10)-(16): both headings against the linkage, truck b put behind truck a.
 
-A joint that reads in steps says no more than that its angle lies within half a step of the reading, so
-only what lies beyond is an error; a heading that always jumped to the reading would drift with it.
+A joint that reads in steps shows only that its angle lies within half a step of the reading. So only what
+lies beyond half a step is an error; a heading that followed every reading would drift with it.
 """
 
 import math
 
-from ipec.geometry import beyond, direction, follow, wrap
-from ipec.records import Settings, State
-from vehicle.compiled import compiled
+from omnimate.ipec.corrector_records import Settings, State
+from omnimate.ipec.tolerance import beyond
+from omnimate.vehicle.compiled import compiled
+from omnimate.vehicle.compiled_se2 import direction, follow, wrap
 
 
 @compiled
@@ -26,11 +27,10 @@ def correct_clapper(settings: Settings, state: State) -> None:
 
 @compiled
 def take_back(settings: Settings, state: State) -> None:
-    """Move truck a against its travel by what the wheel has lost that turned it, C (14)-(15).
+    """Move truck a against its travel by what the wheel that turned it has lost, C (14)-(15).
 
-    An error of the heading comes from a wheel that rolled further than it travelled, never less, so the
-    amount is |delta| and the way is against the travel. The print takes delta with its sign and knows
-    forward travel only.
+    A wheel can roll further than it travels, but not less. So the amount is |delta| and the direction is
+    against the travel. The print uses delta with its sign, and forward travel only.
     """
     delta, way = state.correction[0], 1.0
     if not settings.as_printed:

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from ipec.health import check_linkage
-from ipec.readings import SampleReader, scales_of, table_of
-from ipec.records import CLAPPER, OMNIMATE, PLAIN, Settings, State
-from ipec.stepping import advance_all, advance_one
-from vehicle.compiled import Array, Record, record
+from omnimate.ipec.corrector_records import CLAPPER, OMNIMATE, PLAIN, Settings, State
+from omnimate.ipec.corrector_step import advance_all, advance_one
+from omnimate.ipec.linkage_check import check_linkage
+from omnimate.ipec.readings import SampleReader, scales_of, table_of
+from omnimate.vehicle.compiled import Array, Record, record
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from vehicle.parameters import VehicleParameters
-    from vehicle.recording import Recording
-    from vehicle.sample import Sample
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.sample import Sample
 
 Method = Literal[
     "plain",
@@ -36,27 +36,27 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class IpecState:
-    """Where both trucks are after a sample; never changed, each step returns another.
+    """The poses of both trucks after a sample. It is never changed: each step returns another one.
 
     Attributes:
-        record: read-only, one `ipec.records.State`.
+        record: The state as one read-only record `(1,)` of `omnimate.ipec.corrector_records.State`.
     """
 
     record: Record
 
     @property
     def pose_a(self) -> Array:
-        """Pose `(3,)` of truck a."""
+        """Pose of truck a [m, m, rad], shape `(3,)`."""
         return np.asarray(self.record["pose"][0, 0])
 
     @property
     def pose_b(self) -> Array:
-        """Pose `(3,)` of truck b; nan until the linkage has been read."""
+        """Pose of truck b [m, m, rad], shape `(3,)`; nan until the linkage has been read."""
         return np.asarray(self.record["pose"][0, 1])
 
     @property
     def corrections(self) -> tuple[float, float]:
-        """What the last sample added to the headings of truck a and b [rad]."""
+        """Corrections of the headings of truck a and b by the last sample [rad]."""
         a, b = self.record["correction"][0].tolist()
         return a, b
 
@@ -66,11 +66,11 @@ class Trajectory:
     """The poses of both trucks at every sample of a recording.
 
     Attributes:
-        time: (N,) [s].
-        pose_a: (N, 3); headings are continuous.
-        pose_b: (N, 3); nan until the linkage has been read.
-        corrections: (N, 2) added to the headings of truck a and b in each sample [rad].
-        taken_back: (N,) travel of truck a taken back in each sample, C (14) [m].
+        time: Time of each sample on the recording's clock [s], shape `(N,)`.
+        pose_a: Pose of truck a at each sample [m, m, rad], shape `(N, 3)`; headings are continuous.
+        pose_b: Pose of truck b, shape `(N, 3)`; nan until the linkage has been read.
+        corrections: Corrections of the headings of truck a and b in each sample [rad], shape `(N, 2)`.
+        taken_back: Travel of truck a taken back in each sample, C (14) [m], shape `(N,)`.
     """
 
     time: Array
@@ -81,37 +81,37 @@ class Trajectory:
 
 
 def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
-    """Return the settings record `(1,)` of a method.
+    """Return the settings of a method as one record `(1,)` of `omnimate.ipec.corrector_records.Settings`.
 
     Raises:
-        NoLinkageError: the robot has a single truck.
+        NoLinkageError: The robot has a single truck.
     """
     scales = scales_of(vehicle)
-    settings = record(Settings)
-    own = settings[0]
+    records = record(Settings)
+    settings = records[0]
     for name in scales.dtype.names or ():
-        own[name] = scales[name][0]
+        settings[name] = scales[name][0]
     laws = {"plain": PLAIN, "clapper": CLAPPER, "omnimate": OMNIMATE}
-    own["law"] = laws[method.split("-", maxsplit=1)[0]]
-    own["as_printed"] = method == "clapper-as-printed"
-    own["previous_b"] = method in {"omnimate-previous-b", "omnimate-as-printed"}
-    own["printed_sign"] = method in {"omnimate-printed-sign", "omnimate-as-printed"}
+    settings["law"] = laws[method.split("-", maxsplit=1)[0]]
+    settings["as_printed"] = method == "clapper-as-printed"
+    settings["previous_b"] = method in {"omnimate-previous-b", "omnimate-as-printed"}
+    settings["printed_sign"] = method in {"omnimate-printed-sign", "omnimate-as-printed"}
     if method in {"clapper", "omnimate"}:
-        wheels = np.abs(own["scale"][:4]).reshape(2, 2).max(axis=1)
-        own["tolerance"] = 0.5 * np.abs(own["scale"][4:6]) + wheels / own["wheelbase"]
-    return settings
+        wheels = np.abs(settings["scale"][:4]).reshape(2, 2).max(axis=1)
+        settings["tolerance"] = 0.5 * np.abs(settings["scale"][4:6]) + wheels / settings["wheelbase"]
+    return records
 
 
 class Corrector:
-    """One method for one robot.
+    """One method of correction for one robot.
 
     Args:
-        vehicle: the robot.
-        method: plain is dead reckoning alone; clapper C (9)-(16); omnimate O (1)-(6) with C (9) first;
-            the others follow the print, in one of its slips or in all.
+        vehicle: Robot with two trucks as `vehicle.toml` describes it.
+        method: `plain` is dead reckoning alone; `clapper` follows C (9)-(16); `omnimate` follows O (1)-(6)
+            with C (9) first; the others follow the print, in one of its errors or in all of them.
 
     Raises:
-        NoLinkageError: the robot has a single truck.
+        NoLinkageError: The robot has a single truck.
     """
 
     def __init__(self, vehicle: VehicleParameters, method: Method = "clapper") -> None:
@@ -119,14 +119,14 @@ class Corrector:
         self._reader = SampleReader(vehicle)
 
     def start(self, pose_a: ArrayLike = ORIGIN) -> IpecState:
-        """Return the state before the first sample, with truck a at a pose `(3,)`."""
+        """Return the state before the first sample, with truck a at a pose [m, m, rad], shape `(3,)`."""
         state = record(State)
         state["pose"] = np.nan
         state["pose"][0, 0] = pose_a
         return _frozen(state)
 
     def step(self, state: IpecState, sample: Sample) -> IpecState:
-        """Return the state after a sample."""
+        """Return the state after a sample; `state` stays as it is."""
         counts, present = self._reader.read(sample)
         following = state.record.copy()
         advance_one(self.settings, following, counts, present)
@@ -137,13 +137,15 @@ def correct(recording: Recording, start: ArrayLike = ORIGIN, *, method: Method =
     """Return the poses of both trucks at every sample of a recording: what `Corrector` gives step by step.
 
     Args:
-        recording: of a robot with two trucks.
-        start: pose `(3,)` of truck a at the first sample; truck b is where the linkage says.
-        method: as for `Corrector`.
+        recording: Recording of a robot with two trucks.
+        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`; the pose of truck b follows from
+            the linkage.
+        method: Method of correction, as for `Corrector`.
 
     Raises:
-        NoLinkageError: the robot has a single truck.
-        LinkageChannelError: a channel of the linkage was never read, or was frozen; not for plain.
+        NoLinkageError: The robot has a single truck.
+        LinkageChannelError: A channel of the linkage was never read, or stood still while it must move; not
+            raised for `plain`.
     """
     if method != "plain":
         check_linkage(recording)

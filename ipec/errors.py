@@ -1,13 +1,13 @@
-"""What can be wrong with what a corrector or an estimator is given."""
+"""What can be wrong with a robot or a recording that a corrector or an estimator is given."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vehicle.errors import OmnimateError
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from vehicle.parameters import Channel
+    from omnimate.vehicle.parameters import Channel
 
 
 class IpecError(OmnimateError):
@@ -15,15 +15,15 @@ class IpecError(OmnimateError):
 
 
 class NoLinkageError(IpecError):
-    """A robot without the second truck that would correct the first.
+    """A robot without a second truck, through which the first could be corrected.
 
     Attributes:
-        source: the recording, or the robot's name.
+        source: Name of the recording or of the robot.
     """
 
     def __init__(self, source: str) -> None:
         super().__init__(
-            f"{source}: a robot with a single truck has no linkage, so there is nothing to correct it by; "
+            f"{source}: a robot with a single truck has no linkage; expected two trucks: "
             "use plain odometry, or name truck b, [linkage] and their encoders in vehicle.toml"
         )
         self.source = source
@@ -33,8 +33,8 @@ class LinkageChannelError(IpecError):
     """A channel of the linkage that cannot be read, or that stands still while it must move.
 
     Attributes:
-        source: the recording, or the robot's name.
-        channel: of the encoder.
+        source: Name of the recording or of the robot.
+        channel: Channel of the encoder.
     """
 
     def __init__(self, source: str, channel: Channel, node: int, problem: str) -> None:

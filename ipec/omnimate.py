@@ -1,13 +1,14 @@
 """The OmniMate's correction, O (1)-(6): truck a against the linkage, truck b from the kinematic chain.
 
-The print errs twice, and each slip can be switched on. Its (1) takes truck b's previous position, from
-which the link's heading lags behind in every turn; b must first advance by its own increment. Its (2)
-to (4) take the joint's angle with the other sign, so that the error is added instead of taken away.
+The print has two errors, and each can be switched on. Its (1) uses truck b's previous position, so that the
+link's heading lags behind in every turn; b must first advance by the travel of its wheels. Its (2) to (4) use
+the joint's angle with the other sign, so that the error is added instead of removed.
 """
 
-from ipec.geometry import beyond, direction, follow, wrap
-from ipec.records import Settings, State
-from vehicle.compiled import compiled
+from omnimate.ipec.corrector_records import Settings, State
+from omnimate.ipec.tolerance import beyond
+from omnimate.vehicle.compiled import compiled
+from omnimate.vehicle.compiled_se2 import direction, follow, wrap
 
 
 @compiled
@@ -17,11 +18,11 @@ def correct_omnimate(settings: Settings, state: State) -> None:
     if settings.previous_b:
         heading = direction(state.pose[0], state.previous_b)
     error = wrap(state.joint[0] - (state.pose[0, 2] - heading))
-    own = state.pose[1, 2]
+    heading_b = state.pose[1, 2]
     state.correction[0] = beyond(error, settings.tolerance[0])
     if settings.printed_sign:
         state.correction[0] *= -1.0
     state.pose[0, 2] += state.correction[0]
     follow(state.pose[1], state.pose[0], state.length, heading)
-    state.correction[1] = beyond(wrap(heading + state.joint[1] - own), settings.tolerance[1])
+    state.correction[1] = beyond(wrap(heading + state.joint[1] - heading_b), settings.tolerance[1])
     state.pose[1, 2] += state.correction[1]

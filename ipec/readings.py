@@ -1,4 +1,4 @@
-"""From the counts of one sample to travel, joint angles and link length: what every corrector works on.
+"""From the counts of one sample to travel, joint angles and link length, for correctors and filter.
 
 Columns stand in the order of `CHANNELS`, wheels in that of `WHEELS`; truck a is 0, truck b 1.
 """
@@ -9,26 +9,26 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from ipec.errors import NoLinkageError
-from vehicle.compiled import Array, IntArray, Record, compiled, record
-from vehicle.parameters import CHANNELS, WHEELS
+from omnimate.ipec.errors import NoLinkageError
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, record
+from omnimate.vehicle.parameters import CHANNELS, WHEELS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from vehicle.parameters import VehicleParameters
-    from vehicle.recording import Recording
-    from vehicle.sample import Sample
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.sample import Sample
 
 
 class Scales:
     """What does not change from sample to sample.
 
     Attributes:
-        scale: metres per count of a wheel and of the link, radians per count of a joint, `(7,)`.
-        zero: counts at angle 0, or at the link's length at rest, `(7,)`.
-        length: of the link at rest [m].
-        wheelbase: of each truck [m].
+        scale: Metres per count of a wheel and of the link, radians per count of a joint, shape `(7,)`.
+        zero: Counts at angle 0, or at the link's length at rest, shape `(7,)`.
+        length: Length of the link at rest [m].
+        wheelbase: Wheelbase of truck a and b [m], shape `(2,)`.
     """
 
     scale: Annotated[Array, 7]
@@ -41,13 +41,13 @@ class Reading:
     """One sample in SI units, and the counts that the next one starts from.
 
     Attributes:
-        started: 1 for each truck whose wheels have been read.
-        counts: of each wheel where its truck was last read.
-        moved: 1 for each truck whose wheels were both read in this sample and once before.
-        travel: of each wheel since its truck was last read [m].
+        started: 1 for each truck whose wheels have been read, shape `(2,)`.
+        counts: Counts of each wheel where its truck was last read, shape `(4,)`.
+        moved: 1 for each truck whose wheels were both read in this sample and in an earlier one, `(2,)`.
+        travel: Travel of each wheel since its truck was last read [m], shape `(4,)`.
         linked: 1 where both joints and the link were read.
-        joint: joint_a and joint_b [rad].
-        length: of the link [m].
+        joint: Angles of joint_a and joint_b [rad], shape `(2,)`.
+        length: Length of the link [m].
     """
 
     started: Annotated[IntArray, 2]
@@ -60,26 +60,33 @@ class Reading:
 
 
 def scales_of(vehicle: VehicleParameters) -> Record:
-    """Return the scales `(1,)` of a robot with two trucks.
+    """Return the scales of a robot with two trucks as one record `(1,)` of `Scales`.
 
     Raises:
-        NoLinkageError: it has one.
+        NoLinkageError: The robot has a single truck.
     """
     if vehicle.linkage is None:
         raise NoLinkageError(vehicle.name)
-    scales = record(Scales)
-    own = scales[0]
-    own["scale"] = [vehicle.encoder(channel).scale for channel in CHANNELS]
-    own["scale"][:4] = [vehicle.metres_per_count(wheel) for wheel in WHEELS]
-    own["zero"] = [vehicle.encoder(channel).zero for channel in CHANNELS]
-    own["length"] = vehicle.linkage.length
-    own["wheelbase"] = [vehicle.trucks["a"].wheelbase, vehicle.trucks["b"].wheelbase]
-    return scales
+    records = record(Scales)
+    scales = records[0]
+    scales["scale"] = [vehicle.encoder(channel).scale for channel in CHANNELS]
+    scales["scale"][:4] = [vehicle.metres_per_count(wheel) for wheel in WHEELS]
+    scales["zero"] = [vehicle.encoder(channel).zero for channel in CHANNELS]
+    scales["length"] = vehicle.linkage.length
+    scales["wheelbase"] = [vehicle.trucks["a"].wheelbase, vehicle.trucks["b"].wheelbase]
+    return records
 
 
 @compiled
 def sense(scales: Scales, reading: Reading, counts: IntArray, present: NDArray[np.bool_]) -> None:
-    """Take one sample's counts `(7,)`: a truck moves only where both of its wheels are present."""
+    """Take one sample's counts; a truck moves only where both of its wheels are present.
+
+    Args:
+        scales: Scales of the robot.
+        reading: Reading of the sample before; changed to that of this sample.
+        counts: Counts in the order of `CHANNELS`, shape `(7,)`.
+        present: Whether each count was read, shape `(7,)`.
+    """
     for truck in range(2):
         left, right = 2 * truck, 2 * truck + 1
         both = present[left] and present[right]
@@ -101,7 +108,7 @@ def table_of(recording: Recording) -> tuple[IntArray, NDArray[np.bool_]]:
     """Return counts and presence `(N, 7)` of a recording with the columns of `CHANNELS`.
 
     Raises:
-        NoLinkageError: the robot has a single truck.
+        NoLinkageError: The robot has a single truck.
     """
     if recording.vehicle.linkage is None:
         raise NoLinkageError(recording.source)
@@ -111,10 +118,16 @@ def table_of(recording: Recording) -> tuple[IntArray, NDArray[np.bool_]]:
 
 
 class SampleReader:
-    """Puts the counts of live samples into the order of `CHANNELS`."""
+    """Puts the counts of live samples into the order of `CHANNELS`.
+
+    Args:
+        vehicle: Robot with two trucks.
+
+    Raises:
+        NoLinkageError: The robot has a single truck.
+    """
 
     def __init__(self, vehicle: VehicleParameters) -> None:
-        """Raise NoLinkageError for a robot with a single truck."""
         if vehicle.linkage is None:
             raise NoLinkageError(vehicle.name)
         self._columns = [vehicle.channels.index(channel) for channel in CHANNELS]

@@ -8,38 +8,42 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ipec.corrector import ORIGIN, Corrector, correct
-from ipec.estimate import NOTABLE, Disturbance, Estimate, estimate
-from ipec.filter import CALIBRATED, Filter, Prior, SlowParameters
-from ipec.health import LINKAGE, Frozen, frozen_channels
-from vehicle.parameters import WHEELS
-from vehicle.recording import Recording
+from omnimate.ipec.corrector import ORIGIN, Corrector, correct
+from omnimate.ipec.filter.disturbances import NOTABLE, Disturbance
+from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.live import Filter
+from omnimate.ipec.filter.prior import CALIBRATED, Prior
+from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
+from omnimate.vehicle.parameters import WHEELS
+from omnimate.vehicle.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import ArrayLike
 
-    from vehicle.parameters import Channel, VehicleParameters
-    from vehicle.sample import Sample
-    from vehicle.se2 import Array
+    from omnimate.ipec.filter.forward import Estimate
+    from omnimate.ipec.filter.slow_parameters import SlowParameters
+    from omnimate.vehicle.parameters import Channel, VehicleParameters
+    from omnimate.vehicle.sample import Sample
+    from omnimate.vehicle.se2 import Array
 
-REMEMBERED = 2000  # samples in which frozen channels are looked for
+KEPT = 2000  # samples in which frozen channels are looked for
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Where the robot is by each method, and what was corrected since the row before.
+    """The pose by each method, and what was corrected since the row before.
 
     Attributes:
-        time: [s].
-        plain: pose `(3,)` of truck a by dead reckoning.
-        ipec: by the CLAPPER's correction.
-        filtered: by the filter.
-        sigma: standard deviations `(3,)` of `filtered`.
-        follower: pose `(3,)` of truck b by the filter.
-        corrections: what IPEC added to the headings of truck a and b [rad].
-        lost: travel that the filter found lost, of each of `WHEELS` [m].
+        time: Time of the last sample on the recording's clock [s].
+        plain: Pose of truck a by dead reckoning [m, m, rad], shape `(3,)`.
+        ipec: Pose of truck a by the CLAPPER's correction [m, m, rad], shape `(3,)`.
+        filtered: Pose of truck a by the filter [m, m, rad], shape `(3,)`.
+        sigma: Standard deviations of `filtered` [m, m, rad], shape `(3,)`.
+        follower: Pose of truck b by the filter [m, m, rad], shape `(3,)`.
+        corrections: Corrections of both headings by IPEC since the row before [rad], shape `(2,)`.
+        lost: Travel that each of `WHEELS` lost since the row before, by the filter [m], shape `(4,)`.
     """
 
     time: float
@@ -52,7 +56,7 @@ class Row:
     lost: Array
 
     def as_dict(self) -> dict[str, float | None]:
-        """Return the row as flat names and numbers; what is not known is None."""
+        """Return the row as flat names and numbers; None for what is not known."""
         poses = {"plain": self.plain, "ipec": self.ipec, "filter": self.filtered}
         poses |= {"sigma": self.sigma, "b": self.follower}
         out = {"t": self.time}
@@ -69,12 +73,15 @@ class Tracker:
     """Follows a live robot.
 
     Args:
-        vehicle: robot with two trucks.
-        start: pose `(3,)` of truck a.
-        prior: of what the vehicle's file says.
+        vehicle: Robot with two trucks as `vehicle.toml` describes it.
+        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
+        prior: How well `vehicle` is known.
+
+    Attributes:
+        vehicle: Robot with two trucks.
 
     Raises:
-        NoLinkageError: the robot has a single truck.
+        NoLinkageError: The robot has a single truck.
     """
 
     def __init__(
@@ -87,10 +94,10 @@ class Tracker:
         self._corrections, self._lost = np.zeros(2), np.zeros(4)
         self._ended: list[Disturbance] = []
         self._open: dict[Channel, Disturbance] = {}
-        self._samples: deque[Sample] = deque(maxlen=REMEMBERED)
+        self._samples: deque[Sample] = deque(maxlen=KEPT)
 
     def step(self, sample: Sample) -> None:
-        """Take a sample."""
+        """Take the next sample."""
         plain, ipec, filtered = self._states
         filtered = self._filter.step(filtered, sample)
         ipec = self._ipec.step(ipec, sample)
@@ -116,7 +123,7 @@ class Tracker:
 
     @property
     def slow(self) -> SlowParameters:
-        """The filter's slow parameters."""
+        """The systematic errors of the encoders, as the filter has estimated them."""
         return self._states[2].slow
 
     def take_disturbances(self) -> tuple[Disturbance, ...]:
@@ -125,7 +132,7 @@ class Tracker:
         return ended
 
     def look(self) -> Row:
-        """Return where the robot is after the last sample."""
+        """Return the poses after the last sample; there must have been one."""
         plain, ipec, filtered = self._states
         return Row(
             self._samples[-1].time,
@@ -139,15 +146,15 @@ class Tracker:
         )
 
     def row(self) -> Row:
-        """Return the same, and begin a new row."""
+        """Return the same as `look`, and begin a new row."""
         row = self.look()
         self._corrections, self._lost = np.zeros(2), np.zeros(4)
         return row
 
-    def frozen(self) -> tuple[Frozen, ...]:
+    def frozen(self) -> tuple[FrozenChannel, ...]:
         """Return where channels of the linkage stood still in the last samples although they must have moved.
 
-        A channel that was not read at all is told with nothing expected.
+        A channel that was not read at all is reported with an expected motion of 0.
         """
         samples = tuple(self._samples)
         recording = Recording(
@@ -158,20 +165,26 @@ class Tracker:
             source=self.vehicle.name,
         )
         first, last = float(recording.time[0]), float(recording.time[-1])
-        missing = [one for one in LINKAGE if not recording.is_present(one).any()]
+        missing = [channel for channel in LINKAGE if not recording.is_present(channel).any()]
         if missing or not recording.present.all(axis=1).any():
-            return tuple(Frozen(channel, first, last, 0.0) for channel in missing)
+            return tuple(FrozenChannel(channel, first, last, 0.0) for channel in missing)
         return frozen_channels(recording)
 
 
 def track_recording(
     recording: Recording, every: float, start: ArrayLike = ORIGIN, *, prior: Prior = CALIBRATED
 ) -> tuple[Iterator[Row], Estimate]:
-    """Return rows every so many seconds (0 for every sample), and the filter's estimate.
+    """Return rows at equal intervals over a recording, and the filter's estimate.
+
+    Args:
+        recording: Recording of a robot with two trucks.
+        every: Time between two rows [s]; 0 for a row at every sample.
+        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
+        prior: How well `recording.vehicle` is known.
 
     Raises:
-        NoLinkageError: the robot has a single truck.
-        LinkageChannelError: a channel of the linkage was never read, or was frozen.
+        NoLinkageError: The robot has a single truck.
+        LinkageChannelError: A channel of the linkage was never read, or stood still while it must move.
     """
     plain, ipec = correct(recording, start, method="plain"), correct(recording, start)
     filtered = estimate(recording, start, prior=prior)

@@ -1,7 +1,7 @@
 """The encoder trailer: one robot that tows an unpowered axle on one rotary joint, C 7.
 
 The trailer's axle cannot slip sideways, so its heading follows from the hitch's motion alone; together
-with the joint's change it tells how far the robot has really turned.
+with the joint's change it shows how far the robot has really turned.
 """
 
 import math
@@ -9,17 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vehicle.compiled import Array, compiled
+from omnimate.vehicle.compiled import Array, compiled
 
 
 @dataclass(frozen=True, slots=True)
 class Trailer:
-    """The robot and its trailer.
+    """The sizes of the robot and its trailer.
 
     Attributes:
-        wheelbase: of the robot [m].
-        hitch: distance of the joint behind the robot's axle [m].
-        length: of the trailer, from the joint to its axle [m].
+        wheelbase: Wheelbase of the robot [m].
+        hitch: Distance of the joint behind the robot's axle [m].
+        length: Length of the trailer from the joint to its axle [m].
     """
 
     wheelbase: float
@@ -29,12 +29,13 @@ class Trailer:
 
 @dataclass(frozen=True, slots=True)
 class TrailerState:
-    """Where the robot is.
+    """The pose of the robot after a sample.
 
     Attributes:
-        pose: `(3,)` of the robot.
-        joint: gamma = heading of the robot minus heading of the trailer [rad]; nan before the first sample.
-        correction: of the heading in the last sample [rad].
+        pose: Pose of the robot [m, m, rad], shape `(3,)`.
+        joint: Joint angle gamma, heading of the robot minus heading of the trailer [rad]; nan before the
+            first sample.
+        correction: Correction of the heading in the last sample [rad].
     """
 
     pose: Array
@@ -78,11 +79,11 @@ def step(trailer: Trailer, state: TrailerState, left: float, right: float, joint
     """Return the state after one sample.
 
     Args:
-        trailer: its sizes.
-        state: before it.
-        left: travel of the robot's left wheel [m].
-        right: likewise [m].
-        joint: gamma [rad], continuous; nan where it was not read.
+        trailer: Sizes of the robot and its trailer.
+        state: State before the sample.
+        left: Travel of the robot's left wheel [m].
+        right: Travel of the robot's right wheel [m].
+        joint: Joint angle gamma [rad], continuous; nan where it was not read.
     """
     pose = state.pose.copy()
     sizes = trailer.wheelbase, trailer.hitch, trailer.length
@@ -91,7 +92,14 @@ def step(trailer: Trailer, state: TrailerState, left: float, right: float, joint
 
 
 def track(trailer: Trailer, state: TrailerState, travel: Array, joint: Array) -> tuple[Array, Array]:
-    """Return poses `(N, 3)`, heading corrections `(N,)` for travel `(N, 2)` [m], joints `(N,)` [rad]."""
+    """Return the poses `(N, 3)` and the heading corrections `(N,)` [rad] after each sample.
+
+    Args:
+        trailer: Sizes of the robot and its trailer.
+        state: State before the first sample.
+        travel: Travel of the left and the right wheel in each sample [m], shape `(N, 2)`.
+        joint: Joint angle gamma in each sample [rad], continuous; nan where it was not read, shape `(N,)`.
+    """
     path = np.empty((len(joint), 4))
     sizes = trailer.wheelbase, trailer.hitch, trailer.length
     _track(state.pose.copy(), state.joint, travel, joint, sizes, path)

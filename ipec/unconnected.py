@@ -1,7 +1,7 @@
 """Two robots that no linkage connects, but that measure each other's range and bearings, C 7.
 
-A bearing is the direction to the other robot in the own frame, counter-clockwise from ahead. Range and
-bearings say what a linkage says, so the correction is the CLAPPER's.
+A bearing is the direction to the other robot, measured counter-clockwise from the measuring robot's heading.
+Range and bearings contain what a linkage measures, so the correction is the CLAPPER's.
 """
 
 import math
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ipec.geometry import direction, follow, roll, wrap
-from vehicle.compiled import Array, compiled
+from omnimate.vehicle.compiled import Array, compiled
+from omnimate.vehicle.compiled_se2 import direction, follow, roll, wrap
 
 
 @compiled
@@ -21,10 +21,10 @@ def correct_unconnected(poses: Array, distance: float, bearing_a: float, bearing
     B' = A - rho u(lambda).
 
     Args:
-        poses: of a and b.
-        distance: range rho between the robots' centres [m].
-        bearing_a: phi_A, at which a sees b [rad].
-        bearing_b: phi_B, at which b sees a [rad].
+        poses: Poses of a and b [m, m, rad], shape `(2, 3)`; changed in place.
+        distance: Range rho between the robots' centres [m].
+        bearing_a: Bearing phi_A of b measured by a [rad].
+        bearing_b: Bearing phi_B of a measured by b [rad].
     """
     heading = direction(poses[0], poses[1])
     poses[0, 2] += wrap(heading + math.pi - bearing_a - poses[0, 2])
@@ -50,7 +50,11 @@ def _track(poses: Array, travel: Array, sight: Array, wheelbase: Array, path: Ar
 
 @dataclass(frozen=True, slots=True)
 class PairState:
-    """Poses `(2, 3)` of robots a and b."""
+    """The poses of both robots after a sample.
+
+    Attributes:
+        poses: Poses of a and b [m, m, rad], shape `(2, 3)`.
+    """
 
     poses: Array
 
@@ -59,10 +63,11 @@ def step(state: PairState, travel: Array, sight: Array, wheelbase: Array) -> Pai
     """Return the state after one sample.
 
     Args:
-        state: before it.
-        travel: `(4,)` of a's left and right wheel, then b's [m].
-        sight: `(3,)` range [m], bearing of b seen from a, of a seen from b [rad]; nan where not seen.
-        wheelbase: `(2,)` [m].
+        state: State before the sample.
+        travel: Travel of a's left and right wheel, then of b's [m], shape `(4,)`.
+        sight: Range [m], bearing of b measured by a, bearing of a measured by b [rad], shape `(3,)`; nan
+            where nothing was measured.
+        wheelbase: Wheelbase of a and b [m], shape `(2,)`.
     """
     poses = state.poses.copy()
     advance_pair(poses, travel, sight, wheelbase)
@@ -70,7 +75,7 @@ def step(state: PairState, travel: Array, sight: Array, wheelbase: Array) -> Pai
 
 
 def track(state: PairState, travel: Array, sight: Array, wheelbase: Array) -> Array:
-    """Return the poses `(N, 2, 3)` after each sample; travel `(N, 4)` and sight `(N, 3)` as in `step`."""
+    """Return the poses `(N, 2, 3)` after each sample; travel `(N, 4)`, sight `(N, 3)` as in `step`."""
     path = np.empty((len(travel), 2, 3))
     _track(state.poses.copy(), travel, sight, wheelbase, path)
     return path

@@ -6,30 +6,39 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EMPTY, decoded, inclusion, rivals
-from mismatch.diagnosis import ASSERTED, Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
-from mismatch.doubt import believed, is_something
-from mismatch.evidence import evidence_of
-from mismatch.heldout import HELD, METRIC, held_out, size
-from mismatch.instead import contradicted, dwarfed, nameless, truck_of
-from mismatch.refine import TURNS, keeping
-from mismatch.regression import Regression
-from mismatch.rerun import rerun
-from mismatch.signals import WINDOW
-from mismatch.uncertainty import sigmas
-from mismatch.where import channels_of, crossings, laps_at, places_at, row_names
-from mismatch.words import drives_for, part, regime, sentence, separating
+from omnimate.mismatch.choose import EMPTY, decoded, inclusion, rivals
+from omnimate.mismatch.diagnosis import (
+    ASSERTED,
+    Alternative,
+    Change,
+    Diagnosis,
+    Finding,
+    Fit,
+    Parameter,
+    Where,
+)
+from omnimate.mismatch.doubt import believed, is_something
+from omnimate.mismatch.evidence import evidence_of
+from omnimate.mismatch.heldout import HELD, METRIC, held_out, size
+from omnimate.mismatch.instead import contradicted, dwarfed, nameless, truck_of
+from omnimate.mismatch.refine import TURNS, keeping
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.rerun import rerun
+from omnimate.mismatch.signals import WINDOW
+from omnimate.mismatch.uncertainty import sigmas
+from omnimate.mismatch.where import channels_of, crossings, laps_at, places_at, row_names
+from omnimate.mismatch.words import drives_for, part, regime, sentence, separating
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.choose import Choice
-    from mismatch.diagnosis import Key
-    from mismatch.heldout import HeldOut
-    from mismatch.investigate import Investigation
-    from mismatch.refine import Refined
-    from mismatch.terms import Term
-    from vcan_sim.effects.effect import Effect
+    from omnimate.mismatch.choose import Choice
+    from omnimate.mismatch.diagnosis import Key
+    from omnimate.mismatch.heldout import HeldOut
+    from omnimate.mismatch.investigate import Investigation
+    from omnimate.mismatch.refine import Refined
+    from omnimate.mismatch.terms import Term
+    from omnimate.vcan_sim.effects.effect import Effect
 
 _SHOWN = 6  # alternatives of a finding
 _MAYBE = 0.2  # probability from which something is there, though none of its names may be asserted

@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.terms import ANSWERED, FOLLOWED, Term
-from mismatch.windows import pushed
+from omnimate.mismatch.terms import ANSWERED, FOLLOWED, Term
+from omnimate.mismatch.windows import pushed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from mismatch.model import Columns
-    from mismatch.regression import Regression
-    from mismatch.windows import Windows
-    from vehicle.se2 import Array
+    from omnimate.mismatch.model import Columns
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vehicle.se2 import Array
 
 PER_METRE = 2e-3  # of the way rolled, one standard deviation of a curve's coefficient
 PER_TURN = 5e-3  # of the angle turned, likewise

@@ -10,31 +10,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import Choice, decoded
-from mismatch.diagnosis import Alternative, Diagnosis, Finding, Parameter, Where
-from mismatch.folds import folds_of
-from mismatch.investigate import tolerated
-from mismatch.noise import ORDINARY, Filter, start_of
-from mismatch.regression import Regression
-from mismatch.scan import merged, proposals
-from mismatch.signals import signals_of
-from mismatch.sparse import METHODS, NOTHING, chosen, left, weights
-from mismatch.terms import skews, smooth_terms
-from mismatch.uncertainty import sigmas
-from mismatch.validate import check, too_little
-from mismatch.where import crossings
-from mismatch.whitening import gains_of
-from mismatch.windows import windows_of
+from omnimate.mismatch.choose import Choice, decoded
+from omnimate.mismatch.diagnosis import Alternative, Diagnosis, Finding, Parameter, Where
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.investigate import tolerated
+from omnimate.mismatch.noise import DEFAULT_LEVELS, Filter, start_of
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.scan import merged, proposals
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.sparse import METHODS, NOTHING, chosen, left, weights
+from omnimate.mismatch.terms import skews, smooth_terms
+from omnimate.mismatch.uncertainty import sigmas
+from omnimate.mismatch.validate import check, too_little
+from omnimate.mismatch.where import crossings
+from omnimate.mismatch.whitening import gains_of
+from omnimate.mismatch.windows import windows_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.choose import Set
-    from mismatch.sparse import Method
-    from mismatch.windows import Windows
-    from vcan_sim.effects.effect import Effect
-    from vehicle.recording import Recording
-    from vehicle.se2 import Array
+    from omnimate.mismatch.choose import Set
+    from omnimate.mismatch.sparse import Method
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
 PUSHED = 1e-3  # [m, rad] of every pose in every window, whatever the way driven
 EXACT = 1e-5  # [m, rad] of every reading: the last one is believed
@@ -59,7 +59,7 @@ def baseline(recordings: Sequence[Recording], name: str) -> Diagnosis:
     if reason:
         return Diagnosis("insufficient", reason)
     windows = [windows_of(signals_of(one)) for one in recordings]
-    regression = Regression(windows, ORDINARY, (), folds_of(windows))
+    regression = Regression(windows, DEFAULT_LEVELS, (), folds_of(windows))
     choice, best = searched(regression, method)
     rows = len(regression.white)
     choice.spread = left(choice, best) / rows

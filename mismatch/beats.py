@@ -12,18 +12,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.bank import sides, unknown
-from mismatch.leftover import strengths
+from omnimate.mismatch.bank import sides, unknown
+from omnimate.mismatch.leftover import strengths
+from omnimate.vehicle.se2 import transform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from mismatch.leftover import Leftover
-    from mismatch.model import Columns
-    from mismatch.regression import Regression
-    from mismatch.terms import Term
-    from mismatch.windows import Windows
-    from vehicle.se2 import Array
+    from omnimate.mismatch.leftover import Leftover
+    from omnimate.mismatch.model import Columns
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.terms import Term
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vehicle.se2 import Array
 
 BEAT = 32.0  # chi-square of a beat and its overtones that the best of many pitches hardly reaches by chance
 FLOOR = 45.0  # likewise on a floor, which has joints both ways
@@ -107,8 +108,8 @@ def _places(windows: Windows) -> Array:
     """Return x and y (2, M + 1, W) of each wheel on the floor at the windows' ends [m]."""
     path, base = windows.signals.path[windows.ends], windows.signals.block.wheelbase
     half = 0.5 * np.repeat(base, 2) * np.tile([1.0, -1.0], len(base))
-    x, y, heading = (np.repeat(path[:, :, axis], 2, axis=1) for axis in range(3))
-    return np.stack([x - half * np.sin(heading), y + half * np.cos(heading)])
+    beside = np.stack([np.zeros_like(half), half], axis=-1)
+    return np.moveaxis(transform(np.repeat(path, 2, axis=1), beside), -1, 0)
 
 
 def _powers(

@@ -19,15 +19,15 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from mismatch.terms import Term
-    from vehicle.se2 import Array
+    from omnimate.mismatch.terms import Term
+    from omnimate.vehicle.se2 import Array
 
 Set = frozenset[int]
 EMPTY: Set = frozenset()
 
 MOST = 6  # effects in one answer
 EVENTS = {"bump", "slip_patch"}  # in whose place a push of the whole truck may stand
-STRANGE = 8.0  # log odds against every further unknown: one that is pushed shows in many places
+UNKNOWN_ODDS = 8.0  # log odds against every further unknown: one push shows in many places
 LARGE = 2.0  # usual sizes beyond which an effect is taken for one of the rarer large ones
 TAIL = 5.0  # usual sizes that a large one has
 RARE = 1.6  # log odds against a large one
@@ -116,7 +116,7 @@ class Choice:
             return -math.inf
         unknown = sum(self.terms[one].effect == "unknown" for one in members)
         evidence = (
-            -STRANGE * max(unknown - 1, 0)
+            -UNKNOWN_ODDS * max(unknown - 1, 0)
             + 0.5 * float(coefficients @ precision @ coefficients)
             - 0.5 * float(np.linalg.slogdet(precision)[1])
             + prior

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mismatch.answer import answer
-from mismatch.diagnosis import Diagnosis
-from mismatch.far_off import far_off
-from mismatch.first_look import first_look
-from mismatch.folds import folds_of
-from mismatch.investigate import STEPS, investigate
-from mismatch.noise import ORDINARY, WHITE_FLOOR
-from mismatch.parts import WHOLE
-from mismatch.refine import TURNS, contend, refine
-from mismatch.signals import signals_of
-from mismatch.validate import check, too_little
-from mismatch.windows import windows_of
+from omnimate.mismatch.answer import answer
+from omnimate.mismatch.diagnosis import Diagnosis
+from omnimate.mismatch.far_off import far_off
+from omnimate.mismatch.first_look import first_look
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.investigate import STEPS, investigate
+from omnimate.mismatch.noise import DEFAULT_LEVELS, WHITE_FLOOR
+from omnimate.mismatch.parts import WHOLE
+from omnimate.mismatch.refine import TURNS, contend, refine
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.validate import check, too_little
+from omnimate.mismatch.windows import windows_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from mismatch.investigate import Progress
-    from mismatch.parts import Parts
-    from vehicle.recording import Recording
+    from omnimate.mismatch.investigate import Progress
+    from omnimate.mismatch.parts import Parts
+    from omnimate.vehicle.recording import Recording
 
 
 def diagnose(
@@ -55,7 +55,7 @@ def diagnose(
         return far_off(recordings, look)
     windows = [windows_of(signals_of(one, foreseen=parts.foreseen)) for one in recordings]
     left_out = without if parts.unknown else [*without, "unknown"]
-    noise = ORDINARY if parts.waves else WHITE_FLOOR
+    noise = DEFAULT_LEVELS if parts.waves else WHITE_FLOOR
     found = investigate(windows, folds_of(windows), without=left_out, noise=noise, progress=progress)
     progress(STEPS - 1, STEPS, "fitting what was found")
     if parts.refinement:

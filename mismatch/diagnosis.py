@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 Verdict = Literal["agreement", "mismatch", "insufficient"]
 

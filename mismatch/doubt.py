@@ -12,25 +12,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EVENTS
-from mismatch.instead import HOLLOW, gathered, nameless, truck_of
-from mismatch.signals import WINDOW
-from mismatch.terms import SCANNED
+from omnimate.mismatch.choose import EVENTS
+from omnimate.mismatch.instead import HOLLOW, gathered, nameless, truck_of
+from omnimate.mismatch.signals import WINDOW
+from omnimate.mismatch.terms import SCANNED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from collections.abc import Set as AbstractSet
 
-    from mismatch.diagnosis import Finding, Key
-    from mismatch.refine import Refined
-    from vehicle.se2 import Array
+    from omnimate.mismatch.diagnosis import Finding, Key
+    from omnimate.mismatch.refine import Refined
+    from omnimate.vehicle.se2 import Array
 
 LEAST = 0.004  # of the mismatch: what explains less may be the way in which a big effect is modelled
 PLAIN = 100.0  # of chi-square: what explains as much is there, however large another one is
 LEAST_EVENT = 0.015  # likewise of what is looked for at every moment
 FAINT = 0.01  # of all rows' chi-square: an unknown that explains less is how no model is perfect
 FAINTEST = 60.0
-STRANGE = 0.04  # of the mismatch: an unknown that explains less than this is how no model is perfect
+FAINT_UNKNOWN = 0.04  # share of the mismatch: an unknown below it is the imperfection of every model
 TRACE = 0.015  # of what a stronger one on the same truck explains: nobody can tell such a finding from it
 CURVED = 0.05  # likewise of an unknown that could do without the named effect beside it
 SHAPE = 0.15  # of what a named effect explains may be left by the way in which it is modelled
@@ -60,7 +60,7 @@ def believed(
         one
         for one in findings
         if _counts(one, whole)
-        and not (one.effect == "unknown" and (one.explained * whole < faint or one.explained < STRANGE))
+        and not (one.effect == "unknown" and (one.explained * whole < faint or one.explained < FAINT_UNKNOWN))
         and not _in_the_shape(one, findings, dispensable)
         and not _overshadowed(one, findings)
         and not _folded(one, findings)

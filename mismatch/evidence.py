@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EMPTY, inclusion
-from mismatch.diagnosis import Evidence, Signature, Trace
-from mismatch.folds import laps_of
-from mismatch.where import row_names
+from omnimate.mismatch.choose import EMPTY, inclusion
+from omnimate.mismatch.diagnosis import Evidence, Signature, Trace
+from omnimate.mismatch.folds import laps_of
+from omnimate.mismatch.where import row_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from mismatch.diagnosis import Finding
-    from mismatch.heldout import HeldOut
-    from mismatch.investigate import Investigation
-    from mismatch.refine import Refined
-    from mismatch.regression import Regression
-    from mismatch.windows import Windows
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.diagnosis import Finding
+    from omnimate.mismatch.heldout import HeldOut
+    from omnimate.mismatch.investigate import Investigation
+    from omnimate.mismatch.refine import Refined
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 _BINS = 14
 _CANDIDATES = 12

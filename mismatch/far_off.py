@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mismatch.diagnosis import Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
-from mismatch.stretches import STRETCH
-from mismatch.words import REGIMES, part
+from omnimate.mismatch.diagnosis import Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
+from omnimate.mismatch.stretches import STRETCH
+from omnimate.mismatch.words import REGIMES, part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.first_look import Look
-    from vehicle.parameters import Truck
-    from vehicle.recording import Recording
+    from omnimate.mismatch.first_look import Look
+    from omnimate.vehicle.parameters import Truck
+    from omnimate.vehicle.recording import Recording
 
 METRIC = (
     "root mean square of what plain odometry misses over stretches of up to {:g} s, in units of what the "

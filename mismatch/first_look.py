@@ -14,19 +14,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import least_squares
 
-from mismatch.stretches import stretches_of
-from mismatch.wiring import WIRINGS, Wiring
-from vehicle.parameters import Truck
+from omnimate.mismatch.stretches import stretches_of
+from omnimate.mismatch.wiring import WIRINGS, Wiring
+from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from mismatch.stretches import Stretches
-    from vehicle.parameters import TruckName
-    from vehicle.recording import Recording
-    from vehicle.se2 import Array
+    from omnimate.mismatch.stretches import Stretches
+    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
 GROSS = 0.05  # of the way driven, by which odometry may miss before the description is doubted
 HELPS = 0.7  # of the miss, that may be left on held-out stretches by what explains it

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from mismatch.signals import WINDOW
+from omnimate.mismatch.signals import WINDOW
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from mismatch.windows import Windows
-    from vehicle.recording import Recording
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vehicle.recording import Recording
 
 Kind = Literal["laps", "blocks", "moments"]
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.folds import folds_of
+from omnimate.mismatch.folds import folds_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mismatch.folds import Kind
-    from mismatch.refine import Refined
-    from mismatch.regression import Regression
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.folds import Kind
+    from omnimate.mismatch.refine import Refined
+    from omnimate.mismatch.regression import Regression
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 METRIC = "root mean square of the whitened innovations (1.0 = the sensors' own noise); held out: {}"
 HELD = {

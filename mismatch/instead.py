@@ -6,15 +6,15 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mismatch.choose import EVENTS
-from mismatch.diagnosis import ASSERTED, Alternative, Finding, Where
-from mismatch.terms import MOMENTS
-from mismatch.words import part
+from omnimate.mismatch.choose import EVENTS
+from omnimate.mismatch.diagnosis import ASSERTED, Alternative, Finding, Where
+from omnimate.mismatch.terms import MOMENTS
+from omnimate.mismatch.words import part
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from mismatch.diagnosis import Fit
+    from omnimate.mismatch.diagnosis import Fit
 
 HOLLOW = 0.4  # of the probability of effects that are large and cancel, or that the unknown could replace
 CROWD = 3  # findings of bumps and slips on one truck, or events of each, from which it is something else

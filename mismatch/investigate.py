@@ -8,32 +8,32 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.bank import add_bank
-from mismatch.choose import EMPTY, EVENTS, Choice, decoded, tolerant
-from mismatch.leftover import leftover, windows_in_all
-from mismatch.moments import firm, settle
-from mismatch.noise import ORDINARY, estimate_noise
-from mismatch.outliers import freed
-from mismatch.regression import Regression
-from mismatch.scan import merged, proposals
-from mismatch.shape import loosened, retold
-from mismatch.signals import WINDOW
-from mismatch.surprise import surprises
-from mismatch.terms import skews, smooth_terms
-from mismatch.windows import windows_of
-from vcan_sim.effects.castor_kick import CastorKick
+from omnimate.mismatch.bank import add_bank
+from omnimate.mismatch.choose import EMPTY, EVENTS, Choice, decoded, tolerant
+from omnimate.mismatch.leftover import leftover, windows_in_all
+from omnimate.mismatch.moments import firm, settle
+from omnimate.mismatch.noise import DEFAULT_LEVELS, estimate_noise
+from omnimate.mismatch.outliers import freed
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.scan import merged, proposals
+from omnimate.mismatch.shape import loosened, retold
+from omnimate.mismatch.signals import WINDOW
+from omnimate.mismatch.surprise import surprises
+from omnimate.mismatch.terms import skews, smooth_terms
+from omnimate.mismatch.windows import windows_of
+from omnimate.vcan_sim.effects.castor_kick import CastorKick
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
-    from mismatch.choose import Set
-    from mismatch.noise import Noise
-    from mismatch.terms import Term
-    from mismatch.windows import Windows
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.choose import Set
+    from omnimate.mismatch.noise import NoiseLevels
+    from omnimate.mismatch.terms import Term
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
     Progress = Callable[[int, int, str], None]
 
@@ -80,7 +80,7 @@ def investigate(
     *,
     without: Iterable[str] = (),
     base: Sequence[Effect] = (),
-    noise: Noise = ORDINARY,
+    noise: NoiseLevels = DEFAULT_LEVELS,
     progress: Progress = lambda _done, _all, _doing: None,
 ) -> Investigation:
     """Return the set of effects that explains recordings best.

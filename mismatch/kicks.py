@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcan_sim.effects.block import truck_number
+from omnimate.vcan_sim.effects.block import truck_number
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mismatch.signals import Signals
-    from vcan_sim.effects.castor_kick import CastorKick
-    from vehicle.se2 import Array
+    from omnimate.mismatch.signals import Signals
+    from omnimate.vcan_sim.effects.castor_kick import CastorKick
+    from omnimate.vehicle.se2 import Array
 
 _BEFORE, _AFTER = 0.1, 0.3  # [s] about a reversal, in which castors swing round
 _SCATTER = 0.1  # of the mean kick, by which single ones are off

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.whitening import adjoint
+from omnimate.mismatch.whitening import adjoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from mismatch.choose import Choice, Set
-    from mismatch.regression import Regression
-    from mismatch.windows import Windows
-    from vehicle.parameters import Channel
-    from vehicle.se2 import Array
+    from omnimate.mismatch.choose import Choice, Set
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vehicle.parameters import Channel
+    from omnimate.vehicle.se2 import Array
 
 EVENT = 4.0  # sigma from which one window among a thousand is worth a look
 NEAR = 1.0  # [s] about an event, in which no other is looked for

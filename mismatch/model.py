@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.signals import signals_of
-from mismatch.windows import pushed
-from vcan_sim.effects.ageing import AgedSamples
-from vcan_sim.effects.effect import stage_of
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.windows import pushed
+from omnimate.vcan_sim.effects.ageing import AgedSamples
+from omnimate.vcan_sim.effects.stages import replay, stage_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.signals import Signals
-    from mismatch.windows import Windows
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.signals import Signals
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 Columns = tuple["Array", "Array"]
 
@@ -38,20 +38,8 @@ class Response:
 
 
 def replayed(signals: Signals, effects: Sequence[Effect]) -> Block:
-    """Return the recording's steps with effects in them, stage after stage."""
-    block = signals.block
-    for effect in effects:
-        if stage_of(effect) == "encoder":
-            block = effect.recover(block)[0]
-    for effect in effects:
-        if stage_of(effect) == "travel":
-            block = effect.act(block)[0]
-    block = block.rolled()
-    for stage in ("body", "reading"):
-        for effect in effects:
-            if stage_of(effect) == stage:
-                block = effect.act(block)[0]
-    return block
+    """Return the recording's steps with effects in them."""
+    return replay(signals.block, effects)
 
 
 def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:

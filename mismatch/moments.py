@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mismatch.choose import Choice, decoded
-from mismatch.leftover import windows_in_all
-from mismatch.terms import Term, term
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.bump import BumpEvents
+from omnimate.mismatch.choose import Choice, decoded
+from omnimate.mismatch.leftover import windows_in_all
+from omnimate.mismatch.terms import Term, term
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.bump import BumpEvents
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from mismatch.regression import Regression
+    from omnimate.mismatch.regression import Regression
 
 _PATIENCE = 12  # moves in one direction
 _REACH = 5  # steps of a bump at once: its evidence has several hills

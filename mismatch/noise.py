@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import minimize
 
-from mismatch.whitening import gains_of, whiten
+from omnimate.mismatch.signals import START_ROUGHNESS
+from omnimate.mismatch.whitening import gains_of, whiten
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.windows import Windows
-    from vehicle.se2 import Array
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vehicle.se2 import Array
 
 STILL = 1e-9  # [m/sqrt(m)] of waves that are none: the floor is white, and stays so
 LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
@@ -38,7 +39,7 @@ _TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss
 
 
 @dataclass(frozen=True, slots=True)
-class Noise:
+class NoiseLevels:
     """Standard deviations.
 
     Attributes:
@@ -53,7 +54,7 @@ class Noise:
         heading: factor on the stated sigma of measured headings.
     """
 
-    roughness: float = 3e-4
+    roughness: float = START_ROUGHNESS
     waviness: float = 1e-4
     wave: float = 0.15
     creep: float = 1e-4
@@ -75,8 +76,8 @@ class Noise:
         }
 
 
-ORDINARY = Noise()
-WHITE_FLOOR = Noise(waviness=STILL)
+DEFAULT_LEVELS = NoiseLevels()
+WHITE_FLOOR = NoiseLevels(waviness=STILL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +114,7 @@ class Filter:
         )
 
 
-def filter_of(windows: Windows, noise: Noise) -> Filter:
+def filter_of(windows: Windows, noise: NoiseLevels) -> Filter:
     """Return one recording's filter at given levels of noise."""
     process = noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep + windows.rounding
     trucks = 3 * len(windows.signals.trucks)
@@ -134,7 +135,7 @@ def filter_of(windows: Windows, noise: Noise) -> Filter:
     return Filter(windows, transition, gains, spread)
 
 
-def variance_of(windows: Windows, noise: Noise) -> Array:
+def variance_of(windows: Windows, noise: NoiseLevels) -> Array:
     """Return the variances (M + 1, R) of what was measured; nan where nothing was."""
     variance = np.empty(windows.measured.shape)
     own = windows.linkage
@@ -162,8 +163,8 @@ def start_of(windows: Windows) -> Array:
 
 
 def estimate_noise(
-    windows: Sequence[Windows], columns: Sequence[tuple[Array, Array]], start: Noise | None = None
-) -> Noise:
+    windows: Sequence[Windows], columns: Sequence[tuple[Array, Array]], start: NoiseLevels | None = None
+) -> NoiseLevels:
     """Return the levels that make recordings likeliest, with all columns but the first as nuisances.
 
     Args:
@@ -181,7 +182,7 @@ def estimate_noise(
         """Return minus the log likelihood, and the chi-square that is left for each row."""
         levels = guess.levels()
         levels[active] = free
-        noise = Noise(*np.exp(levels).tolist())
+        noise = NoiseLevels(*np.exp(levels).tolist())
         cost, rows, gram = 0.0, 0, np.zeros((columns[0][0].shape[2],) * 2)
         for one, own in zip(windows, columns, strict=True):
             run = filter_of(one, noise)
@@ -215,15 +216,17 @@ def estimate_noise(
             break  # else a level may have been driven to its bound by a step that was too long
     levels = guess.levels()
     levels[active] = best
-    return Noise(*np.exp(levels).tolist())
+    return NoiseLevels(*np.exp(levels).tolist())
 
 
-def _first_guess(windows: Sequence[Windows]) -> Noise:
+def _first_guess(windows: Sequence[Windows]) -> NoiseLevels:
     resolution = windows[0].signals.resolution
     if len(resolution) == 0:
-        return Noise()
+        return NoiseLevels()
     joint_a, joint_b, link = (0.3 * resolution).tolist()
-    return replace(Noise(), joint_a=max(joint_a, 2e-5), joint_b=max(joint_b, 2e-5), link=max(link, 1e-5))
+    return replace(
+        NoiseLevels(), joint_a=max(joint_a, 2e-5), joint_b=max(joint_b, 2e-5), link=max(link, 1e-5)
+    )
 
 
 def _active(windows: Sequence[Windows]) -> list[bool]:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.leftover import shocks
-from mismatch.surprise import SHOVE, power
+from omnimate.mismatch.leftover import shocks
+from omnimate.mismatch.surprise import SHOVE, power
 
 if TYPE_CHECKING:
-    from mismatch.leftover import Leftover
-    from mismatch.regression import Regression
-    from mismatch.windows import Windows
+    from omnimate.mismatch.leftover import Leftover
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.windows import Windows
 
 HAPPENED = 16.0  # chi-square of a free push, which noise reaches in one window of a thousand
 _MOST = 0.1  # of all windows: what happens more often is how the floor is

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.leftover import EVENT, strengths, travelled, wheels_of
-from mismatch.signals import WINDOW
-from mismatch.terms import term
+from omnimate.mismatch.leftover import EVENT, strengths, travelled, wheels_of
+from omnimate.mismatch.signals import WINDOW
+from omnimate.mismatch.terms import term
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.leftover import Leftover
-    from mismatch.regression import Regression
-    from mismatch.terms import Term
-    from mismatch.windows import Windows
-    from vehicle.se2 import Array
+    from omnimate.mismatch.leftover import Leftover
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.terms import Term
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vehicle.se2 import Array
 
 _SHORTEST = 1.5  # [s] of a patch
 _PATCHES = 200  # of the shortest kind in a recording, however long that is

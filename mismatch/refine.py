@@ -7,24 +7,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import Choice, decoded, tails, thinned, tolerant
-from mismatch.folds import folds_of
-from mismatch.model import relinearised
-from mismatch.moments import events_of, firm, looseness, settle
-from mismatch.regression import Regression
-from mismatch.terms import skews
-from mismatch.windows import windows_of
+from omnimate.mismatch.choose import Choice, decoded, tails, thinned, tolerant
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.model import relinearised
+from omnimate.mismatch.moments import events_of, firm, looseness, settle
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.terms import skews
+from omnimate.mismatch.windows import windows_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from mismatch.choose import Set
-    from mismatch.diagnosis import Key
-    from mismatch.investigate import Investigation
-    from mismatch.moments import Loose
-    from mismatch.terms import Term
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.choose import Set
+    from omnimate.mismatch.diagnosis import Key
+    from omnimate.mismatch.investigate import Investigation
+    from omnimate.mismatch.moments import Loose
+    from omnimate.mismatch.terms import Term
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 AROUND = 0.6  # [s] before and after an event in which every sample is measured
 _RIVALS = 4  # that are fitted beside the best set

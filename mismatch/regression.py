@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.model import column, data, response
-from mismatch.noise import filter_of
+from omnimate.mismatch.model import column, data, response
+from omnimate.mismatch.noise import filter_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from mismatch.model import Columns, Response
-    from mismatch.noise import Filter, Noise
-    from mismatch.terms import Term
-    from mismatch.windows import Windows
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.model import Columns, Response
+    from omnimate.mismatch.noise import Filter, NoiseLevels
+    from omnimate.mismatch.terms import Term
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 
 _CHUNK = 128  # columns that are whitened at once
@@ -52,7 +52,7 @@ class Regression:
     """
 
     windows: Sequence[Windows]
-    noise: Noise
+    noise: NoiseLevels
     base: Sequence[Effect]
     folds: Sequence[NDArray[np.int64]]
     raw: list[Columns] = field(init=False)
@@ -71,7 +71,7 @@ class Regression:
         self.raw = [(push[:, :, None], seen[:, :, None]) for push, seen in data_columns]
         self.whiten(self.noise)
 
-    def whiten(self, noise: Noise) -> None:
+    def whiten(self, noise: NoiseLevels) -> None:
         """Whiten all columns anew with other levels of noise."""
         self.noise = noise
         self.filter([filter_of(one, noise) for one in self.windows])

@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.diagnosis import Change
-from mismatch.model import replayed
-from mismatch.signals import expected_reading, integrated, signals_of
-from vehicle.se2 import between, wrap
+from omnimate.mismatch.diagnosis import Change
+from omnimate.mismatch.model import replayed
+from omnimate.mismatch.signals import expected_reading, integrated, signals_of
+from omnimate.vehicle.se2 import between, wrap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.heldout import HeldOut
-    from mismatch.regression import Regression
-    from mismatch.signals import Signals
-    from vcan_sim.effects.effect import Effect
-    from vehicle.recording import Recording
-    from vehicle.se2 import Array
+    from omnimate.mismatch.heldout import HeldOut
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.signals import Signals
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
 STRETCH = 10.0  # [s] long against the sensors' resolution, short against what odometry forgets
 _LEAST = 3  # stretches from which a root mean square is worth showing

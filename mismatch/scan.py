@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EMPTY
-from mismatch.leftover import (
+from omnimate.mismatch.choose import EMPTY
+from omnimate.mismatch.leftover import (
     EVENT,
     apart,
     leftover,
@@ -23,19 +23,19 @@ from mismatch.leftover import (
     wheels_of,
     windows_in_all,
 )
-from mismatch.moments import lasts
-from mismatch.patches import patches
-from mismatch.terms import SCANNED, term
+from omnimate.mismatch.moments import lasts
+from omnimate.mismatch.patches import patches
+from omnimate.mismatch.terms import SCANNED, term
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.choose import Choice, Set
-    from mismatch.leftover import Leftover
-    from mismatch.regression import Regression
-    from mismatch.terms import Term
-    from mismatch.windows import Windows
-    from vehicle.se2 import Array
+    from omnimate.mismatch.choose import Choice, Set
+    from omnimate.mismatch.leftover import Leftover
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.terms import Term
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vehicle.se2 import Array
 
 ORDERS = tuple(range(2, 41))
 _LIMITS = 40  # of speed above which counts may be lost

@@ -12,26 +12,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EVENTS, decoded
-from mismatch.leftover import windows_in_all
-from mismatch.moments import lasts, met, rolled
-from mismatch.scan import STEPPED
-from mismatch.signals import WINDOW
-from mismatch.surprise import LASTING, shoves
-from mismatch.terms import term
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.bump import BumpEvents, crossing
+from omnimate.mismatch.choose import EVENTS, decoded
+from omnimate.mismatch.leftover import windows_in_all
+from omnimate.mismatch.moments import lasts, met, rolled
+from omnimate.mismatch.scan import STEPPED
+from omnimate.mismatch.signals import WINDOW
+from omnimate.mismatch.surprise import LASTING, shoves
+from omnimate.mismatch.terms import term
+from omnimate.vcan_sim.crossing import losing
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.bump import BumpEvents
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from mismatch.choose import Choice, Set
-    from mismatch.model import Columns
-    from mismatch.regression import Regression
-    from mismatch.surprise import Surprise
-    from mismatch.terms import Term
-    from mismatch.windows import Windows
-    from vcan_sim.effects.effect import Effect
+    from omnimate.mismatch.choose import Choice, Set
+    from omnimate.mismatch.model import Columns
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.surprise import Surprise
+    from omnimate.mismatch.terms import Term
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vcan_sim.effects.effect import Effect
 
 UNEVEN = 0.4  # of what a patch takes in one stretch that it may be off by, one standard deviation
 ROCKING = 0.15  # of an obstacle's height by which a truck that rolls over it rocks, likewise
@@ -131,7 +132,7 @@ def _of_bumps(windows: Windows, effect: Effect) -> list[Columns]:
 
 def height(radius: float, lost: float) -> float:
     """Return the height [m] of an edge that takes some way from a wheel of a radius [m]."""
-    return radius * (1.0 - math.cos(0.5 * crossing(radius, lost) / radius))
+    return radius * (1.0 - math.cos(losing(radius, lost).half_angle))
 
 
 def _of_patch(windows: Windows, effect: Effect) -> list[Columns]:

@@ -7,20 +7,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcan_sim.effects.block import Block
-from vehicle.linkage import follower, linkage_of
-from vehicle.parameters import JOINTS
-from vehicle.se2 import Array, between, compose, wrap
+from omnimate.vcan_sim.effects.block import Block
+from omnimate.vehicle.arcs import integrate_twists
+from omnimate.vehicle.linkage import follower, linkage_of
+from omnimate.vehicle.parameters import JOINTS
+from omnimate.vehicle.se2 import Array, between, compose, wrap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from vehicle.parameters import Channel, TruckName, VehicleParameters
-    from vehicle.recording import Poses, Recording
+    from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
+    from omnimate.vehicle.recording import Poses, Recording
 
 WINDOW = 0.25  # [s] shorter than any manoeuvre; what happens in one shows in the next reading
 SMOOTHING = 0.06, 0.2  # [s] over which a wheel's speed is taken, at least and at most
 FINE = 5e-4  # [m/s] of speed that a count may make; what is smoothed longer loses its sharp accelerations
+# [m/sqrt(m)] a floor's roughness before the noise of a recording is estimated: where that search starts
+START_ROUGHNESS = 3e-4
 _COARSE = 0.5  # [s] into which dense poses are averaged before the trajectory follows them
 
 
@@ -247,23 +250,12 @@ def _start(poses: Poses) -> Array:
 def integrated(twist: Array, start: Array) -> Array:
     """Return poses `(N, 3)` along N - 1 twists (forward [m], left [m], yaw [rad]) on exact arcs."""
     heading = np.concatenate(([start[2]], start[2] + np.cumsum(twist[:, 2])))
-    return _ways(start, twist, heading)
+    return integrate_twists(twist, heading, start)
 
 
 def _along(path: Array, twist: Array, turn: Array) -> Array:
     """Return a path turned at every sample by an angle (N,) [rad]."""
-    return _ways(path[0], twist, path[:, 2] + turn)
-
-
-def _ways(start: Array, twist: Array, heading: Array) -> Array:
-    half = 0.5 * np.diff(heading)
-    middle = heading[:-1] + half
-    chord = np.sinc(half / np.pi)
-    x = chord * (np.cos(middle) * twist[:, 0] - np.sin(middle) * twist[:, 1])
-    y = chord * (np.sin(middle) * twist[:, 0] + np.cos(middle) * twist[:, 1])
-    return np.stack(
-        [start[0] + np.append(0.0, np.cumsum(x)), start[1] + np.append(0.0, np.cumsum(y)), heading], axis=-1
-    )
+    return integrate_twists(twist, path[:, 2] + turn, path[0])
 
 
 def expected_reading(path: Array) -> Array:

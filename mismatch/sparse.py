@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.choose import EMPTY, decoded
+from omnimate.mismatch.choose import EMPTY, decoded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from mismatch.choose import Choice, Set
-    from vehicle.se2 import Array
+    from omnimate.mismatch.choose import Choice, Set
+    from omnimate.vehicle.se2 import Array
 
     Method = Callable[[Choice], Iterable[Set]]
 

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.signals import WINDOW, bridged, integrated
+from omnimate.mismatch.signals import WINDOW, bridged, integrated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from vehicle.parameters import Truck, TruckName
-    from vehicle.recording import Recording
-    from vehicle.se2 import Array
+    from omnimate.vehicle.parameters import Truck, TruckName
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
 STRETCH = 5.0  # [s] long against a pose's error, short against what a swapped wheel makes of a heading
 _LEAST = 3  # poses in a stretch from which it tells anything

@@ -11,21 +11,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.bank import sides, unknown
-from mismatch.beats import beats
-from mismatch.leftover import EVENT, apart, lost_way, quiet, shocks, windows_in_all
-from mismatch.signals import WINDOW
-from mismatch.terms import MOMENTS
+from omnimate.mismatch.bank import sides, unknown
+from omnimate.mismatch.beats import beats
+from omnimate.mismatch.leftover import EVENT, apart, lost_way, quiet, shocks, windows_in_all
+from omnimate.mismatch.signals import WINDOW
+from omnimate.mismatch.terms import MOMENTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.leftover import Leftover
-    from mismatch.model import Columns
-    from mismatch.regression import Regression
-    from mismatch.terms import Term
-    from mismatch.windows import Windows
-    from vehicle.se2 import Array
+    from omnimate.mismatch.leftover import Leftover
+    from omnimate.mismatch.model import Columns
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.terms import Term
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vehicle.se2 import Array
 
 LOST = 2e-3  # [m] of a wheel's way in one moment, one standard deviation
 SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck likewise

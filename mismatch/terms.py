@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mismatch.signals import WINDOW
-from vcan_sim.effects import EFFECTS, effect_named
-from vcan_sim.effects.block import LINKAGE
+from omnimate.mismatch.signals import START_ROUGHNESS, WINDOW
+from omnimate.vcan_sim.effects import EFFECTS, effect_named
+from omnimate.vcan_sim.effects.block import LINKAGE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.diagnosis import Key
-    from mismatch.signals import Signals
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.diagnosis import Key
+    from omnimate.mismatch.signals import Signals
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 ANGLES = ("phase", "direction")  # parameters that make a wave of two columns of the one before them
 # Nobody's numbers are exact: this part of an effect's a-priori size is in every robot, and is no finding.
@@ -53,7 +53,6 @@ MOVING = {"latency", "clock_drift", "joint_backlash"}
 CLEAR = 10.0
 FOLLOWED = ("joint_b", "link")
 ANSWERED = 12.0  # log odds against a delay or play of what truck b answers to: its answer looks like one
-ORDINARY = 3e-4  # [m/sqrt(m)] roughness of an ordinary floor
 SKEW = 0.3  # of a SYNC period: devices answer SYNC one after the other, and sample a little apart
 MOMENTS = "single moments"
 SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
@@ -201,7 +200,7 @@ def moving_channels(signals: Sequence[Signals]) -> set[str]:
         return set()
     way = np.concatenate([np.abs(one.block.travel).mean(axis=1) for one in signals]).sum()
     span = sum(float(one.time[-1] - one.time[0]) for one in signals)
-    jitter = ORDINARY * math.sqrt(WINDOW * way / span)
+    jitter = START_ROUGHNESS * math.sqrt(WINDOW * way / span)
     base = float(signals[0].block.wheelbase[0])
     readings = np.concatenate([one.reading - one.reading.mean(axis=0) for one in signals])
     sizes = (jitter / base, jitter / base, jitter)

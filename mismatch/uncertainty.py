@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.terms import angle_of
-from vcan_sim.effects import effect_named
+from omnimate.mismatch.terms import angle_of
+from omnimate.vcan_sim.effects import effect_named
 
 if TYPE_CHECKING:
-    from mismatch.terms import Term
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.terms import Term
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 # No law is exact: so much of an effect's size is of the law and not of the robot, one standard deviation.
 INEXACT = 0.01

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vehicle.errors import RecordingError
-from vehicle.odometry import truck_travel
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.odometry import truck_travel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vehicle.recording import Recording
+    from omnimate.vehicle.recording import Recording
 
 SHORTEST = 15.0  # [s] of driving, all together: a lap's worth
 WAY = 1.0  # [m] rolled, all together

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.folds import laps_of
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.bump import crossing
+from omnimate.mismatch.folds import laps_of
+from omnimate.vcan_sim.crossing import losing
+from omnimate.vcan_sim.effects.block import wheel_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mismatch.regression import Regression
-    from mismatch.signals import Signals
-    from mismatch.windows import Windows
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.mismatch.regression import Regression
+    from omnimate.mismatch.signals import Signals
+    from omnimate.mismatch.windows import Windows
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 Intervals = tuple[tuple[float, float], ...]
 _SHARE = 0.1  # of the strongest channel's part, from which a channel is named
@@ -57,7 +57,7 @@ def _end(wheel: str, time: float, lost: float, signals: Sequence[Signals]) -> fl
         if not one.time[0] <= time <= one.time[-1]:
             continue
         radius = 0.5 * one.recording.vehicle.wheel_diameter(wheel)  # type: ignore[arg-type]
-        span = crossing(radius, max(lost, 1e-6))
+        span = losing(radius, max(lost, 1e-6)).rolled
         column = wheel_number(wheel)
         first = int(np.searchsorted(one.time, time))
         rolled = np.cumsum(np.abs(one.block.travel[first:, column]))

@@ -12,7 +12,7 @@ adjoint is the disturbance smoother of de Jong (Biometrika 1988; de Jong & Penze
 
 import numpy as np
 
-from vehicle.compiled import Array, IntArray, compiled
+from omnimate.vehicle.compiled import Array, IntArray, compiled
 
 
 @compiled

@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.kicks import loosen
-from mismatch.signals import WINDOW, expected_reading, grid
-from vehicle.se2 import Array, wrap
+from omnimate.mismatch.kicks import loosen
+from omnimate.mismatch.signals import START_ROUGHNESS, WINDOW, expected_reading, grid
+from omnimate.vehicle.arcs import twists_along
+from omnimate.vehicle.se2 import Array, rotate, wrap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from mismatch.signals import Signals
-    from vcan_sim.effects.castor_kick import CastorKick
-    from vehicle.parameters import Channel
+    from omnimate.mismatch.signals import Signals
+    from omnimate.vcan_sim.effects.castor_kick import CastorKick
+    from omnimate.vehicle.parameters import Channel
 
-_ROUGH = 3e-4  # [m/sqrt(m)] of an ordinary floor
 UNSTATED = (0.003, 0.003, 0.003)  # [m, m, rad] of poses whose file states no sigma
 
 
@@ -108,7 +108,7 @@ def windows_of(
     floor = np.einsum("mw,mwi,mwj->mij", rolled, lever, lever)
     creep = _creep(signals, ends, rolled, states)
     measured, stated, when, observe = _measurements(signals, ends, states)
-    drift = pushed(signals, ends, signals.block.twist - _twist_of(signals.path))
+    drift = pushed(signals, ends, signals.block.twist - twists_along(signals.path))
     for kick in kicks:
         loosen(signals, ends, kick, stated, rounding)
     off = np.any(transition != 0.0, axis=0) & ~np.eye(states, dtype=bool)
@@ -148,17 +148,6 @@ def _sparse(times: Array, span: float) -> bool:
     return len(times) * WINDOW < span
 
 
-def _twist_of(path: Array) -> Array:
-    """Return the twists `(N - 1, T, 3)` that lead along a path `(N, T, 3)` on exact arcs."""
-    yaw = np.diff(path[..., 2], axis=0)
-    middle = path[:-1, :, 2] + 0.5 * yaw
-    gone = np.diff(path[..., :2], axis=0) / np.sinc(0.5 * yaw / np.pi)[..., None]
-    cos, sin = np.cos(middle), np.sin(middle)
-    forward = cos * gone[..., 0] + sin * gone[..., 1]
-    left = -sin * gone[..., 0] + cos * gone[..., 1]
-    return np.stack([forward, left, yaw], axis=-1)
-
-
 def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
     """Return the inputs `(M, 3 T)`, of the poses, that additional twists `(N - 1, T, 3)` are.
 
@@ -170,10 +159,8 @@ def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
         own = path[:, truck]
         heading = 0.5 * (own[1:, 2] + own[:-1, 2])
         lag = own[last, :2] - 0.5 * (own[1:, :2] + own[:-1, :2])
-        forward, left, yaw = twist[:, truck].T
-        cos, sin = np.cos(heading), np.sin(heading)
-        x = cos * forward - sin * left - yaw * lag[:, 1]
-        y = sin * forward + cos * left + yaw * lag[:, 0]
+        yaw = twist[:, truck, 2]
+        x, y = rotate(heading, twist[:, truck, :2]).T + yaw * np.stack([-lag[:, 1], lag[:, 0]])
         inputs[:, 3 * truck : 3 * truck + 3] = np.add.reduceat(
             np.stack([x, y, yaw], axis=1), ends[:-1], axis=0
         )
@@ -219,7 +206,7 @@ def _round_linkage(
     if not signals.reading.shape[1]:
         return
     rolled = np.add.reduceat(np.abs(signals.block.travel).mean(axis=1), ends[:-1])
-    jitter = _ROUGH * np.sqrt(rolled)
+    jitter = START_ROUGHNESS * np.sqrt(rolled)
     turning = jitter[:, None] * np.sqrt(2.0) / signals.block.wheelbase
     moved = np.abs(np.diff(signals.reading[ends], axis=0)) + np.column_stack([turning, jitter])
     kept = np.exp(-3.0 * moved / signals.resolution)

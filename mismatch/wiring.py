@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from vehicle.parameters import Channel, Encoder, TruckName
-    from vehicle.se2 import Array
+    from omnimate.vehicle.parameters import Channel, Encoder, TruckName
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)

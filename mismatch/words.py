@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from vcan_sim.effects.effect import Effect
-    from vehicle.parameters import VehicleParameters
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.parameters import VehicleParameters
 
 REGIMES = {
     "wheel_diameter": "in proportion to the way rolled",

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from motion.reading import LinkReader
-from vehicle.odometry import Odometer, PoseTuple
+from omnimate.motion.reading import LinkReader
+from omnimate.vehicle.odometry import Odometer
+from omnimate.vehicle.se2 import wrap
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from motion.journal import Journal
-    from motion.runner import Runner
-    from vehicle.parameters import TruckName, VehicleParameters
-    from vehicle.sample import Sample
-    from vehicle.se2 import Array
+    from omnimate.motion.journal import Journal
+    from omnimate.motion.runner import Runner
+    from omnimate.vehicle.arcs import PoseTuple
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.sample import Sample
+    from omnimate.vehicle.se2 import Array
 
     Fix = Callable[[TruckName], tuple[Array, Array]]
 
@@ -25,7 +27,7 @@ BLIND = 0.1  # [s] without a complete sample after which the robot stops and wai
 
 
 class Robot(Protocol):
-    """What reads the encoders and turns the wheels; `driver.driver.Driver` does."""
+    """What reads the encoders and turns the wheels; `omnimate.driver.driver.Driver` does."""
 
     def cycle(self) -> Sample:
         """Return the next sample."""
@@ -41,16 +43,24 @@ class Moment:
     """Where the robot is after a sample.
 
     Attributes:
-        sample: that was read.
-        pose: of truck a by odometry, before a fix.
-        lap: that is being driven, from 0; None between laps.
-        fix: the absolute pose of truck a `(3,)` where one was measured now, from which odometry goes on.
+        sample: The sample that was read.
+        pose: Pose of truck a by odometry, before a fix.
+        lap: Number of the lap that is being driven, from 0; None between laps.
+        fix: Absolute pose of truck a, shape `(3,)`, where it was measured now; odometry goes on from it.
     """
 
     sample: Sample
     pose: PoseTuple
     lap: int | None
     fix: Array | None = None
+
+    @property
+    def error(self) -> PoseTuple | None:
+        """Absolute pose minus odometry's x, y, theta [m, m, rad], U (3.1); None without a fix."""
+        if self.fix is None:
+            return None
+        x, y, theta = (float(value) for value in self.fix)
+        return x - self.pose[0], y - self.pose[1], float(wrap(theta - self.pose[2]))
 
 
 def drive(
@@ -62,11 +72,11 @@ def drive(
     the wheels are commanded to stand and the program waits.
 
     Args:
-        robot: with its drives enabled.
-        runner: at the beginning of its program.
-        vehicle: as the robot believes itself to be.
-        journal: keeps laps and fixes.
-        fix: measures the absolute pose `(3,)` of a truck and its sigma `(3,)`, nan where unknown; None
+        robot: The robot, with its drives enabled.
+        runner: The runner, at the beginning of its program.
+        vehicle: The vehicle as the robot believes itself to be.
+        journal: Journal that keeps laps and fixes.
+        fix: Measures the absolute pose `(3,)` of a truck and its sigma `(3,)`, nan where unknown; None
             where nothing measures it.
     """
     odometer, reader = Odometer(vehicle, "a"), LinkReader(vehicle)

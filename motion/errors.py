@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from vehicle.errors import OmnimateError
+from omnimate.vehicle.errors import OmnimateError
 
 
 class ProgramError(OmnimateError):
     """A program that no robot can drive.
 
     Attributes:
-        row: its first impossible row, counted from 0.
+        row: First impossible row of the program, counted from 0.
     """
 
     def __init__(self, row: int, problem: str) -> None:

@@ -6,9 +6,9 @@ Both work from truck a's speed and from what the linkage reads, and return b's s
 
 import math
 
-from motion.records import Settings, State
-from motion.steering import wrap
-from vehicle.compiled import compiled
+from omnimate.motion.records import Settings, State
+from omnimate.vehicle.compiled import compiled
+from omnimate.vehicle.compiled_se2 import rotate, wrap
 
 LENGTH_GAIN = 1.0  # [1/s] slider error that is driven out per second
 FACING_GAIN = 2.0  # [1/s] turn rate per radian that b faces beside a, loosely
@@ -31,8 +31,7 @@ def keep_formation(speed: float, turn: float, state: State, settings: Settings) 
     cos, sin = math.cos(state.formation), math.sin(state.formation)
     east = state.pose[0, 0] - settings.link_length * cos - state.pose[1, 0]
     north = state.pose[0, 1] - settings.link_length * sin - state.pose[1, 1]
-    cos, sin = math.cos(state.pose[1, 2]), math.sin(state.pose[1, 2])
-    ahead, aside = east * cos + north * sin, north * cos - east * sin
+    ahead, aside = rotate(-state.pose[1, 2], east, north)
     off = wrap(state.link[0] - state.link[1])
     rate = turn + HEADING_GAIN * off + ASIDE_GAIN * speed * aside
     return speed * math.cos(off) + LENGTH_GAIN * ahead, rate

@@ -2,28 +2,50 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from vehicle.recording import Lap, Poses, Run
+from omnimate.vehicle.recording import Lap, Poses, Run
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
 
-    from motion.program import Program
-    from motion.runner import Runner
-    from vehicle.parameters import TruckName
+    from omnimate.motion.program import Program
+    from omnimate.motion.runner import Runner
+    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.recording import Direction
+
+
+class LapRecorder(Protocol):
+    """Keeps laps and fixes outside this process; `omnimate.driver.recorder.Recorder` does."""
+
+    def lap(self, direction: Direction, start: float, end: float) -> object:
+        """Keep a lap that has ended, with the times of its start and its end [s]."""
+        ...
+
+    def pose(self, at: float, truck: TruckName, pose: Sequence[float], sigma: Sequence[float]) -> object:
+        """Keep a truck's absolute pose x, y, theta [m, m, rad] and its standard deviations."""
+        ...
 
 
 class Journal:
-    """Keeps laps and fixes while a runner works; call `observe` after each of its steps."""
+    """Keeps laps and fixes while a runner works; call `observe` after each of its steps.
 
-    def __init__(self, program: Program) -> None:
+    Attributes:
+        program: The program that is being driven.
+        lap: The lap that is being driven, from 0; None between laps.
+    """
+
+    def __init__(self, program: Program, recorder: LapRecorder | None = None) -> None:
+        """Begin the journal of a program; a recorder receives each lap and each fix at once."""
         self.program = program
+        self.lap: int | None = None
+        self._recorder = recorder
         self._laps: list[Lap] = []
         self._fixes: list[tuple[float, TruckName, ArrayLike, ArrayLike]] = []
-        self.lap: int | None = None
         self._started = 0.0
 
     def observe(self, time: float, runner: Runner) -> None:
@@ -31,12 +53,18 @@ class Journal:
         if runner.lap == self.lap:
             return
         if self.lap is not None:
-            self._laps.append(Lap(self.program.directions[self.lap], self._started, time))
+            lap = Lap(self.program.directions[self.lap], self._started, time)
+            self._laps.append(lap)
+            if self._recorder is not None:
+                self._recorder.lap(lap.direction, lap.start, lap.end)
         self.lap, self._started = runner.lap, time
 
     def fix(self, time: float, truck: TruckName, pose: ArrayLike, sigma: ArrayLike) -> None:
         """Note an absolute pose `(3,)` of a truck and its standard deviations `(3,)`, nan where unknown."""
         self._fixes.append((time, truck, pose, sigma))
+        if self._recorder is not None:
+            numbers = np.array([pose, sigma], np.float64).tolist()
+            self._recorder.pose(time, truck, *numbers)
 
     @property
     def run(self) -> Run:

@@ -1,7 +1,7 @@
 """Speed and turn rate of a truck to the speeds of its wheels, within the limits of each wheel."""
 
-from motion.records import Settings, State
-from vehicle.compiled import compiled
+from omnimate.motion.records import Settings, State
+from omnimate.vehicle.compiled import compiled
 
 
 @compiled

@@ -9,8 +9,21 @@ from typing import Literal
 
 import numpy as np
 
-from motion.program import ARC, GOTO, HERE, LINE, PASS, TURN, WORLD, Follower, Program, Row, in_lap, rest
-from vehicle.recording import Direction
+from omnimate.motion.program import (
+    ARC,
+    GOTO,
+    HERE,
+    LINE,
+    PASS,
+    TURN,
+    WORLD,
+    Follower,
+    Program,
+    Row,
+    in_lap,
+    rest,
+)
+from omnimate.vehicle.recording import Direction
 
 Turning = Literal["cw", "ccw"]
 Point = tuple[float, float]
@@ -59,11 +72,11 @@ def umbmark(
     """Return the UMBmark: `runs` squares in each direction, each begun within centimetres of home, U III-C.
 
     Args:
-        side: of the square [m].
-        runs: in each direction; cw comes first.
-        order: cw and ccw in turn, or all cw before all ccw.
-        speed: of the wheels [m/s]; U uses 0.2.
-        link_length: of a robot with two trucks [m]: truck b keeps the heading and the formation of a, so
+        side: Side of the square [m].
+        runs: Number of runs in each direction; cw comes first.
+        order: Whether cw and ccw alternate, or all cw runs come before all ccw runs.
+        speed: Speed of the wheels [m/s]; U uses 0.2.
+        link_length: Length of the link of a robot with two trucks [m]: b keeps a's heading and formation, so
             that the square calibrates both; None for a single truck.
     """
     pairs: list[Direction] = ["cw", "ccw"]
@@ -99,9 +112,9 @@ def out_and_back(
 
     Args:
         length: [m].
-        runs: number of drives.
+        runs: Number of drives.
         speed: [m/s].
-        link_length: of a robot with two trucks [m]; None for a single truck.
+        link_length: Length of the link of a robot with two trucks [m]; None for a single truck.
     """
     there = Row(LINE, x=length, speed=speed)
     back = Row(LINE, heading=math.pi, reverse=1, speed=speed)
@@ -122,9 +135,9 @@ def via_points(
 
     Args:
         points: [m] in the order in which they are passed.
-        tolerance: distance at which the truck turns to the next point [m].
+        tolerance: Distance at which the truck turns to the next point [m].
         speed: [m/s].
-        corner_speed: near a point [m/s]; None halves the speed.
+        corner_speed: Speed near a point [m/s]; None halves the speed.
     """
     slow = 0.5 * speed if corner_speed is None else corner_speed
     sharpest = 1.0 / max(tolerance, 0.05)
@@ -160,13 +173,13 @@ def rounded_rectangle(
     """Return laps of a rectangle whose corners are passed by, begun and ended on one of its sides.
 
     Args:
-        length: of the side that the robot starts along [m]; 7 x 4 m with 0.2 m of tolerance is C 6.2,
+        length: Length of the side along which the robot starts [m]; 7 x 4 m with 0.2 m of tolerance is C 6.2,
             6 x 3.25 m with 0.5 m is the 18.5 m of O 3.
-        width: of the other side [m].
-        directions: of the laps.
-        tolerance: distance from a corner at which the robot turns to the next [m].
+        width: Length of the other side [m].
+        directions: Direction of each lap.
+        tolerance: Distance from a corner at which the robot turns to the next [m].
         speed: [m/s]; O drives at 0.3 at most, C slightly below 0.5.
-        first: way from the start to the first corner [m]; None starts in the middle of the side.
+        first: Distance from the start to the first corner [m]; None starts in the middle of the side.
     """
     ahead = 0.5 * length if first is None else first
     behind = ahead - length
@@ -189,11 +202,11 @@ def free(
     """Return smooth drives past random points, each ending at home along the x-axis.
 
     Args:
-        seed: of the points.
-        laps: number of drives.
-        points: that each drive passes.
-        area: length and width of the place around home [m].
-        tolerance: distance from a point at which the robot turns to the next [m].
+        seed: Seed of the random points.
+        laps: Number of drives.
+        points: Number of points that each drive passes.
+        area: Length and width of the area around the start [m].
+        tolerance: Distance from a point at which the robot turns to the next [m].
         speed: [m/s].
     """
     chance = np.random.default_rng(seed)

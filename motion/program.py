@@ -10,9 +10,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from motion.errors import ProgramError
-from vehicle.compiled import Record, layout
-from vehicle.recording import Direction
+from omnimate.motion.errors import ProgramError
+from omnimate.vehicle.compiled import Record, layout
+from omnimate.vehicle.recording import Direction
 
 Follower = Literal["car", "parallel"]
 
@@ -25,20 +25,20 @@ class Row(NamedTuple):
 
     Attributes:
         kind: REST, LINE, ARC, TURN, PASS or GOTO.
-        x: of the line's end, the arc's centre, the via-point or the goal [m].
-        y: likewise [m].
-        heading: course of a line; heading at the end of a turn (unwrapped) or at the goal [rad].
+        x: X of the line's end, the arc's centre, the via-point or the goal [m].
+        y: Y of the line's end, the arc's centre, the via-point or the goal [m].
+        heading: Course of a line; heading at the end of a turn (unwrapped) or at the goal [rad].
         reverse: 1 where a line is driven backwards.
-        curvature: of an arc, positive to the left; the sharpest allowed on a line or to a via-point [1/m].
-        length: of an arc [m].
-        tolerance: distance from a via-point at which the next row begins [m].
-        speed: of the truck's centre, or of the wheels in a turn on the spot [m/s].
-        corner_speed: to which a via-point slows the truck down [m/s].
-        duration: of a rest, counted from standstill [s].
+        curvature: Curvature of an arc, positive to the left; else the sharpest that is allowed [1/m].
+        length: Length of an arc [m].
+        tolerance: Distance from a via-point at which the next row begins [m].
+        speed: Speed of the truck's centre, or of the wheels in a turn on the spot [m/s].
+        corner_speed: Speed to which a via-point slows the truck down [m/s].
+        duration: Duration of a rest, counted from standstill [s].
         fix: 1 where an absolute fix is due in the middle of a rest.
         truck: 0 to move truck a, 1 to move truck b alone (GOTO).
         frame: KEEP the one before, begin a new one HERE, or go back to the WORLD.
-        lap: to which lap the row belongs; -1 between laps.
+        lap: Number of the lap that the row belongs to; -1 between laps.
     """
 
     kind: int
@@ -63,14 +63,14 @@ class Program:
     """What to drive.
 
     Attributes:
-        protocol: its word in `run.toml`: umbmark, extended-umbmark, straight, free.
-        rows: in order.
-        directions: of each lap.
-        side: of the square [m], where there is one.
-        follower: how truck b goes with truck a.
+        protocol: Protocol as in `run.toml`: umbmark, extended-umbmark, straight, free.
+        rows: The rows in the order in which they are driven.
+        directions: Direction of each lap.
+        side: Side of the square [m]; None where no square is driven.
+        follower: How truck b goes with truck a.
 
     Raises:
-        ProgramError: a row that could not be finished.
+        ProgramError: A row could not be finished.
     """
 
     protocol: str

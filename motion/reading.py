@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from omnimate.vehicle.parameters import CHANNELS
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 class LinkReader:
@@ -18,8 +20,8 @@ class LinkReader:
         self._length = 0.0
         if vehicle.linkage is not None:
             self._length = vehicle.linkage.length
-            for channel in ("joint_a", "joint_b", "link"):
-                encoder = next(one for one in vehicle.encoders if one.channel == channel)
+            for channel in CHANNELS[4:]:
+                encoder = vehicle.encoder(channel)
                 self._columns.append((vehicle.channels.index(encoder.channel), encoder.zero, encoder.scale))
 
     def read(self, counts: Sequence[int]) -> tuple[float, float, float] | None:

@@ -6,47 +6,46 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motion.records import Settings, State
-from motion.stepping import step
-from vehicle.compiled import Record, record
+from omnimate.motion.records import Settings, State
+from omnimate.motion.stepping import step
+from omnimate.vehicle.compiled import Record, record
 
 if TYPE_CHECKING:
-    from motion.program import Program
-    from vehicle.parameters import VehicleParameters
-
-PoseTuple = tuple[float, float, float]
+    from omnimate.motion.program import Program
+    from omnimate.vehicle.arcs import PoseTuple
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 def settings_of(program: Program, vehicle: VehicleParameters) -> Record:
     """Return the settings record `(1,)` with which a vehicle drives a program."""
     settings = record(Settings)
-    own = settings[0]
+    row = settings[0]
     trucks = list(vehicle.trucks.values())
-    own["trucks"], own["parallel"] = len(trucks), program.follower == "parallel"
-    own["period"] = vehicle.bus.sync_period
-    own["speed"], own["acceleration"] = vehicle.limits.speed, vehicle.limits.acceleration
+    row["trucks"], row["parallel"] = len(trucks), program.follower == "parallel"
+    row["period"] = vehicle.bus.sync_period
+    row["speed"], row["acceleration"] = vehicle.limits.speed, vehicle.limits.acceleration
     wheelbases = np.array(
         [vehicle.trucks["a"].wheelbase, vehicle.trucks["b" if len(trucks) == 2 else "a"].wheelbase]
     )
-    own["wheelbase"] = wheelbases
+    row["wheelbase"] = wheelbases
     counts = [abs(vehicle.metres_per_count(wheel)) for wheel in vehicle.wheels]
     for number, wheel in enumerate(vehicle.wheels):
-        own["radius"][number] = 0.5 * vehicle.wheel_diameter(wheel)
-    own["tolerance"] = max(counts)
-    own["turn_tolerance"] = 2.0 * max(counts) / wheelbases
+        row["radius"][number] = 0.5 * vehicle.wheel_diameter(wheel)
+    row["tolerance"] = max(counts)
+    row["turn_tolerance"] = 2.0 * max(counts) / wheelbases
     if vehicle.linkage is not None:
-        own["link_length"] = vehicle.linkage.length
+        row["link_length"] = vehicle.linkage.length
         joint = max(abs(vehicle.encoder("joint_a").scale), abs(vehicle.encoder("joint_b").scale))
         reach = joint * vehicle.linkage.length + abs(vehicle.encoder("link").scale)
-        own["tolerance"][1] = max(own["tolerance"][1], reach)
-        own["turn_tolerance"][1] = max(own["turn_tolerance"][1], 2.0 * joint)
+        row["tolerance"][1] = max(row["tolerance"][1], reach)
+        row["turn_tolerance"][1] = max(row["turn_tolerance"][1], 2.0 * joint)
     return settings
 
 
 class Runner:
     """Drives a program.
 
-    Call `step` once per sample with the pose that odometry tells. Whenever `fix_due` is true after a
+    Call `step` once per sample with the pose by odometry. Whenever `fix_due` is true after a
     step, the robot stands, and its odometry may be initialised from an absolute fix before the next one.
     """
 

@@ -6,8 +6,9 @@ is reached. Steering acts per metre of travel, so that a slow truck turns slowly
 
 import math
 
-from motion.records import Settings
-from vehicle.compiled import compiled
+from omnimate.motion.records import Settings
+from omnimate.vehicle.compiled import compiled
+from omnimate.vehicle.compiled_se2 import rotate, wrap
 
 Steer = tuple[float, float, bool]
 
@@ -15,12 +16,6 @@ LOOKAHEAD = 1.0  # [m] a truck beside its line aims at the point this far ahead
 STIFFNESS = 4.0  # [1/m] curvature per radian off course; with the above critically damped
 RESERVE = 0.8  # part of the acceleration limit that stops use; the rest is left for steering
 SETTLING = 0.25  # part of the remaining way in the last steps: no overshoot with one step of delay
-
-
-@compiled
-def wrap(angle: float) -> float:
-    """Return the same angle [rad] in [-pi, pi)."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 @compiled
@@ -52,12 +47,12 @@ def follow(
     """Return the turn rate [rad/s] of a truck that follows a path.
 
     Args:
-        speed: along the path; nothing is steered while driving back from an overshoot [m/s].
-        aside: distance from the path, to the left [m].
-        course: of the path [rad].
-        travel_heading: in which the truck moves, its back where it reverses [rad].
-        curvature: of the path [1/m].
-        sharpest: curvature that may be added [1/m].
+        speed: Speed along the path [m/s]; nothing is steered while driving back from an overshoot.
+        aside: Distance from the path, to the left [m].
+        course: Course of the path [rad].
+        travel_heading: Heading in which the truck moves, that of its back where it reverses [rad].
+        curvature: Curvature of the path [1/m].
+        sharpest: Largest curvature that may be added [1/m].
     """
     off = wrap(course - math.atan(aside / LOOKAHEAD) - travel_heading)
     return max(speed, 0.0) * (curvature + clip(STIFFNESS * off, sharpest))
@@ -78,11 +73,10 @@ def steer_line(
     settings: Settings,
 ) -> Steer:
     """Drive along the line that ends at a point with a course [rad], front or back first, and stop there."""
-    east, north = end_x - x, end_y - y
-    cos, sin = math.cos(course), math.sin(course)
-    ahead = approach(east * cos + north * sin, tolerance, speed, settings)
+    remaining, aside = rotate(-course, end_x - x, end_y - y)
+    ahead = approach(remaining, tolerance, speed, settings)
     travel_heading = heading + math.pi * reverse
-    turn = follow(ahead, east * sin - north * cos, course, travel_heading, 0.0, sharpest)
+    turn = follow(ahead, -aside, course, travel_heading, 0.0, sharpest)
     return (-ahead if reverse else ahead), turn, ahead == 0.0
 
 

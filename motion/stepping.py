@@ -1,13 +1,14 @@
-"""One step through a program: from the pose that odometry tells to the speeds of all wheels."""
+"""One step through a program: from the pose by odometry to the speeds of all wheels."""
 
 import math
 
-from motion.followers import follow_like_car, keep_formation
-from motion.limits import drive_truck, stopped
-from motion.program import ARC, GOTO, HERE, LINE, PASS, REST, TURN, WORLD, Row
-from motion.records import Settings, State
-from motion.steering import Steer, steer_arc, steer_line, steer_past, steer_turn, wrap
-from vehicle.compiled import Array, Record, compiled
+from omnimate.motion.followers import follow_like_car, keep_formation
+from omnimate.motion.limits import drive_truck, stopped
+from omnimate.motion.program import ARC, GOTO, HERE, LINE, PASS, REST, TURN, WORLD, Row
+from omnimate.motion.records import Settings, State
+from omnimate.motion.steering import Steer, steer_arc, steer_line, steer_past, steer_turn
+from omnimate.vehicle.compiled import Array, Record, compiled
+from omnimate.vehicle.compiled_se2 import follow, transform, wrap
 
 CLOSE = 0.005  # [m] from its goal a truck need not drive there
 
@@ -19,8 +20,7 @@ def sense(x: float, y: float, theta: float, link: tuple[float, float, float], st
     state.pose[0, 0], state.pose[0, 1], state.pose[0, 2] = x, y, theta
     state.link[0], state.link[1], state.link[2] = link
     along = theta - link[0]
-    state.pose[1, 0] = x - link[2] * math.cos(along)
-    state.pose[1, 1] = y - link[2] * math.sin(along)
+    follow(state.pose[1], state.pose[0], link[2], along)
     state.pose[1, 2] = along + link[1]
 
 
@@ -43,8 +43,7 @@ def enter(row: Row, state: State) -> None:
 @compiled
 def in_frame(row: Row, state: State) -> tuple[float, float]:
     """Return the row's place in the frame of the poses [m]."""
-    cos, sin = math.cos(state.frame[2]), math.sin(state.frame[2])
-    return state.frame[0] + cos * row.x - sin * row.y, state.frame[1] + sin * row.x + cos * row.y
+    return transform(state.frame, row.x, row.y)
 
 
 @compiled

@@ -1,7 +1,8 @@
-"""An audit of names that were told in the truth's place, by the engine that concealed it.
+"""An audit of names that were reported in place of the truth, by the engine that concealed it.
 
-The same robot is driven again, by the same chance, with what was told for a fault. What its recording
-differs by from the one with the truth in it is held against what healthy drives differ by from day to day.
+The same robot is driven again, with the same random numbers and the reported effect as its fault. The
+difference of this drive from the one with the true fault is compared with the difference between healthy
+drives with different random numbers.
 """
 
 from __future__ import annotations
@@ -11,19 +12,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proof.cases import seed_of
-from proof.robots import LINKAGE, WHEELS
-from proof.scene import scene
-from proof.score import ASSERTED, asserted, first_exact, first_right
+from omnimate.proof.cases import seed_of
+from omnimate.proof.robots import LINKAGE, WHEELS
+from omnimate.proof.scene import scene
+from omnimate.proof.score import ASSERTED, asserted, first_exact, first_right
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from proof.cases import Case
-    from proof.engine import Drive
-    from proof.robots import Robot
+    from omnimate.proof.cases import Case
+    from omnimate.proof.engine import Drive
+    from omnimate.proof.robots import Robot
 
     Array = NDArray[np.float64]
 
@@ -33,36 +34,36 @@ class Question:
     """What to audit.
 
     Attributes:
-        name: of the case.
-        case: itself.
-        seed: of it.
-        told: what an answer asserts.
-        right: whether it counts as right.
+        name: Name of the case.
+        case: The case.
+        seed: Seed of the case.
+        reported: Findings that an answer asserts.
+        right: Whether the answer counts as right.
     """
 
     name: str
     case: Case
     seed: int
-    told: Sequence[Mapping[str, Any]]
+    reported: Sequence[Mapping[str, Any]]
     right: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """How far a name leads, in units of what healthy drives differ by from day to day; 1.0 cannot be told.
+    """Distances between drives, over that of two healthy drives; up to 1.0 no recording can show them.
 
     Attributes:
-        name: of the case.
-        truth: effect and component.
-        told: likewise.
-        right: whether it counts as right.
-        truth_alone: by how much the truth differs from a healthy robot.
-        left: by how much it differs from what was told.
+        name: Name of the case.
+        truth: Effect and component of the true fault.
+        reported: Effects and components that were reported.
+        right: Whether the answer counts as right.
+        truth_alone: Distance of the drive with the true fault from the healthy one.
+        left: Distance of the drive with the true fault from that with the reported effects.
     """
 
     name: str
     truth: str
-    told: str
+    reported: str
     right: bool
     truth_alone: float
     left: float
@@ -71,40 +72,46 @@ class Audit:
 def questions(
     labels: Mapping[str, Any], answers: Mapping[str, Any], cases: Sequence[Case], seed: int
 ) -> list[Question]:
-    """Return what to audit of the engine's corpus: single effects of which another name was told first."""
-    found = []
+    """Return what to audit of the engine's corpus: single effects that were reported by another name."""
+    asked = []
     for name, label in labels.items():
         answer = answers.get(name)
         if label["kind"] != "single" or not answer or not answer["findings"] or first_exact(label, answer):
             continue
-        told, number = asserted(answer, ASSERTED), int(name.rpartition("-")[2])
-        if told and all(_redriven(one) for one in told):
+        reported, number = asserted(answer, ASSERTED), int(name.rpartition("-")[2])
+        if reported and all(_can_be_driven(finding) for finding in reported):
             right = first_right(label, answer)
-            found.append(Question(name, cases[number], seed_of(seed, number), told, right))
-    return found
+            asked.append(Question(name, cases[number], seed_of(seed, number), reported, right))
+    return asked
 
 
-def _redriven(finding: Mapping[str, Any]) -> bool:
-    """Say whether the engine can drive what a finding says."""
+def _can_be_driven(finding: Mapping[str, Any]) -> bool:
+    """Say whether the engine can drive with the effect of a finding."""
     return bool(finding["effect"] != "unknown" and finding["component"] != "poses")
 
 
 def audited(question: Question) -> Audit:
-    """Return how far what was told leads from the truth."""
-    case, own = question.case, scene(question.case, question.seed)
-    told = []
-    for one in question.told:
-        values = {name: parameter["value"] for name, parameter in one["parameters"].items()}
-        told.append(own.fault(one["effect"], one["component"], {**one["where"], **values}))
-    other_day = np.random.default_rng([question.seed, 78])
-    drives = own.driven(own.faults), own.driven(told), own.driven([]), own.driven([], other_day)
-    truth, instead, healthy, other = (_missed(own.robot, one, case.poses) for one in drives)
+    """Return how far the reported effects are from the truth."""
+    case, setting = question.case, scene(question.case, question.seed)
+    reported = []
+    for finding in question.reported:
+        values = {name: parameter["value"] for name, parameter in finding["parameters"].items()}
+        reported.append(
+            setting.fault(finding["effect"], finding["component"], {**finding["where"], **values})
+        )
+    drives = (
+        setting.driven(setting.faults),
+        setting.driven(reported),
+        setting.driven([]),
+        setting.driven([], np.random.default_rng([question.seed, 78])),
+    )
+    truth, instead, healthy, other = (_missed(setting.robot, drive, case.poses) for drive in drives)
     usual = np.sqrt(np.mean((other - healthy) ** 2, axis=0))
     ((effect, component),) = case.effects
     return Audit(
         question.name,
         f"{effect} {component}",
-        " + ".join(f"{one['effect']} {one['component']}" for one in question.told),
+        " + ".join(f"{finding['effect']} {finding['component']}" for finding in question.reported),
         question.right,
         _largest(truth - healthy, usual),
         _largest(truth - instead, usual),
@@ -112,14 +119,14 @@ def audited(question: Question) -> Audit:
 
 
 def _largest(difference: Array, usual: Array) -> float:
-    """Return the root mean square of a difference `(N, K)` in usual ones `(K,)`, of the worst channel."""
+    """Return the rms of a difference `(N, K)` over the usual one `(K,)`, of the worst channel."""
     return float(np.max(np.sqrt(np.mean(difference**2, axis=0)) / usual))
 
 
 def _missed(robot: Robot, drive: Drive, poses: str) -> Array:
-    """Return what plain odometry misses of the linkage's readings, and of poses where some were measured.
+    """Return the errors of plain odometry against the linkage's readings and measured poses, shape `(N, K)`.
 
-    `(N, K)` [rad, m]; of counts and measured poses alone, as whoever reads the recording sees it.
+    They come from counts and measured poses alone, as a reader of the recording sees them [rad, m].
     """
     turned = {
         device.channel: device.sign * (drive.counts[:, number] - device.zero) / device.resolution
@@ -135,14 +142,14 @@ def _missed(robot: Robot, drive: Drive, poses: str) -> Array:
             for truck, channel in enumerate(LINKAGE[:2])
         ]
         missed += [*joints, turned["link"] + robot.length - np.hypot(gap[:, 0], gap[:, 1])]
-    seen = {"none": 0, "sonar": 1}.get(poses, robot.trucks)
-    for truck in range(seen):
+    measured = {"none": 0, "sonar": 1}.get(poses, robot.trucks)
+    for truck in range(measured):
         missed += list((drive.poses[:, truck] - reckoned[:, truck]).T)
     return np.stack(missed, axis=1)
 
 
 def _reckoned(robot: Robot, turned: Mapping[str, Array]) -> Array:
-    """Return poses (N, T, 3) by odometry with the owner's numbers, from turns of the wheels."""
+    """Return poses `(N, T, 3)` by odometry with the nominal robot, from turns of each channel `(N,)`."""
     count = len(next(iter(turned.values())))
     poses = np.zeros((count, robot.trucks, 3))
     for truck in range(robot.trucks):

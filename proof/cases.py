@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proof.vocabulary import ALIKE, SIZES, STRANGE, components
+from omnimate.proof.vocabulary import ALIKE, SIZES, UNNAMED, components
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,12 +18,12 @@ class Case:
     """One case of the corpus.
 
     Attributes:
-        kind: null, single, multi, masked, unknown or insufficient.
-        effects: (effect, component) that are concealed.
-        drive: squares, eights, slalom or shuttle.
-        poses: none, sonar or mocap.
-        trucks: 1 or 2.
-        note: what is special about it.
+        kind: Kind of the case: null, single, multi, masked, unknown or insufficient.
+        effects: Effects that are concealed, as (effect, component).
+        drive: Kind of the drive: squares, one way, eights, slalom or shuttle.
+        poses: Kind of absolute poses: none, sonar or mocap.
+        trucks: Number of trucks, 1 or 2.
+        note: Name of what is special about the case; empty for nothing.
     """
 
     kind: str
@@ -35,15 +35,15 @@ class Case:
 
 
 def seed_of(seed: int, number: int) -> int:
-    """Return the seed of the case of a number in the corpus of a seed."""
+    """Return the seed of case `number` in the corpus of a seed."""
     return 10_000 * seed + number
 
 
 def cases(quick: bool) -> list[Case]:
-    """Return the corpus' cases, in an order that does not depend on chance."""
-    found = [*_nulls(24 if quick else 300), *_singles(quick), *_multi(quick), *_masked(), *_strange(quick)]
-    found += [Case("insufficient", (), "squares", "none", note="short")] * (1 if quick else 6)
-    return found
+    """Return the cases of the corpus, the small one where `quick`, in a fixed order."""
+    corpus = [*_nulls(24 if quick else 300), *_singles(quick), *_multi(quick), *_masked(), *_unknown(quick)]
+    corpus += [Case("insufficient", (), "squares", "none", note="short")] * (1 if quick else 6)
+    return corpus
 
 
 def _nulls(count: int) -> Iterator[Case]:
@@ -51,8 +51,8 @@ def _nulls(count: int) -> Iterator[Case]:
     notes = ("", "noisier poses", "rough floor", "dropped frames", "smooth floor", "waves")
     for number in range(count):
         trucks = 1 if number % 5 == 4 else 2
-        seen = poses[number % 3] if trucks == 2 else ("sonar", "mocap")[number % 2]
-        yield Case("null", (), kinds[number % 4], seen, trucks, notes[(number // 4) % 6])
+        measured = poses[number % 3] if trucks == 2 else ("sonar", "mocap")[number % 2]
+        yield Case("null", (), kinds[number % 4], measured, trucks, notes[(number // 4) % 6])
 
 
 def _best_drive(effect: str, number: int) -> str:
@@ -83,8 +83,8 @@ def _multi(quick: bool) -> Iterator[Case]:
         while len(picked) < count:
             effect = str(chance.choice(names))
             component = str(chance.choice(components(effect)))
-            near = {other for other in picked if other in ALIKE[effect] or effect in ALIKE[other]}
-            if effect not in picked and not near and component not in picked.values():
+            alike = {other for other in picked if other in ALIKE[effect] or effect in ALIKE[other]}
+            if effect not in picked and not alike and component not in picked.values():
                 picked[effect] = component
         reverses = any(effect in {"castor_kick", "gear_backlash"} for effect in picked)
         kind = "shuttle" if reverses else ("slalom", "squares", "eights")[number % 3]
@@ -109,9 +109,9 @@ def _masked() -> Iterator[Case]:
     )
 
 
-def _strange(quick: bool) -> Iterator[Case]:
+def _unknown(quick: bool) -> Iterator[Case]:
     for number in range(1 if quick else 8):
-        for kind, places in STRANGE.items():
+        for kind, places in UNNAMED.items():
             component = places[number % len(places)]
             yield Case(
                 "unknown",

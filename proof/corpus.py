@@ -1,6 +1,6 @@
-"""The corpus: recordings of cases with their labels, which are written apart.
+"""The corpus: recordings of cases, and their labels in a file beside them.
 
-`python -m proof.corpus OUT [--quick]` writes both.
+`python -m omnimate.proof.corpus OUT [--quick]` writes both.
 """
 
 from __future__ import annotations
@@ -10,28 +10,35 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from proof.cases import cases, seed_of
-from proof.labels import feel
-from proof.scene import scene
-from proof.writing import write
+from omnimate.proof.cases import cases, seed_of
+from omnimate.proof.labels import set_bump_times
+from omnimate.proof.scene import scene
+from omnimate.proof.writing import write
 
 if TYPE_CHECKING:
-    from proof.cases import Case
+    from omnimate.proof.cases import Case
 
 
 def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
-    """Write one case's recording into a folder `1`, and return its label."""
-    own = scene(case, seed)
-    driven = own.driven(own.faults, own.chance)
-    labels = list(own.labels)
-    for one in labels:
-        if one["effect"] == "bump":
-            feel(one, driven.time, driven.counts[:, own.robot.channels.index(one["component"])])
+    """Write the recording of a case, and return its label.
+
+    Args:
+        folder: Folder of the case; the recording is its subfolder `1`.
+        case: What is concealed, and in which drive.
+        seed: Seed of all random draws; the same seed gives the same bytes.
+    """
+    setting = scene(case, seed)
+    robot = setting.robot
+    driven = setting.driven(setting.faults, setting.chance)
+    labels = list(setting.labels)
+    for label in labels:
+        if label["effect"] == "bump":
+            set_bump_times(label, driven.time, driven.counts[:, robot.channels.index(label["component"])])
     noise, dropped = (
         2.0 if case.note == "noisier poses" else 1.0,
         0.01 if case.note == "dropped frames" else 0.0,
     )
-    write(folder / "1", own.robot, driven, case.poses, noise, dropped, own.chance)
+    write(folder / "1", robot, driven, case.poses, noise, dropped, setting.chance)
     verdict = {"null": ["agreement"], "insufficient": ["insufficient"]}.get(case.kind, ["mismatch"])
     return {
         "kind": case.kind, "verdict": verdict, "poses": case.poses, "recordings": ["1"], "effects": labels,

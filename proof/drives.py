@@ -1,4 +1,4 @@
-"""What is driven: speeds and turn rates of truck a over time, lap by lap, with stops between."""
+"""The drives: speeds and turn rates of truck a over time, lap by lap, with stops between the laps."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 ACCELERATION = 0.5  # [m/s^2]
-SWING = 1.2  # [rad/s^2]
-STOP = 1.2  # [s] between laps, in which a fix is taken
+TURN_ACCELERATION = 1.2  # [rad/s^2]
+STOP = 1.2  # [s] before and after each lap, for a measured pose
 
 Leg = tuple[float, float, float]  # speed [m/s], turn rate [rad/s], duration [s]
 Lap = tuple[str, list[Leg]]
@@ -67,19 +67,27 @@ def _shuttle(chance: Generator, number: int) -> Lap:
 
 
 def commands(laps: list[Lap], period: float) -> tuple[Array, list[tuple[str, int, int]]]:
-    """Return speeds and turn rates (N, 2) that a robot can follow; laps as (direction, first, last)."""
+    """Return the commands of a drive with limited acceleration.
+
+    Args:
+        laps: Laps, each as its direction and its legs.
+        period: Sample period [s].
+
+    Returns:
+        Speeds [m/s] and turn rates [rad/s], shape `(N, 2)`, and laps as (direction, first row, last row).
+    """
     wanted: list[tuple[float, float]] = [(0.0, 0.0)] * round(STOP / period)
     spans = []
     for direction, legs in laps:
         first = len(wanted)
         for speed, rate, duration in legs:
             wanted += [(speed, rate)] * round(duration / period)
-        wanted += [(0.0, 0.0)] * round(1.2 / period)
+        wanted += [(0.0, 0.0)] * round(STOP / period)
         spans.append((direction, first, len(wanted) - 1))
         wanted += [(0.0, 0.0)] * round(STOP / period)
     target = np.array(wanted)
     driven = np.zeros_like(target)
-    most = np.array([ACCELERATION, SWING]) * period
+    most = np.array([ACCELERATION, TURN_ACCELERATION]) * period
     for step in range(1, len(target)):
         driven[step] = driven[step - 1] + np.clip(target[step] - driven[step - 1], -most, most)
     return driven, spans

@@ -1,7 +1,7 @@
-"""The engine: a small simulator of its own, which shares no code with the one that diagnoses.
+"""The engine: a small simulator that shares no code with the project's own.
 
 It integrates by the midpoint rule at a quarter of the sample period. Truck a drives a programme by its
-nominal wheels; truck b is led by what the linkage truly does. Only numpy and the standard library.
+nominal wheels; truck b follows the true angles and length of the linkage. It needs numpy alone.
 """
 
 from __future__ import annotations
@@ -12,32 +12,32 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proof.drives import commands
-from proof.faults import moved, shown, touches, travelled
-from proof.robots import LINKAGE, WHEELS
+from omnimate.proof.drives import commands
+from omnimate.proof.faults import moved, shown, touches, travelled
+from omnimate.proof.robots import LINKAGE, WHEELS
 
 if TYPE_CHECKING:
     from numpy.random import Generator
     from numpy.typing import NDArray
 
-    from proof.drives import Lap
-    from proof.faults import Fault, Ground
-    from proof.robots import Robot
+    from omnimate.proof.drives import Lap
+    from omnimate.proof.faults import ConcealedFault, Ground
+    from omnimate.proof.robots import Robot
 
     Array = NDArray[np.float64]
 
-PARTS = 4  # of a sample period
-LEAD = 1.5  # [1/s] with which truck b turns into the link, by what it reads: it lags behind in turns
-HOLD = 0.4  # [1/s] with which it keeps the link's length, likewise
+SUBSTEPS = 4  # of a sample period
+ALIGN = 1.5  # [1/s], gain with which truck b turns into the link; it lags behind in turns
+HOLD = 0.4  # [1/s], gain with which truck b keeps the link's length
 
 
 @dataclass(frozen=True, slots=True)
 class Floor:
-    """A floor: how a wheel's way scatters on it.
+    """A floor, by how the distance of a wheel scatters on it.
 
     Attributes:
-        roughness: [m/sqrt(m)].
-        wave: length over which it is alike [m]; 0 for none.
+        roughness: Scatter of the distance [m/sqrt(m)].
+        wave: Length over which the scatter is correlated [m]; 0 for none.
     """
 
     roughness: float
@@ -46,13 +46,13 @@ class Floor:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What was recorded and what was true.
+    """A drive as it was recorded, and its true poses.
 
     Attributes:
-        time: (N,) [s].
-        counts: (N, C) raw counts of each device, unwrapped.
-        poses: (N, T, 3) true poses.
-        laps: (direction, start [s], end [s]).
+        time: Time of each sample [s], shape `(N,)`.
+        counts: Raw counts of each device, unwrapped, shape `(N, C)`.
+        poses: True poses of each truck [m, m, rad], shape `(N, T, 3)`.
+        laps: Laps as (direction, start [s], end [s]).
     """
 
     time: Array
@@ -62,9 +62,18 @@ class Drive:
 
 
 def drive(
-    robot: Robot, laps: list[Lap], faults: list[Fault], floor: Floor, start: float, chance: Generator
+    robot: Robot, laps: list[Lap], faults: list[ConcealedFault], floor: Floor, start: float, chance: Generator
 ) -> Drive:
-    """Return one drive of a robot with faults on a floor."""
+    """Return one drive of a robot with faults on a floor.
+
+    Args:
+        robot: The robot as its owner believes it to be.
+        laps: Laps that it drives.
+        faults: Faults that it has; they keep what they remember of the drive.
+        floor: The floor under its wheels.
+        start: Time of the first sample [s].
+        chance: Source of the floor's scatter and of the sensors' noise.
+    """
     wanted, spans = commands(laps, robot.period)
     engine = _Engine(robot, faults, floor, chance)
     count = len(wanted)
@@ -79,7 +88,7 @@ def drive(
 
 
 class _Engine:
-    def __init__(self, robot: Robot, faults: list[Fault], floor: Floor, chance: Generator) -> None:
+    def __init__(self, robot: Robot, faults: list[ConcealedFault], floor: Floor, chance: Generator) -> None:
         self.robot, self.faults, self.floor, self.chance = robot, faults, floor, chance
         self.pose = np.zeros((robot.trucks, 3))
         if robot.trucks == 2:
@@ -90,21 +99,21 @@ class _Engine:
         self.patch = np.zeros(2 * robot.trucks)
 
     def advance(self, wanted: Array, now: float) -> None:
-        span = self.robot.period / PARTS
+        span = self.robot.period / SUBSTEPS
         target = self._wheel_speeds(wanted)
         rate = (target - self.speed) / self.robot.period
-        for part in range(PARTS):
+        for substep in range(SUBSTEPS):
             self.speed = self.speed + rate * span
-            self._step(rate, now + (part + 1) * span, span)
+            self._step(rate, now + (substep + 1) * span, span)
 
     def _wheel_speeds(self, wanted: Array) -> Array:
-        """Return the wheels' speeds [m/s] that a programme asks of truck a, and the linkage of truck b."""
+        """Return the speeds of all wheels [m/s]: truck a follows the programme, truck b the linkage."""
         half = 0.5 * self.robot.wheelbase[0]
         speeds = [wanted[0] - half * wanted[1], wanted[0] + half * wanted[1]]
         if self.robot.trucks == 2:
             joint_a, joint_b, length = self._linkage()
             forward = wanted[0] * math.cos(joint_a) + HOLD * (length - self.robot.length)
-            rate = -LEAD * joint_b
+            rate = -ALIGN * joint_b
             half = 0.5 * self.robot.wheelbase[1]
             speeds += [forward - half * rate, forward + half * rate]
         return np.array(speeds)
@@ -143,13 +152,13 @@ class _Engine:
             self._move(truck, ways[2 * truck], ways[2 * truck + 1], now, span)
 
     def _ground(self, wheel: int) -> Ground:
-        """Return where on the floor a wheel is [m]."""
+        """Return a wheel's name and its place on the floor [m]."""
         x, y, heading = self.pose[wheel // 2]
         half = 0.5 * self.robot.wheelbase[wheel // 2] * (1.0 if wheel % 2 == 0 else -1.0)
         return WHEELS[wheel], float(x - half * math.sin(heading)), float(y + half * math.cos(heading))
 
     def _kept(self, wheel: int) -> float:
-        """Return the share of counts that arrive."""
+        """Return the share of a wheel's counts that its device counts."""
         for fault in self.faults:
             if (
                 fault.effect == "count_loss"
@@ -160,7 +169,7 @@ class _Engine:
         return 1.0
 
     def _scatter(self, wheel: int, way: float) -> float:
-        """Return what the floor adds to a way: alike along its waves, or from step to step."""
+        """Return what the floor adds to a distance [m]: correlated along its waves, or new in each step."""
         if way == 0.0:
             return 0.0
         if self.floor.wave == 0.0:
@@ -184,7 +193,7 @@ class _Engine:
         self.pose[truck, 2] += twist[2]
 
     def read(self) -> list[int]:
-        """Return what every device counts."""
+        """Return the counts of every device."""
         values = {WHEELS[number]: float(angle) for number, angle in enumerate(self.counted)}
         if self.robot.trucks == 2:
             true = dict(zip(LINKAGE, self._linkage(), strict=True))
@@ -194,7 +203,7 @@ class _Engine:
                     if fault.component == channel:
                         reading = shown(fault, reading, self.robot.length, true["joint_a"], other)  # noqa: PLW2901
                 values[channel] = reading
-        found = []
+        counts = []
         for device in self.robot.devices:
             value = values[device.channel]
             if device.channel == "link":
@@ -202,16 +211,18 @@ class _Engine:
                 count = device.resolution * value
             else:
                 count = device.resolution * value / (2.0 * math.pi)
-            found.append(
+            counts.append(
                 device.zero
                 + device.sign
                 * math.floor(count + 0.5 + 0.2 * self.chance.normal() * (device.channel in LINKAGE))
             )
-        return found
+        return counts
 
 
-def _aged(robot: Robot, counts: NDArray[np.int64], times: Array, faults: list[Fault]) -> NDArray[np.int64]:
-    """Return counts with the samples of some channels older than the others'."""
+def _aged(
+    robot: Robot, counts: NDArray[np.int64], times: Array, faults: list[ConcealedFault]
+) -> NDArray[np.int64]:
+    """Return counts in which the samples of channels with latency or clock drift are older."""
     aged = counts.copy()
     for fault in faults:
         if fault.effect in {"latency", "clock_drift"} and fault.component in robot.channels:

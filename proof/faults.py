@@ -1,4 +1,4 @@
-"""The faults that the engine conceals: each written out for itself, from the contract's words alone."""
+"""The faults that the engine conceals, each written from the description of its effect alone."""
 
 from __future__ import annotations
 
@@ -10,19 +10,22 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 SMALL = 1e-9
-OFFSET, WITHIN = 0.37, 0.03  # of a slab: where the first joint is, and how far beyond one a wheel has met it
-SWING = 0.1  # [s] over which castors feel where a truck goes: rough ground under a spin is no reversal
+FIRST_JOINT, BEYOND = (
+    0.37,
+    0.03,
+)  # shares of a slab: place of the first joint, and from where a wheel has crossed it
+CASTOR_TIME = 0.1  # [s] over which a castor averages the speed: a rough floor under a spin is no reversal
 
 
 @dataclass(slots=True)
-class Fault:
-    """A fault and what it remembers.
+class ConcealedFault:
+    """A fault in a robot, with its state.
 
     Attributes:
-        effect: of the vocabulary, or "unknown".
-        component: on which it acts.
-        parameters: by name.
-        memory: of what happened before.
+        effect: Name of the effect in the vocabulary, or "unknown".
+        component: Component on which it acts.
+        parameters: Parameters of the effect, by name.
+        memory: State that the fault keeps from step to step; empty at the start of a drive.
     """
 
     effect: str
@@ -34,17 +37,17 @@ class Fault:
         return self.parameters[name]
 
 
-Ground = tuple[str, float, float]  # a wheel, and where on the floor it is [m]
+Ground = tuple[str, float, float]  # a wheel, and its place on the floor [m]
 
 
-def touches(fault: Fault, wheel: str) -> bool:
-    """Say whether a fault of wheels acts on this one: by name, by truck, or by side."""
+def touches(fault: ConcealedFault, wheel: str) -> bool:
+    """Say whether a fault acts on a wheel, which its component names by wheel, truck or side."""
     truck, side = wheel.split(".")
     return fault.component in {wheel, truck, side}
 
 
 def travelled(
-    fault: Fault,
+    fault: ConcealedFault,
     rolled: float,
     angle: tuple[float, float],
     speed: tuple[float, float],
@@ -52,43 +55,43 @@ def travelled(
     span: float,
     ground: Ground = ("", 0.0, 0.0),
 ) -> float:
-    """Return the way of a wheel over the ground [m] for a way that it rolled.
+    """Return the distance of a wheel over the ground [m] for a distance that it rolled.
 
     Args:
-        fault: that acts on the wheel.
-        rolled: nominal way in this step [m].
-        angle: of its counter before and after [rad].
-        speed: of the wheel [m/s], and its rate of change [m/s^2].
-        now: time at the end of the step [s].
-        span: of the step [s].
-        ground: where on the floor the wheel is [m].
+        fault: Fault that acts on the wheel.
+        rolled: Nominal distance in this step [m].
+        angle: Angle of the wheel's counter before and after the step [rad].
+        speed: Speed of the wheel [m/s] and its rate of change [m/s^2].
+        now: Time at the end of the step [s].
+        span: Duration of the step [s].
+        ground: The wheel and its place on the floor [m].
     """
-    if fault.effect in _PLAIN:
-        return rolled * _PLAIN[fault.effect](fault, speed[0], now)
+    if fault.effect in _SCALED:
+        return rolled * _SCALED[fault.effect](fault, speed[0], now)
     if fault.effect == "wheel_eccentricity":
         middle = 0.5 * (angle[0] + angle[1]) + fault["phase"]
         return rolled + float(fault["amplitude"]) * math.cos(middle) * (angle[1] - angle[0])
     if fault.effect == "gear_harmonic":
         waves = [math.cos(fault["order"] * at + fault["phase"]) for at in angle]
         return rolled + float(fault["amplitude"]) * (waves[1] - waves[0])
-    found = rolled
+    way = rolled
     if fault.effect == "traction_slip":
-        found = rolled - fault["compliance"] * speed[1] * abs(speed[0]) * span
+        way = rolled - fault["compliance"] * speed[1] * abs(speed[0]) * span
     elif fault.effect == "bump":
-        found = rolled - math.copysign(_bumped(fault, abs(rolled), now), rolled)
+        way = rolled - math.copysign(_bumped(fault, abs(rolled), now), rolled)
     elif fault.effect == "gear_backlash":
-        found = _played(fault, rolled, fault["width"])
+        way = _through_play(fault, rolled, fault["width"])
     elif fault.effect == "unknown":
-        found = rolled + _strange_way(fault, rolled, now, ground)
-    return found
+        way = rolled + _unnamed_way(fault, rolled, now, ground)
+    return way
 
 
-def _slipped(fault: Fault, _speed: float, now: float) -> float:
+def _slipped(fault: ConcealedFault, _speed: float, now: float) -> float:
     inside = any(start < now <= end for start, end in fault["intervals"])
     return 1.0 - float(fault["fraction"]) if inside else 1.0
 
 
-_PLAIN: dict[str, Callable[[Fault, float, float], float]] = {
+_SCALED: dict[str, Callable[[ConcealedFault, float, float], float]] = {
     "wheel_diameter": lambda fault, _speed, _now: float(fault["ratio"]),
     "radius_vs_speed": lambda fault, speed, _now: 1.0 + float(fault["slope"]) * abs(speed),
     "radius_step": lambda fault, _speed, now: float(fault["ratio"]) if now > fault["time"] else 1.0,
@@ -96,8 +99,8 @@ _PLAIN: dict[str, Callable[[Fault, float, float], float]] = {
 }
 
 
-def _bumped(fault: Fault, way: float, now: float) -> float:
-    """Return the way lost in this step: a stiff wheel swings about an edge, up and down."""
+def _bumped(fault: ConcealedFault, way: float, now: float) -> float:
+    """Return the distance lost in this step [m]: a stiff wheel turns about an edge, up and down."""
     since = fault.memory.setdefault("since", [-1.0] * len(fault["times"]))
     total = 0.0
     for number, (time, lost) in enumerate(zip(fault["times"], fault["lost"], strict=True)):
@@ -115,7 +118,7 @@ def _bumped(fault: Fault, way: float, now: float) -> float:
 
 
 def _half_angle(lost: float, radius: float) -> float:
-    """Return q of 2 R (q - sin q) = lost by halving."""
+    """Return the angle q [rad] of 2 R (q - sin q) = lost, by bisection."""
     low, high = 0.0, 1.5
     for _ in range(60):
         middle = 0.5 * (low + high)
@@ -123,8 +126,8 @@ def _half_angle(lost: float, radius: float) -> float:
     return low
 
 
-def _played(fault: Fault, moved: float, width: float) -> float:
-    """Return what follows a motion through a play."""
+def _through_play(fault: ConcealedFault, moved: float, width: float) -> float:
+    """Return the motion [m] that comes through a gear with play."""
     gap: float | None = fault.memory.get("gap")
     if gap is None:
         if abs(moved) < SMALL:
@@ -136,10 +139,10 @@ def _played(fault: Fault, moved: float, width: float) -> float:
     return float(wanted - kept)
 
 
-def _strange_way(fault: Fault, rolled: float, now: float, ground: Ground) -> float:
-    """Return way that is gained by physics without a word in the vocabulary."""
+def _unnamed_way(fault: ConcealedFault, rolled: float, now: float, ground: Ground) -> float:
+    """Return the distance gained [m] by physics without a name in the vocabulary."""
     kind, size = fault["kind"], fault["size"]
-    if kind == "slabs":  # joints between the slabs of a floor, that run both ways
+    if kind == "slabs":  # joints between slabs of the floor, along both axes
         return float(-size * _joints_met(fault, ground) * math.copysign(1.0, rolled or 1.0))
     if kind == "warming":  # a tyre that warms up and stays warm
         return float(rolled * size * (1.0 - math.exp(-(now - fault["start"]) / fault["pitch"])))
@@ -148,53 +151,67 @@ def _strange_way(fault: Fault, rolled: float, now: float, ground: Ground) -> flo
     return 0.0
 
 
-def _joints_met(fault: Fault, ground: Ground) -> int:
-    """Return how many joints a wheel has met; one that rolls along a joint does not meet it ever again."""
+def _joints_met(fault: ConcealedFault, ground: Ground) -> int:
+    """Return how many joints a wheel crosses now; while it rolls along a joint it does not cross it again."""
     wheel, *place = ground
     met = 0
     for axis, at in enumerate(place):
-        cell = at / fault["pitch"] + OFFSET
+        cell = at / fault["pitch"] + FIRST_JOINT
         known = fault.memory.setdefault(f"{wheel} {axis}", math.floor(cell))
-        if not known - WITHIN < cell < known + 1.0 + WITHIN:
+        if not known - BEYOND < cell < known + 1.0 + BEYOND:
             met += abs(math.floor(cell) - known)
             fault.memory[f"{wheel} {axis}"] = math.floor(cell)
     return met
 
 
 def moved(
-    fault: Fault, twist: tuple[float, float, float], heading: float, base: float, now: float, span: float
+    fault: ConcealedFault,
+    twist: tuple[float, float, float],
+    heading: float,
+    base: float,
+    now: float,
+    span: float,
 ) -> tuple[float, float, float]:
-    """Return a truck's motion in its own frame (forward, left, yaw) with a fault in it."""
+    """Return a truck's motion in a step with a fault in it.
+
+    Args:
+        fault: Fault that acts on the truck.
+        twist: Motion in the truck's frame without it: forward [m], left [m], yaw [rad].
+        heading: Heading of the truck [rad].
+        base: Wheelbase of the truck [m].
+        now: Time at the end of the step [s].
+        span: Duration of the step [s].
+    """
     forward, left, yaw = twist
-    one = fault.effect
-    if one == "wheelbase":
+    effect = fault.effect
+    if effect == "wheelbase":
         yaw /= fault["ratio"]
-    elif one == "turn_scrub":
+    elif effect == "turn_scrub":
         across = math.hypot(forward, 0.5 * base * yaw)
         yaw /= 1.0 + fault["slope"] * (abs(yaw) / across if across > SMALL else 0.0)
-    elif one == "wheel_misalignment":
+    elif effect == "wheel_misalignment":
         forward, left = forward * math.cos(fault["angle"]), left + forward * math.sin(fault["angle"])
-    elif one == "lateral_slip":
+    elif effect == "lateral_slip":
         left -= fault["compliance"] * forward * yaw / span
-    elif one == "floor_slope":
+    elif effect == "floor_slope":
         creep, angle = fault["rate"] * abs(forward), fault["direction"] - heading
         forward, left = forward + creep * math.cos(angle), left + creep * math.sin(angle)
-    elif one == "castor_kick":
+    elif effect == "castor_kick":
         mean = fault.memory.get("mean", 0.0)
-        mean += (forward / span - mean) * min(1.0, span / SWING)
+        mean += (forward / span - mean) * min(1.0, span / CASTOR_TIME)
         fault.memory["mean"] = mean
         sign = math.copysign(1.0, mean) if abs(mean) > 0.005 else 0.0
         last = fault.memory.get("sign", 0.0)
         if sign and last and sign != last:
             yaw += fault["yaw"]
         fault.memory["sign"] = sign or last
-    elif one == "unknown":
-        forward, left, yaw = _strange_motion(fault, (forward, left, yaw), heading, now, span)
+    elif effect == "unknown":
+        forward, left, yaw = _unnamed_motion(fault, (forward, left, yaw), heading, now, span)
     return forward, left, yaw
 
 
-def _strange_motion(
-    fault: Fault, twist: tuple[float, float, float], heading: float, now: float, span: float
+def _unnamed_motion(
+    fault: ConcealedFault, twist: tuple[float, float, float], heading: float, now: float, span: float
 ) -> tuple[float, float, float]:
     forward, left, yaw = twist
     kind, size = fault["kind"], fault["size"]
@@ -207,24 +224,32 @@ def _strange_motion(
     return forward, left, yaw
 
 
-def shown(fault: Fault, reading: float, rest: float, joint_a: float, other: float) -> float:
-    """Return what a joint's or the link's encoder shows."""
-    one = fault.effect
-    if one == "joint_backlash":
+def shown(fault: ConcealedFault, reading: float, rest: float, joint_a: float, other: float) -> float:
+    """Return the reading of a joint's or the link's encoder with a fault in it [rad, m].
+
+    Args:
+        fault: Fault that acts on the encoder.
+        reading: True angle of the joint [rad], or length of the link [m].
+        rest: Length of the link at rest [m].
+        joint_a: True angle of joint a [rad].
+        other: True angle of the other joint [rad].
+    """
+    effect = fault.effect
+    if effect == "joint_backlash":
         last = fault.memory.get("shown", reading)
         half = 0.5 * fault["width"]
         fault.memory["shown"] = max(reading - half, min(reading + half, last))
         return float(fault.memory["shown"])
     more = 0.0
-    if one in {"joint_bias", "link_bias"}:
+    if effect in {"joint_bias", "link_bias"}:
         more = fault["bias"]
-    elif one == "joint_eccentricity":
+    elif effect == "joint_eccentricity":
         more = fault["amplitude"] * math.cos(reading + fault["phase"])
-    elif one == "link_eccentricity":
+    elif effect == "link_eccentricity":
         more = fault["amplitude"] * math.cos(joint_a + fault["phase"])
-    elif one == "link_scale":
+    elif effect == "link_scale":
         more = (fault["ratio"] - 1.0) * (reading - rest)
-    elif one == "unknown":
+    elif effect == "unknown":
         more = {
             "crosstalk": fault["size"] * math.sin(3.0 * other),
             "sag": fault["size"] * joint_a * joint_a,

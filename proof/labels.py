@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proof.vocabulary import ALIKE, OF_JOINTS, OF_TRUCKS, UNITS, components
+from omnimate.proof.vocabulary import ALIKE, OF_JOINTS, OF_TRUCKS, UNITS, components
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,7 +27,8 @@ def label(effect: str, component: str, parameters: dict[str, Any]) -> dict[str, 
         if name != "intervals" and effect != "unknown"
     }
     alike = [
-        {"effect": one, "component": part, "by_judgement": True} for one, part in _alike(effect, component)
+        {"effect": other, "component": place, "by_judgement": True}
+        for other, place in _alike(effect, component)
     ]
     return {
         "effect": effect,
@@ -38,8 +39,14 @@ def label(effect: str, component: str, parameters: dict[str, Any]) -> dict[str, 
     }
 
 
-def feel(label: dict[str, Any], time: Array, counts: NDArray[np.int64]) -> None:
-    """Note in a label when a wheel came to its bumps: one that stands comes to none before it rolls on."""
+def set_bump_times(label: dict[str, Any], time: Array, counts: NDArray[np.int64]) -> None:
+    """Set the times of a bump's label to when the wheel meets them: while it stands it meets none.
+
+    Args:
+        label: Label of the bumps, which is changed.
+        time: Time of each sample [s], shape `(N,)`.
+        counts: Raw counts of the wheel, shape `(N,)`.
+    """
     rolls = np.diff(counts) != 0
     begins, ends = time[:-1][rolls], time[1:][rolls]
     known = label["parameters"]["times"]
@@ -50,8 +57,7 @@ def feel(label: dict[str, Any], time: Array, counts: NDArray[np.int64]) -> None:
 
 def _alike(effect: str, component: str) -> Iterator[tuple[str, str]]:
     for other in ALIKE.get(effect, ()):
-        same_kind = component in components(other)
-        if same_kind:
+        if component in components(other):
             yield other, component
         elif other in OF_JOINTS and component in {"a", "b"}:
             yield other, f"joint_{component}"

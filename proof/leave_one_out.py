@@ -1,4 +1,4 @@
-"""Leave one out: an effect that is missing from a tool's library must not be given another one's name."""
+"""Leave one out: an effect that is missing from a tool's library must not get the name of another effect."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from proof.score import ASSERTED, asserted, wrong
+from omnimate.proof.score import ASSERTED, asserted, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from proof.score import Answer, Label
+    from omnimate.proof.score import Answer, Label
 
 Outcome = Literal["unknown", "acceptable", "wrong name", "nothing"]
 OUTCOMES: tuple[Outcome, ...] = ("unknown", "acceptable", "wrong name", "nothing")
@@ -22,8 +22,8 @@ class LeftOut:
     """One line of the table.
 
     Attributes:
-        effect: that was left out of the library.
-        outcomes: how often each was the answer.
+        effect: Effect that was left out of the library.
+        outcomes: Number of cases with each outcome.
     """
 
     effect: str
@@ -31,12 +31,12 @@ class LeftOut:
 
     @property
     def cases(self) -> int:
-        """How many recordings conceal the effect."""
+        """Number of recordings that conceal the effect."""
         return sum(self.outcomes.values())
 
 
 def concealing(labels: Mapping[str, Label]) -> dict[str, str]:
-    """Return of every case that conceals one named effect, and nothing else, that effect."""
+    """Return the effect of every case that conceals one named effect and nothing else."""
     return {name: label["effects"][0]["effect"] for name, label in labels.items() if _conceals_one(label)}
 
 
@@ -45,12 +45,12 @@ def _conceals_one(label: Label) -> bool:
 
 
 def outcome(label: Label, answer: Answer) -> Outcome:
-    """Return what an answer makes of the missing effect; one wrong name among its assertions is wrong."""
-    found = asserted(answer, ASSERTED)
-    named = [finding for finding in found if finding["effect"] != "unknown"]
+    """Return the outcome of an answer about a missing effect; a wrong name among its assertions decides."""
+    assertions = asserted(answer, ASSERTED)
+    named = [finding for finding in assertions if finding["effect"] != "unknown"]
     if any(wrong(finding, label) for finding in named):
         return "wrong name"
-    if len(named) < len(found):
+    if len(named) < len(assertions):
         return "unknown"
     return "acceptable" if named else "nothing"
 
@@ -59,12 +59,13 @@ def left_out_rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) ->
     """Return a line for every effect, and one for all of them.
 
     Args:
-        labels: of each case.
-        answers: of the tool without the effect that a case conceals; cases without one do not count.
+        labels: Label of each case.
+        answers: Answers of the tool without the effect that a case conceals; cases without an answer do
+            not count.
     """
-    found: dict[str, Counter[Outcome]] = {}
+    outcomes: dict[str, Counter[Outcome]] = {}
     for name, effect in concealing(labels).items():
         if name in answers:
-            found.setdefault(effect, Counter())[outcome(labels[name], answers[name])] += 1
-    whole: Counter[Outcome] = sum(found.values(), Counter())
-    return [*(LeftOut(*pair) for pair in sorted(found.items())), LeftOut("all", whole)]
+            outcomes.setdefault(effect, Counter())[outcome(labels[name], answers[name])] += 1
+    whole: Counter[Outcome] = sum(outcomes.values(), Counter())
+    return [*(LeftOut(*pair) for pair in sorted(outcomes.items())), LeftOut("all", whole)]

@@ -16,18 +16,18 @@ LINKAGE = ("joint_a", "joint_b", "link")
 
 @dataclass(frozen=True, slots=True)
 class Device:
-    """One encoder: where its counts stand on the bus, and what a count is.
+    """One encoder: where its counts are on the bus, and what a count is.
 
     Attributes:
-        channel: that it measures.
+        channel: Channel that it measures.
         node: CANopen node id.
-        cob_id: of its PDO.
-        start_bit: first bit in it.
-        bits: width.
-        signed: two's complement.
-        sign: of its counts.
-        resolution: counts per turn; per metre for the link.
-        zero: counts at angle 0 or at the link's length at rest.
+        cob_id: COB-ID of its PDO.
+        start_bit: First bit of the counts in the PDO.
+        bits: Width of the counts.
+        signed: Whether the counts are in two's complement.
+        sign: +1 or -1, the direction in which it counts.
+        resolution: Counts per turn; per metre for the link.
+        zero: Counts at angle 0, or at the link's length at rest.
     """
 
     channel: str
@@ -46,13 +46,13 @@ class Robot:
     """A robot as its owner believes it to be.
 
     Attributes:
-        name: of it.
-        trucks: 1 or 2.
-        wheelbase: of each truck [m].
-        radius: of each wheel [m].
-        length: of the link at rest [m].
-        period: of SYNC [s].
-        devices: its encoders.
+        name: Name of the robot.
+        trucks: Number of trucks, 1 or 2.
+        wheelbase: Wheelbase of each truck [m].
+        radius: Radius of each wheel [m].
+        length: Length of the link at rest [m].
+        period: Period of SYNC [s].
+        devices: Encoders of the robot.
     """
 
     name: str
@@ -65,12 +65,12 @@ class Robot:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Channels of its encoders."""
+        """Channels of the encoders, in the order of `devices`."""
         return tuple(device.channel for device in self.devices)
 
 
 def random_robot(chance: Generator, trucks: int) -> Robot:
-    """Return a robot of ordinary size with a bus of its own kind."""
+    """Return a robot of usual size with a bus of random node ids and resolutions."""
     wheels = WHEELS[: 2 * trucks]
     base = float(chance.uniform(0.28, 0.45))
     radius = float(chance.choice([0.06, 0.075, 0.09]))

@@ -1,4 +1,4 @@
-"""What happens in a case: robot, programme, faults and floor, drawn by chance; driven as often as wanted."""
+"""The setting of a case: robot, programme, faults and floor, drawn at random, ready to be driven."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proof.drives import programme
-from proof.engine import Floor, drive
-from proof.faults import Fault
-from proof.labels import label
-from proof.robots import random_robot
-from proof.vocabulary import RATIOS, SIGNED, SIZES
+from omnimate.proof.drives import programme
+from omnimate.proof.engine import Floor, drive
+from omnimate.proof.faults import ConcealedFault
+from omnimate.proof.labels import label
+from omnimate.proof.robots import random_robot
+from omnimate.proof.vocabulary import RATIOS, SIGNED, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.random import Generator
 
-    from proof.cases import Case
-    from proof.drives import Lap
-    from proof.engine import Drive
-    from proof.robots import Robot
+    from omnimate.proof.cases import Case
+    from omnimate.proof.drives import Lap
+    from omnimate.proof.engine import Drive
+    from omnimate.proof.robots import Robot
 
 START = 1_763_000_000.0
-SEEDS = 1_000_000  # that start at a time of their own: a log's clock has ten digits before the point
+SEEDS = 1_000_000  # seeds with different start times: the time in a log has ten digits before the point
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,35 +34,37 @@ class Scene:
     """A robot on a floor before it is driven.
 
     Attributes:
-        robot: as its owner believes it to be.
-        laps: of its programme.
-        faults: that it has.
-        labels: of the faults.
-        floor: under it.
-        start: time [s].
-        chance: of the floor and the readings.
+        robot: The robot as its owner believes it to be.
+        laps: Laps of its programme.
+        faults: Faults that it has.
+        labels: Labels of the faults.
+        floor: The floor under its wheels.
+        start: Time of the first sample [s].
+        chance: Source of the floor's scatter and of the sensors' noise.
     """
 
     robot: Robot
     laps: list[Lap]
-    faults: tuple[Fault, ...]
+    faults: tuple[ConcealedFault, ...]
     labels: tuple[dict[str, Any], ...]
     floor: Floor
     start: float
     chance: Generator
 
-    def fault(self, effect: str, component: str, parameters: dict[str, Any]) -> Fault:
-        """Return a fault of this robot."""
-        return Fault(effect, component, {**parameters, "radius": self.robot.radius[0], "start": self.start})
+    def fault(self, effect: str, component: str, parameters: dict[str, Any]) -> ConcealedFault:
+        """Return a fault of this robot, with the robot's radius and start time beside its parameters."""
+        return ConcealedFault(
+            effect, component, {**parameters, "radius": self.robot.radius[0], "start": self.start}
+        )
 
-    def driven(self, faults: Sequence[Fault], chance: Generator | None = None) -> Drive:
-        """Return a drive with faults; by the same chance every time, unless another one is given."""
-        fresh = [replace(one, memory={}) for one in faults]
+    def driven(self, faults: Sequence[ConcealedFault], chance: Generator | None = None) -> Drive:
+        """Return a drive with faults; every call draws the same random numbers, unless `chance` is given."""
+        fresh = [replace(fault, memory={}) for fault in faults]
         return drive(self.robot, self.laps, fresh, self.floor, self.start, chance or deepcopy(self.chance))
 
 
 def scene(case: Case, seed: int) -> Scene:
-    """Return what happens in a case of a seed."""
+    """Return the setting of a case; the same seed gives the same setting."""
     chance = np.random.default_rng([seed, 77])
     robot = random_robot(chance, case.trucks)
     start = START + 1000.0 * (seed % SEEDS)
@@ -72,19 +74,21 @@ def scene(case: Case, seed: int) -> Scene:
     if case.note == "short":
         laps = [("none", laps[0][1][:1])]
     length = sum(duration for _, legs in laps for _, _, duration in legs) + 2.5 * len(laps)
-    drawn = [(*one, _drawn(chance, one[0], start, length, case)) for one in case.effects]
-    labels = tuple(label(*one) for one in drawn)
+    drawn = [
+        (effect, component, _drawn(chance, effect, start, length, case)) for effect, component in case.effects
+    ]
+    labels = tuple(label(*fault) for fault in drawn)
     roughness, wave = float(chance.uniform(2e-4, 5e-4)), 0.0 if chance.random() < 0.5 else 0.12
     roughness *= {"rough floor": 2.5, "smooth floor": 0.3}.get(case.note, 1.0)
     wave = 0.15 if case.note == "waves" else wave
-    bare = Scene(robot, laps, (), labels, Floor(roughness, wave), start, chance)
-    return replace(bare, faults=tuple(bare.fault(*one) for one in drawn))
+    healthy = Scene(robot, laps, (), labels, Floor(roughness, wave), start, chance)
+    return replace(healthy, faults=tuple(healthy.fault(*fault) for fault in drawn))
 
 
 def _drawn(chance: Generator, effect: str, start: float, length: float, case: Case) -> dict[str, Any]:
-    """Return the parameters of a fault, drawn by chance."""
+    """Return the parameters of a fault, drawn at random."""
     if effect == "unknown":
-        return _strange_size(chance, case.note, start, length)
+        return _unnamed_physics(chance, case.note, start, length)
     name, (low, high) = next(iter(SIZES[effect].items()))
     size = float(chance.uniform(low, high))
     sign = -1.0 if chance.random() < 0.5 else 1.0
@@ -110,7 +114,7 @@ _CONCEALED = {
 def _more(chance: Generator, effect: str, start: float, length: float) -> dict[str, Any]:
     """Return the parameters of a fault beside its size."""
     first = start + float(chance.uniform(0.2, 0.7)) * length
-    found: dict[str, dict[str, Any]] = {
+    drawn: dict[str, dict[str, Any]] = {
         "floor_slope": {"direction": float(chance.uniform(-3.1, 3.1))},
         "radius_step": {"time": start + float(chance.uniform(0.35, 0.65)) * length},
         "count_loss": {"above": 0.3},
@@ -119,10 +123,10 @@ def _more(chance: Generator, effect: str, start: float, length: float) -> dict[s
     }
     waves = {"wheel_eccentricity", "joint_eccentricity", "link_eccentricity", "gear_harmonic"}
     phase = {"phase": float(chance.uniform(-3.1, 3.1))} if effect in waves else {}
-    return {**found.get(effect, {}), **phase}
+    return {**drawn.get(effect, {}), **phase}
 
 
-def _strange_size(chance: Generator, kind: str, start: float, length: float) -> dict[str, Any]:
+def _unnamed_physics(chance: Generator, kind: str, start: float, length: float) -> dict[str, Any]:
     sizes = {
         "slabs": (6e-4, 0.7), "warming": (0.006, 40.0), "hum": (0.05, 3.7), "pushes": (0.02, 0.0),
         "magnet": (0.02, 0.0), "tiring": (0.05, length), "crosstalk": (0.01, 0.0), "sag": (0.012, 0.0),

@@ -1,4 +1,4 @@
-"""The score: what a tool's answers are worth against labels that it has not seen. JSON in, rows out."""
+"""The score: how often a tool's answers agree with labels that it has not seen. JSON in, rows out."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-SURE = 0.9
-ASSERTED = 0.5
-SET = 0.95
+SURE = 0.9  # probability from which an answer is sure
+ASSERTED = 0.5  # probability from which a finding is an assertion
+SET = 0.95  # probability of a credible set
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,12 +20,12 @@ class Row:
     """One line of the table.
 
     Attributes:
-        name: of what was counted.
-        hits: how often it was so.
-        of: how often it could have been.
-        target: share that is wanted; at most that where `most`.
-        most: whether the target is an upper bound.
-        note: in words.
+        name: Name of what was counted.
+        hits: Number of cases in which it was so.
+        of: Number of cases in which it could have been so.
+        target: Share that is wanted; None for no target.
+        most: Whether the target is an upper bound.
+        note: Remark beside the figure.
     """
 
     name: str
@@ -37,12 +37,12 @@ class Row:
 
     @property
     def share(self) -> float:
-        """Hits over all; nan where nothing could have been."""
+        """Hits over all cases; nan without any case."""
         return self.hits / self.of if self.of else math.nan
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Wilson's 95 % interval of the share."""
+        """Wilson's 95 % interval of the share; nan without any case."""
         if not self.of:
             return math.nan, math.nan
         z, n, p = 1.96, self.of, self.share
@@ -51,7 +51,7 @@ class Row:
 
     @property
     def verdict(self) -> str:
-        """Whether the target is reached."""
+        """Whether the target is reached, in words; empty without a target or any case."""
         if self.target is None or not self.of:
             return ""
         reached = self.share <= self.target if self.most else self.share >= self.target
@@ -66,9 +66,9 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer], ease: float
     """Return the table of a corpus.
 
     Args:
-        labels: of each case, as `labels.json` holds them.
-        answers: of each case, as `Diagnosis.as_json` gives them.
-        ease: factor on the targets; what is to be at most a target may be as much larger.
+        labels: Label of each case, as `labels.json` holds it.
+        answers: Answer to each case, as `Diagnosis.as_json` gives it; cases without one do not count.
+        ease: Factor on the targets; upper bounds are divided by it.
     """
     return [
         row
@@ -85,7 +85,7 @@ def _rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Ro
     multi = [
         (label, answer) for label, answer in pairs if len(label["effects"]) == 2 and label["kind"] == "multi"
     ]
-    strange = [(label, answer) for label, answer in pairs if label["kind"] == "unknown"]
+    unknown = [(label, answer) for label, answer in pairs if label["kind"] == "unknown"]
     sure = [wrong(finding, label) for label, answer in pairs for finding in asserted(answer, SURE)]
     every = [truth for label, _ in known + multi for truth in label["effects"]]
     sets = [in_set(truth, answer) for label, answer in known + multi for truth in label["effects"]]
@@ -108,9 +108,9 @@ def _rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Ro
         Row("95 % set holds the truth", sum(sets), len(every), 0.95, note=f"mean size {_mean(sizes):.2f}"),
         Row("event onset within two samples", sum(onset), len(onset), 0.9),
         Row("interval overlap of 0.8", sum(iou), len(iou), 0.9),
-        Row("parameter within 2 sigma", sum(abs(one) <= 2.0 for one in z), len(z), 0.95),
-        Row("held-out residual after <= 1.05", sum(one <= 1.05 for one in after), len(after), 0.95),
-        Row("unknown called unknown", sum(says_unknown(*pair) for pair in strange), len(strange), 0.9),
+        Row("parameter within 2 sigma", sum(abs(deviation) <= 2.0 for deviation in z), len(z), 0.95),
+        Row("held-out residual after <= 1.05", sum(residual <= 1.05 for residual in after), len(after), 0.95),
+        Row("unknown called unknown", sum(says_unknown(*pair) for pair in unknown), len(unknown), 0.9),
     ]
 
 
@@ -120,68 +120,73 @@ def asserted(answer: Answer, least: float) -> list[dict[str, Any]]:
 
 
 def fits(effect: str, component: str, truth: Label) -> bool:
-    """Say whether an effect on a component is the truth, or what the drive cannot tell from it."""
+    """Say whether an effect on a component is the truth, or one that the drive cannot separate from it."""
     right = {(truth["effect"], truth["component"])}
-    right |= {(one["effect"], one["component"]) for one in truth.get("acceptable", ())}
+    right |= {(other["effect"], other["component"]) for other in truth.get("acceptable", ())}
     if truth["effect"] == "unknown" and effect == "unknown":
         return True
     return (effect, component) in right
 
 
 def wrong(finding: dict[str, Any], label: Label) -> bool:
-    """Say whether a finding is none of the label's effects, nor one that looks like them."""
+    """Say whether a finding is neither one of the label's effects nor one that looks like them."""
     extra = label.get("acceptable_findings", [])
-    if any(finding["effect"] == one["effect"] and finding["component"] == one["component"] for one in extra):
+    if any(
+        (finding["effect"], finding["component"]) == (true["effect"], true["component"]) for true in extra
+    ):
         return False
     return not any(fits(finding["effect"], finding["component"], truth) for truth in label["effects"])
 
 
 def first_right(label: Label, answer: Answer) -> bool:
-    """Say whether the first findings are the label's effects, as far as the drive can tell."""
+    """Say whether the first findings are the label's effects, as far as the drive can separate them."""
     first = answer["findings"][: max(1, len(label["effects"]))]
     return bool(first) and not any(wrong(finding, label) for finding in first)
 
 
 def first_exact(label: Label, answer: Answer) -> bool:
     """Say whether the first findings are the label's effects by name and component."""
-    truth = {(one["effect"], one["component"]) for one in label["effects"]}
-    first = {(one["effect"], one["component"]) for one in answer["findings"][: len(truth)]}
+    truth = {(effect["effect"], effect["component"]) for effect in label["effects"]}
+    first = {(finding["effect"], finding["component"]) for finding in answer["findings"][: len(truth)]}
     return first == truth
 
 
-def told_instead(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> Counter[tuple[str, str]]:
-    """Return how often, of single effects, what counts as right was another name: truth and told."""
-    found: Counter[tuple[str, str]] = Counter()
+def reported_instead(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> Counter[tuple[str, str]]:
+    """Return how often another name counted as right for a single effect, by (truth, reported)."""
+    counts: Counter[tuple[str, str]] = Counter()
     for name, label in labels.items():
         answer = answers.get(name)
         if label["kind"] != "single" or answer is None or first_exact(label, answer):
             continue
         if first_right(label, answer):
-            truth, told = label["effects"][0], answer["findings"][0]
-            found[f"{truth['effect']} {truth['component']}", f"{told['effect']} {told['component']}"] += 1
-    return found
+            truth, first = label["effects"][0], answer["findings"][0]
+            counts[f"{truth['effect']} {truth['component']}", f"{first['effect']} {first['component']}"] += 1
+    return counts
 
 
 def all_right(label: Label, answer: Answer) -> bool:
     """Say whether the assertions are the label's effects, one each, and nothing else."""
-    found = [one for one in answer["findings"] if one["probability"] >= ASSERTED / 2]
+    likely = asserted(answer, ASSERTED / 2)
     matched = [
-        sum(fits(one["effect"], one["component"], truth) for one in found) for truth in label["effects"]
+        sum(fits(finding["effect"], finding["component"], truth) for finding in likely)
+        for truth in label["effects"]
     ]
-    return len(found) == len(label["effects"]) and all(matched)
+    return len(likely) == len(label["effects"]) and all(matched)
 
 
 def credible(finding: dict[str, Any]) -> list[tuple[str, str]]:
     """Return the fewest names that together have 95 % of the probability."""
     names = [(finding["probability"], finding["effect"], finding["component"])]
-    names += [(one["probability"], one["effect"], one["component"]) for one in finding["alternatives"]]
-    found, total = [], 0.0
+    names += [
+        (other["probability"], other["effect"], other["component"]) for other in finding["alternatives"]
+    ]
+    likeliest, total = [], 0.0
     for probability, effect, component in sorted(names, reverse=True):
-        found.append((effect, component))
+        likeliest.append((effect, component))
         total += probability
         if total >= SET:
             break
-    return found
+    return likeliest
 
 
 def in_set(truth: Label, answer: Answer) -> bool:
@@ -190,18 +195,18 @@ def in_set(truth: Label, answer: Answer) -> bool:
 
 
 def says_unknown(label: Label, answer: Answer) -> bool:
-    """Say whether something is called unknown, and nothing is asserted that is wrong."""
-    found = asserted(answer, ASSERTED)
-    return any(one["effect"] == "unknown" for one in found[:1]) and bool(label["effects"])
+    """Say whether the first assertion is that something unknown acts."""
+    first = asserted(answer, ASSERTED)[:1]
+    return any(finding["effect"] == "unknown" for finding in first) and bool(label["effects"])
 
 
 def events(pairs: Iterable[tuple[Label, Answer]]) -> tuple[list[bool], list[bool]]:
-    """Return for every true event of a named effect whether its onset, and its extent, were found."""
+    """Return whether the onset, and the extent, of every true event of a named effect were found."""
     onset, overlap = [], []
     for truth, finding, period in _matches(pairs):
         for start, end in truth["intervals"] if truth["effect"] in {"bump", "slip_patch"} else ():
-            found = finding["where"]["intervals"]
-            near = min(found, key=lambda one: abs(one[0] - start), default=None)
+            intervals = finding["where"]["intervals"]
+            near = min(intervals, key=lambda interval: abs(interval[0] - start), default=None)
             if near is None:
                 onset.append(False)
                 continue
@@ -214,24 +219,24 @@ def events(pairs: Iterable[tuple[Label, Answer]]) -> tuple[list[bool], list[bool
 
 
 def deviations(pairs: Iterable[tuple[Label, Answer]]) -> list[float]:
-    """Return by how many of its sigmas every number that was estimated is off."""
-    found = []
+    """Return the error of every estimated parameter in its sigmas."""
+    errors = []
     for truth, finding, _ in _matches(pairs):
         for name, parameter in truth["parameters"].items():
-            said = finding["parameters"].get(name)
+            estimate = finding["parameters"].get(name)
             if (
-                said is None
+                estimate is None
                 or isinstance(parameter["value"], list)
                 or name in {"phase", "order", "above", "time", "direction"}
             ):
                 continue
-            if said["sigma"] > 0.0:
-                found.append((said["value"] - parameter["value"]) / said["sigma"])
-    return found
+            if estimate["sigma"] > 0.0:
+                errors.append((estimate["value"] - parameter["value"]) / estimate["sigma"])
+    return errors
 
 
 def _matches(pairs: Iterable[tuple[Label, Answer]]) -> Iterable[tuple[Label, dict[str, Any], float]]:
-    """Yield every true effect with the finding of its own name, and the sample period."""
+    """Yield every true effect, the finding of the same name, and the sample period [s]."""
     for label, answer in pairs:
         for truth in label["effects"]:
             for finding in answer["findings"]:

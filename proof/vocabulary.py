@@ -1,8 +1,8 @@
-"""What may be concealed: effects with their sizes and components, and what a drive may not tell apart."""
+"""What may be concealed: effects, their sizes and components, and which of them a drive cannot separate."""
 
 from __future__ import annotations
 
-# What each effect is made with: bounds of size, as robots in use show them, far enough above the noise.
+# Bounds of each effect's size, as robots in use show them, far enough above the noise.
 SIZES: dict[str, dict[str, tuple[float, float]]] = {
     "wheel_diameter": {"ratio": (0.002, 0.006)},
     "wheel_eccentricity": {"amplitude": (2e-4, 8e-4)},
@@ -36,7 +36,7 @@ UNITS = {
     "fraction": "1", "compliance": "s", "angle": "rad", "rate": "1", "direction": "rad", "yaw": "rad",
     "bias": "rad", "width": "rad", "above": "m/s", "delay": "s", "order": "1",
 }  # fmt: skip
-WHEELED = {
+OF_WHEELS = {
     "wheel_diameter", "wheel_eccentricity", "radius_vs_speed", "radius_step", "bump", "slip_patch",
     "traction_slip",
     "count_loss", "gear_backlash", "gear_harmonic",
@@ -44,7 +44,8 @@ WHEELED = {
 OF_TRUCKS = {"wheelbase", "turn_scrub", "wheel_misalignment", "lateral_slip", "floor_slope", "castor_kick"}
 JOINTS = ("joint_a", "joint_b")
 OF_JOINTS = {"joint_bias", "joint_eccentricity", "joint_backlash"}
-STRANGE: dict[str, tuple[str, ...]] = {
+# Physics without a name among the effects, and the components that it is put into.
+UNNAMED: dict[str, tuple[str, ...]] = {
     "slabs": ("left", "right"),
     "warming": ("a.left", "b.right"),
     "hum": ("a.right", "b.left"),
@@ -54,7 +55,7 @@ STRANGE: dict[str, tuple[str, ...]] = {
     "crosstalk": ("joint_a", "joint_b"),
     "sag": ("link",),
 }
-# What a drive may not tell apart, by judgement: a right answer names the effect or one of these.
+# Effects that a drive may not separate, by judgement: a right answer names the effect or one of these.
 ALIKE: dict[str, tuple[str, ...]] = {
     "wheel_diameter": ("radius_vs_speed", "count_loss", "radius_step"),
     "radius_vs_speed": ("wheel_diameter", "count_loss"),
@@ -85,7 +86,7 @@ ALIKE: dict[str, tuple[str, ...]] = {
 
 def components(effect: str) -> tuple[str, ...]:
     """Return the components on which an effect acts."""
-    if effect in WHEELED:
+    if effect in OF_WHEELS:
         return ("a.left", "a.right", "b.left", "b.right")
     if effect in OF_TRUCKS:
         return ("a", "b")

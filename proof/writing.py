@@ -1,4 +1,4 @@
-"""Recording folders, written straight from their specification."""
+"""Recording folders, written from their specification alone."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proof.robots import toml_of
+from omnimate.proof.robots import toml_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.random import Generator
 
-    from proof.engine import Drive
-    from proof.robots import Robot
+    from omnimate.proof.engine import Drive
+    from omnimate.proof.robots import Robot
 
-SONAR = (0.002, 0.002, 0.004)
-MOCAP = (0.001, 0.001, 0.0015)
-EVERY = 0.05  # [s] between two poses of motion capture
+SONAR = (0.002, 0.002, 0.004)  # stated sigma of x, y [m] and heading [rad]
+MOCAP = (0.001, 0.001, 0.0015)  # likewise
+MOCAP_PERIOD = 0.05  # [s] between two poses
 
 
 def write(
@@ -27,13 +27,13 @@ def write(
     """Write one recording.
 
     Args:
-        folder: that is made.
-        robot: that drove.
-        drive: of it.
-        poses: "none", "sonar" or "mocap".
-        noise: factor on the poses' stated sigma.
-        dropped: share of frames that never arrive.
-        chance: of both.
+        folder: Folder of the recording, which must not exist yet.
+        robot: The robot that drove.
+        drive: What it drove.
+        poses: Kind of absolute poses: "none", "sonar" or "mocap".
+        noise: Factor by which the poses scatter more than they state.
+        dropped: Share of frames that are lost.
+        chance: Source of the poses' noise and of lost frames.
     """
     folder.mkdir(parents=True)
     (folder / "vehicle.toml").write_text(toml_of(robot), encoding="utf-8")
@@ -63,14 +63,14 @@ def _poses(robot: Robot, drive: Drive, kind: str, noise: float, chance: Generato
         times = [drive.time[0] + 0.3, *(end for _, _, end in drive.laps)]
         trucks = [0]
     else:
-        times = list(np.arange(drive.time[0], drive.time[-1], EVERY))
+        times = list(np.arange(drive.time[0], drive.time[-1], MOCAP_PERIOD))
         trucks = list(range(robot.trucks))
     for time in times:
         for truck in trucks:
             true = np.array([np.interp(time, drive.time, drive.poses[:, truck, axis]) for axis in range(3)])
-            seen = true + noise * sigma * chance.normal(size=3)
-            heading = (seen[2] + np.pi) % (2.0 * np.pi) - np.pi
+            measured = true + noise * sigma * chance.normal(size=3)
+            heading = (measured[2] + np.pi) % (2.0 * np.pi) - np.pi
             rows.append(
-                f"{time:.6f},{'ab'[truck]},{seen[0]:.6f},{seen[1]:.6f},{heading:.6f},{sigma[0]},{sigma[1]},{sigma[2]}"
+                f"{time:.6f},{'ab'[truck]},{measured[0]:.6f},{measured[1]:.6f},{heading:.6f},{sigma[0]},{sigma[1]},{sigma[2]}"
             )
     return "\n".join(rows) + "\n"

@@ -1,1 +1,1 @@
-"""Every number of the three papers that can be recomputed, recomputed: one row a printed number."""
+"""The numbers of the three papers, recomputed: a row for each printed number."""

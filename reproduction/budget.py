@@ -1,18 +1,18 @@
-"""Where an error comes from: each term of it switched off alone, with everything else as it was."""
+"""The budget of an error: each of its causes is switched off alone, with everything else unchanged."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from reproduction.robots import TERMS
+from omnimate.reproduction.robots import TERMS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reproduction.robots import Term
-    from reproduction.rows import Row
-    from vehicle.se2 import Array
+    from omnimate.reproduction.robots import Term
+    from omnimate.reproduction.rows import Row
+    from omnimate.vehicle.se2 import Array
 
 _SHOWN = 3  # terms
 
@@ -21,9 +21,9 @@ def explained(row: Row, figure: Callable[[Term], Array], digits: int) -> Row:
     """Return the row, with its error budget as a note unless it surely keeps a printed bound.
 
     Args:
-        row: to explain.
-        figure: gives the row's values `(n,)` without a term.
-        digits: behind the point.
+        row: The row to explain.
+        figure: Function that returns the row's values `(n,)` without a given cause.
+        digits: Number of digits after the decimal point.
     """
     if row.verdict not in {"missed", "unsure"}:
         return row

@@ -6,16 +6,22 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from motion.paths import out_and_back, rounded_rectangle
-from reproduction.robots import calibrated_truth, clapper, omnimate, uncalibrated_truth, without_steps
-from vcan_sim.bumps import Bump, bumps_under
-from vcan_sim.simulate import simulate
-from vehicle.parameters import WHEELS
+from omnimate.motion.paths import out_and_back, rounded_rectangle
+from omnimate.reproduction.robots import (
+    calibrated_truth,
+    clapper,
+    omnimate,
+    uncalibrated_truth,
+    without_steps,
+)
+from omnimate.vcan_sim.bumps import Bump, bumps_under
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:
-    from reproduction.robots import Term
-    from vehicle.parameters import Channel
-    from vehicle.recording import Direction, Recording
+    from omnimate.reproduction.robots import Term
+    from omnimate.vehicle.parameters import Channel
+    from omnimate.vehicle.recording import Direction, Recording
 
 Turning = Literal["cw", "ccw"]
 _LINK = 1.0  # [m] the truck behind meets the same cable so much later
@@ -26,9 +32,9 @@ def straight(seed: int, bumps: int, without: Term = "nothing") -> Recording:
     """Return C 6.1: 18 m out and back in reverse, 3 runs.
 
     Args:
-        seed: of robot and floor.
-        bumps: that each truck's right wheel meets on the way back, truck b first.
-        without: a term of the error budget.
+        seed: Seed of the robot's errors and of the floor.
+        bumps: Number of bumps that each truck's right wheel meets on the way back, truck b first.
+        without: Cause of the error budget that is left out.
     """
     placed: tuple[Bump, ...] = ()
     for lap in range(3) if bumps else ():
@@ -83,7 +89,7 @@ def laps(seed: int, direction: Turning, without: Term = "nothing") -> Recording:
 
 
 def _at_random(seed: int) -> tuple[Bump, ...]:
-    """Return lap 10 of O 3: 20 bumps, each under a wheel and at a place that chance names."""
+    """Return the bumps of lap 10 of O 3: 20 bumps, each under a random wheel and at a random place."""
     chance = np.random.default_rng(2000 + seed)
     wheels = chance.integers(len(WHEELS), size=20).tolist()
     places = chance.uniform(1.0, 15.0, size=20).tolist()

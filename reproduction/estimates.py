@@ -1,4 +1,4 @@
-"""What each estimator makes of a drive, and how the sonar calibrator measures it."""
+"""The path of a drive by each estimator, and its measurement by the sonar calibrator."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from ipec.corrector import Corrector, correct
-from ipec.estimate import estimate
-from ipec.readings import table_of
-from ipec.smoother import smooth
-from ipec.stepping import advance_all
-from reproduction.linkage_numbers import lap_errors
-from reproduction.robots import LEFT_BEHIND, UNCALIBRATED
-from vehicle.recording import Poses
+from omnimate.ipec.corrector import Corrector, correct
+from omnimate.ipec.corrector_step import advance_all
+from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.smoother import smooth
+from omnimate.ipec.readings import table_of
+from omnimate.reproduction.linkage_numbers import lap_errors
+from omnimate.reproduction.robots import LEFT_BEHIND, UNCALIBRATED
+from omnimate.vehicle.recording import Poses
 
 if TYPE_CHECKING:
-    from ipec.corrector import Method
-    from ipec.filter import Prior
-    from reproduction.robots import Term
-    from vehicle.recording import Recording
-    from vehicle.se2 import Array
+    from omnimate.ipec.corrector import Method
+    from omnimate.ipec.filter.prior import Prior
+    from omnimate.reproduction.robots import Term
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
 # CLAPPER and OmniMate are the papers' equations to the letter, but for the signs. "dead band" is what this
 # project runs: CLAPPER which leaves alone what lies within a step of the joint encoder.

@@ -1,4 +1,4 @@
-"""The growth-rate concept, C 3.3, on one bump: what each estimator errs by from interval to interval."""
+"""The growth-rate concept, C 3.3, on one bump: the error of each estimator from interval to interval."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ipec.corrector import correct
-from ipec.growth import BumpErrors, bump_drive, bump_errors
-from reproduction.robots import fine
-from vcan_sim.bumps import chord_loss
+from omnimate.ipec.corrector import correct
+from omnimate.reproduction.bump_drive import bump_drive
+from omnimate.reproduction.bump_errors import BumpErrors, bump_errors
+from omnimate.reproduction.robots import fine
+from omnimate.vcan_sim.crossing import chord_loss
 
 if TYPE_CHECKING:
-    from vehicle.se2 import Array
+    from omnimate.vehicle.se2 import Array
 
 LOST = chord_loss(0.075, 0.010)  # [m] C Table I
 SPEED, PERIOD, LINK = 0.5, 0.040, 1.0  # [m/s], [s], [m] C 3.1
@@ -25,10 +26,10 @@ class Growth:
     """Errors, true minus estimated, at each sampling interval from the one in which the bump is met on.
 
     Attributes:
-        plain: (N, 2) heading [rad] and lateral [m], of odometry alone.
-        ipec: (N, 2) likewise, of C (9)-(16).
-        seen: (N,) what the linkage has shown of the heading's error so far [rad].
-        printed: C (4)-(8).
+        plain: Heading [rad] and lateral [m] error of odometry alone, shape `(N, 2)`.
+        ipec: Heading [rad] and lateral [m] error of IPEC, C (9)-(16), shape `(N, 2)`.
+        seen: Part of the heading's error that the linkage has shown so far [rad], shape `(N,)`.
+        printed: Errors by the paper's formulas, C (4)-(8).
     """
 
     plain: Array

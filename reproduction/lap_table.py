@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.extended import extended_umbmark
-from reproduction.budget import explained
-from reproduction.drives import laps
-from reproduction.estimates import ESTIMATORS, OMNIMATE_SONAR, Estimator, return_errors, sizes
-from reproduction.protocols import bounded, estimators
-from reproduction.rows import Row, at_least, drawn
+from omnimate.calib.umbmark.extended import extended_umbmark
+from omnimate.reproduction.budget import explained
+from omnimate.reproduction.drives import laps
+from omnimate.reproduction.estimates import ESTIMATORS, OMNIMATE_SONAR, Estimator, return_errors, sizes
+from omnimate.reproduction.protocols import bounded, estimators
+from omnimate.reproduction.rows import Row, at_least, drawn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reproduction.drives import Turning
-    from reproduction.robots import Term
-    from vehicle.se2 import Array
+    from omnimate.reproduction.drives import Turning
+    from omnimate.reproduction.robots import Term
+    from omnimate.vehicle.se2 import Array
 
 # O Table I: with and without IPEC; whether a position [mm] or a heading [degrees].
 TABLE_I = (
@@ -53,7 +53,7 @@ def omnimate_laps(count: int) -> tuple[Row, ...]:
 
 
 def _plain(what: str, printed: float, values: Array, digits: int) -> Row:
-    """Return the row of plain odometry, whose errors depend on wheels of which the paper tells nothing."""
+    """Return the row of plain odometry, whose errors depend on wheels that the paper does not describe."""
     verdict = "agrees" if 0.5 < values.mean() / printed < 2.0 else "unexplained"
     return drawn("O", "Table I", f"{what}, plain", f"{printed:g}", values, verdict, digits)  # type: ignore[arg-type]  # one of the two
 

@@ -7,22 +7,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ipec.corrector import correct
-from ipec.growth import bump_drive, bump_errors
-from motion.paths import out_and_back, rounded_rectangle
-from reproduction.robots import clapper, fine
-from reproduction.rows import Row, number
-from vcan_sim.bumps import cable_loss, chord_loss, edge_loss
-from vcan_sim.floor import SMOOTH
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth, with_errors
-from vehicle.se2 import between, compose, wrap
+from omnimate.ipec.corrector import correct
+from omnimate.motion.paths import out_and_back, rounded_rectangle
+from omnimate.reproduction.bump_drive import bump_drive
+from omnimate.reproduction.bump_errors import bump_errors
+from omnimate.reproduction.robots import clapper, fine
+from omnimate.reproduction.rows import Row, number
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.crossing import cable_loss, chord_loss, edge_loss
+from omnimate.vcan_sim.floor import SMOOTH
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.se2 import between, compose, wrap
 
 if TYPE_CHECKING:
-    from vehicle.recording import Poses, Recording
-    from vehicle.se2 import Array
+    from omnimate.vehicle.recording import Poses, Recording
+    from omnimate.vehicle.se2 import Array
 
 EXACT = Sonar(sigma=0.0)
 _RADIUS, _HEIGHT, _WHEELBASE = 0.075, 0.010, 0.340  # [m] C 6
@@ -57,7 +59,8 @@ def bumps() -> tuple[Row, ...]:
 def biases() -> tuple[Row, ...]:
     """Return what biases of the joints and of the link do, C 5.2."""
     robot = fine()
-    truth = Truth(robot, joint_bias=(math.radians(1.0), math.radians(-1.0)), floor=SMOOTH, sonar=EXACT)
+    joints = linkage_biases(math.radians(1.0), math.radians(-1.0))
+    truth = Truth(robot, effects=joints, floor=SMOOTH, sonar=EXACT)
     recording = simulate(robot, truth, out_and_back(6.0, 1, link_length=1.0))
     out = slice(0, int(np.argmax(recording.wheel_angle("a.left"))) + 1)
     path = correct(recording).pose_a[out]
@@ -66,7 +69,8 @@ def biases() -> tuple[Row, ...]:
     program = rounded_rectangle(6.0, 3.25, ["cw", "ccw"])
     headings = []
     for bias in (0.0, 0.001):
-        drive = simulate(robot, Truth(robot, link_bias=bias, floor=SMOOTH, sonar=EXACT), program)
+        truth = Truth(robot, effects=linkage_biases(link=bias), floor=SMOOTH, sonar=EXACT)
+        drive = simulate(robot, truth, program)
         headings.append(np.degrees(lap_errors(drive, correct(drive).pose_a)[:, 2]))
     low, high = np.sort(np.abs(headings[1] - headings[0])).tolist()
     near = low > 0.33 and high < 0.37
@@ -145,9 +149,9 @@ def lap_errors(recording: Recording, path: Array, fixes: Poses | None = None) ->
     """Return absolute minus estimated return pose of each lap `(L, 3)`, U 3.1, for a path `(N, 3)`.
 
     Args:
-        recording: with its laps.
-        path: of truck a.
-        fixes: of truck a, one before each lap and one after the last; None takes those of the recording.
+        recording: A recording with laps.
+        path: Path of truck a, shape `(N, 3)`.
+        fixes: Fixes of truck a, before each lap and after the last; None takes those of the recording.
     """
     assert recording.run is not None
     assert recording.poses is not None

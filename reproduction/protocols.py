@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reproduction.budget import explained
-from reproduction.drives import rectangle, straight
-from reproduction.estimates import CLAPPER_SONAR, ESTIMATORS, Estimator, return_errors, sizes
-from reproduction.rows import Row, at_least, at_most, drawn
+from omnimate.reproduction.budget import explained
+from omnimate.reproduction.drives import rectangle, straight
+from omnimate.reproduction.estimates import CLAPPER_SONAR, ESTIMATORS, Estimator, return_errors, sizes
+from omnimate.reproduction.rows import Row, at_least, at_most, drawn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reproduction.robots import Term
-    from vehicle.se2 import Array
+    from omnimate.reproduction.robots import Term
+    from omnimate.vehicle.se2 import Array
 
     Errors = dict[Estimator, Array]
 
@@ -24,14 +24,14 @@ BUDGETED: tuple[Estimator, ...] = ("plain", "CLAPPER", "OmniMate")
 
 
 def straight_line(count: int) -> tuple[Row, ...]:
-    """Return C 6.1 over `count` robots."""
+    """Return the rows of C 6.1 over `count` robots."""
     rows: list[Row] = []
     for bumps in (0, 10):
-        several = [straight_errors(seed, bumps) for seed in range(count)]
+        robots = [straight_errors(seed, bumps) for seed in range(count)]
         which = f"{2 * bumps} bumps" if bumps else "no bumps"
         for name in ESTIMATORS:
             what = f"worst heading of 3 runs, {name}, {which} [deg]"
-            values = np.array([_worst_heading(one, name) for one in several])
+            values = np.array([_worst_heading(errors, name) for errors in robots])
             bound = 1.0 if name == "CLAPPER" else None
 
             def figure(term: Term, bumps: int = bumps) -> Array:
@@ -41,7 +41,7 @@ def straight_line(count: int) -> tuple[Row, ...]:
 
             rows.append(bounded("C", "6.1", what, values, bound, 2, figure))
         if bumps:
-            turned = np.array([abs(np.degrees(one["plain"][:, 2].mean())) for one in several])
+            turned = np.array([abs(np.degrees(errors["plain"][:, 2].mean())) for errors in robots])
             near = 5.0 < turned.mean() < 7.0
             what = "mean heading, plain, 10 bumps under each truck [deg]"
             rows.append(drawn("C", "6.1", what, "6.0", turned, "agrees" if near else "differs", 2))
@@ -49,17 +49,17 @@ def straight_line(count: int) -> tuple[Row, ...]:
 
 
 def rectangular_path(count: int) -> tuple[Row, ...]:
-    """Return C 6.2 over `count` robots: 10 + 10 runs with bumps, 5 + 5 without."""
+    """Return the rows of C 6.2 over `count` robots: 10 + 10 runs with bumps, 5 + 5 without."""
     rows: list[Row] = []
     for bumps in (0, 10):
         which = f"{bumps} bumps" if bumps else "no bumps"
-        several = [rectangle_errors(seed, bumps) for seed in range(count)]
+        robots = [rectangle_errors(seed, bumps) for seed in range(count)]
         for name in ESTIMATORS:
             for words, figure_of, bound, digits in (
                 ("worst position, {} [mm]", _worst_position, 50.0, 0),
                 ("mean |heading|, {} [deg]", _mean_heading, 0.3, 2),
             ):
-                values = np.array([figure_of(one, name) for one in several])
+                values = np.array([figure_of(errors, name) for errors in robots])
                 wanted = bound if bumps and name == "CLAPPER" else None
                 what = words.format(f"{name}, {which}")
                 rows.append(
@@ -133,7 +133,7 @@ def bounded(
     digits: int,
     figure: Callable[[Term], Array],
 ) -> Row:
-    """Return the row of values `(n,)` that must lie below a bound, if there is one, with its budget."""
+    """Return the row of values `(n,)` that must lie below a bound, if any, with its error budget."""
     if bound is None:
         return drawn(paper, place, what, "-", values, "shown", digits)
     return explained(at_most(paper, place, what, bound, values, digits), figure, digits)

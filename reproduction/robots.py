@@ -8,17 +8,19 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from ipec.filter import Prior
-from vcan_sim.floor import CONCRETE, Floor
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth, with_errors
+from omnimate.ipec.filter.prior import Prior
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
 if TYPE_CHECKING:
-    from vcan_sim.bumps import Bump
-    from vehicle.parameters import VehicleParameters
+    from omnimate.vcan_sim.bumps import Bump
+    from omnimate.vehicle.parameters import VehicleParameters
 
-# The terms of the error budget; each can be left out alone, see `reproduction.budget`.
+# The terms of the error budget; each can be left out alone, see `omnimate.reproduction.budget`.
 Term = Literal["nothing", "sonar", "floor", "joint bias", "link bias", "wheels", "joint steps"]
 TERMS: tuple[Term, ...] = get_args(Term)
 
@@ -45,35 +47,35 @@ def omnimate() -> VehicleParameters:
 
 
 def fine() -> VehicleParameters:
-    """Return a robot whose joints and link resolve everything."""
+    """Return a robot whose joints and link have a very fine resolution."""
     robot = with_joints(reference_vehicle(), 2**24)
     encoders = tuple(
-        replace(one, counts_per_metre=1e8, zero=50_000_000) if one.channel == "link" else one
-        for one in robot.encoders
+        replace(encoder, counts_per_metre=1e8, zero=50_000_000) if encoder.channel == "link" else encoder
+        for encoder in robot.encoders
     )
     return replace(robot, encoders=encoders)
 
 
 def with_joints(robot: VehicleParameters, counts: int) -> VehicleParameters:
-    """Return a robot with joint encoders of so many counts in a turn."""
+    """Return a robot whose joint encoders have `counts` counts in a turn."""
     encoders = tuple(
-        replace(one, counts_per_turn=float(counts), range=counts, zero=counts // 2)
-        if one.channel.startswith("joint")
-        else one
-        for one in robot.encoders
+        replace(encoder, counts_per_turn=float(counts), range=counts, zero=counts // 2)
+        if encoder.channel.startswith("joint")
+        else encoder
+        for encoder in robot.encoders
     )
     return replace(robot, encoders=encoders)
 
 
 def without_steps(robot: VehicleParameters, without: Term) -> VehicleParameters:
-    """Return the robot, with joints that resolve everything where their steps are left out."""
+    """Return the robot, with very fine joint encoders where `without` leaves out their steps."""
     return with_joints(robot, 2**22) if without == "joint steps" else robot
 
 
 def calibrated_truth(
     robot: VehicleParameters, bumps: tuple[Bump, ...], seed: int, without: Term = "nothing"
 ) -> Truth:
-    """Return a robot on concrete whose errors are drawn from what calibration leaves."""
+    """Return a robot on concrete whose errors are drawn from those that remain after a calibration."""
     chance = np.random.default_rng(1000 + seed)
     base_a, base_b = (1.0 + LEFT_BEHIND.wheelbase * chance.normal(size=2)).tolist()
     ratio_a, ratio_b = (1.0 + LEFT_BEHIND.ratio * chance.normal(size=2)).tolist()
@@ -95,11 +97,12 @@ def _truth(
 ) -> Truth:
     joint_a, joint_b = (LEFT_BEHIND.joint * chance.normal(size=2)).tolist()
     link = float(LEFT_BEHIND.link * chance.normal())
+    if without == "joint bias":
+        joint_a = joint_b = 0.0
     return Truth(
         real,
-        joint_bias=(0.0, 0.0) if without == "joint bias" else (joint_a, joint_b),
-        link_bias=0.0 if without == "link bias" else link,
-        floor=Floor(0.0 if without == "floor" else CONCRETE, bumps),
+        effects=linkage_biases(joint_a, joint_b, 0.0 if without == "link bias" else link),
+        floor=Floor(0.0 if without == "floor" else CONCRETE_ROUGHNESS, bumps),
         sonar=Sonar(sigma=0.0),  # the calibrator's noise is added to its fixes, see `estimates.measured`
         seed=seed,
     )

@@ -8,9 +8,16 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 if TYPE_CHECKING:
-    from vehicle.se2 import Array
+    from omnimate.vehicle.se2 import Array
 
 Verdict = Literal["agrees", "better", "misprint", "unexplained", "missed", "unsure", "shown", "differs"]
+LEGEND = (
+    "misprint: the print is wrong; missed: a printed bound that ours does not keep, and where the error comes"
+    " from; unsure: too few robots to tell; unexplained: the paper's own scatter does not make it; shown: for"
+    " comparison; agrees of plain laps: within a factor of two, as the paper tells no wheels' errors."
+    " In brackets the 95 % interval of the mean. CLAPPER, OmniMate: the papers' equations; dead"
+    " band: CLAPPER as `track` runs it. Everything is simulated."
+)
 _RESAMPLES = 1000
 
 
@@ -19,16 +26,16 @@ class Row:
     """A printed number beside ours.
 
     Attributes:
-        paper: U, C or O; N for what was found since.
-        place: in the paper.
-        what: the number means, with its unit.
-        printed: as it stands there.
-        ours: with the 95 % interval of the mean where it is a Monte Carlo.
-        verdict: misprint is a wrong print; missed is a printed bound that we do not keep, unsure one
-            that lies within our interval; differs is what nobody expects; unexplained is a printed number
-            that the paper's own scatter does not make; shown stands beside others for comparison.
-        scatter: 5 to 95 % of the single values where it is a Monte Carlo.
-        note: why, in one line.
+        paper: The paper, U, C or O; N for a number that no paper prints.
+        place: Place in the paper.
+        what: Meaning of the number, with its unit.
+        printed: The number as printed.
+        ours: The recomputed number, with the 95 % interval of the mean where it is a Monte Carlo.
+        verdict: misprint is a wrong print; missed is a printed bound that is not kept; unsure is a printed
+            bound within the interval of ours; differs is an unexpected difference; unexplained is a printed
+            number that the scatter in the paper does not produce; shown is a number for comparison.
+        scatter: 5 to 95 % range of the single values where it is a Monte Carlo.
+        note: The reason, in one line.
     """
 
     paper: str

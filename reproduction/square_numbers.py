@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.apply import corrected_truck
-from calib.chain import solve_exact, square_returns
-from calib.experiment import Experiment, calibrate
-from calib.return_errors import ReturnErrors
-from calib.trials import LABMATE
-from calib.umbmark import Correction
-from reproduction.rows import Row, number
+from omnimate.calib.apply import corrected_truck
+from omnimate.calib.umbmark.exact import solve_exact, square_returns
+from omnimate.calib.umbmark.experiment import Experiment, calibrate
+from omnimate.calib.umbmark.printed import Correction
+from omnimate.calib.umbmark.return_errors import ReturnErrors
+from omnimate.reproduction.rows import Row, number
+from omnimate.reproduction.trials import LABMATE
 
 if TYPE_CHECKING:
-    from vehicle.parameters import Truck
+    from omnimate.vehicle.parameters import Truck
 
 SIDE = 4.0  # [m]
 AFTER = (21.0, 32.0, 31.0, 14.0, 26.0, 35.0, 20.0, 12.0)  # [mm] U Table I, #7 after its second pass
@@ -40,12 +40,12 @@ def figure_11() -> tuple[Row, ...]:
     beta = 2.0 * math.asin(SIDE / LABMATE.wheelbase * (e_d - 1.0) / (e_d + 1.0))
     small = 2e3 * math.sqrt(2.0) * SIDE * max(abs(alpha + beta), abs(alpha - beta))
     exact = largest(LABMATE, corrected_truck(LABMATE, e_b, e_d))
-    found = Correction("printed", alpha, beta, e_b, e_d)
+    correction = Correction("printed", alpha, beta, e_b, e_d)
     return (
         number("U", "Fig. 11", "alpha [deg]", -1.025, math.degrees(alpha), 3),
         number("U", "Fig. 11", "beta [deg]", 0.566, math.degrees(beta), 3),
-        number("U", "Fig. 11", "c_L", 0.99958, found.c_left, 5),
-        number("U", "Fig. 11", "c_R", 1.00042, found.c_right, 5),
+        number("U", "Fig. 11", "c_L", 0.99958, correction.c_left, 5),
+        number("U", "Fig. 11", "c_R", 1.00042, correction.c_right, 5),
         number("U", "Fig. 11", "E_max before, small angles [mm]", 314.0, small, 0),
         number("U", "Fig. 11", "E_max before, exact chain [mm]", 311.0, exact, 0),
         Row(
@@ -65,14 +65,14 @@ def small_angles() -> tuple[Row, ...]:
     for (e_b, e_d), (before, first, second) in SMALL_ANGLES:
         actual = corrected_truck(LABMATE, e_b, e_d)
         where, at = "(4.17)-(4.32)", f"at E_b {e_b:.4g}, E_d {e_d:.6g} [mm]"
-        one = calibrate(experiment(LABMATE, actual), "printed").truck
-        two = calibrate(experiment(one, actual), "printed").truck
+        once = calibrate(experiment(LABMATE, actual), "printed").truck
+        twice = calibrate(experiment(once, actual), "printed").truck
         exact = calibrate(experiment(LABMATE, actual), "exact").truck
         digits = _digits(before), _digits(first), _digits(second)
         rows += [
             number("U", where, f"E_max before {at}", before, largest(LABMATE, actual), digits[0]),
-            number("U", where, f"E_max after one pass {at}", first, largest(one, actual), digits[1]),
-            number("U", where, f"E_max after two passes {at}", second, largest(two, actual), digits[2]),
+            number("U", where, f"E_max after one pass {at}", first, largest(once, actual), digits[1]),
+            number("U", where, f"E_max after two passes {at}", second, largest(twice, actual), digits[2]),
             number("U", where, f"E_max after exact inversion {at}", 0.0, largest(exact, actual), 3),
         ]
     return tuple(rows)
@@ -96,8 +96,8 @@ def table_i() -> tuple[Row, ...]:
 def scale_left_in() -> Row:
     """Return what the square makes of a mean diameter that is wrong by 1 %."""
     larger = replace(LABMATE, wheel_diameter_left=0.1515, wheel_diameter_right=0.1515)
-    found = solve_exact(experiment(LABMATE, larger).errors, LABMATE)
-    return number("U", "E_s", "E_b read from E_s = 1.01", 1.0 / 1.01, found.e_b, 3)
+    correction = solve_exact(experiment(LABMATE, larger).errors, LABMATE)
+    return number("U", "E_s", "E_b read from E_s = 1.01", 1.0 / 1.01, correction.e_b, 3)
 
 
 def experiment(believed: Truck, actual: Truck) -> Experiment:

@@ -1,4 +1,4 @@
-"""UMBmark by chance: Table I on a simulated floor, and the statistics of the method."""
+"""UMBmark by Monte Carlo: Table I on a simulated floor, and the statistics of the method."""
 
 from __future__ import annotations
 
@@ -7,19 +7,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.experiment import calibrate, experiment_of_recordings
-from calib.trials import Trial, after_calibration, efficiency, floor_covariance, left_over, plain_covariance
-from motion.paths import umbmark
-from reproduction.rows import Row, drawn, interval
-from vcan_sim.reference import reference_single
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth, with_errors
+from omnimate.calib.umbmark.experiment import calibrate, experiment_of_recordings
+from omnimate.motion.paths import umbmark
+from omnimate.reproduction.rows import Row, drawn, interval
+from omnimate.reproduction.trials import (
+    Trial,
+    after_calibration,
+    efficiency,
+    floor_covariance,
+    left_over,
+    plain_covariance,
+)
+from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth, with_errors
 
 if TYPE_CHECKING:
-    from calib.return_errors import ReturnErrors
-    from reproduction.rows import Verdict
-    from vehicle.parameters import VehicleParameters
-    from vehicle.se2 import Array
+    from omnimate.calib.umbmark.return_errors import ReturnErrors
+    from omnimate.reproduction.rows import Verdict
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.se2 import Array
 
 FIGURE_11 = (336.17 / 340.0, 1.00084)
 # E_max,syst [mm] before, after, after a second pass where there was one; U Table I, #1 to #8.
@@ -29,7 +36,7 @@ _SIDE, _BASE = 4.0, 0.340  # [m]
 
 
 def statistics(count: int) -> tuple[Row, ...]:
-    """Return what `count` trials make of the method: what is left after it, and its variance."""
+    """Return the rows of `count` trials of the method: the errors that it leaves, and its variance."""
     after = 1e3 * after_calibration(Trial(*FIGURE_11, floor_covariance(0.025)), count)
     low, high = np.percentile(after, [5.0, 95.0])
     near = abs(after.mean() - 24.0) <= 1.0 or interval(after)[0] <= 24.0 <= interval(after)[1]
@@ -72,8 +79,8 @@ def variances(count: int) -> tuple[Row, ...]:
     """Return the weighted fit's variance over the Cramer-Rao bound, from `count` trials."""
     trial = Trial(*FIGURE_11, plain_covariance(0.022))
     rows = []
-    for own, words in ((False, "true weights"), (True, "own weights")):
-        ratio = efficiency(trial, count, own_scatter=own)
+    for estimated, words in ((False, "true weights"), (True, "own weights")):
+        ratio = efficiency(trial, count, estimated_weights=estimated)
         verdict: Verdict = "agrees" if np.abs(ratio - 1.0).max() <= 0.05 else "missed"
         error = 1.96 * math.sqrt(2.0 / count)
         ours = f"{ratio[0]:.3f}, {ratio[1]:.3f} (+- {error:.3f})"
@@ -102,7 +109,7 @@ def table_i(number: int, count: int) -> tuple[Row, ...]:
 
 def passes_of(factors: tuple[float, float], seed: int) -> Array:
     """Return E_max,syst `(3,)` before, after one, and after two passes of a UMBmark [mm]."""
-    return np.array([1e3 * one.e_max_syst for one in stages_of(factors, seed)])
+    return np.array([1e3 * errors.e_max_syst for errors in stages_of(factors, seed)])
 
 
 def stages_of(factors: tuple[float, float], seed: int) -> list[ReturnErrors]:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from reproduction.lap_table import omnimate_laps
-from reproduction.linkage_numbers import linkage_numbers
-from reproduction.protocols import rectangular_path, straight_line
-from reproduction.square_numbers import square_numbers
-from reproduction.squares import TABLE_I, statistics, table_i
+from omnimate.reproduction.lap_table import omnimate_laps
+from omnimate.reproduction.linkage_numbers import linkage_numbers
+from omnimate.reproduction.protocols import rectangular_path, straight_line
+from omnimate.reproduction.square_numbers import square_numbers
+from omnimate.reproduction.squares import TABLE_I, statistics, table_i
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reproduction.rows import Row
+    from omnimate.reproduction.rows import Row
 
     Stage = tuple[str, Callable[[], tuple[Row, ...]]]
 
@@ -29,7 +29,7 @@ def stages(*, quick: bool) -> list[Stage]:
         ("U: equations", square_numbers),
         ("C and O: equations", linkage_numbers),
         ("U: the method's statistics", partial(statistics, trials)),
-        *((f"U: Table I, #{one + 1}", partial(table_i, one, drives)) for one in experiments),
+        *((f"U: Table I, #{row + 1}", partial(table_i, row, drives)) for row in experiments),
         ("C 6.1: straight line", partial(straight_line, robots)),
         ("C 6.2: rectangle", partial(rectangular_path, robots)),
         ("O 3: laps", partial(omnimate_laps, robots)),

@@ -1,4 +1,4 @@
-"""Who calls: keys and their roles. On loopback without keys everybody may operate."""
+"""Who calls: API keys and their roles. On loopback, without any key, every caller may operate."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Literal
 
 from sqlalchemy import select
 
-from service.errors import KeyProblem, NotThereError, RoleProblem
-from service.store.tables import KeyRow
+from omnimate.service.errors import AuthenticationError, ForbiddenError, NotFoundError
+from omnimate.service.store.tables import KeyRow
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sqlalchemy.orm import Session
 
-    from service.store.database import Database
+    from omnimate.service.store.database import Database
 
 Role = Literal["read", "operate"]
 PREFIX = "omk"
-TRUSTED = 1.0  # [s] without a look into the database
-REMEMBERED = 1000  # callers
+REMEMBERED_TIME = 1.0  # [s] before a key is looked up in the database again
+REMEMBERED_CALLERS = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +32,8 @@ class Caller:
     """Who calls.
 
     Attributes:
-        name: id of the key; "local" where none is needed.
-        role: what may be done.
+        name: The id of the caller's key; "local" where no key is needed.
+        role: What the caller may do: read, or also change things and move the robot.
     """
 
     name: str
@@ -44,97 +44,101 @@ LOCAL = Caller("local", "operate")
 
 
 def add_key(db: Session, name: str, role: Role) -> str:
-    """Make a key and return it; only the hash of its secret is kept."""
+    """Add a key to the database and return it; only a hash of its secret is kept."""
     identity, secret = secrets.token_hex(4), secrets.token_urlsafe(32)
-    db.add(KeyRow(id=identity, name=name, role=role, secret=_hash(secret), created=time.time()))
+    db.add(KeyRow(id=identity, name=name, role=role, secret=_hash_of(secret), created=time.time()))
     return f"{PREFIX}_{identity}_{secret}"
 
 
 def keys(db: Session) -> Sequence[KeyRow]:
-    """Return all keys, the oldest first."""
+    """Return all keys, oldest first."""
     return db.scalars(select(KeyRow).order_by(KeyRow.created)).all()
 
 
 def revoke_key(db: Session, identity: str) -> KeyRow:
-    """Make a key void.
+    """Make a key invalid.
 
     Raises:
-        NotThereError: there is none of this id.
+        NotFoundError: there is no key with this id.
     """
     row = db.get(KeyRow, identity)
     if row is None:
-        raise NotThereError("key", identity)
+        raise NotFoundError("key", identity)
     row.revoked = row.revoked or time.time()
     return row
 
 
-def caller_of(db: Session, authorization: str | None, *, open_house: bool) -> Caller:
+def caller_of(db: Session, authorization: str | None, *, keyless_allowed: bool) -> Caller:
     """Return who calls.
 
     Args:
-        db: holds the keys.
-        authorization: header of the call.
-        open_house: whether no key is needed as long as there has never been one.
+        db: The open transaction.
+        authorization: The value of the Authorization header; None where there is none.
+        keyless_allowed: Whether no key is needed as long as the database has never held a key.
 
     Raises:
-        KeyProblem: no key, or a wrong one.
+        AuthenticationError: the key is missing, unknown or revoked.
     """
     if authorization is None:
-        if open_house and db.scalar(select(KeyRow.id).limit(1)) is None:
+        if keyless_allowed and db.scalar(select(KeyRow.id).limit(1)) is None:
             return LOCAL
-        raise KeyProblem(
-            "this service asks for a key: send Authorization: Bearer KEY (omnimate key add makes one)"
+        raise AuthenticationError(
+            "this service needs a key: send Authorization: Bearer KEY (omnimate key add makes a key)"
         )
     scheme, _, key = authorization.partition(" ")
     prefix, _, rest = key.strip().partition("_")
     identity, _, secret = rest.partition("_")
     row = db.get(KeyRow, identity) if scheme.lower() == "bearer" and prefix == PREFIX else None
-    if row is None or not hmac.compare_digest(row.secret, _hash(secret)):
-        raise KeyProblem(
-            "the key is not known; expected Authorization: Bearer omk_..., as omnimate key add said"
+    if row is None or not hmac.compare_digest(row.secret, _hash_of(secret)):
+        raise AuthenticationError(
+            "the key is not known; expected Authorization: Bearer omk_..., as omnimate key add printed it"
         )
     if row.revoked is not None:
-        raise KeyProblem(f"key {row.name!r} has been revoked; ask for a new one")
+        raise AuthenticationError(f"key {row.name!r} has been revoked; ask for a new key")
     return Caller(row.id, "operate" if row.role == "operate" else "read")
 
 
 class Callers:
-    """Who called lately: a key is looked up again after a second, for which a revoked one still opens."""
+    """The callers of the last second, who need not be looked up; a revoked key works for that long.
 
-    def __init__(self, *, open_house: bool) -> None:
-        self._open_house = open_house
-        self._known: dict[str | None, tuple[Caller, float]] = {}
+    Args:
+        keyless_allowed: Whether no key is needed as long as the database has never held a key.
+    """
 
-    def known(self, authorization: str | None) -> Caller | None:
-        """Return who called with this header within the last second."""
-        caller, until = self._known.get(authorization, (None, 0.0))
+    def __init__(self, *, keyless_allowed: bool) -> None:
+        self._keyless_allowed = keyless_allowed
+        self._remembered: dict[str | None, tuple[Caller, float]] = {}
+
+    def remembered(self, authorization: str | None) -> Caller | None:
+        """Return who called with this Authorization header within the last second."""
+        caller, until = self._remembered.get(authorization, (None, 0.0))
         return caller if time.monotonic() < until else None
 
-    def look(self, database: Database, authorization: str | None) -> Caller:
-        """Return who calls.
+    def identify(self, database: Database, authorization: str | None) -> Caller:
+        """Return who calls, by the keys in the database.
 
         Raises:
-            KeyProblem: no key, or a wrong one.
+            AuthenticationError: the key is missing, unknown or revoked.
         """
         with database.reading() as db:
-            caller = caller_of(db, authorization, open_house=self._open_house)
-        if len(self._known) > REMEMBERED:
-            self._known.clear()
-        self._known[authorization] = caller, time.monotonic() + TRUSTED
+            caller = caller_of(db, authorization, keyless_allowed=self._keyless_allowed)
+        if len(self._remembered) > REMEMBERED_CALLERS:
+            self._remembered.clear()
+        self._remembered[authorization] = caller, time.monotonic() + REMEMBERED_TIME
         return caller
 
 
-def demand(caller: Caller, role: Role) -> None:
-    """Refuse a caller who may not do this.
+def require_role(caller: Caller, role: Role) -> None:
+    """Check that a caller has a role.
 
     Raises:
-        RoleProblem: the key is one for reading.
+        ForbiddenError: the caller may only read.
     """
     if role == "operate" and caller.role != "operate":
-        raise RoleProblem(
+        raise ForbiddenError(
             "this key may only read; moving the robot or changing anything needs the role operate"
         )
 
 
-def _hash(secret: str) -> str:
+def _hash_of(secret: str) -> str:
     return hashlib.sha256(secret.encode()).hexdigest()

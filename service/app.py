@@ -1,4 +1,4 @@
-"""The application: routes, problems, limits and the page, around parts that start and stop with it."""
+"""The application: routes, problem details, limits, metrics and the page."""
 
 from __future__ import annotations
 
@@ -12,34 +12,56 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.responses import FileResponse
 from fastapi.staticfiles import StaticFiles
 
-from service import problems
-from service.limits import Limits
-from service.metrics import Calls, Measured
-from service.routes import diagnoses, health, recordings, robot, umbmark, vehicles
+from omnimate.service import problems
+from omnimate.service.limits import Limits
+from omnimate.service.metrics import CallDurations, CallTimer
+from omnimate.service.routes import (
+    diagnoses,
+    health,
+    recordings,
+    robot,
+    umbmark_results,
+    umbmark_samples,
+    umbmark_sessions,
+    vehicle_exports,
+    vehicles,
+)
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
-    from service.parts import Parts
+    from omnimate.service.components import Components
 
 PAGE = Path(__file__).with_name("page")
-ABOUT = (
-    "Calibration, recordings and diagnoses of CANopen robots. SI units throughout: metres, radians, seconds. "
-    "Every error is a problem detail (RFC 9457). An Idempotency-Key on a POST makes it happen once."
+ROUTES = (
+    umbmark_sessions,
+    umbmark_samples,
+    umbmark_results,
+    vehicles,
+    vehicle_exports,
+    recordings,
+    diagnoses,
+    robot,
+    health,
+)
+DESCRIPTION = (
+    "Calibration, recordings and diagnoses of CANopen robots. All values are in SI units: metres, radians, "
+    "seconds. Every error is a problem detail (RFC 9457). A POST with an Idempotency-Key is carried out "
+    "once, however often it is repeated."
 )
 
 
-def create_app(parts: Parts) -> FastAPI:
-    """Return the application of parts, which it starts and stops."""
+def create_app(components: Components) -> FastAPI:
+    """Return the application of these components, which it starts and closes."""
     app = FastAPI(
-        title="omnimate", version="1", description=ABOUT, lifespan=_lifespan, docs_url=None, redoc_url=None,
-        strict_content_type=True,
+        title="omnimate", version="1", description=DESCRIPTION, lifespan=_lifespan, docs_url=None,
+        redoc_url=None, strict_content_type=True,
     )  # fmt: skip
-    app.state.parts, app.state.calls = parts, Calls()
+    app.state.components, app.state.durations = components, CallDurations()
     problems.install(app)
-    app.add_middleware(Measured, calls=app.state.calls)
-    app.add_middleware(Limits, settings=parts.settings)
-    for routes in (umbmark, vehicles, recordings, diagnoses, robot, health):
+    app.add_middleware(CallTimer, durations=app.state.durations)
+    app.add_middleware(Limits, settings=components.settings)
+    for routes in ROUTES:
         app.include_router(routes.router)
     app.mount("/page", StaticFiles(directory=PAGE), name="page")
     app.get("/", include_in_schema=False)(_page("index.html"))
@@ -50,21 +72,12 @@ def create_app(parts: Parts) -> FastAPI:
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    parts: Parts = app.state.parts
-    parts.hub.open(asyncio.get_running_loop())
-    parts.live.start()
-    parts.worker.start()
+    components: Components = app.state.components
+    components.start(asyncio.get_running_loop())
     try:
         yield
     finally:
-        await asyncio.to_thread(_close, parts)
-
-
-def _close(parts: Parts) -> None:
-    parts.hub.close()
-    parts.live.close()
-    parts.worker.close()
-    parts.database.close()
+        await asyncio.to_thread(components.close)
 
 
 def _page(name: str) -> Callable[[], Awaitable[FileResponse]]:
@@ -75,19 +88,19 @@ def _page(name: str) -> Callable[[], Awaitable[FileResponse]]:
 
 
 def _openapi(app: FastAPI) -> dict[str, Any]:
-    """Return the document, in which every problem is described once."""
+    """Return the OpenAPI document, in which the problem detail is described once."""
     if app.openapi_schema is None:
         document = get_openapi(
             title=app.title,
             version=app.version,
-            description=ABOUT,
+            description=DESCRIPTION,
             routes=app.routes,
             openapi_version="3.1.0",
         )
         schemas = document.setdefault("components", {}).setdefault("schemas", {})
-        described = problems.Problem.model_json_schema(ref_template="#/components/schemas/{model}")
-        schemas |= described.pop("$defs", {})
-        schemas["Problem"] = described
+        problem = problems.Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+        schemas |= problem.pop("$defs", {})
+        schemas["Problem"] = problem
         for unused in ("HTTPValidationError", "ValidationError"):
             schemas.pop(unused, None)
         document["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}

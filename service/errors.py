@@ -1,20 +1,26 @@
-"""The errors of this room: each is a problem detail (RFC 9457) with a status of HTTP."""
+"""The errors of this room; each becomes a problem detail (RFC 9457) with its HTTP status."""
 
 from __future__ import annotations
 
-from vehicle.errors import OmnimateError
+from omnimate.vehicle.errors import OmnimateError
 
 
 class ServiceError(OmnimateError):
-    """Something that the service cannot do; `status` is what HTTP calls it."""
+    """A request that the service cannot fulfil.
+
+    Attributes:
+        status: The HTTP status of the answer.
+        title: The title of the problem detail.
+        headers: The headers of the answer beside the usual ones.
+    """
 
     status = 500
     title = "The service cannot do this"
     headers: dict[str, str] = {}  # noqa: RUF012  # overridden as a whole, never changed
 
 
-class NotThereError(ServiceError):
-    """Something that is asked for and is not there."""
+class NotFoundError(ServiceError):
+    """Something that was asked for does not exist."""
 
     status, title = 404, "Not there"
 
@@ -23,10 +29,10 @@ class NotThereError(ServiceError):
 
 
 class StateError(ServiceError):
-    """A call that the state of a thing does not allow.
+    """A call that the present state does not allow.
 
     Attributes:
-        possible: the calls that it does allow.
+        possible: The calls that the present state allows.
     """
 
     status, title = 409, "Not in this state"
@@ -38,23 +44,23 @@ class StateError(ServiceError):
 
 
 class ExpiredError(ServiceError):
-    """A session that nobody went on with in time."""
+    """A session whose lifetime is over."""
 
     status, title = 410, "Expired"
 
 
-class ChangedError(ServiceError):
-    """If-Match names what has been replaced since."""
+class ModifiedError(ServiceError):
+    """If-Match names a version that has been replaced since."""
 
     status, title = 412, "Changed since"
 
 
-class ValueProblem(ServiceError):  # noqa: N818  # the title of its status
-    """A value that no robot and no room can have.
+class InvalidValueError(ServiceError):
+    """A value that is well-formed, but impossible for a robot.
 
     Attributes:
-        where: in what was sent.
-        problem: with it.
+        where: The field that holds the value.
+        problem: What is wrong with it.
     """
 
     status, title = 422, "Not usable"
@@ -64,40 +70,33 @@ class ValueProblem(ServiceError):  # noqa: N818  # the title of its status
         self.where, self.problem = where, problem
 
 
-class KeyProblem(ServiceError):  # noqa: N818
-    """No key, or a wrong one."""
+class AuthenticationError(ServiceError):
+    """A request without a valid API key."""
 
     status, title = 401, "A key is needed"
     headers = {"WWW-Authenticate": "Bearer"}  # noqa: RUF012
 
 
-class RoleProblem(ServiceError):  # noqa: N818
-    """A key that may not do this."""
+class ForbiddenError(ServiceError):
+    """A request that the role of the key does not allow."""
 
     status, title = 403, "Not allowed"
 
 
 class TooLargeError(ServiceError):
-    """More than the service takes."""
+    """A body that is larger than the service accepts."""
 
     status, title = 413, "Too large"
 
 
-class MediaProblem(ServiceError):  # noqa: N818
-    """A body of another kind than expected."""
+class MediaTypeError(ServiceError):
+    """A body of another media type than expected."""
 
     status, title = 415, "Of another kind"
 
 
-class TooManyError(ServiceError):
-    """More calls than the service answers one caller."""
-
-    status, title = 429, "Too many calls"
-    headers = {"Retry-After": "1"}  # noqa: RUF012
-
-
-class AbsentError(ServiceError):
-    """Something that the service needs is not there now."""
+class UnavailableError(ServiceError):
+    """Something that the service needs is not available now."""
 
     status, title = 503, "Not now"
     headers = {"Retry-After": "2"}  # noqa: RUF012

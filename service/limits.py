@@ -1,4 +1,4 @@
-"""What reaches the application: bodies of a bounded size, from this page, at a bounded rate."""
+"""The limits of requests: the size of their body, the site that they come from, and their rate."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 from fastapi import HTTPException
 
-from service.problems import answer
+from omnimate.service.problems import problem_response
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from service.settings import Settings
+    from omnimate.service.settings import Settings
 
-SECONDS = 3.0  # of calls that may come at once
-REMEMBERED = 10_000  # callers
+BURST_TIME = 3.0  # [s] of calls at the allowed rate that may come at once
+REMEMBERED_CALLERS = 10_000
 UPLOADS = "/v1/recordings"
 LOOPBACK = {"localhost", "127.0.0.1", "[::1]", "::1"}
 HEADERS = {
@@ -28,7 +28,7 @@ HEADERS = {
 
 
 class Limits:
-    """An ASGI application in front of another one."""
+    """An ASGI application in front of another one, which refuses requests beyond the limits."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self.app = app
@@ -36,39 +36,37 @@ class Limits:
         self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a call, or refuse it before anybody looks at it."""
+        """Refuse a request, or hand it on."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-        refused = self._refusal(scope, headers)
-        if refused is not None:
-            await answer(*refused, headers={"Retry-After": "1"} if refused[0] == 429 else None)(
-                scope, receive, send
-            )
+        problem = self._problem(scope, headers)
+        if problem is not None:
+            await problem(scope, receive, send)
             return
-        await self.app(scope, self._counted(scope, receive), _with_headers(send))
+        await self.app(scope, self._limited(scope, receive), _with_headers(send))
 
-    def _refusal(self, scope: Scope, headers: dict[bytes, str]) -> tuple[int, str, str] | None:
-        host = headers.get(b"host", "")
+    def _problem(self, scope: Scope, headers: dict[bytes, str]) -> ASGIApp | None:
+        """Return the answer to a request that is refused; None where it is not."""
+        host, origin = headers.get(b"host", ""), headers.get(b"origin")
         if self._settings.is_loopback and host.rsplit(":", 1)[0] not in LOOPBACK and host not in LOOPBACK:
-            return (
-                403,
-                "Not allowed",
-                f"host {host!r}: this service answers to its loopback names only",
+            return problem_response(
+                403, "Not allowed", f"host {host!r}: this service answers to its loopback names only"
             )
-        origin = headers.get(b"origin")
         if origin is not None and origin.partition("//")[2] != host:
-            return 403, "Not allowed", f"origin {origin!r}: other sites may not call this service"
-        length = headers.get(b"content-length", "0")
-        limit = self._limit(scope)
+            return problem_response(
+                403, "Not allowed", f"origin {origin!r}: other sites may not call this service"
+            )
+        length, limit = headers.get(b"content-length", "0"), self._limit(scope)
         if not length.isdigit() or int(length) > limit:
-            return 413, "Too large", f"{length} bytes; at most {limit} are taken here"
-        if not self._may((scope.get("client") or ("?",))[0]):
-            return (
+            return problem_response(413, "Too large", f"{length} bytes; at most {limit} are accepted here")
+        if not self._take_token((scope.get("client") or ("?",))[0]):
+            return problem_response(
                 429,
                 "Too many calls",
                 f"more than {self._settings.rate:g} calls a second; call less often",
+                headers={"Retry-After": "1"},
             )
         return None
 
@@ -76,38 +74,39 @@ class Limits:
         upload = scope["method"] == "POST" and scope["path"].rstrip("/") == UPLOADS
         return self._settings.upload if upload else self._settings.body
 
-    def _may(self, caller: str) -> bool:
-        """Take a token from the caller's bucket, if there is one."""
+    def _take_token(self, caller: str) -> bool:
+        """Take a token from the caller's bucket (token bucket algorithm); return whether there was one."""
         now, rate = time.monotonic(), self._settings.rate
-        tokens, then = self._buckets.pop(caller, (rate * SECONDS, now))
-        tokens = min(rate * SECONDS, tokens + rate * (now - then))
+        tokens, then = self._buckets.pop(caller, (rate * BURST_TIME, now))
+        tokens = min(rate * BURST_TIME, tokens + rate * (now - then))
         self._buckets[caller] = (tokens - 1.0 if tokens >= 1.0 else tokens, now)
-        if len(self._buckets) > REMEMBERED:
+        if len(self._buckets) > REMEMBERED_CALLERS:
             self._buckets.popitem(last=False)
         return tokens >= 1.0
 
-    def _counted(self, scope: Scope, receive: Receive) -> Receive:
-        """Return a receiver that ends when more comes than the limit, whatever was announced."""
-        limit, taken = self._limit(scope), 0
+    def _limited(self, scope: Scope, receive: Receive) -> Receive:
+        """Return a receiver that refuses a body larger than the limit, whatever its header says."""
+        limit, received = self._limit(scope), 0
 
-        async def counted() -> Message:
-            nonlocal taken
+        async def receive_limited() -> Message:
+            nonlocal received
             message = await receive()
-            taken += len(message.get("body", b""))
-            if taken > limit:
-                raise HTTPException(413, f"more than {limit} bytes; that is the most that is taken here")
+            received += len(message.get("body", b""))
+            if received > limit:
+                raise HTTPException(413, f"more than {limit} bytes, which is the most that is accepted here")
             return message
 
-        return counted
+        return receive_limited
 
 
 def _with_headers(send: Send) -> Send:
-    async def sent(message: Message) -> None:
+    async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
-            own = {name for name, _ in message["headers"]}
+            present = {name for name, _ in message["headers"]}
             message["headers"] = [
-                *message["headers"], *((name, value) for name, value in HEADERS.items() if name not in own)
-            ]  # fmt: skip
+                *message["headers"],
+                *((name, value) for name, value in HEADERS.items() if name not in present),
+            ]
         await send(message)
 
-    return sent
+    return send_with_headers

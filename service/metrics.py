@@ -1,4 +1,4 @@
-"""Figures for Prometheus: calls, samples, nodes, sessions and jobs, read when they are asked for."""
+"""Metrics for Prometheus: calls, samples, nodes, sessions and jobs, read when they are asked for."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 from sqlalchemy import func, select
 
-from service.store.tables import JobRow, SessionRow
+from omnimate.service.store.tables import JobRow, SessionRow
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from service.parts import Parts
+    from omnimate.service.components import Components
 
 BUCKETS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)
 
 
-class Calls:
+class CallDurations:
     """How often each call was made, how it ended, and how long it took."""
 
     def __init__(self) -> None:
@@ -32,67 +32,70 @@ class Calls:
             buckets=BUCKETS,
         )
 
-    def took(self, method: str, operation: str, status: int, seconds: float) -> None:
-        """Note a call."""
+    def note(self, method: str, operation: str, status: int, seconds: float) -> None:
+        """Note the duration of a call [s]."""
         self.seconds.labels(method, operation, str(status)).observe(seconds)
 
 
-class Measured:
-    """An ASGI application in front of another one, which notes how long calls take, by their operation."""
+class CallTimer:
+    """An ASGI application in front of another one, which measures how long calls take, by their operation."""
 
-    def __init__(self, app: ASGIApp, calls: Calls) -> None:
-        self.app, self._calls = app, calls
+    def __init__(self, app: ASGIApp, durations: CallDurations) -> None:
+        self.app, self._durations = app, durations
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a call and note it."""
+        """Hand a call on, and note its duration."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
         began, status = time.perf_counter(), 500
 
-        async def noted(message: Message) -> None:
+        async def send_noting_status(message: Message) -> None:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
             await send(message)
 
         try:
-            await self.app(scope, receive, noted)
+            await self.app(scope, receive, send_noting_status)
         finally:
             operation = getattr(scope.get("route"), "operation_id", None) or "other"
-            self._calls.took(scope["method"], operation, status, time.perf_counter() - began)
+            self._durations.note(scope["method"], operation, status, time.perf_counter() - began)
 
 
-def exposition(parts: Parts, calls: Calls) -> tuple[bytes, str]:
-    """Return all figures and their content type."""
+def exposition(components: Components, durations: CallDurations) -> tuple[bytes, str]:
+    """Return all metrics as Prometheus reads them, and their content type."""
     registry = CollectorRegistry()
-    samples, incomplete = parts.live.samples
-    Counter("omnimate_samples", "Samples of the bus", registry=registry).inc(samples)
-    Counter("omnimate_samples_incomplete", "Samples with a missing reading", registry=registry).inc(
-        incomplete
-    )
-    Counter("omnimate_frames", "Frames of the bus", registry=registry).inc(parts.live.tap.frames)
-    Gauge("omnimate_listeners", "Clients of the stream", registry=registry).set(parts.hub.listeners)
-    Gauge("omnimate_bus_up", "Whether the bus is read", registry=registry).set(parts.live.problem is None)
-    _nodes(parts, registry)
-    _states(parts, registry)
-    return generate_latest(calls.registry) + generate_latest(registry), CONTENT_TYPE_LATEST
+    robot, events = components.robot, components.events
+    seen = robot.observer
+    for name, help_text, count in (
+        ("omnimate_samples", "Samples of the bus", seen.samples),
+        ("omnimate_samples_incomplete", "Samples with a missing reading", seen.incomplete),
+        ("omnimate_frames", "Frames of the bus", robot.frame_feed.frames),
+    ):
+        Counter(name, help_text, registry=registry).inc(count)
+    Gauge("omnimate_listeners", "Clients of the stream", registry=registry).set(events.listeners)
+    Gauge("omnimate_bus_up", "Whether the bus is read", registry=registry).set(robot.problem is None)
+    _nodes(components, registry)
+    _states(components, registry)
+    return generate_latest(durations.registry) + generate_latest(registry), CONTENT_TYPE_LATEST
 
 
-def _nodes(parts: Parts, registry: CollectorRegistry) -> None:
+def _nodes(components: Components, registry: CollectorRegistry) -> None:
     counters = {
         name: Counter(f"omnimate_node_{name}", f"Of each node: {name}", ["node"], registry=registry)
         for name in ("received", "missing", "restarts", "emergencies")
     }
     well = Gauge("omnimate_node_well", "Whether a node works", ["node"], registry=registry)
-    for node in parts.live.report.nodes if parts.live.report else ():
+    report = components.robot.observer.report
+    for node in report.nodes if report else ():
         for name, counter in counters.items():
             counter.labels(str(node.node)).inc(getattr(node, name))
         well.labels(str(node.node)).set(node.is_well)
 
 
-def _states(parts: Parts, registry: CollectorRegistry) -> None:
-    with parts.database.reading() as db:
+def _states(components: Components, registry: CollectorRegistry) -> None:
+    with components.database.reading() as db:
         for name, table in (("sessions", SessionRow), ("jobs", JobRow)):
             gauge = Gauge(f"omnimate_{name}", f"{name} by state", ["state"], registry=registry)
             for state, count in db.execute(select(table.state, func.count()).group_by(table.state)):

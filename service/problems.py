@@ -1,4 +1,4 @@
-"""Every error as a problem detail, RFC 9457, and how each is documented."""
+"""Problem details, RFC 9457: the answer to every error, and its description in OpenAPI."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
-from service.errors import ServiceError, StateError, ValueProblem
-from vehicle.errors import OmnimateError
+from omnimate.service.errors import InvalidValueError, ServiceError, StateError
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from fastapi import FastAPI, Request
@@ -25,7 +25,7 @@ _log = logging.getLogger(__name__)
 
 
 class Detail(BaseModel):
-    """One thing that is wrong with what was sent."""
+    """A field of the request that is wrong."""
 
     where: str = Field(examples=["body.side"])
     problem: str = Field(examples=["Input should be greater than or equal to 0.2"])
@@ -40,12 +40,12 @@ class Problem(BaseModel):
     detail: str = Field(
         examples=["session 9b1c is collecting and cannot take 'accept'; possible now: sample, solve"]
     )
-    possible: list[str] | None = Field(None, description="calls that the state allows")
-    errors: list[Detail] | None = Field(None, description="what is wrong with what was sent")
+    possible: list[str] | None = Field(None, description="The calls that the present state allows.")
+    errors: list[Detail] | None = Field(None, description="The fields of the request that are wrong.")
 
 
 def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Return how OpenAPI describes the problems of a call."""
+    """Return the description of a call's problems for OpenAPI, by their HTTP status."""
     return {
         status: {
             "description": HTTPStatus(status).phrase,
@@ -55,7 +55,7 @@ def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
     }
 
 
-def answer(
+def problem_response(
     status: int,
     title: str,
     detail: str,
@@ -64,7 +64,7 @@ def answer(
     errors: list[dict[str, str]] | None = None,
     headers: dict[str, str] | None = None,
 ) -> JSONResponse:
-    """Return a problem as a response."""
+    """Return a problem detail as a response."""
     body: dict[str, Any] = {"type": "about:blank", "title": title, "status": status, "detail": detail}
     if possible is not None:
         body["possible"] = list(possible)
@@ -74,7 +74,7 @@ def answer(
 
 
 def install(app: FastAPI) -> None:
-    """Have an application answer every error with a problem detail."""
+    """Let an application answer every error with a problem detail."""
     app.add_exception_handler(ServiceError, _of_service)
     app.add_exception_handler(OmnimateError, _of_rooms)
     app.add_exception_handler(RequestValidationError, _of_validation)
@@ -87,46 +87,51 @@ def install(app: FastAPI) -> None:
 async def _of_service(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, ServiceError)
     possible = error.possible if isinstance(error, StateError) else None
-    errors = [{"where": error.where, "problem": error.problem}] if isinstance(error, ValueProblem) else None
-    return answer(
+    errors = (
+        [{"where": error.where, "problem": error.problem}] if isinstance(error, InvalidValueError) else None
+    )
+    return problem_response(
         error.status, error.title, str(error), possible=possible, errors=errors, headers=error.headers
     )
 
 
 async def _of_rooms(_request: Request, error: Exception) -> JSONResponse:
-    """Say what a room of the project found wrong with what was sent."""
-    return answer(422, "Not usable", str(error))
+    """Answer an error of another room, which explains what is wrong with the request."""
+    return problem_response(422, "Not usable", str(error))
 
 
 async def _of_validation(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     errors = [
-        {"where": ".".join(str(part) for part in one["loc"]), "problem": str(one["msg"])}
-        for one in error.errors()[:20]
+        {"where": ".".join(str(part) for part in invalid["loc"]), "problem": str(invalid["msg"])}
+        for invalid in error.errors()[:20]
     ]
-    if any(one["type"] == "missing" and one["loc"] == ("header", "if-match") for one in error.errors()):
-        return answer(428, "If-Match is missing", "send If-Match with the ETag of what you saw, or * for any")
-    detail = "; ".join(f"{one['where']}: {one['problem']}" for one in errors)
-    return answer(422, "Not as expected", detail[:1000], errors=errors)
+    missing = {invalid["loc"] for invalid in error.errors() if invalid["type"] == "missing"}
+    if ("header", "if-match") in missing:
+        return problem_response(
+            428, "If-Match is missing", "send If-Match with the ETag of what you saw, or * for any version"
+        )
+    detail = "; ".join(f"{wrong['where']}: {wrong['problem']}" for wrong in errors)
+    return problem_response(422, "Not as expected", detail[:1000], errors=errors)
 
 
 async def _of_http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     title = HTTPStatus(error.status_code).phrase
     if error.status_code == 405:
-        return answer(
+        return problem_response(
             405,
             title,
             f"{request.method} is not among {_allowed(request)}",
             headers={"Allow": _allowed(request)},
         )
-    own = error.detail != title
-    detail = error.detail if own else f"{title}; see /openapi.json for the calls that there are"
-    return answer(error.status_code, title, detail, headers=dict(error.headers or {}))
+    explained = error.detail != title
+    detail = error.detail if explained else f"{title}; see /openapi.json for the calls that there are"
+    return problem_response(error.status_code, title, detail, headers=dict(error.headers or {}))
 
 
 def _allowed(request: Request) -> str:
-    """Return all methods that the document lists for a path; whichever route has them."""
+    """Return all methods that the OpenAPI document lists for a path."""
     paths = request.app.openapi()["paths"].items()
     matching = (calls for path, calls in paths if compile_path(path)[0].match(request.url.path))
     return ", ".join(sorted({method.upper() for calls in matching for method in calls}))
@@ -134,11 +139,11 @@ def _allowed(request: Request) -> str:
 
 async def _of_database(_request: Request, error: Exception) -> JSONResponse:
     _log.error("the database did not answer: %s", error)
-    return answer(503, "Not now", "the database did not answer; try again", headers={"Retry-After": "2"})
+    return problem_response(
+        503, "Not now", "the database did not answer; try again", headers={"Retry-After": "2"}
+    )
 
 
 async def _unexpected(_request: Request, error: Exception) -> JSONResponse:
-    _log.error("unexpected", exc_info=error)
-    return answer(
-        500, "An error of ours", "something went wrong that should not have; the service's log says what"
-    )
+    _log.error("an error in the service itself", exc_info=error)
+    return problem_response(500, "An error of ours", "an error in the service itself; its log says more")

@@ -1,4 +1,4 @@
-"""What the service is told at its start; read once, never changed."""
+"""The settings of the service, read once when it starts."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ MEGABYTE = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """All of it.
+    """The settings of the service.
 
     Attributes:
-        bus: URL of the robot's bus; None for a simulated robot in this process.
-        vehicle: file of the robot's parameters; None for the reference robot.
-        database: URL of SQLAlchemy.
-        host: to listen at.
-        port: likewise.
-        pace: of the simulated robot while it drives a session, in real times.
-        lifetime: how long nobody may go on with a session before it expires [s].
-        body: largest body of a call [bytes].
-        upload: largest recording as a zip [bytes].
-        unpacked: largest recording when it is unpacked [bytes].
-        rate: calls a second that one caller may make, over some seconds.
-        instance: of this process, among services that share a database.
+        bus: The URL of the robot's bus; None for a simulated robot in this process.
+        vehicle: The file of the robot's parameters; None for the reference robot.
+        database: The URL of the database, in SQLAlchemy's form.
+        host: The address at which the service listens.
+        port: The port at which the service listens.
+        pace: The pace of the simulated robot while it drives a session, as a multiple of real time.
+        lifetime: The time after which an unused session expires [s].
+        body: The largest body of a call [bytes].
+        upload: The largest recording, as a zip [bytes].
+        unpacked: The largest recording after it was unpacked [bytes].
+        rate: The calls per second that one caller may make, averaged over some seconds.
+        instance: The id of this process among the services that share a database.
     """
 
     bus: str | None = None
@@ -44,7 +44,7 @@ class Settings:
 
     @property
     def is_loopback(self) -> bool:
-        """Whether nobody but this machine can reach the service."""
+        """Whether only this machine can reach the service."""
         if self.host == "localhost":
             return True
         try:

@@ -1,4 +1,4 @@
-"""Poses as a measuring system tells them whose clock is late or drifts: of some time ago."""
+"""Poses as a measuring system reports them whose clock is late or drifts: poses of an earlier time."""
 
 from __future__ import annotations
 
@@ -7,36 +7,36 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcan_sim.effects.ageing import AgedSamples
+from omnimate.vcan_sim.effects.ageing import AgedSamples
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from vcan_sim.effects.effect import Effect
-    from vehicle.se2 import Array
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
 
 
 class AgedPoses:
     """The true poses of all trucks, as far back as they may yet be asked for."""
 
     def __init__(self, effects: Iterable[Effect], start_time: float) -> None:
-        self._effects = [one for one in effects if isinstance(one, AgedSamples)]
+        self._effects = [effect for effect in effects if isinstance(effect, AgedSamples)]
         self._start = start_time
         self._past: deque[tuple[float, Array]] = deque()
 
     def note(self, time: float, poses: Array) -> None:
-        """Keep the poses `(T, 3)` of a time [s]; forget what is older than any that is still to be told."""
+        """Keep the poses `(T, 3)` of a time [s]; forget what is older than any that may still be reported."""
         self._past.append((time, poses.copy()))
         oldest = time - self._age(time) if self._effects else time
         while len(self._past) > 2 and self._past[1][0] <= oldest:
             self._past.popleft()
 
     def seen(self, truck: int) -> Array:
-        """Return the pose `(3,)` of a truck that is told now."""
+        """Return the pose `(3,)` of a truck that is reported now."""
         now, poses = self._past[-1]
         if not self._effects:
             return np.array(poses[truck])
-        time = np.array([one for one, _ in self._past])
+        time = np.array([time for time, _ in self._past])
         values = np.stack([poses[truck] for _, poses in self._past])
         age = self._age(now)
         if age < 0.0 and len(time) > 1:  # foreseen along the last step
@@ -44,4 +44,4 @@ class AgedPoses:
         return np.array([np.interp(now - age, time, axis) for axis in values.T])
 
     def _age(self, now: float) -> float:
-        return sum(float(one.age(np.array([now]), self._start)[0]) for one in self._effects)
+        return sum(float(effect.age(np.array([now]), self._start)[0]) for effect in self._effects)

@@ -1,6 +1,7 @@
-"""The path of a signal through a robot with effects: the stages of `signal_path`, and effects between them.
+"""The signal path of a robot with effects: at each stage the plant's own physics, then the effects.
 
-Effects see blocks of one step here, and in a diagnosis the whole of a recording: the same code.
+The stages and their order are those of `effects.stages`. Here effects get blocks of one step, and in a
+diagnosis the whole of a recording: both run the same code of an effect.
 """
 
 from __future__ import annotations
@@ -11,18 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcan_sim.aged_poses import AgedPoses
-from vcan_sim.effects.block import LINKAGE, Block, wheel_number
-from vcan_sim.effects.effect import STAGES, stage_of
-from vcan_sim.signal_path import disturb, glide, move, settle, turn_wheels
+from omnimate.vcan_sim.aged_poses import AgedPoses
+from omnimate.vcan_sim.effects.block import LINKAGE, Block, wheel_number
+from omnimate.vcan_sim.effects.stages import by_stage
+from omnimate.vcan_sim.signal_path import disturb, glide, move, settle, turn_wheels
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from vcan_sim.effects.effect import Effect, Stage
-    from vehicle.compiled import Record
-    from vehicle.parameters import VehicleParameters
-    from vehicle.se2 import Array
+    from omnimate.vcan_sim.effects.effect import Effect, Stage
+    from omnimate.vehicle.compiled import Record
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.se2 import Array
 
 PAUSE = 1.0  # [s] without SYNC that is more than a bus that is late
 
@@ -31,7 +32,7 @@ class AlteredPath:
     """What the effects of one robot remember, and how a step goes with them.
 
     Attributes:
-        time: at the end of the last step [s].
+        time: Time at the end of the last step [s].
     """
 
     def __init__(
@@ -45,60 +46,57 @@ class AlteredPath:
         """Begin at rest.
 
         Args:
-            vehicle: nominal; its wheels' size makes the speeds that effects see.
-            constants: of the true robot.
-            effects: at one stage they act in this order.
-            start_time: [s].
-            clock: that `time` catches up with [s] when it has been left behind; none by default.
+            vehicle: Nominal vehicle; the size of its wheels makes the speeds that effects get.
+            constants: Constants of the true robot.
+            effects: Effects that act; at one stage they act in this order.
+            start_time: Time at the start [s].
+            clock: Clock that `time` catches up with [s] after a pause without SYNC; none by default.
         """
         self.time = start_time
         self._clock = clock
-        self._own = constants[0]
+        self._constants = constants[0]
         self._trucks = len(vehicle.trucks)
-        self._effects = {stage: [one for one in effects if stage_of(one) == stage] for stage in STAGES}
-        self._states: dict[Stage, list[Any]] = {stage: [None] * len(self._effects[stage]) for stage in STAGES}
+        self._effects = by_stage(effects)
+        self._states: dict[Stage, list[Any]] = {
+            stage: [None] * len(acting) for stage, acting in self._effects.items()
+        }
+        self._work: dict[Stage, Callable[[Record, Record, Block], Block]] = {
+            "encoder": self._count,
+            "travel": self._travel,
+            "body": self._move,
+            "reading": self._read,
+            "poses": self._note,
+        }
         wheels = 2 * self._trucks
         self._radius = np.array([0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels])
-        self._zero = self._own["offset"][:wheels] / self._own["scale"][:wheels]
+        self._zero = self._constants["offset"][:wheels] / self._constants["scale"][:wheels]
         self._rest = 0.0 if vehicle.linkage is None else vehicle.linkage.length
-        self._counted = sorted({wheel_number(one.component) for one in self._effects["encoder"]})
-        self._read = sorted({LINKAGE.index(one.component) for one in self._effects["reading"]})
+        self._counted = sorted({wheel_number(effect.component) for effect in self._effects["encoder"]})
+        self._channels = sorted({LINKAGE.index(effect.component) for effect in self._effects["reading"]})
         self._poses = AgedPoses(self._effects["poses"], start_time)
 
     def first(self, state: Record, period: float) -> None:
         """Let effects act on what is read before the first step; those that remember begin after it."""
-        if self._read:
+        if self._channels:
             block = self._block(state, np.zeros(2 * self._trucks), period)
             self._show(state, block, [None] * len(self._effects["reading"]))
         self._poses.note(self.time, state[0]["pose"])
 
     def advance(self, state: Record, obstacles: Record, command: Array, period: float) -> None:
         """Advance the robot by one period [s] with the commanded wheel speeds [rad/s]."""
-        own, constants = state[0], self._own
-        before = own["speed"][: 2 * self._trucks].copy()
-        turn_wheels(constants, own, command, period)
-        self._pass(period)
-        block = self._act("travel", self._block(state, before, period))
-        own["travel"][: 2 * self._trucks] = block.travel[0]
-        disturb(constants, own, obstacles)
-        if self._counted:
-            self._count(state, block)
-        if self._effects["body"]:
-            self._drift(state, block)
-        else:
-            move(constants, own)
-        settle(constants, own)
-        if self._read:
-            seen = replace(block, reading=self._reading(state))
-            self._states["reading"] = self._show(state, seen, self._states["reading"])
-        self._poses.note(self.time, state[0]["pose"])
+        before = state[0]["speed"][: 2 * self._trucks].copy()
+        turn_wheels(self._constants, state[0], command, period)
+        self._let_time_pass(period)
+        block = self._block(state, before, period)
+        for stage in self._effects:
+            block = self._work[stage](state, obstacles, block)
 
     def pose(self, truck: int) -> Array:
-        """Return the pose of a truck, `(3,)`, as it is told now: as it was some time ago."""
+        """Return the pose `(3,)` of a truck that is reported now: the pose of an earlier time."""
         return self._poses.seen(truck)
 
-    def _pass(self, period: float) -> None:
-        """Let time pass; where nobody has sent SYNC for a while, what was left out too."""
+    def _let_time_pass(self, period: float) -> None:
+        """Advance the time by a period [s]; after a pause without SYNC, by the whole pause."""
         self.time += period
         if self._clock is not None and (now := self._clock()) > self.time + PAUSE:
             self.time = now
@@ -111,46 +109,80 @@ class AlteredPath:
 
     def _block(self, state: Record, speed_before: Array, period: float) -> Block:
         """Return a block of the step that the wheels have just turned."""
-        own, wheels = state[0], 2 * self._trucks
-        speed = own["speed"][:wheels]
+        robot, wheels = state[0], 2 * self._trucks
+        speed = robot["speed"][:wheels]
         return Block(
             time=np.array([self.time]),
             period=np.array([period]),
-            angle=(self._zero + own["angle"][:wheels])[None],
-            turned=own["turned"][None, :wheels].copy(),
+            angle=(self._zero + robot["angle"][:wheels])[None],
+            turned=robot["turned"][None, :wheels].copy(),
             speed=(self._radius * speed)[None],
             acceleration=(self._radius * (speed - speed_before) / period)[None],
-            wheelbase=self._own["wheelbase"][: self._trucks],
-            heading=own["pose"][None, : self._trucks, 2].copy(),
-            travel=own["travel"][None, :wheels].copy(),
+            wheelbase=self._constants["wheelbase"][: self._trucks],
+            heading=robot["pose"][None, : self._trucks, 2].copy(),
+            travel=robot["travel"][None, :wheels].copy(),
             twist=np.zeros((1, self._trucks, 3)),
             reading=self._reading(state),
             rest=self._rest,
         )
 
     def _reading(self, state: Record) -> Array:
-        """Return what joints [rad] and link [m] read without effects, `(1, 3)`."""
+        """Return what joints [rad] and link [m] read, biases included, before effects act, `(1, 3)`."""
         if self._trucks == 1:
             return np.zeros((1, 0))
-        own, constants = state[0], self._own
-        joints = own["joint"] + constants["joint_bias"]
-        return np.array([[joints[0], joints[1], own["length"] - constants["link_zero"] + self._rest]])
+        joints, length = self._measured(state)
+        return np.array([[joints[0], joints[1], length + self._rest]])
 
-    def _count(self, state: Record, block: Block) -> None:
-        """Count what arrives of the wheels' turns."""
+    def _measured(self, state: Record) -> tuple[Array, float]:
+        """Return the joints' angles `(2,)` [rad] and the link's length beyond its zero [m]."""
+        robot, constants = state[0], self._constants
+        return robot["joint"] + constants["joint_bias"], float(robot["length"] - constants["link_zero"])
+
+    # The stages
+
+    def _count(self, state: Record, _obstacles: Record, block: Block) -> Block:
+        """Count what arrives of the wheels' turns; the wheels themselves turn as they did."""
+        if not self._counted:
+            return block
         counted = self._act("encoder", block)
-        own, constants = state[0], self._own
+        robot, constants = state[0], self._constants
         for wheel in self._counted:
             missing = block.angle[0, wheel] - counted.angle[0, wheel]
-            turned = own["angle"][wheel] - missing
-            own["counts"][wheel] = math.floor(constants["offset"][wheel] + constants["scale"][wheel] * turned)
+            turned = robot["angle"][wheel] - missing
+            count = constants["offset"][wheel] + constants["scale"][wheel] * turned
+            robot["counts"][wheel] = math.floor(count)
+        return block
 
-    def _drift(self, state: Record, block: Block) -> None:
-        """Move the trucks along what effects make of the arcs of their wheels."""
-        own = state[0]
-        arcs = replace(block, travel=own["travel"][None, : 2 * self._trucks].copy()).rolled()
+    def _travel(self, state: Record, obstacles: Record, block: Block) -> Block:
+        """Let the wheels travel over the ground, with the floor's roughness and bumps."""
+        block = self._act("travel", block)
+        state[0]["travel"][: 2 * self._trucks] = block.travel[0]
+        disturb(self._constants, state[0], obstacles)
+        return block
+
+    def _move(self, state: Record, _obstacles: Record, block: Block) -> Block:
+        """Move the trucks along the arcs of their wheels, or along what effects make of these arcs."""
+        robot = state[0]
+        if not self._effects["body"]:
+            move(self._constants, robot)
+            return block
+        arcs = replace(block, travel=robot["travel"][None, : 2 * self._trucks].copy()).rolled()
         heading = arcs.heading + 0.5 * arcs.twist[:, :, 2]
-        glide(self._own, own, self._act("body", replace(arcs, heading=heading)).twist[0])
+        glide(self._constants, robot, self._act("body", replace(arcs, heading=heading)).twist[0])
+        return block
+
+    def _read(self, state: Record, _obstacles: Record, block: Block) -> Block:
+        """Let the linkage follow the trucks, and read it."""
+        settle(self._constants, state[0])
+        if self._channels:
+            read = replace(block, reading=self._reading(state))
+            self._states["reading"] = self._show(state, read, self._states["reading"])
+        return block
+
+    def _note(self, state: Record, _obstacles: Record, block: Block) -> Block:
+        """Keep the poses that are measured from outside."""
+        self._poses.note(self.time, state[0]["pose"])
+        return block
 
     def _show(self, state: Record, block: Block, states: Sequence[Any]) -> list[Any]:
         """Quantise what effects make of the linkage's readings; return what they remember."""
@@ -158,10 +190,10 @@ class AlteredPath:
         for effect, before in zip(self._effects["reading"], states, strict=True):
             shown, remembered = effect.act(shown, before)
             after.append(remembered)
-        own, constants = state[0], self._own
-        counted = *(own["joint"] + constants["joint_bias"]), own["length"] - constants["link_zero"]
-        for channel in self._read:
-            value = counted[channel] + (shown.reading[0, channel] - true[channel])
+        constants, (joints, length) = self._constants, self._measured(state)
+        measured = (*joints, length)
+        for channel in self._channels:
+            value = measured[channel] + (shown.reading[0, channel] - true[channel])
             offset, scale = constants["offset"][4 + channel], constants["scale"][4 + channel]
-            own["counts"][4 + channel] = math.floor(offset + scale * value + 0.5)
+            state[0]["counts"][4 + channel] = math.floor(offset + scale * value + 0.5)
         return after

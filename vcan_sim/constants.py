@@ -6,40 +6,42 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcan_sim.records import Constants, Obstacle
-from vehicle.compiled import Record, layout, record
-from vehicle.parameters import WHEELS
+from omnimate.vcan_sim.biases import split_biases
+from omnimate.vcan_sim.records import Constants, Obstacle
+from omnimate.vehicle.compiled import Record, layout, record
+from omnimate.vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:
-    from vcan_sim.bumps import Bump
-    from vcan_sim.truth import Truth
-    from vehicle.parameters import Encoder, VehicleParameters
+    from omnimate.vcan_sim.bumps import Bump
+    from omnimate.vcan_sim.truth import Truth
+    from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
 
 def constants_of(truth: Truth, vehicle: VehicleParameters) -> Record:
     """Return the constants record `(1,)` of a true robot whose encoders are those of `vehicle`."""
     constants = record(Constants)
-    own = constants[0]
-    own["trucks"], own["seed"], own["roughness"] = (
+    robot = constants[0]
+    (*joint_biases, link_bias), _ = split_biases(truth.effects)
+    robot["trucks"], robot["seed"], robot["roughness"] = (
         len(truth.vehicle.trucks),
         truth.seed,
         truth.floor.roughness,
     )
-    own["wheelbase"] = truth.vehicle.trucks["a"].wheelbase
+    robot["wheelbase"] = truth.vehicle.trucks["a"].wheelbase
     if truth.vehicle.linkage is not None and vehicle.linkage is not None:
-        own["wheelbase"][1] = truth.vehicle.trucks["b"].wheelbase
-        own["link_zero"] = vehicle.linkage.length - truth.link_bias
-        own["shortest"] = truth.vehicle.linkage.length - truth.stroke
-        own["longest"] = truth.vehicle.linkage.length + truth.stroke
-    own["joint_bias"] = truth.joint_bias
+        robot["wheelbase"][1] = truth.vehicle.trucks["b"].wheelbase
+        robot["link_zero"] = vehicle.linkage.length - link_bias
+        robot["shortest"] = truth.vehicle.linkage.length - truth.stroke
+        robot["longest"] = truth.vehicle.linkage.length + truth.stroke
+    robot["joint_bias"] = joint_biases
     for number, wheel in enumerate(truth.vehicle.wheels):
-        own["radius"][number] = 0.5 * truth.vehicle.wheel_diameter(wheel)
-        own["servo"][number] = truth.servo / own["radius"][number]
+        robot["radius"][number] = 0.5 * truth.vehicle.wheel_diameter(wheel)
+        robot["servo"][number] = truth.servo / robot["radius"][number]
     chance = np.random.default_rng(truth.seed)
     for number, channel in enumerate(vehicle.expected_channels):
         encoder = vehicle.encoder(channel)
-        own["scale"][number] = 1.0 / encoder.scale
-        own["offset"][number] = _first_count(encoder, chance)
+        robot["scale"][number] = 1.0 / encoder.scale
+        robot["offset"][number] = _first_count(encoder, chance)
     return constants
 
 
@@ -63,6 +65,7 @@ def obstacles_of(bumps: tuple[Bump, ...], vehicle: VehicleParameters) -> Record:
             obstacle["lap"] = -1 if bump.lap is None else bump.lap
             obstacle["after"], obstacle["size"] = bump.after, bump.size
             obstacle["x"], obstacle["y"] = bump.x, bump.y
-            obstacle["lost"], obstacle["span"] = bump.lost(radius), bump.span(radius)
+            crossing = bump.crossing(radius)
+            obstacle["lost"], obstacle["span"] = crossing.lost, crossing.rolled
             obstacles.append(obstacle)
     return np.array(obstacles, layout(Obstacle))

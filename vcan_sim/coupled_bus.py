@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import can
 
-from vcan_sim.simulated_vehicle import SimulatedVehicle
+from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from vcan_sim.faults import Fault
-    from vcan_sim.simulated_vehicle import Plant
-    from vehicle.parameters import VehicleParameters
+    from omnimate.vcan_sim.faults import DeviceFault
+    from omnimate.vcan_sim.simulated_vehicle import Plant
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 class _VehicleEnd(can.BusABC):
@@ -46,21 +46,21 @@ class CoupledBus(can.BusABC):
     """The master's end of a simulated vehicle's bus, on the clock of its SYNCs; for one thread.
 
     Attributes:
-        simulated: the vehicle.
+        simulated: Simulated vehicle at the other end of the bus.
     """
 
     def __init__(
         self,
         vehicle: VehicleParameters,
         plant: Plant,
-        faults: Iterable[Fault] = (),
+        faults: Iterable[DeviceFault] = (),
         wheel_speeds: Callable[[SimulatedVehicle], Sequence[float]] | None = None,
     ) -> None:
         """Build the vehicle; its boot-up messages wait to be received.
 
         Raises:
-            SimulationError: no such devices exist.
-            FaultError: a fault is of a node that the vehicle has not.
+            SimulationError: No device can be as the vehicle's parameters ask.
+            FaultError: A fault is of a node that the vehicle does not have.
         """
         self._end = _VehicleEnd()
         self.simulated = SimulatedVehicle(vehicle, plant, self._end, "sync", faults, wheel_speeds)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vehicle.canopen_words import sdo_abort_in_words
-from vehicle.errors import OmnimateError
+from omnimate.logs.canopen_words import sdo_abort_in_words
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,7 +19,7 @@ class FaultError(SimulationError):
     """A device fault that cannot be understood or does not fit the vehicle.
 
     Attributes:
-        fault: the fault as it was written.
+        fault: Fault as it was written.
     """
 
     def __init__(self, fault: str, problem: str) -> None:
@@ -27,12 +27,24 @@ class FaultError(SimulationError):
         self.fault = fault
 
 
+class BumpError(SimulationError):
+    """A bump that cannot be understood.
+
+    Attributes:
+        text: The bump as it was written.
+    """
+
+    def __init__(self, text: str, problem: str) -> None:
+        super().__init__(f"bump {text!r}: {problem}")
+        self.text = text
+
+
 class EffectsFileError(SimulationError):
     """An effects file that cannot be read or describes no effect.
 
     Attributes:
-        source: the file.
-        entry: which of its effects, from 1, and its key, such as `effect 2: amplitude`.
+        source: Path of the file.
+        entry: Number of the effect in the file, from 1, and its key, such as `effect 2: amplitude`.
     """
 
     def __init__(self, source: Path | str, entry: str, problem: str) -> None:
@@ -45,8 +57,8 @@ class HubError(SimulationError):
     """A hub that cannot serve where it was asked to.
 
     Attributes:
-        host: address.
-        port: TCP port.
+        host: Address on which the hub was to listen.
+        port: TCP port on which the hub was to listen.
     """
 
     def __init__(self, host: str, port: int, problem: str) -> None:
@@ -59,7 +71,7 @@ class ProtocolError(SimulationError):
     """A client's command that is not of the socketcand protocol.
 
     Attributes:
-        command: what the client sent, as far as it was read.
+        command: Command of the client, as far as it was read.
     """
 
     def __init__(self, command: str, problem: str) -> None:
@@ -72,7 +84,7 @@ class SdoAbort(SimulationError):  # noqa: N818 - the word of CiA 301
     """An SDO request that a device answers with an abort.
 
     Attributes:
-        code: the abort code of CiA 301.
+        code: Abort code of CiA 301.
     """
 
     def __init__(self, code: int) -> None:
@@ -84,8 +96,8 @@ class EndStopError(SimulationError):
     """A slider that was driven to its end stop: the trucks did not keep their distance.
 
     Attributes:
-        time: since the start [s].
-        length: of the link [m].
+        time: Time since the start [s].
+        length: Length of the link [m].
     """
 
     def __init__(self, time: float, length: float) -> None:

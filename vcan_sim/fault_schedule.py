@@ -7,38 +7,38 @@ import math
 from itertools import count
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import FaultError
+from omnimate.vcan_sim.errors import FaultError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from vcan_sim.faults import Fault
-    from vcan_sim.nodes.device import Device
+    from omnimate.vcan_sim.faults import DeviceFault
+    from omnimate.vcan_sim.nodes.device import Device
 
 
 class FaultSchedule:
     """Begins and ends faults as the clock passes their times.
 
     Attributes:
-        due: when the next of them begins or ends [s].
+        due: Time at which the next fault begins or ends [s].
     """
 
-    def __init__(self, devices: Mapping[int, Device], faults: Iterable[Fault]) -> None:
+    def __init__(self, devices: Mapping[int, Device], faults: Iterable[DeviceFault]) -> None:
         self._devices = devices
         self._order = count()  # faults of one instant keep the order in which they were given
-        self._events: list[tuple[float, int, bool, Fault]] = []
+        self._events: list[tuple[float, int, bool, DeviceFault]] = []
         self.due = math.inf
         for fault in faults:
             self.check(fault)
             self._add(fault.at, fault, begins=True)
 
-    def check(self, fault: Fault) -> None:
+    def check(self, fault: DeviceFault) -> None:
         """Raise FaultError where the fault's node is not on the bus."""
         if fault.node not in self._devices:
             nodes = ", ".join(str(node) for node in self._devices)
             raise FaultError(str(fault), f"no node {fault.node} on this bus; expected one of {nodes}")
 
-    def begin(self, fault: Fault, now: float) -> None:
+    def begin(self, fault: DeviceFault, now: float) -> None:
         """Let a fault begin now, whatever time it is planned for."""
         fault.begin(self._devices[fault.node], now)
         if fault.duration < math.inf:
@@ -54,6 +54,6 @@ class FaultSchedule:
                 fault.end(self._devices[fault.node], now)
         self.due = self._events[0][0] if self._events else math.inf
 
-    def _add(self, time: float, fault: Fault, *, begins: bool) -> None:
+    def _add(self, time: float, fault: DeviceFault, *, begins: bool) -> None:
         heapq.heappush(self._events, (time, next(self._order), begins, fault))
         self.due = self._events[0][0]

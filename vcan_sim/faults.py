@@ -1,29 +1,29 @@
-"""Faults that devices show: one small class each, all in `FAULTS`, written as `reboot:node=2,at=30`."""
+"""Faults of devices: one small class for each, all of them in `FAULTS`."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vcan_sim.errors import FaultError
-from vcan_sim.nodes.disturbance import Babble
+from omnimate.vcan_sim.errors import FaultError
+from omnimate.vcan_sim.nodes.disturbance import Babble
 
 if TYPE_CHECKING:
-    from vcan_sim.nodes.device import Device
+    from omnimate.vcan_sim.nodes.device import Device
 
 
 _BOUNDS = {"node": (1.0, 127.0), "at": (0.0, math.inf), "duration": (0.0, math.inf)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
-    """What all faults have.
+class DeviceFault:
+    """What all faults of devices have in common.
 
     Attributes:
-        node: the device's node id.
-        at: when it begins, on the devices' clock [s].
-        duration: how long it lasts [s].
+        node: Node id of the device.
+        at: Time at which the fault begins, on the devices' clock [s].
+        duration: Time for which the fault lasts [s].
     """
 
     name: ClassVar[str]
@@ -45,7 +45,7 @@ class Fault:
         raise NotImplementedError
 
     def end(self, device: Device, now: float) -> None:
-        """Make it sound again."""
+        """End the fault."""
         raise NotImplementedError
 
 
@@ -54,8 +54,8 @@ def _disturb(device: Device, now: float, **changes: Any) -> None:  # noqa: ANN40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Silence(Fault):
-    """The device sends nothing, as with a broken transmit line; it counts and hears on."""
+class Silence(DeviceFault):
+    """The device sends nothing, as with a broken transmit line; it still counts and receives."""
 
     name: ClassVar[str] = "silence"
 
@@ -64,12 +64,12 @@ class Silence(Fault):
         _disturb(device, now, silent=True)
 
     def end(self, device: Device, now: float) -> None:
-        """Mend the line."""
+        """Connect the line again."""
         _disturb(device, now, silent=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reboot(Fault):
+class Reboot(DeviceFault):
     """The device loses power for `duration`, then boots: defaults, wheel counters at 0, pre-operational."""
 
     name: ClassVar[str] = "reboot"
@@ -88,11 +88,11 @@ class Reboot(Fault):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WrongLength(Fault):
+class WrongLength(DeviceFault):
     """The device's PDOs have another length than their mapping.
 
     Attributes:
-        length: [byte].
+        length: Length of the PDOs [byte].
     """
 
     name: ClassVar[str] = "length"
@@ -110,11 +110,11 @@ class WrongLength(Fault):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EmergencyMessage(Fault):
-    """The device reports an error by EMCY, and takes it back at the end.
+class EmergencyMessage(DeviceFault):
+    """The device reports an error by EMCY, and reports its end.
 
     Attributes:
-        code: of the error, 5000h (device hardware) unless another is given.
+        code: Error code of the EMCY message; 5000h (device hardware) unless another is given.
     """
 
     name: ClassVar[str] = "emcy"
@@ -123,40 +123,40 @@ class EmergencyMessage(Fault):
     code: int = 0x5000
 
     def begin(self, device: Device, now: float) -> None:
-        """Report."""
+        """Report the error."""
         device.now = now
         device.emergency.set(self.code)
 
     def end(self, device: Device, now: float) -> None:
-        """Take it back."""
+        """Report the end of the error."""
         device.now = now
         device.emergency.clear(self.code)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FrozenCounter(Fault):
+class FrozenCounter(DeviceFault):
     """The device answers in time with what it sent last, as with a broken disc."""
 
     name: ClassVar[str] = "frozen"
 
     def begin(self, device: Device, now: float) -> None:
-        """Hold the value."""
+        """Repeat the last values."""
         _disturb(device, now, frozen=True)
 
     def end(self, device: Device, now: float) -> None:
-        """Let it go."""
+        """Send the present values again."""
         _disturb(device, now, frozen=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Babbling(Fault):
+class Babbling(DeviceFault):
     """The device floods the bus.
 
     Attributes:
-        frames: in one burst.
-        every: time between bursts [s]; on a clock of SYNCs, one burst per SYNC at most.
-        cob_id: of the frames; the device's own PDO unless given.
-        data: of the frames, as hexadecimal digits; what was sent last unless given.
+        frames: Number of frames in one burst.
+        every: Time between two bursts [s]; on a clock of SYNCs there is at most one burst per SYNC.
+        cob_id: COB-ID of the frames; None for the device's own PDO.
+        data: Data of the frames, as hexadecimal digits; None for what the PDO sent last.
     """
 
     name: ClassVar[str] = "babbling"
@@ -168,22 +168,22 @@ class Babbling(Fault):
     data: str | None = None
 
     def begin(self, device: Device, now: float) -> None:
-        """Start to babble."""
+        """Begin to flood the bus."""
         data = None if self.data is None else bytes.fromhex(self.data)
         _disturb(device, now, babble=Babble(self.frames, self.every, self.cob_id, data))
 
     def end(self, device: Device, now: float) -> None:
-        """Fall silent."""
+        """Stop flooding the bus."""
         _disturb(device, now, babble=None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ClockJitter(Fault):
+class ClockJitter(DeviceFault):
     """Some answers to SYNC come late; on a clock of SYNCs, after the next one.
 
     Attributes:
-        late_by: how much later [s].
-        late_every: every how many answers are late.
+        late_by: Time by which a late answer is late [s].
+        late_every: Number of answers of which one is late.
     """
 
     name: ClassVar[str] = "jitter"
@@ -201,7 +201,7 @@ class ClockJitter(Fault):
         _disturb(device, now, late_by=0.0, late_every=1)
 
 
-FAULTS: tuple[type[Fault], ...] = (
+FAULTS: tuple[type[DeviceFault], ...] = (
     Silence,
     Reboot,
     WrongLength,
@@ -210,36 +210,3 @@ FAULTS: tuple[type[Fault], ...] = (
     Babbling,
     ClockJitter,
 )
-
-
-def parse_fault(text: str) -> Fault:
-    """Return the fault that a text such as `emcy:node=3,at=12.5,duration=2,code=0x5000` describes.
-
-    Raises:
-        FaultError: unknown name or key, missing node, or a value that is none.
-    """
-    name, _, rest = text.partition(":")
-    kinds = {kind.name: kind for kind in FAULTS}
-    if name not in kinds:
-        raise FaultError(text, f"unknown name {name!r}; expected one of {', '.join(kinds)}")
-    types = {field.name: str(field.type) for field in fields(kinds[name])}
-    values: dict[str, Any] = {}
-    for pair in filter(None, rest.split(",")):
-        key, equals, value = pair.partition("=")
-        if key not in types or not equals:
-            raise FaultError(text, f"{pair!r} is not understood; expected key=value with {', '.join(types)}")
-        values[key] = _value(text, key, types[key], value)
-    if "node" not in values:
-        raise FaultError(text, f"whose? expected a node, as in `{name}:node=2`")
-    return kinds[name](**values)
-
-
-def _value(text: str, key: str, kind: str, value: str) -> float | str:
-    """Return a value as its field's type has it."""
-    try:
-        if "str" in kind:
-            return bytes.fromhex(value)[:8].hex()
-        return float(value) if kind == "float" else int(value, 0)
-    except ValueError:
-        expected = {"float": "a number"}.get(kind, "hexadecimal digits" if "str" in kind else "an integer")
-        raise FaultError(text, f"{key}={value}: expected {expected}") from None

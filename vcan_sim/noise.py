@@ -1,13 +1,13 @@
-"""Random numbers that depend on a seed and a place in a stream alone, not on who asked before.
+"""Random numbers that depend on nothing but a seed, a stream and a place in this stream.
 
-Thus a vehicle that is stepped live and one that is simulated at once meet the same floor.
+Therefore a vehicle that is stepped live meets the same floor as one that is simulated without a bus.
 """
 
 import math
 
 import numpy as np
 
-from vehicle.compiled import compiled
+from omnimate.vehicle.compiled import compiled
 
 FLOOR, SONAR = range(2)  # streams; truck b's begin at STREAMS
 STREAMS = 2
@@ -36,9 +36,9 @@ def normal_pair(seed: int, stream: int, index: int) -> tuple[float, float]:
     """Return two independent standard normal deviates, Box & Muller (1958).
 
     Args:
-        seed: of the whole simulation.
-        stream: of one source of noise.
-        index: place in the stream, from 0.
+        seed: Seed of the whole simulation.
+        stream: Number of the source of noise.
+        index: Place in the stream, from 0.
     """
     start = _mix(_mix(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
     place = start + np.uint64(2 * index) * _GOLDEN

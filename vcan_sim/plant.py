@@ -7,20 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcan_sim.altered_path import AlteredPath
-from vcan_sim.constants import constants_of, obstacles_of
-from vcan_sim.noise import SONAR, STREAMS, normal_pair
-from vcan_sim.records import State
-from vcan_sim.signal_path import advance, begin_lap, couple, read_linkage, read_wheels
-from vehicle.compiled import record
-from vehicle.parameters import CHANNELS
-from vehicle.se2 import Array, compose
+from omnimate.vcan_sim.altered_path import AlteredPath
+from omnimate.vcan_sim.biases import split_biases
+from omnimate.vcan_sim.constants import constants_of, obstacles_of
+from omnimate.vcan_sim.noise import SONAR, STREAMS, normal_pair
+from omnimate.vcan_sim.records import State
+from omnimate.vcan_sim.signal_path import advance, begin_lap, couple, read_linkage, read_wheels
+from omnimate.vehicle.compiled import record
+from omnimate.vehicle.parameters import CHANNELS
+from omnimate.vehicle.se2 import Array, compose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from vcan_sim.truth import Truth
-    from vehicle.parameters import Encoder, TruckName, VehicleParameters
+    from omnimate.vcan_sim.truth import Truth
+    from omnimate.vehicle.parameters import Encoder, TruckName, VehicleParameters
 
 Pose = tuple[float, float, float]
 
@@ -29,11 +30,11 @@ class Plant:
     """One robot on one floor; advances one step per SYNC.
 
     Args:
-        truth: the robot as it is.
-        vehicle: the robot as its owner believes it to be, whose encoders count.
-        start: true pose of truck a; truck b stands behind it in line, at the link's length at rest.
-        start_time: on the clock of effects that act at a time [s].
-        clock: that this time keeps up with where SYNCs pause [s]; none by default.
+        truth: Robot as it truly is.
+        vehicle: Robot as its owner believes it to be, whose encoders count.
+        start: True pose of truck a; truck b stands behind it in line, at the link's length at rest.
+        start_time: Start on the clock of effects that act at a time [s].
+        clock: Clock that this time keeps up with after a pause without SYNC [s]; none by default.
     """
 
     def __init__(
@@ -51,8 +52,9 @@ class Plant:
         self.state = record(State)
         self._place(start)
         self._altered: AlteredPath | None = None
-        if truth.effects:
-            self._altered = AlteredPath(vehicle, self.constants, truth.effects, start_time, clock)
+        _, effects = split_biases(truth.effects)  # the biases are in the constants
+        if effects:
+            self._altered = AlteredPath(vehicle, self.constants, effects, start_time, clock)
             self._altered.first(self.state, vehicle.bus.sync_period)
         self._counters = [_counter(encoder) for encoder in vehicle.encoders]
         self._command = np.zeros(4)
@@ -60,20 +62,20 @@ class Plant:
         self._fixes = 0
 
     def _place(self, start: Pose) -> None:
-        own = self.state[0]
-        own["lap"] = -1
-        own["pose"][0] = start
+        robot = self.state[0]
+        robot["lap"] = -1
+        robot["pose"][0] = start
         if self.truth.vehicle.linkage is not None:
-            own["pose"][1] = compose(start, (-self.truth.vehicle.linkage.length, 0.0, 0.0))
-        read_wheels(self.constants[0], own)
-        couple(self.constants[0], own)
-        read_linkage(self.constants[0], own)
+            robot["pose"][1] = compose(start, (-self.truth.vehicle.linkage.length, 0.0, 0.0))
+        read_wheels(self.constants[0], robot)
+        couple(self.constants[0], robot)
+        read_linkage(self.constants[0], robot)
 
     def step(self, wheel_speeds: Sequence[float], dt: float) -> None:
         """Advance by a time [s] with the commanded speeds [rad/s] in the order of `vehicle.wheels`.
 
         Raises:
-            ValueError: a speed that is not a finite number, or the wrong number of them.
+            ValueError: A speed is not a finite number, or there are too few or too many.
         """
         if len(wheel_speeds) != self._wheels or not all(map(math.isfinite, wheel_speeds)):
             raise ValueError(f"wheel speeds {wheel_speeds}; expected {self._wheels} finite numbers [rad/s]")

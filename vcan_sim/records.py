@@ -5,25 +5,25 @@ Wheels stand in the order of `WHEELS`, counts in that of `CHANNELS`; truck a is 
 
 from typing import Annotated
 
-from vehicle.compiled import Array, IntArray
+from omnimate.vehicle.compiled import Array, IntArray
 
 
 class Constants:
     """What does not change while the robot drives.
 
     Attributes:
-        trucks: 1 or 2.
-        seed: of the floor.
-        wheelbase: true, of each truck [m].
-        radius: true, of each wheel [m].
-        servo: largest acceleration of each wheel [rad/s^2].
-        roughness: of the floor [m/sqrt(m)].
-        scale: counts per radian, per metre for the link, with the encoder's sign, of each channel.
-        offset: counts at angle 0, or at the nominal link length, of each channel.
-        joint_bias: [rad].
-        link_zero: length at which the link reads its offset [m].
-        shortest: length at the slider's end stop [m].
-        longest: likewise [m].
+        trucks: Number of trucks, 1 or 2.
+        seed: Seed of the floor.
+        wheelbase: True wheelbase of each truck [m].
+        radius: True radius of each wheel [m].
+        servo: Largest acceleration of each wheel [rad/s^2].
+        roughness: Roughness of the floor [m/sqrt(m)].
+        scale: Counts per radian, and for the link per metre, of each channel, with the encoder's sign.
+        offset: Counts of each channel at angle 0, and for the link at its nominal length.
+        joint_bias: Angle that each joint reads too much [rad].
+        link_zero: Length at which the link reads its offset [m].
+        shortest: Length of the link at the slider's inner end stop [m].
+        longest: Length of the link at the slider's outer end stop [m].
     """
 
     trucks: int
@@ -44,18 +44,18 @@ class State:
     """What changes with every step.
 
     Attributes:
-        steps: since the start.
-        speed: of each wheel [rad/s].
-        turned: by each wheel in this step [rad].
-        angle: of each wheel since the start [rad].
-        travel: over the ground by each wheel in this step [m].
-        rolled: by each wheel since the start, and since the lap began, whatever the direction [m].
-        lap: that is being driven; -1 between laps.
-        pose: true, of each truck.
-        joint: true angles, unwrapped [rad].
-        length: true, of the link [m].
-        end_stop: 1 once the slider was at its end stop.
-        counts: of each channel, unwrapped.
+        steps: Number of steps since the start.
+        speed: Speed of each wheel [rad/s].
+        turned: Angle by which each wheel turned in this step [rad].
+        angle: Angle of each wheel since the start [rad].
+        travel: Way of each wheel over the ground in this step [m].
+        rolled: Way of each wheel since the start, and since the lap began, in whatever direction [m].
+        lap: Number of the lap that is being driven; -1 between laps.
+        pose: True pose of each truck.
+        joint: True angles of the joints, unwrapped [rad].
+        length: True length of the link [m].
+        end_stop: 1 after the slider was at its end stop.
+        counts: Counts of each channel, unwrapped.
     """
 
     steps: int
@@ -76,17 +76,17 @@ class Obstacle:
     """A bump as seen by one wheel.
 
     Attributes:
-        wheel: number of the wheel.
-        scheduled: 1 where it is put under the wheel, 0 where it lies on the floor.
-        lap: in which it is put there; -1 for the whole drive.
-        after: rolled way at which it is met [m].
-        x: where it lies [m].
-        y: likewise [m].
-        size: radius of the place [m].
-        lost: travel in one crossing [m].
-        span: rolled way of one crossing [m].
-        remaining: rolled way to the end of the crossing that goes on [m].
-        met: 1 from when it is met until the wheel is off it; for good where it was put there.
+        wheel: Number of the wheel.
+        scheduled: 1 where the obstacle is put under the wheel, 0 where it lies on the floor.
+        lap: Number of the lap in which the obstacle is put there; -1 for the whole drive.
+        after: Rolled way at which the wheel meets the obstacle [m].
+        x: Place of the obstacle on the floor, x [m].
+        y: Place of the obstacle on the floor, y [m].
+        size: Radius of the place within which the wheel meets the obstacle [m].
+        lost: Way that is rolled but not travelled in one crossing [m].
+        span: Way that is rolled in one crossing [m].
+        remaining: Rolled way to the end of the crossing that goes on [m].
+        met: 1 from when the wheel meets the obstacle until it is off it; for good where it was put there.
     """
 
     wheel: int

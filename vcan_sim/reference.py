@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from vehicle.parameters import (
+from omnimate.vehicle.parameters import (
     CHANNELS,
     JOINTS,
     WHEELS,

@@ -5,26 +5,26 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from motion.journal import Journal
-from motion.reading import LinkReader
-from motion.runner import Runner
-from vehicle.counters import Counter, counter_law
-from vehicle.odometry import Odometer
-from vehicle.sample import Sample
+from omnimate.motion.journal import Journal
+from omnimate.motion.reading import LinkReader
+from omnimate.motion.runner import Runner
+from omnimate.vehicle.counters import Counter, counter_law
+from omnimate.vehicle.odometry import Odometer
+from omnimate.vehicle.sample import Sample
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from motion.program import Program
-    from vcan_sim.plant import Plant
-    from vehicle.parameters import VehicleParameters
+    from omnimate.motion.program import Program
+    from omnimate.vcan_sim.plant import Plant
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 class SelfDriving:
     """Gives wheel speeds in the drives' place, SYNC by SYNC; when the program is done the robot stands.
 
     Attributes:
-        journal: laps and fixes so far, on the clock given.
+        journal: Laps and fixes so far, on the clock given.
     """
 
     def __init__(
@@ -38,11 +38,11 @@ class SelfDriving:
         """Begin a program where the plant stands.
 
         Args:
-            vehicle: as its owner believes it to be.
-            plant: that it moves.
-            program: what to drive.
-            clock: of the journal [s].
-            on_fix: called after each absolute fix.
+            vehicle: Robot as its owner believes it to be.
+            plant: Plant that the wheel speeds move.
+            program: Program to drive.
+            clock: Clock of the journal [s].
+            on_fix: Function that is called after each absolute fix.
         """
         self.journal = Journal(program)
         self._plant, self._clock, self._on_fix = plant, clock, on_fix

@@ -6,15 +6,15 @@ import asyncio
 import signal
 from typing import TYPE_CHECKING, Literal
 
-from vcan_sim.hub import Hub
-from vcan_sim.simulated_vehicle import SimulatedVehicle
+from omnimate.vcan_sim.hub import Hub
+from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from vcan_sim.faults import Fault
-    from vcan_sim.simulated_vehicle import Plant
-    from vehicle.parameters import VehicleParameters
+    from omnimate.vcan_sim.faults import DeviceFault
+    from omnimate.vcan_sim.simulated_vehicle import Plant
+    from omnimate.vehicle.parameters import VehicleParameters
 
     WheelSpeeds = Callable[[SimulatedVehicle], Sequence[float]]
 
@@ -23,15 +23,15 @@ class BusServer:
     """Serves one simulated vehicle's bus.
 
     Attributes:
-        hub: the bus.
-        simulated: the vehicle on it.
+        hub: Bus that other processes join.
+        simulated: Vehicle on the bus.
     """
 
     def __init__(
         self,
         vehicle: VehicleParameters,
         plant: Plant,
-        faults: Iterable[Fault] = (),
+        faults: Iterable[DeviceFault] = (),
         clock: Literal["sync", "wall"] = "wall",
         wheel_speeds: WheelSpeeds | None = None,
     ) -> None:
@@ -45,7 +45,7 @@ class BusServer:
         """Serve until `stop` is set; `on_ready` is called with the port once clients may connect.
 
         Raises:
-            HubError: the address cannot be listened on.
+            HubError: The address cannot be listened on.
         """
         on_ready(await self.hub.start(host, port))
         try:
@@ -72,7 +72,7 @@ def serve(
     plant: Plant,
     host: str = "127.0.0.1",
     port: int = 29536,
-    faults: Iterable[Fault] = (),
+    faults: Iterable[DeviceFault] = (),
     on_ready: Callable[[int], None] = lambda _port: None,
     clock: Literal["sync", "wall"] = "wall",
     wheel_speeds: WheelSpeeds | None = None,
@@ -80,9 +80,9 @@ def serve(
     """Serve a simulated vehicle's bus until SIGINT or SIGTERM; to be called in the main thread.
 
     Raises:
-        HubError: the address cannot be listened on.
-        SimulationError: no such devices exist.
-        FaultError: a fault is of a node that the vehicle has not.
+        HubError: The address cannot be listened on.
+        SimulationError: No device can be as the vehicle's parameters ask.
+        FaultError: A fault is of a node that the vehicle does not have.
     """
     server = BusServer(vehicle, plant, faults, clock, wheel_speeds)
 

@@ -6,13 +6,13 @@ the stage before left in the state. Wheels stand in the order of `WHEELS`, count
 
 import math
 
-from vcan_sim.crossings import lose_travel
-from vcan_sim.noise import FLOOR, STREAMS, normal_pair
-from vcan_sim.records import Constants, State
-from vehicle.compiled import Array, Record, compiled
-from vehicle.odometry import advance as advance_pose
-
-advance_arc = compiled(advance_pose)
+from omnimate.vcan_sim.noise import FLOOR, STREAMS, normal_pair
+from omnimate.vcan_sim.obstacles import lose_travel
+from omnimate.vcan_sim.records import Constants, State
+from omnimate.vehicle.compiled import Array, Record, compiled
+from omnimate.vehicle.compiled_se2 import direction, wrap
+from omnimate.vehicle.compiled_se2 import glide as glide_pose
+from omnimate.vehicle.compiled_se2 import roll as roll_pose
 
 
 @compiled
@@ -60,23 +60,15 @@ def disturb(constants: Constants, state: State, obstacles: Record) -> None:
 def move(constants: Constants, state: State) -> None:
     """Move each truck along the exact arc of its wheels' travel."""
     for truck in range(constants.trucks):
-        pose = state.pose[truck, 0], state.pose[truck, 1], state.pose[truck, 2]
         left, right = state.travel[2 * truck], state.travel[2 * truck + 1]
-        x, y, heading = advance_arc(pose, left, right, constants.wheelbase[truck])
-        state.pose[truck, 0], state.pose[truck, 1], state.pose[truck, 2] = x, y, heading
+        roll_pose(state.pose[truck], left, right, constants.wheelbase[truck])
 
 
 @compiled
 def glide(constants: Constants, state: State, twist: Array) -> None:
     """Move each truck along its twist (T, 3): forward and left [m] on the arc of its yaw [rad]."""
     for truck in range(constants.trucks):
-        half = 0.5 * twist[truck, 2]
-        chord = math.sin(half) / half if half != 0.0 else 1.0
-        middle = state.pose[truck, 2] + half
-        forward, left = chord * twist[truck, 0], chord * twist[truck, 1]
-        state.pose[truck, 0] += forward * math.cos(middle) - left * math.sin(middle)
-        state.pose[truck, 1] += forward * math.sin(middle) + left * math.cos(middle)
-        state.pose[truck, 2] += twist[truck, 2]
+        glide_pose(state.pose[truck], twist[truck, 0], twist[truck, 1], twist[truck, 2])
 
 
 @compiled
@@ -84,12 +76,10 @@ def couple(constants: Constants, state: State) -> None:
     """Let the linkage take up what lies between the trucks: angles and length, C (9)-(11)."""
     if constants.trucks == 1:
         return
-    east, north = state.pose[0, 0] - state.pose[1, 0], state.pose[0, 1] - state.pose[1, 1]
-    along = math.atan2(north, east)
+    along = direction(state.pose[0], state.pose[1])
     for truck in range(2):
-        change = state.pose[truck, 2] - along - state.joint[truck]
-        state.joint[truck] += (change + math.pi) % (2.0 * math.pi) - math.pi
-    state.length = math.hypot(east, north)
+        state.joint[truck] += wrap(state.pose[truck, 2] - along - state.joint[truck])
+    state.length = math.hypot(state.pose[0, 0] - state.pose[1, 0], state.pose[0, 1] - state.pose[1, 1])
     if not constants.shortest <= state.length <= constants.longest:
         state.end_stop = 1
 

@@ -4,21 +4,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motion.journal import Journal
-from motion.runner import Runner
-from motion.stepping import step
-from vcan_sim.errors import EndStopError, SimulationError
-from vcan_sim.onboard import odometry_of, see
-from vcan_sim.plant import Plant
-from vcan_sim.signal_path import advance
-from vehicle.compiled import Array, IntArray, Record, compiled
-from vehicle.parameters import CHANNELS
-from vehicle.recording import Recording
+from omnimate.motion.journal import Journal
+from omnimate.motion.runner import Runner
+from omnimate.motion.stepping import step
+from omnimate.vcan_sim.errors import EndStopError, SimulationError
+from omnimate.vcan_sim.onboard import odometry_of, see
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.signal_path import advance
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
+from omnimate.vehicle.parameters import CHANNELS
+from omnimate.vehicle.recording import Recording
 
 if TYPE_CHECKING:
-    from motion.program import Program
-    from vcan_sim.truth import Truth
-    from vehicle.parameters import VehicleParameters
+    from omnimate.motion.program import Program
+    from omnimate.vcan_sim.truth import Truth
+    from omnimate.vehicle.parameters import VehicleParameters
 
 BLOCK = 65536  # samples that are simulated at once
 LONGEST = 86400.0  # [s] after which a program that does not end is given up
@@ -127,14 +127,14 @@ def simulate(
     """Return the recording of a robot that drives a program from odometry alone, with fixes at its stops.
 
     Args:
-        vehicle: the robot as its owner believes it to be; its odometry and its file.
-        truth: the robot as it is.
-        program: what to drive.
-        start_time: of the first sample [s].
+        vehicle: Robot as its owner believes it to be; its odometry and its file.
+        truth: Robot as it truly is.
+        program: Program to drive.
+        start_time: Time of the first sample [s].
 
     Raises:
-        EndStopError: the linkage was driven to its end stop.
-        SimulationError: the program does not end within a day of driving.
+        EndStopError: The linkage was driven to its end stop.
+        SimulationError: The program does not end within a day of driving.
     """
     drive = _Drive(vehicle, truth, program, start_time)
     period = vehicle.bus.sync_period

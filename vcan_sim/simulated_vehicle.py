@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 import can
 
-from vcan_sim.errors import SimulationError
-from vcan_sim.fault_schedule import FaultSchedule
-from vcan_sim.nodes.build import build_devices
-from vcan_sim.nodes.device import SYNC_ID
-from vcan_sim.nodes.drive import DriveDevice
-from vcan_sim.nodes.sensor import Latch
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.fault_schedule import FaultSchedule
+from omnimate.vcan_sim.nodes.build import build_devices
+from omnimate.vcan_sim.nodes.device import SYNC_ID
+from omnimate.vcan_sim.nodes.drive import DriveDevice
+from omnimate.vcan_sim.nodes.router import Router
+from omnimate.vcan_sim.nodes.sensor import Latch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from vcan_sim.faults import Fault
-    from vcan_sim.nodes.device import Device
-    from vcan_sim.nodes.pdo import Rpdo
-    from vehicle.parameters import VehicleParameters
+    from omnimate.vcan_sim.faults import DeviceFault
+    from omnimate.vcan_sim.nodes.device import Device
+    from omnimate.vehicle.parameters import VehicleParameters
 
 _log = logging.getLogger(__name__)
 
@@ -46,17 +46,18 @@ class Plant(Protocol):
 class SimulatedVehicle:
     """All devices of a vehicle on one bus.
 
-    With clock "sync" the devices' time is the number of SYNCs times the SYNC period: heartbeats, event
-    timers and faults run on it, and nothing depends on the machine. With clock "wall" it is monotonic
-    time since the start, and timers run without SYNC too. The plant moves by one SYNC period per SYNC in
-    both. Acceleration is limited by the drives (6083h, 6084h), at twice what the vehicle's limits say.
+    With the clock "sync" the devices' time is the number of SYNCs times the SYNC period: heartbeats,
+    event timers and faults run on it, and nothing depends on the machine. With the clock "wall" it is
+    the monotonic time since the start, and timers run without SYNC too. With both, the plant moves by one
+    SYNC period for each SYNC. The drives (6083h, 6084h) limit the acceleration to twice what the vehicle's
+    limits say.
 
     Attributes:
-        vehicle: its nominal parameters: node ids, COB-IDs, resolutions.
-        plant: what moves.
-        devices: by node id.
-        syncs: SYNCs seen.
-        failure: what ended the thread, where something did.
+        vehicle: Nominal parameters of the vehicle: node ids, COB-IDs, resolutions.
+        plant: Mechanics that the devices move and measure.
+        devices: Devices by their node ids.
+        syncs: Number of SYNCs received.
+        failure: Error that ended the thread; None where none did.
     """
 
     def __init__(
@@ -65,22 +66,22 @@ class SimulatedVehicle:
         plant: Plant,
         bus: can.BusABC,
         clock: Literal["sync", "wall"] = "sync",
-        faults: Iterable[Fault] = (),
+        faults: Iterable[DeviceFault] = (),
         wheel_speeds: Callable[[SimulatedVehicle], Sequence[float]] | None = None,
     ) -> None:
         """Build the devices and let them boot: their boot-up messages are on the bus when this returns.
 
         Args:
-            vehicle: what hangs on the bus.
-            plant: moved by one step per SYNC.
-            bus: of its own; the caller shuts it down.
-            clock: "sync" or "wall".
-            faults: by their times on the devices' clock.
-            wheel_speeds: asked at each SYNC in the drives' place [rad/s].
+            vehicle: Nominal parameters of the vehicle whose devices are on the bus.
+            plant: Mechanics that are moved by one step for each SYNC.
+            bus: Bus for the devices alone; the caller shuts it down.
+            clock: Clock of the devices, "sync" or "wall".
+            faults: Faults, which begin at their times on the devices' clock.
+            wheel_speeds: Function that is asked at each SYNC for wheel speeds [rad/s] in place of the drives.
 
         Raises:
-            SimulationError: no such devices exist.
-            FaultError: a fault is of a node that the vehicle has not.
+            SimulationError: No device can be as the vehicle's parameters ask.
+            FaultError: The vehicle has no such node.
         """
         self.vehicle = vehicle
         self.plant = plant
@@ -95,10 +96,10 @@ class SimulatedVehicle:
         self._latch = Latch(plant.raw_counts(), self._period)
         self._devices = build_devices(vehicle, self._latch, self._send)
         self.devices: dict[int, Device] = {device.node: device for device in self._devices}
+        self._router = Router(self._devices)
         self._drives = self._drives_by_wheel()
-        self._routes: dict[int, list[tuple[Device, Rpdo]]] | None = None
         self._schedule = FaultSchedule(self.devices, faults)
-        self._injected: deque[Fault] = deque()
+        self._injected: deque[DeviceFault] = deque()
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
         for device in self._devices:
@@ -161,7 +162,7 @@ class SimulatedVehicle:
             self._run_timers(self.time)
         return frames
 
-    def inject(self, fault: Fault) -> None:
+    def inject(self, fault: DeviceFault) -> None:
         """Let a fault begin now, for its duration; may be called from any thread.
 
         Raises:
@@ -176,18 +177,10 @@ class SimulatedVehicle:
         """Take one frame from the bus; what is not of CANopen's base format is ignored."""
         if message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd:
             return
-        can_id = message.arbitration_id
-        if can_id == SYNC_ID:
+        if message.arbitration_id == SYNC_ID:
             self._on_sync()
-        elif can_id == 0x000:
-            self._on_nmt(message.data)
-        elif 0x600 < can_id <= 0x67F:
-            self._on_sdo(can_id - 0x600, message.data)
-        elif 0x700 < can_id <= 0x77F:
-            for device in self._devices:
-                device.on_heartbeat(can_id - 0x700, self.time)
         else:
-            self._on_rpdo(can_id, message.data)
+            self._router.receive(message.arbitration_id, bytes(message.data), self.time)
 
     def _on_sync(self) -> None:
         """Move the plant by one period, latch all counters, let the devices answer, run their timers."""
@@ -206,34 +199,6 @@ class SimulatedVehicle:
             return self._wheel_speeds(self)
         period = self._period
         return [drive.advance(period) if drive is not None else 0.0 for drive in self._drives]
-
-    def _on_nmt(self, data: bytearray) -> None:
-        if len(data) == 2:
-            for device in self._devices:
-                if data[1] in {0, device.node}:
-                    device.on_nmt(data[0], self.time)
-        self._routes = None
-
-    def _on_sdo(self, node: int, data: bytearray) -> None:
-        device = self.devices.get(node)
-        if device is not None:
-            device.on_sdo(bytes(data), self.time)
-            self._routes = None
-
-    def _on_rpdo(self, can_id: int, data: bytearray) -> None:
-        if self._routes is None:
-            self._routes = self._find_routes()
-        for device, rpdo in self._routes.get(can_id, ()):
-            device.on_rpdo(rpdo, bytes(data), self.time)
-
-    def _find_routes(self) -> dict[int, list[tuple[Device, Rpdo]]]:
-        """Return who receives which COB-ID, by the present configuration."""
-        routes: dict[int, list[tuple[Device, Rpdo]]] = {}
-        for device in self._devices:
-            for rpdo in device.rpdos:
-                if rpdo.valid:
-                    routes.setdefault(rpdo.cob_id, []).append((device, rpdo))
-        return routes
 
     def _send(self, cob_id: int, data: bytes) -> None:
         self._bus.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, check=False))
@@ -256,4 +221,4 @@ class SimulatedVehicle:
         while self._injected:
             self._schedule.begin(self._injected.popleft(), now)
         self._schedule.run(now + _TOLERANCE)
-        self._routes = None
+        self._router.forget_routes()

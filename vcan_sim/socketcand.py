@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from vcan_sim.errors import ProtocolError
+from omnimate.vcan_sim.errors import ProtocolError
 
 _LONGEST_COMMAND = 512  # [byte]; the longest that is sent in practice has 48
 _STANDARD_DIGITS, _EXTENDED_DIGITS = 3, 8
@@ -23,9 +23,9 @@ class Frame:
     """A classical CAN data frame.
 
     Attributes:
-        can_id: identifier.
-        data: 0 to 8 bytes.
-        extended: whether the identifier has 29 bits.
+        can_id: Identifier of the frame.
+        data: Data of the frame, 0 to 8 bytes.
+        extended: Whether the identifier has 29 bits.
     """
 
     can_id: int
@@ -43,7 +43,7 @@ class CommandReader:
         """Return the commands that `data` completes, without their brackets.
 
         Raises:
-            ProtocolError: something stands between the commands, or one does not end.
+            ProtocolError: Something stands between the commands, or a command does not end.
         """
         *complete, self._rest = (self._rest + data).split(b">")
         if len(self._rest) > _LONGEST_COMMAND:
@@ -67,7 +67,7 @@ def parse_send(command: str) -> Frame | None:
     """Return the frame of a `send 123 2 11 22`; None for a remote frame, which has a length but no data.
 
     Raises:
-        ProtocolError: it is no such command.
+        ProtocolError: The text is no such command.
     """
     words = command.split()
     if len(words) < 3 or words[0] != "send":

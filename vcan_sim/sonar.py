@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vehicle.se2 import Array
+from omnimate.vehicle.se2 import Array
 
 UNKNOWN = np.full(3, np.nan)
 
@@ -22,14 +22,14 @@ class Sonar:
     The defaults measure to 2 mm in position and 0.4 degrees in heading (one standard deviation), U V.
 
     Attributes:
-        sigma: of one range [m].
-        sigma_per_range: part of the range that is added to it, O 3: 0.003.
-        baseline: distance of the two sensors on the right [m].
-        side: of these from the truck's middle line [m].
-        rear: of the sensor behind from the drive axle [m].
-        wall_x: where the short wall stands [m].
-        wall_y: where the long wall stands [m].
-        beam: largest angle between beam and wall's normal at which an echo returns [rad].
+        sigma: Standard deviation of one range [m].
+        sigma_per_range: Part of the range that is added to its standard deviation; 0.003 in O 3.
+        baseline: Distance of the two sensors on the right [m].
+        side: Distance of these two sensors from the truck's middle line [m].
+        rear: Distance of the sensor behind from the drive axle [m].
+        wall_x: Place of the short wall, x = const [m].
+        wall_y: Place of the long wall, y = const [m].
+        beam: Largest angle between the beam and the wall's normal at which an echo returns [rad].
     """
 
     sigma: float = 0.002
@@ -78,8 +78,8 @@ class Sonar:
         """Return a measured pose `(3,)` and its sigma `(3,)` at a true pose; nan where a wall is not seen.
 
         Args:
-            pose: `(3,)`.
-            deviates: `(3,)` standard normal, one for each range.
+            pose: True pose, shape `(3,)`.
+            deviates: Standard normal deviates, one for each range, shape `(3,)`.
         """
         exact = self.ranges(pose)
         measured = exact + self.range_sigma(exact) * deviates

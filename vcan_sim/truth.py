@@ -1,17 +1,17 @@
-"""What is true of a simulated robot, beside what its owner believes (`vehicle.toml`)."""
+"""What is true of a simulated robot, as opposed to what its owner believes (`vehicle.toml`)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import SimulationError
-from vcan_sim.floor import Floor
-from vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.sonar import Sonar
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.effect import Effect
-    from vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
 
 # The errors of U Fig. 11; truck b errs the other way round.
@@ -24,23 +24,19 @@ class Truth:
     """A robot as it really is.
 
     Attributes:
-        vehicle: true wheel diameters, wheelbases, and the length of the link at rest.
-        joint_bias: what joint_a and joint_b read too much [rad].
-        link_bias: what the link reads too much [m].
-        floor: that it drives on.
-        sonar: that measures its absolute pose.
-        stroke: way that the slider can move to either side of its rest [m].
-        servo: acceleration that the drives can follow, of a wheel over the floor [m/s^2].
-        seed: of the floor's roughness, the sonar's noise and the counters' first values.
-        effects: physics that the nominal robot leaves out; at one stage they act in this order.
+        vehicle: True wheel diameters and wheelbases, and the true length of the link at rest.
+        floor: Floor on which the robot drives.
+        sonar: Sonar that measures the robot's absolute pose.
+        stroke: Way that the slider can move to either side of its rest [m].
+        servo: Acceleration that the drives can follow, of a wheel over the floor [m/s^2].
+        seed: Seed of the floor's roughness, of the sonar's noise and of the counters' first values.
+        effects: Physics that the nominal robot leaves out; at one stage the effects act in this order.
 
     Raises:
-        SimulationError: a negative seed, or an effect on what this robot has not.
+        SimulationError: The seed is negative, or an effect acts on what this robot does not have.
     """
 
     vehicle: VehicleParameters
-    joint_bias: tuple[float, float] = (0.0, 0.0)
-    link_bias: float = 0.0
     floor: Floor = field(default_factory=Floor)
     sonar: Sonar = field(default_factory=Sonar)
     stroke: float = 0.15
@@ -73,9 +69,10 @@ def with_errors(
     """Return a vehicle whose trucks truly have other wheelbases and unequal wheels.
 
     Args:
-        vehicle: nominal.
-        wheelbase_ratio: E_b of each truck that differs, U (2.4).
-        diameter_ratio: E_d = D_R / D_L of each truck that differs, U (2.3); the mean stays, U (4.28).
+        vehicle: Nominal vehicle.
+        wheelbase_ratio: Ratio E_b of each truck whose wheelbase differs, U (2.4).
+        diameter_ratio: Ratio E_d = D_R / D_L of each truck whose wheels differ, U (2.3); the mean diameter
+            stays, U (4.28).
     """
     for name, truck in vehicle.trucks.items():
         nominal = truck.wheel_diameter_right / truck.wheel_diameter_left

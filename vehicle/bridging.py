@@ -1,8 +1,8 @@
-"""The travel that a restarted wheel counter cannot tell, as the truck's other wheel suggests it.
+"""The travel that a restarted wheel counter has lost, estimated from the truck's other wheel.
 
 A counter that begins anew says nothing of the way driven meanwhile; the other wheel of the truck was read
 on. Until the gap the two turned in some proportion, on a straight line or on the spot, and the missing
-travel is taken in the same proportion. Live and offline use this one law.
+travel is taken in the same proportion. The same law is used live and offline.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from vehicle.counters import Counter
-    from vehicle.parameters import Channel, VehicleParameters
+    from omnimate.vehicle.counters import Counter
+    from omnimate.vehicle.parameters import Channel, VehicleParameters
 
 WINDOW = 10  # samples before the gap, over which the proportion is taken
-MAX_RATIO = 4.0  # of the wheels' travels; beyond it the other wheel all but stands and tells nothing
+MAX_RATIO = 4.0  # of the wheels' travels; beyond it the other wheel hardly moves and says nothing
 
 _PARTNERS: dict[Channel, Channel] = {
     "a.left": "a.right",
@@ -37,47 +37,47 @@ def partners(vehicle: VehicleParameters) -> dict[int, int]:
     return {columns[wheel]: columns[_PARTNERS[wheel]] for wheel in vehicle.wheels}
 
 
-def lost_counts(own: int, partner: int, partner_since: int, scale: float, partner_scale: float) -> int:
+def lost_counts(wheel: int, partner: int, partner_since: int, scale: float, partner_scale: float) -> int:
     """Return the counts that a restarted wheel has most likely lost.
 
     Args:
-        own: counts of the wheel over the window before the gap.
-        partner: those of the other wheel.
-        partner_since: counts of the other wheel over the gap.
-        scale: metres per count of the wheel [m].
-        partner_scale: that of the other wheel [m].
+        wheel: Counts of the wheel over the window before the gap.
+        partner: Counts of the truck's other wheel over the same window.
+        partner_since: Counts of the other wheel over the gap.
+        scale: Metres per count of the wheel [m].
+        partner_scale: Metres per count of the other wheel [m].
     """
-    if partner == 0 or abs(own * scale) > MAX_RATIO * abs(partner * partner_scale):
+    if partner == 0 or abs(wheel * scale) > MAX_RATIO * abs(partner * partner_scale):
         return 0
-    return round(partner_since * own / partner)
+    return round(partner_since * wheel / partner)
 
 
 class _Wheel:
     """One wheel and the other one of its truck, over the last samples."""
 
     def __init__(self, vehicle: VehicleParameters, wheel: int, other: int) -> None:
-        self.wheel, self.other = wheel, other
+        self.column, self.other = wheel, other
         self._scale = vehicle.metres_per_count(vehicle.channels[wheel])
         self._other_scale = vehicle.metres_per_count(vehicle.channels[other])
         self._rows: deque[tuple[int, int]] = deque(maxlen=WINDOW + 1)
         self._since: deque[tuple[int, int]] = deque(maxlen=WINDOW)
         self._other_restarted = False
 
-    def lost(self, own: Counter, other: Counter) -> int:
+    def lost(self, counter: Counter, other: Counter) -> int:
         """Return what the wheel has lost, if its counter began anew in this sample."""
         self._other_restarted |= other.rebased
-        if not own.rebased or other.count is None or not self._rows or self._other_restarted:
+        if not counter.rebased or other.count is None or not self._rows or self._other_restarted:
             return 0
         first, last = self._rows[0], self._rows[-1]
         return lost_counts(
             last[0] - first[0], last[1] - first[1], other.count - last[1], self._scale, self._other_scale
         )
 
-    def keep(self, own: Counter, other: Counter, *, both: bool) -> None:
+    def keep(self, counter: Counter, other: Counter, *, both: bool) -> None:
         """Keep where both stand; `both` if both were read in this sample."""
-        if own.count is None or other.count is None:
+        if counter.count is None or other.count is None:
             return
-        self._since.append((own.count, other.count))
+        self._since.append((counter.count, other.count))
         if both:
             self._rows.extend(self._since)
             self._since.clear()
@@ -92,13 +92,13 @@ class Bridges:
 
     def follow(self, counters: Sequence[Counter], present: Sequence[bool]) -> None:
         """Take one sample after all of its readings; correct the counters that began anew in it."""
-        lost = [one.lost(counters[one.wheel], counters[one.other]) for one in self._wheels]
-        for one, missing in zip(self._wheels, lost, strict=True):
+        lost = [wheel.lost(counters[wheel.column], counters[wheel.other]) for wheel in self._wheels]
+        for wheel, missing in zip(self._wheels, lost, strict=True):
             if missing:
-                counters[one.wheel].correct(missing)
-        for one in self._wheels:
-            both = present[one.wheel] and present[one.other]
-            one.keep(counters[one.wheel], counters[one.other], both=both)
+                counters[wheel.column].correct(missing)
+        for wheel in self._wheels:
+            both = present[wheel.column] and present[wheel.other]
+            wheel.keep(counters[wheel.column], counters[wheel.other], both=both)
 
 
 def bridge(
@@ -110,10 +110,10 @@ def bridge(
     """Add to the counts `(N, C)` of restarted wheels, in place, what they have most likely lost.
 
     Args:
-        vehicle: whose channels the columns are.
-        counts: unwrapped.
-        present: (N, C) readings that were believed.
-        rebased: (N, C) readings at which a counter had begun anew.
+        vehicle: Robot whose channels the columns of the arrays are.
+        counts: Unwrapped counts.
+        present: Readings that were believed, shape `(N, C)`.
+        rebased: Readings at which a counter had begun anew, shape `(N, C)`.
     """
     others = partners(vehicle)
     both = {wheel: present[:, wheel] & present[:, other] for wheel, other in others.items()}

@@ -1,18 +1,21 @@
 """Compiled functions, and the records that they work on.
 
-What runs once per sample, live and in simulations, is compiled by numba, so that both run the same
+What runs for every sample, live and in simulations, is compiled by numba, so that both run the same
 code. A compiled function reads and writes records: the fields of a small class whose annotations are
 `int`, `float`, or `Annotated[Array, shape]`, laid out as one numpy record by `layout`.
 """
 
-from contextlib import suppress
-from functools import lru_cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar, cast, get_args, get_origin, get_type_hints
+from __future__ import annotations
 
-import numba
+import functools
+import threading
+from types import CellType, FunctionType
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_origin, get_type_hints
+
 import numpy as np
 from numpy.typing import NDArray
+
+from omnimate.vehicle.code_digest import function_behind, references_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,33 +24,73 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Record = NDArray[np.void]
 
-COMPILING_ROOMS = ("vehicle", "motion", "ipec", "calib", "vcan_sim", "mismatch")
-
 Function = TypeVar("Function", bound="Callable[..., object]")
+
+_PREPARING = threading.RLock()
 
 
 def compiled(function: Function) -> Function:
-    """Compile a function at its first call, and keep the result on disk for the next process."""
-    _forget_stale(Path(function.__code__.co_filename).parent)
-    try:
-        compile_ = numba.njit(cache=True, error_model="numpy")
-        return cast("Function", compile_(function))
-    except RuntimeError:  # nowhere to keep it: no writable folder at all
-        return cast("Function", numba.njit(error_model="numpy")(function))
+    """Return a function that is compiled when it is called for the first time.
 
-
-@lru_cache
-def _forget_stale(room: Path) -> None:
-    """Drop what was compiled in a room before any source of the rooms that compile changed.
-
-    numba compares the date of a function's own file only, not of the files whose functions it calls.
+    numba is imported at that moment only. The machine code is kept on disk for the next process, see
+    `code_cache`. Functions that it calls are compiled with it, whether they are marked or not.
     """
-    rooms = {room, *(Path(__file__).parents[1] / name for name in COMPILING_ROOMS)}
-    newest = max(source.stat().st_mtime for one in rooms for source in one.glob("*.py"))
-    for index in (room / "__pycache__").glob("*.nbi"):
-        with suppress(FileNotFoundError):  # another process may be at it, too
-            if index.stat().st_mtime < newest:
-                index.unlink(missing_ok=True)
+    return cast("Function", _compiled(cast("FunctionType", function)))
+
+
+class Compiled:
+    """A function and its compiled form, made at the first call.
+
+    Attributes:
+        __wrapped__: The plain function.
+    """
+
+    def __init__(self, function: FunctionType) -> None:
+        functools.update_wrapper(self, function)
+        self.__wrapped__ = function
+        self._call: Callable[..., Any] = self._compile_and_call
+        self._dispatcher: Any = None
+
+    def __call__(self, *args: object) -> Any:  # noqa: ANN401  # what the function returns
+        """Call the compiled function."""
+        return self._call(*args)
+
+    def native(self) -> Any:  # noqa: ANN401  # numba has no types
+        """Return numba's dispatcher, which other compiled functions call without going through Python."""
+        with _PREPARING:
+            if self._dispatcher is None:
+                self._prepare()
+            return self._dispatcher
+
+    def _compile_and_call(self, *args: object) -> object:
+        self._call = self.native()
+        return self._call(*args)
+
+    def _prepare(self) -> None:
+        """Make the dispatcher of a copy of the function whose globals name dispatchers for functions."""
+        import numba
+
+        from omnimate.vehicle.code_cache import keep_by_content
+
+        function = self.__wrapped__
+        scope = dict(function.__globals__)
+        closure = tuple(CellType(_native(cell.cell_contents)) for cell in function.__closure__ or ())
+        copy = FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
+        copy.__qualname__ = function.__qualname__
+        self._dispatcher = numba.njit(error_model="numpy")(copy)  # before those that it calls, itself perhaps
+        keep_by_content(self._dispatcher, function)
+        scope.update({name: _native(value) for name, value in references_of(function).items()})
+
+
+@functools.cache
+def _compiled(function: FunctionType) -> Compiled:
+    return Compiled(function)
+
+
+def _native(value: object) -> object:
+    """Return what compiled code uses in place of a global: for a function, its dispatcher."""
+    function = function_behind(value)
+    return value if function is None else _compiled(function).native()
 
 
 def layout(fields: type) -> np.dtype[np.void]:

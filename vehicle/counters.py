@@ -3,8 +3,8 @@
 A counter of range N is known only modulo N, so the shortest way from one reading to the next is taken,
 in either direction. A step that no robot can make is rejected: the channel is not present in that
 sample and keeps its last count. When the next reading goes on from the rejected one, the counter has
-really moved (a restart that nobody announced): a wheel is re-baselined there, so that it does not
-jump (`vehicle.bridging` says what it may have lost); an absolute encoder (joint, link) is believed.
+really moved (a restart without a boot-up message): a wheel is re-baselined there, so that it does not
+jump (`omnimate.vehicle.bridging` says what it may have lost); an absolute encoder (joint, link) is believed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from vehicle.parameters import Encoder, VehicleParameters
+    from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
 MAX_SPEED = 10.0  # [m/s] of a wheel or of the slider; no floor robot is faster
 MAX_TURN_RATE = 20.0  # [rad/s] of a joint; likewise
@@ -28,10 +28,10 @@ class CounterLaw:
     """How one encoder's raw readings follow each other.
 
     Attributes:
-        periods: ranges [counts] modulo which a step is taken, in this order.
-        max_step: largest step per sample that is believed [counts], below half of every range.
+        periods: Ranges [counts] modulo which a step is taken, in this order.
+        max_step: Largest step per sample that is believed [counts], below half of every range.
         absolute: True where a reading means a place (joint, link), False where it means travel (wheel).
-        below_half: largest step that is not half of a range or more [counts].
+        below_half: Largest step that is not half of a range or more [counts].
     """
 
     periods: tuple[int, ...]
@@ -81,8 +81,8 @@ class Counter:
     """One encoder's counter, followed reading by reading.
 
     Attributes:
-        count: unwrapped count of the last reading that was believed; None before the first.
-        rebased: the last reading was one of a counter that had begun anew.
+        count: Unwrapped count of the last reading that was believed; None before the first.
+        rebased: The last reading was one of a counter that had begun anew.
     """
 
     def __init__(self, law: CounterLaw) -> None:
@@ -117,7 +117,7 @@ class Counter:
         return True
 
     def correct(self, counts: int) -> None:
-        """Add counts that the encoder could not tell."""
+        """Add counts that the encoder has lost."""
         if self.count is not None:
             self.count += counts
 
@@ -133,8 +133,8 @@ class Unwrapped:
     Attributes:
         counts: (N,) unwrapped; a sample that is not present repeats the one before it, and the samples
             before the first present one show that one.
-        present: (N,) readings that were there and were believed.
-        rebased: (N,) readings at which a wheel's counter had begun anew.
+        present: Readings that were there and were believed, shape `(N,)`.
+        rebased: Readings at which a wheel's counter had begun anew, shape `(N,)`.
     """
 
     counts: NDArray[np.int64]
@@ -149,8 +149,8 @@ def unwrap(
 
     Args:
         raw: (N,) raw readings; the values where `present` is False do not matter.
-        law: of the encoder.
-        present: (N,) where a reading was received; all by default.
+        law: How the encoder's readings follow each other.
+        present: Where a reading was received, shape `(N,)`; everywhere by default.
         restarts: (N,) True where the device restarted since the sample before.
     """
     raw = np.asarray(raw, np.int64)

@@ -12,12 +12,26 @@ class OmnimateError(Exception):
     """Something that a user can put right; its text says what was expected, where, and what to do."""
 
 
+class TableError(OmnimateError):
+    """A table of a file with an unknown key, or with a value that is missing or impossible.
+
+    Attributes:
+        key: Dotted key inside the file or the table, such as `truck.a.wheelbase`.
+        problem: What is wrong with it and what was expected.
+    """
+
+    def __init__(self, key: str, problem: str) -> None:
+        super().__init__(f"{key}: {problem}")
+        self.key = key
+        self.problem = problem
+
+
 class VehicleFileError(OmnimateError):
     """A `vehicle.toml` that does not describe a possible robot.
 
     Attributes:
-        source: the file's name.
-        key: the dotted key, such as `truck.a.wheelbase`.
+        source: Name of the file.
+        key: Dotted key inside the file, such as `truck.a.wheelbase`.
     """
 
     def __init__(self, source: str | Path, key: str, problem: str) -> None:
@@ -30,8 +44,8 @@ class LogError(OmnimateError):
     """A bus log that cannot be read, or not to its end.
 
     Attributes:
-        source: the file's name.
-        line: its first bad line, counted from 1; None where the format has no lines.
+        source: Name of the file.
+        line: First bad line of the file, counted from 1; None where the format has no lines.
     """
 
     def __init__(self, source: str | Path, line: int | None, problem: str) -> None:
@@ -45,7 +59,7 @@ class RecordingError(OmnimateError):
     """A recording folder that is incomplete or contradicts itself.
 
     Attributes:
-        source: the folder or the file in it.
+        source: Name of the folder, or of the file in it.
     """
 
     def __init__(self, source: str | Path, problem: str) -> None:

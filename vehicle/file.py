@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import tomllib
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import tomli_w
 
-from vehicle.atomic import write_text
-from vehicle.errors import VehicleFileError
-from vehicle.parameters import (
+from omnimate.vehicle.atomic import write_text
+from omnimate.vehicle.errors import TableError, VehicleFileError
+from omnimate.vehicle.parameters import (
     TRUCKS,
     Bus,
     Drive,
     Encoder,
     Limits,
     Linkage,
-    ParameterError,
     Truck,
     VehicleParameters,
 )
+from omnimate.vehicle.tables import dataclass_of, parse_toml, read_toml, value_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,43 +28,30 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _TABLES = ("name", "truck", "linkage", "bus", "encoder", "drive", "limits")
-_TYPES: dict[str, tuple[tuple[type, ...], str]] = {
-    "float": ((int, float), "a number"),
-    "float | None": ((int, float), "a number"),
-    "int": ((int,), "a whole number"),
-    "int | None": ((int,), "a whole number"),
-    "bool": ((bool,), "true or false"),
-    "str": ((str,), "text"),
-    "Channel": ((str,), "text"),
-    "Profile": ((str,), "text"),
-}
 
 
 def load_vehicle(path: Path | str) -> VehicleParameters:
     """Return the robot that a `vehicle.toml` describes.
 
     Raises:
-        VehicleFileError: it is absent, no TOML, or describes no possible robot; the error names the key.
+        VehicleFileError: The file is absent, is not TOML, or describes no possible robot; names the key.
     """
-    path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise VehicleFileError(path, "(file)", f"cannot be read: {error}") from error
-    return parse_vehicle(text, path)
+        return _vehicle(read_toml(path))
+    except TableError as error:
+        raise VehicleFileError(path, error.key, error.problem) from error
 
 
 def parse_vehicle(text: str, source: Path | str = "vehicle.toml") -> VehicleParameters:
     """Return the robot that the text of a `vehicle.toml` describes; `source` is named in errors.
 
     Raises:
-        VehicleFileError: as `load_vehicle`.
+        VehicleFileError: The text is not TOML or describes no possible robot; the error names the key.
     """
     try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise VehicleFileError(source, "(syntax)", f"not TOML: {error}") from error
-    return _Reader(source).vehicle(document)
+        return _vehicle(parse_toml(text))
+    except TableError as error:
+        raise VehicleFileError(source, error.key, error.problem) from error
 
 
 def save_vehicle(vehicle: VehicleParameters, path: Path | str) -> None:
@@ -98,73 +84,37 @@ def _table(item: Any) -> dict[str, Any]:  # noqa: ANN401  # any of the dataclass
     return {key: value for key, value in table.items() if always or value != defaults[key]}
 
 
-class _Reader:
-    """Turns TOML tables into dataclasses and every problem into an error with its place."""
+def _vehicle(document: Mapping[str, Any]) -> VehicleParameters:
+    for key in document:
+        if key not in _TABLES:
+            raise TableError(key, f"unknown key; expected one of {', '.join(_TABLES)}")
+    trucks = _mapping(document, "truck")
+    for key in trucks:
+        if key not in TRUCKS:
+            raise TableError(f"truck.{key}", "unknown truck; expected a or b")
+    return VehicleParameters(
+        name=value_of("str", document.get("name", "unnamed"), "name"),
+        trucks={
+            name: dataclass_of(Truck, trucks[name], f"truck.{name}") for name in TRUCKS if name in trucks
+        },
+        linkage=dataclass_of(Linkage, document["linkage"], "linkage") if "linkage" in document else None,
+        bus=dataclass_of(Bus, _mapping(document, "bus"), "bus"),
+        encoders=_list(Encoder, document, "encoder"),
+        drives=_list(Drive, document, "drive"),
+        limits=dataclass_of(Limits, document.get("limits", {}), "limits"),
+    )
 
-    def __init__(self, source: Path | str) -> None:
-        self.source = source
 
-    def vehicle(self, document: Mapping[str, Any]) -> VehicleParameters:
-        for key in document:
-            if key not in _TABLES:
-                raise VehicleFileError(self.source, key, f"unknown key; expected one of {', '.join(_TABLES)}")
-        name = document.get("name", "unnamed")
-        if not isinstance(name, str):
-            raise VehicleFileError(self.source, "name", f"{name!r}; expected text")
-        trucks = self._mapping(document, "truck")
-        for key in trucks:
-            if key not in TRUCKS:
-                raise VehicleFileError(self.source, f"truck.{key}", "unknown truck; expected a or b")
-        try:
-            return VehicleParameters(
-                name=name,
-                trucks={
-                    key: self.table(Truck, trucks[key], f"truck.{key}") for key in TRUCKS if key in trucks
-                },
-                linkage=(
-                    self.table(Linkage, document["linkage"], "linkage") if "linkage" in document else None
-                ),
-                bus=self.table(Bus, self._mapping(document, "bus"), "bus"),
-                encoders=self._list(Encoder, document, "encoder"),
-                drives=self._list(Drive, document, "drive"),
-                limits=self.table(Limits, document.get("limits", {}), "limits"),
-            )
-        except ParameterError as error:
-            raise VehicleFileError(self.source, error.key, error.problem) from error
+def _mapping(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    value = document.get(key)
+    if not isinstance(value, dict):
+        given = repr(value) if key in document else "missing"
+        raise TableError(key, f"{given}; expected a table [{key}]")
+    return value
 
-    def _mapping(self, document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-        value = document.get(key)
-        if not isinstance(value, dict):
-            raise VehicleFileError(self.source, key, "missing; expected a table")
-        return value
 
-    def _list(self, kind: type[T], document: Mapping[str, Any], key: str) -> tuple[T, ...]:
-        value = document.get(key, [])
-        if not isinstance(value, list):
-            raise VehicleFileError(self.source, key, f"expected a list of tables: [[{key}]]")
-        return tuple(self.table(kind, table, f"{key}[{index}]") for index, table in enumerate(value))
-
-    def table(self, kind: type[T], table: Any, where: str) -> T:  # noqa: ANN401  # from TOML
-        """Return one dataclass from one table, every key known, typed and possible."""
-        if not isinstance(table, dict):
-            raise VehicleFileError(self.source, where, f"{table!r}; expected a table")
-        known = {field.name: field for field in fields(kind)}  # type: ignore[arg-type]  # dataclasses all
-        for key in table:
-            if key not in known:
-                raise VehicleFileError(
-                    self.source, f"{where}.{key}", f"unknown key; expected one of {', '.join(known)}"
-                )
-        for key, field in known.items():
-            if key in table:
-                self._check_type(table[key], str(field.type), f"{where}.{key}")
-            elif field.default is MISSING:
-                raise VehicleFileError(self.source, f"{where}.{key}", "missing")
-        try:
-            return kind(**table)
-        except ParameterError as error:
-            raise VehicleFileError(self.source, f"{where}.{error.key}", error.problem) from error
-
-    def _check_type(self, value: Any, annotation: str, where: str) -> None:  # noqa: ANN401  # from TOML
-        types, words = _TYPES[annotation]
-        if not isinstance(value, types) or (isinstance(value, bool) and bool not in types):
-            raise VehicleFileError(self.source, where, f"{value!r}; expected {words}")
+def _list(kind: type[T], document: Mapping[str, Any], key: str) -> tuple[T, ...]:
+    value = document.get(key, [])
+    if not isinstance(value, list):
+        raise TableError(key, f"expected a list of tables: [[{key}]]")
+    return tuple(dataclass_of(kind, table, f"{key}[{index}]") for index, table in enumerate(value))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vehicle.se2 import Array, wrap
+from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

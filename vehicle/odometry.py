@@ -6,24 +6,20 @@ ones as one arc, so that a late frame never looks like a turn.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vehicle.errors import RecordingError
+from omnimate.vehicle.arcs import PoseTuple, advance, arc, integrate
+from omnimate.vehicle.errors import RecordingError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from vehicle.parameters import Channel, TruckName, VehicleParameters
-    from vehicle.recording import Recording
-    from vehicle.sample import Sample
-    from vehicle.se2 import Array
-
-_SMALL = 1e-6  # [rad] below this half angle sin(h)/h is 1 - h^2/6 to rounding
-
-PoseTuple = tuple[float, float, float]
+    from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.sample import Sample
+    from omnimate.vehicle.se2 import Array
 
 
 def wheel_travel(counts: ArrayLike, metres_per_count: float) -> Array:
@@ -31,38 +27,11 @@ def wheel_travel(counts: ArrayLike, metres_per_count: float) -> Array:
     return np.asarray(counts, np.float64) * metres_per_count
 
 
-def arc(left: ArrayLike, right: ArrayLike, wheelbase: float) -> Array:
-    """Return the pose increments `(..., 3)` of a truck, in its own frame, along exact circular arcs.
-
-    Args:
-        left: `(...)` travel of the left wheel [m].
-        right: `(...)` travel of the right wheel [m].
-        wheelbase: [m].
-    """
-    left, right = np.asarray(left, np.float64), np.asarray(right, np.float64)
-    turn = (right - left) / wheelbase
-    half = 0.5 * turn
-    small = np.abs(half) < _SMALL
-    ratio = np.where(small, 1.0 - half * half / 6.0, np.sin(half) / np.where(small, 1.0, half))
-    chord = 0.5 * (left + right) * ratio
-    return np.stack([chord * np.cos(half), chord * np.sin(half), turn], axis=-1)
-
-
-def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-    """Return the poses `(N+1, 3)` that N increments `(N, 3)`, each in the frame before it, lead to."""
-    increments, start = np.asarray(increments, np.float64), np.asarray(start, np.float64)
-    heading = np.cumsum(np.concatenate(([start[2]], increments[:, 2])))
-    cos, sin = np.cos(heading[:-1]), np.sin(heading[:-1])
-    x = np.cumsum(np.concatenate(([start[0]], cos * increments[:, 0] - sin * increments[:, 1])))
-    y = np.cumsum(np.concatenate(([start[1]], sin * increments[:, 0] + cos * increments[:, 1])))
-    return np.stack([x, y, heading], axis=-1)
-
-
 def truck_travel(recording: Recording, truck: TruckName) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the cumulative travel of a truck's wheels [m] and where both were present, each `(N,)`.
 
     Raises:
-        RecordingError: the two wheels are never present together.
+        RecordingError: The two wheels are never present together.
     """
     left, right = wheels_of(truck)
     both = recording.is_present(left) & recording.is_present(right)
@@ -85,7 +54,7 @@ def dead_reckon(recording: Recording, truck: TruckName = "a", start: ArrayLike =
     """Return the poses `(N, 3)` of a truck at every sample of a recording, from its wheels alone.
 
     Raises:
-        RecordingError: as `truck_travel`.
+        RecordingError: The two wheels are never present together.
     """
     left, right, _ = truck_travel(recording, truck)
     wheelbase = recording.vehicle.trucks[truck].wheelbase
@@ -101,7 +70,7 @@ class Odometer:
     """Dead reckoning of one truck, sample by sample; agrees with `dead_reckon` to rounding.
 
     Attributes:
-        pose: x [m], y [m], theta [rad] after the last sample.
+        pose: Pose after the last sample: x [m], y [m], theta [rad].
     """
 
     def __init__(
@@ -126,13 +95,3 @@ class Odometer:
             self.pose = advance(self.pose, travel_left, travel_right, self._wheelbase)
         self._before = now
         return self.pose
-
-
-def advance(pose: PoseTuple, left: float, right: float, wheelbase: float) -> PoseTuple:
-    """Return the pose after one exact arc: `arc` and `integrate` for a single step of plain floats."""
-    turn = (right - left) / wheelbase
-    half = 0.5 * turn
-    ratio = 1.0 - half * half / 6.0 if abs(half) < _SMALL else math.sin(half) / half
-    chord = 0.5 * (left + right) * ratio
-    x, y, theta = pose
-    return x + chord * math.cos(theta + half), y + chord * math.sin(theta + half), theta + turn

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from vehicle.errors import OmnimateError
+from omnimate.vehicle.errors import TableError
 
 TruckName = Literal["a", "b"]
 Channel = Literal["a.left", "a.right", "b.left", "b.right", "joint_a", "joint_b", "link"]
@@ -22,23 +22,14 @@ WHEELS: tuple[Channel, ...] = CHANNELS[:4]
 JOINTS: tuple[Channel, ...] = ("joint_a", "joint_b")
 
 
-class ParameterError(OmnimateError):
-    """A value that no robot can have.
-
-    Attributes:
-        key: the parameter's name inside its table.
-    """
-
-    def __init__(self, key: str, problem: str) -> None:
-        super().__init__(f"{key}: {problem}")
-        self.key = key
-        self.problem = problem
+class ParameterError(TableError):
+    """A value that no robot can have; its key is the parameter's name inside its table."""
 
 
 def _number(key: str, value: float, low: float, high: float, unit: str) -> None:
     """Refuse what is not finite or outside what any robot could have."""
     if not math.isfinite(value):
-        raise ParameterError(key, f"{value} is not a finite number; expected {low} to {high} {unit}")
+        raise ParameterError(key, f"{value} is not a finite number; expected {low:g} to {high:g} {unit}")
     if not low <= value <= high:
         hint = ""
         if unit == "m" and low <= value / 1000.0 <= high:
@@ -51,9 +42,9 @@ class Truck:
     """One differential-drive truck.
 
     Attributes:
-        wheelbase: distance between the contact points of the two drive wheels [m].
-        wheel_diameter_left: [m].
-        wheel_diameter_right: [m].
+        wheelbase: Distance between the contact points of the two drive wheels [m].
+        wheel_diameter_left: Diameter of the left drive wheel [m].
+        wheel_diameter_right: Diameter of the right drive wheel [m].
     """
 
     wheelbase: float
@@ -71,7 +62,7 @@ class Linkage:
     """The compliant linkage between the trucks' centres.
 
     Attributes:
-        length: distance of the centres where the linear encoder reads its `zero` [m].
+        length: Distance of the centres where the linear encoder reads its `zero` [m].
     """
 
     length: float
@@ -85,8 +76,8 @@ class Bus:
     """The CAN bus.
 
     Attributes:
-        bitrate: [bit/s].
-        sync_period: time between two SYNC frames [s]; every SYNC opens one sample.
+        bitrate: Bit rate of the bus [bit/s].
+        sync_period: Time between two SYNC frames [s]; every SYNC opens one sample.
     """
 
     bitrate: int
@@ -102,21 +93,21 @@ class Encoder:
     """One encoder and where its counts stand on the bus.
 
     Attributes:
-        channel: what it measures.
+        channel: What the encoder measures: a wheel, a joint or the link.
         node: CANopen node id, 1 to 127.
         cob_id: COB-ID of the TPDO that carries it.
-        start_bit: first bit in the PDO, little-endian as CiA 301 packs.
-        bits: width in the PDO.
-        signed: whether the field is two's complement.
+        start_bit: First bit in the PDO, little-endian as CiA 301 packs.
+        bits: Width of the field in the PDO.
+        signed: Whether the field is two's complement.
         sign: +1 or -1, so that a wheel that rolls forward counts up.
-        counts_per_turn: counts of one turn of the wheel or joint; None for the link.
-        counts_per_metre: counts per metre of the link; None elsewhere.
-        zero: raw counts at angle 0, or at `linkage.length`; not used for wheels.
-        range: counts after which the counter wraps (6002h), where that is not 2**bits.
-        profile: the device profile: a CiA 406 encoder or the encoder of a CiA 402 drive.
-        vendor: 1018h:1 that the device must show; None accepts any.
-        product: 1018h:2 likewise.
-        serial: 1018h:4 likewise.
+        counts_per_turn: Counts of one turn of the wheel or joint; None for the link.
+        counts_per_metre: Counts per metre of the link; None elsewhere.
+        zero: Raw counts at angle 0, or at `linkage.length`; not used for wheels.
+        range: Counts after which the counter wraps (6002h), where that is not 2**bits.
+        profile: The device profile: a CiA 406 encoder or the encoder of a CiA 402 drive.
+        vendor: Vendor id 1018h:1 that the device must show; None accepts any.
+        product: Product code 1018h:2 that the device must show; None accepts any.
+        serial: Serial number 1018h:4 that the device must show; None accepts any.
     """
 
     channel: Channel
@@ -183,11 +174,11 @@ class Drive:
     """One CiA 402 drive that turns a wheel by target velocity (60FFh).
 
     Attributes:
-        wheel: the wheel that it turns.
+        wheel: The wheel that the drive turns.
         node: CANopen node id.
         cob_id: COB-ID of the RPDO that carries 60FFh (32 bits, signed) [counts/s].
         sign: +1 or -1, so that a positive wheel speed rolls forward.
-        counts_per_turn: counts of the drive's velocity unit per turn of the wheel.
+        counts_per_turn: Counts of the drive's velocity unit per turn of the wheel.
     """
 
     wheel: Channel
@@ -211,8 +202,8 @@ class Limits:
     """What the robot may do at most.
 
     Attributes:
-        speed: of any wheel over the floor [m/s].
-        acceleration: of any wheel over the floor [m/s^2].
+        speed: Highest speed of any wheel over the floor [m/s].
+        acceleration: Highest acceleration of any wheel over the floor [m/s^2].
     """
 
     speed: float = 0.5
@@ -228,13 +219,13 @@ class VehicleParameters:
     """A whole robot: one truck, or two on a linkage, and what hangs on its bus.
 
     Attributes:
-        name: what its owner calls it.
-        trucks: `a` leads; `b` follows, on a two-truck robot.
-        linkage: None on a single differential drive.
-        bus: bit rate and SYNC period.
-        encoders: in the order of the file; each channel at most once.
-        drives: empty where the robot is only read.
-        limits: of speed and acceleration.
+        name: Name that the owner gives the robot.
+        trucks: The trucks by name: `a` leads; `b` follows, on a two-truck robot.
+        linkage: The linkage between two trucks; None on a single differential drive.
+        bus: Bit rate and SYNC period of the CAN bus.
+        encoders: The encoders in the order of the file; each channel at most once.
+        drives: The drives of the wheels; empty where the robot is only read.
+        limits: Limits of speed and acceleration.
     """
 
     name: str
@@ -266,16 +257,17 @@ class VehicleParameters:
         for channel in channels:
             if channel not in self.expected_channels:
                 raise ParameterError("encoder", f"channel {channel} needs truck b and [linkage]")
-        for one in self.encoders:
+        for encoder in self.encoders:
             for other in self.encoders:
                 same_bits = (
-                    one is not other
-                    and one.cob_id == other.cob_id
-                    and one.start_bit <= other.start_bit < one.start_bit + one.bits
+                    encoder is not other
+                    and encoder.cob_id == other.cob_id
+                    and encoder.start_bit <= other.start_bit < encoder.start_bit + encoder.bits
                 )
                 if same_bits:
                     raise ParameterError(
-                        "encoder", f"{one.channel} and {other.channel} share bits of PDO {one.cob_id:03X}h"
+                        "encoder",
+                        f"{encoder.channel} and {other.channel} share bits of PDO {encoder.cob_id:03X}h",
                     )
 
     def _check_drives(self) -> None:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from vehicle.errors import RecordingError
-from vehicle.se2 import Array, wrap
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from vehicle.parameters import Channel, TruckName, VehicleParameters
+    from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
 
 Direction = Literal["cw", "ccw", "none"]
 GapReason = Literal["missing", "reboot", "jump"]
@@ -29,10 +29,10 @@ class Poses:
     """Absolute poses, measured from outside, in order of time.
 
     Attributes:
-        time: (M,) [s].
-        body: (M,) which truck, "a" or "b".
-        pose: (M, 3) x [m], y [m], theta [rad]; nan where unknown.
-        sigma: (M, 3) standard deviations likewise.
+        time: Time of each pose on the recording's clock [s], shape `(M,)`.
+        body: Truck that was measured, "a" or "b", shape `(M,)`.
+        pose: Measured x [m], y [m], theta [rad], shape `(M, 3)`; nan where unknown.
+        sigma: Standard deviations of x [m], y [m], theta [rad], shape `(M, 3)`; nan where unknown.
     """
 
     time: Array
@@ -58,7 +58,7 @@ class Lap:
     """A stretch of a drive that belongs together and may be held out.
 
     Attributes:
-        direction: of a closed path; "none" for any other.
+        direction: Direction of a closed path, cw or ccw; "none" for any other path.
         start: [s] on the recording's clock.
         end: [s] likewise.
     """
@@ -73,9 +73,9 @@ class Run:
     """What was driven.
 
     Attributes:
-        protocol: umbmark, extended-umbmark, straight, free, or another word.
-        side: of the square [m], where there is one.
-        laps: in order of time.
+        protocol: What was driven: umbmark, extended-umbmark, straight, free, or another word.
+        side: Side of the square [m]; None where no square was driven.
+        laps: The laps in order of time.
     """
 
     protocol: str
@@ -88,10 +88,10 @@ class Gap:
     """A stretch in which a channel was not read, or a moment at which its counter was re-baselined.
 
     Attributes:
-        channel: of the encoder.
-        start: time of the last good sample before it [s].
-        end: time of the first good sample after it [s].
-        reason: frames missing, a device that restarted, or a reading that jumped.
+        channel: Channel that was not read.
+        start: Time of the last good sample before the gap [s].
+        end: Time of the first good sample after the gap [s].
+        reason: Why: frames were missing, the device restarted, or a reading jumped.
     """
 
     channel: Channel
@@ -105,15 +105,15 @@ class Recording:
     """A drive, one row per SYNC; columns in the order of `vehicle.channels`.
 
     Attributes:
-        vehicle: the robot as its owner believes it to be.
-        time: (N,) of each SYNC [s].
-        counts: (N, C) unwrapped raw counts; a sample that is not present repeats the one before.
-        present: (N, C) whether the channel was read in this sample.
-        poses: absolute poses, or None.
-        run: what was driven, or None.
-        gaps: of all channels, in order of time.
-        commands: (N, W) commanded wheel speeds [rad/s] in the order of `vehicle.wheels`, or None.
-        source: where it came from, for messages.
+        vehicle: The robot as its owner believes it to be.
+        time: Time of each SYNC on the recording's clock [s], shape `(N,)`.
+        counts: Unwrapped raw counts, shape `(N, C)`; a sample that is not present repeats the one before.
+        present: Whether the channel was read in this sample, shape `(N, C)`.
+        poses: Absolute poses measured from outside, or None.
+        run: What was driven, or None.
+        gaps: Gaps of all channels, in order of time.
+        commands: Commanded wheel speeds [rad/s], shape `(N, W)`, in the order of `vehicle.wheels`; or None.
+        source: Where the recording came from, for messages.
     """
 
     vehicle: VehicleParameters

@@ -10,12 +10,12 @@ class Sample:
     """What the encoders answered to one SYNC; tuples are in the order of `vehicle.channels`.
 
     Attributes:
-        index: number of the SYNC since the start of this run, from 0.
-        time: when the SYNC was sent or seen, on the recording's clock [s].
-        counts: unwrapped raw counts; a channel that is not present repeats its last value.
+        index: Number of the SYNC since the start of this run, from 0.
+        time: When the SYNC was sent or seen, on the recording's clock [s].
+        counts: Unwrapped raw counts; a channel that is not present repeats its last value.
         present: False where the PDO was missing, late or not valid.
-        device_time: frame timestamp by the adapter [s]; nan where not present.
-        arrival_time: monotonic arrival in this process [s]; nan where not present.
+        device_time: Frame timestamp by the adapter [s]; nan where not present.
+        arrival_time: Monotonic arrival in this process [s]; nan where not present.
     """
 
     index: int

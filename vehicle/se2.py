@@ -20,10 +20,8 @@ def wrap(angle: ArrayLike) -> Array:
 def compose(first: ArrayLike, second: ArrayLike) -> Array:
     """Return the pose reached by going `second`, seen from `first`: first (+) second."""
     first, second = np.asarray(first, np.float64), np.asarray(second, np.float64)
-    cos, sin = np.cos(first[..., 2]), np.sin(first[..., 2])
-    x = first[..., 0] + cos * second[..., 0] - sin * second[..., 1]
-    y = first[..., 1] + sin * second[..., 0] + cos * second[..., 1]
-    return np.stack([x, y, first[..., 2] + second[..., 2]], axis=-1)
+    place = transform(first, second[..., :2])
+    return np.concatenate([place, (first[..., 2] + second[..., 2])[..., np.newaxis]], axis=-1)
 
 
 def inverse(pose: ArrayLike) -> Array:
@@ -47,3 +45,35 @@ def transform(pose: ArrayLike, point: ArrayLike) -> Array:
     x = pose[..., 0] + cos * point[..., 0] - sin * point[..., 1]
     y = pose[..., 1] + sin * point[..., 0] + cos * point[..., 1]
     return np.stack([x, y], axis=-1)
+
+
+def rotate(angle: ArrayLike, vector: ArrayLike) -> Array:
+    """Return vectors `(..., 2)` turned counter-clockwise by angles `(...)` [rad]."""
+    angle, vector = np.asarray(angle, np.float64), np.asarray(vector, np.float64)
+    cos, sin = np.cos(angle), np.sin(angle)
+    x = cos * vector[..., 0] - sin * vector[..., 1]
+    y = sin * vector[..., 0] + cos * vector[..., 1]
+    return np.stack([x, y], axis=-1)
+
+
+def rotation(angle: ArrayLike) -> Array:
+    """Return the matrices `(..., 3, 3)` that turn the world's x, y, theta into frames at angles [rad]."""
+    angle = np.asarray(angle, np.float64)
+    matrix = np.zeros((*angle.shape, 3, 3))
+    matrix[..., 0, 0] = matrix[..., 1, 1] = np.cos(angle)
+    matrix[..., 0, 1], matrix[..., 1, 0] = np.sin(angle), -np.sin(angle)
+    matrix[..., 2, 2] = 1.0
+    return matrix
+
+
+def transport(increment: ArrayLike) -> Array:
+    """Return how errors before increments `(..., 3)` become errors after them, `(..., 3, 3)`.
+
+    It is the adjoint of the inverse. An error is in its own body frame: true pose = pose (+) error.
+    """
+    increment = np.asarray(increment, np.float64)
+    matrix = rotation(increment[..., 2])
+    matrix[..., :2, 2] = rotate(
+        -increment[..., 2], np.stack([-increment[..., 1], increment[..., 0]], axis=-1)
+    )
+    return matrix

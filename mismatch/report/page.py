@@ -6,14 +6,15 @@ import math
 from html import escape
 from typing import TYPE_CHECKING
 
-from mismatch.report.plots import FULL, LEVELS, floor_plans, residual_traces, signature
-from mismatch.report.style import CSS
-from mismatch.words import part
+from omnimate.figures.page import SHADES
+from omnimate.mismatch.report.plots import FULL, floor_plans, residual_traces, signature
+from omnimate.mismatch.report.style import CSS
+from omnimate.mismatch.words import part
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from mismatch.diagnosis import Change, Diagnosis, Finding, Fit, Parameter
+    from omnimate.mismatch.diagnosis import Change, Diagnosis, Finding, Fit, Parameter
 
 _UNITS = {"m": (1e3, "mm"), "rad": (math.degrees(1.0), "degrees"), "1": (1.0, "")}
 _EVENTS = 12  # shown one by one
@@ -56,23 +57,23 @@ def _findings(diagnosis: Diagnosis) -> Iterable[str]:
     yield "<h2>What was found</h2>"
     for number, finding in enumerate(diagnosis.findings):
         pictures = "".join(
-            f"<figure>{signature(one)}<figcaption>points: found; line: predicted</figcaption></figure>"
-            for one in diagnosis.evidence.signatures
-            if one.finding == number
+            f"<figure>{signature(curve)}<figcaption>points: found; line: predicted</figcaption></figure>"
+            for curve in diagnosis.evidence.signatures
+            if curve.finding == number
         )
         yield f"<article class=card>{_finding(finding)}{pictures}</article>"
 
 
 def _finding(finding: Finding) -> str:
     others = "".join(
-        _bar(f"or {_name(one.effect)}, {part(one.component)}", one.probability)
-        for one in finding.alternatives
+        _bar(f"or {_name(other.effect)}, {part(other.component)}", other.probability)
+        for other in finding.alternatives
     )
-    own = _bar(f"{_name(finding.effect)}, {part(finding.component)}", finding.probability)
+    likeliest = _bar(f"{_name(finding.effect)}, {part(finding.component)}", finding.probability)
     separates = f"<p>To tell them apart, drive: {escape(finding.separates)}.</p>" if finding.separates else ""
     depends = f"<p>Depends on: {escape(', '.join(finding.depends_on))}.</p>" if finding.depends_on else ""
     return (
-        f"<h3>{escape(finding.says)}</h3>{own}"
+        f"<h3>{escape(finding.says)}</h3>{likeliest}"
         f"{others}{_parameters(finding)}<p class=soft>{_where(finding)}</p>{depends}{separates}"
     )
 
@@ -107,7 +108,7 @@ def _where(finding: Finding) -> str:
 def _parameters(finding: Finding) -> str:
     if not finding.parameters:
         return ""
-    rows = "".join(_row(*row) for one in finding.parameters for row in _values(one))
+    rows = "".join(_row(*row) for parameter in finding.parameters for row in _values(parameter))
     head = "<tr><th>parameter<th>value<th>95 % interval<th>unit</tr>"
     return f"<div class=scroll><table>{head}{rows}</table></div>"
 
@@ -137,7 +138,7 @@ def _proof(diagnosis: Diagnosis) -> Iterable[str]:
     if diagnosis.fit is None:
         return
     yield "<h2>Where it is</h2>"
-    steps = "".join(f"<i style='background:var(--c{shade})'></i>" for shade in range(LEVELS))
+    steps = "".join(f"<i style='background:var(--c{shade})'></i>" for shade in range(SHADES))
     yield f"<div class=key>within the noise {steps} {FULL:g} sigma and more; circles: events</div>"
     yield floor_plans(diagnosis)
     yield "<h2>How far the model of it goes</h2>"
@@ -156,11 +157,11 @@ def _proof(diagnosis: Diagnosis) -> Iterable[str]:
 
 def _fit(fit: Fit) -> str:
     channels = "".join(
-        _row(name, f"{one.before:.2f}", f"{one.after:.2f}") for name, one in fit.channels.items()
+        _row(name, f"{change.before:.2f}", f"{change.after:.2f}") for name, change in fit.channels.items()
     )
     whole = _row("all, held out", f"{fit.heldout.before:.2f}", f"{fit.heldout.after:.2f}")
     seen = _row("all, as fitted", f"{fit.train.before:.2f}", f"{fit.train.after:.2f}")
-    rerun = "".join(_row(*_open_loop(name, one)) for name, one in fit.rerun.items())
+    rerun = "".join(_row(*_open_loop(name, change)) for name, change in fit.rerun.items())
     noise = "".join(_row(name, f"{value:.3g}") for name, value in fit.noise.items())
     return (
         f"<p class=soft>{escape(fit.metric)}. "

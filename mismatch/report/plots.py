@@ -1,4 +1,4 @@
-"""What a report draws: the floor plan, residuals along the drive, and signatures."""
+"""The plots of a report: the floor plan, residuals along the drive, and signatures of findings."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mismatch.report.svg import Frame, band, dot, line, padded, picture, square, upright, whisker
+from omnimate.figures.page import BOTTOM, EDGE, LEFT, SHADES, css, embedded, panel
 
 if TYPE_CHECKING:
-    from mismatch.diagnosis import Diagnosis, Signature, Trace
-    from vehicle.se2 import Array
+    from omnimate.mismatch.diagnosis import Diagnosis, Signature, Trace
+    from omnimate.vehicle.se2 import Array
 
-LEVELS = 6  # of colour, from within the noise to far outside it
 FULL = 4.0  # sigma from which the colour is the strongest
 _POINTS = 360  # of a residual trace: as many as a page has room for
+_SMOOTHED = 9  # windows over which the mismatch on the floor plan is averaged
+_PLAN, _TRACE, _SIGNATURE = 420.0, (560.0, 190.0), (520.0, 240.0)  # width, or width and height [px]
+_NARROWEST = 1.5 / _TRACE[0]  # share of a trace's width that an interval needs to be seen
 
 
 def floor_plans(diagnosis: Diagnosis) -> str:
@@ -33,102 +35,94 @@ def floor_plans(diagnosis: Diagnosis) -> str:
 
 
 def _plan(trace: Trace, residual: Array, places: list[tuple[float, float]]) -> str:
-    frame = square(420.0, trace.path[:, 0].tolist(), trace.path[:, 1].tolist())
+    axes = panel(_PLAN, _plan_height(trace.path), "x [m]", "y [m]")
+    axes.set_aspect("equal", adjustable="datalim")
     level = _levels(residual)
-    parts = []
-    for shade in range(LEVELS):
-        for start, end in _runs(level == shade):
-            points = trace.path[start : end + 2]
-            if len(points) > 1:
-                parts.append(line(frame, [(float(x), float(y)) for x, y in points], f"path c{shade}"))
-    parts += [dot(frame, x, y, "event", 4.0) for x, y in places]
-    return picture(frame, parts, "x [m]", "y [m]", "path of truck a, coloured by the mismatch")
+    for shade in range(SHADES):
+        axes.plot(*_steps(trace.path, level == shade), color=css(f"c{shade}"), linewidth=3.0)
+    if places:
+        x, y = np.array(places).T
+        axes.scatter(x, y, s=50.0, facecolors="none", edgecolors=css("ink"), linewidths=1.6, zorder=3)
+    return embedded(axes, "path of truck a, coloured by the mismatch")
+
+
+def _plan_height(path: Array) -> float:
+    """Return the height of a floor plan [px] at which a path `(K, 2)` fills it."""
+    inner = _PLAN - LEFT - EDGE
+    wide, tall = np.ptp(path, axis=0)
+    return float(np.clip(inner * tall / wide if wide else inner, 0.35 * inner, 1.1 * inner)) + BOTTOM + EDGE
 
 
 def _levels(residual: Array) -> Array:
     """Return the shade (K,) of each window: its smoothed residual in sigma."""
     power = np.nan_to_num(residual**2, nan=0.0).sum(axis=1)
     count = np.maximum(np.isfinite(residual).sum(axis=1), 1)
-    width = 9
-    kernel = np.ones(width)
+    kernel = np.ones(_SMOOTHED)
     mean = np.convolve(power, kernel, "same") / np.convolve(count, kernel, "same")
     excess = np.sqrt(np.maximum(mean - 1.0, 0.0))
-    return np.asarray(np.minimum((excess / FULL * LEVELS).astype(int), LEVELS - 1))
+    return np.asarray(np.minimum((excess / FULL * SHADES).astype(int), SHADES - 1))
 
 
-def _runs(inside: Array) -> list[tuple[int, int]]:
-    """Return the first and last numbers of stretches of true values."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(int), [0]))))
-    return [(int(start), int(end) - 1) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+def _steps(path: Array, drawn: Array) -> Array:
+    """Return x and y `(2, M)` of some steps of a path `(K, 2)`, each followed by nan, which lifts the pen."""
+    first = np.flatnonzero(drawn[:-1])
+    steps = np.stack([path[first], path[first + 1], np.full((len(first), 2), np.nan)], axis=1)
+    return steps.reshape(-1, 2).T
 
 
 def residual_traces(diagnosis: Diagnosis) -> str:
     """Return the residual of every channel along each recording, before and after."""
     blocks = []
     for trace in diagnosis.evidence.traces:
-        start = float(trace.time[0])
+        start, end = float(trace.time[0]), float(trace.time[-1])
         shaded = [
             (first - start, last - start)
             for finding in diagnosis.findings
             for first, last in finding.where.intervals
-            if first >= start and last <= float(trace.time[-1])
+            if first >= start and last <= end
         ]
         for number, channel in enumerate(diagnosis.evidence.channels):
-            known = np.isfinite(trace.before[:, number])
-            if known.sum() < 2:
-                continue
-            laps = np.flatnonzero(np.diff(trace.lap) > 0)
-            figure = _trace(
-                trace.time[known] - start,
-                trace.before[known, number],
-                trace.after[known, number],
-                shaded,
-                [float(trace.time[at] - start) for at in laps],
-                channel,
-            )
-            blocks.append(f"<figure>{figure}<figcaption>{escape(channel)}</figcaption></figure>")
+            if np.isfinite(trace.before[:, number]).sum() >= 2:
+                figure = _trace(trace, number, shaded, channel)
+                blocks.append(f"<figure>{figure}<figcaption>{escape(channel)}</figcaption></figure>")
     return f"<div class=grid2>{''.join(blocks)}</div>"
 
 
-def _trace(
-    time: Array,
-    before: Array,
-    after: Array,
-    shaded: list[tuple[float, float]],
-    laps: list[float],
-    channel: str,
-) -> str:
+def _trace(trace: Trace, number: int, shaded: list[tuple[float, float]], channel: str) -> str:
+    known = np.isfinite(trace.before[:, number])
+    time, before, after = trace.time[known], trace.before[known, number], trace.after[known, number]
+    time = time - trace.time[0]
     high = max(3.5, float(np.abs(before).max()) * 1.05)
-    frame = Frame(560.0, 190.0, (float(time[0]), float(time[-1])), (-high, high))
-    parts = [band(frame, *interval) for interval in shaded] + [upright(frame, at) for at in laps]
-    for rows, kind in ((before, "before"), (after, "after")):
-        parts.append(line(frame, _envelope(time, rows), kind))
-    return picture(frame, parts, "time [s]", "residual [sigma]", f"residual of {channel}, before and after")
+    axes = panel(*_TRACE, "time [s]", "residual [sigma]")
+    axes.set(xlim=(time[0], time[-1]), ylim=(-high, high))
+    least = _NARROWEST * float(time[-1] - time[0])
+    spans = [(first, max(last - first, least)) for first, last in shaded]
+    axes.broken_barh(spans, (-high, 2.0 * high), facecolors=css("band"), linewidth=0)
+    laps = trace.time[np.flatnonzero(np.diff(trace.lap) > 0)] - trace.time[0]
+    axes.vlines(laps, -high, high, colors=css("soft"), linewidth=0.8, linestyles=(0, (4, 4)))
+    for residual, kind in ((before, "before"), (after, "after")):
+        axes.plot(*_envelope(time, residual), color=css(kind), linewidth=1.0)
+    return embedded(axes, f"residual of {channel}, before and after")
 
 
-def _envelope(time: Array, rows: Array) -> list[tuple[float, float]]:
+def _envelope(time: Array, residual: Array) -> tuple[Array, Array]:
     """Return a trace's least and greatest values in as many stretches as there is room for."""
-    if len(rows) <= _POINTS:
-        return [(float(x), float(y)) for x, y in zip(time, rows, strict=True)]
-    points = []
-    for part in np.array_split(np.arange(len(rows)), _POINTS // 2):
-        ends = sorted({int(part[np.argmin(rows[part])]), int(part[np.argmax(rows[part])])})
-        points += [(float(time[at]), float(rows[at])) for at in ends]
-    return points
+    if len(residual) <= _POINTS:
+        return time, residual
+    rows: list[int] = []
+    for stretch in np.array_split(np.arange(len(residual)), _POINTS // 2):
+        rows += sorted(
+            {int(stretch[np.argmin(residual[stretch])]), int(stretch[np.argmax(residual[stretch])])}
+        )
+    return time[rows], residual[rows]
 
 
-def signature(one: Signature) -> str:
-    """Return a signature found, with its standard errors, and the one predicted."""
-    heights = [
-        *(one.found - one.sigma).tolist(),
-        *(one.found + one.sigma).tolist(),
-        *one.predicted.tolist(),
-        0.0,
-    ]
-    frame = Frame(520.0, 240.0, padded(one.at.tolist()), padded(heights))
-    predicted = [(float(x), float(y)) for x, y in zip(one.at, one.predicted, strict=True)]
-    parts = [line(frame, predicted, "predicted")]
-    for x, y, sigma in zip(one.at.tolist(), one.found.tolist(), one.sigma.tolist(), strict=True):
-        parts += [whisker(frame, x, y, sigma), dot(frame, x, y, "foundpoint")]
-    title = f"{one.channel} against {one.quantity}: found and predicted"
-    return picture(frame, parts, one.quantity, f"{one.channel} [sigma]", title)
+def signature(curve: Signature) -> str:
+    """Return a signature as it was found, with its standard errors, and as it was predicted."""
+    axes = panel(*_SIGNATURE, curve.quantity, f"{curve.channel} [sigma]")
+    axes.axhline(0.0, color=css("line"), linewidth=1.2)
+    axes.plot(curve.at, curve.predicted, color=css("after"), linewidth=2.0)
+    axes.errorbar(
+        curve.at, curve.found, curve.sigma, fmt="o", color=css("before"), markersize=4.5, elinewidth=1.2
+    )
+    return embedded(axes, f"{curve.channel} against {curve.quantity}: found and predicted")

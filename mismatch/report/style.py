@@ -1,5 +1,6 @@
 """The look of the page: one style sheet, for light and dark, the phone and paper."""
 
+# The figures of the page have the colours of `:root` by their names: `omnimate.figures.page.VARIABLES`.
 # The colours of the path go from grey to dark red through yellow, in order of lightness, so that people who
 # see no red and green still see the order.
 CSS = """
@@ -32,17 +33,7 @@ th:first-child,td:first-child{text-align:left}th{font-weight:600;color:var(--sof
 .scroll{overflow-x:auto}.pair,.grid2{display:grid;grid-template-columns:1fr 1fr;gap:1rem}
 .card figure{max-width:36rem}
 figure{margin:0;break-inside:avoid}figcaption{color:var(--soft);font-size:.85rem;text-align:center}
-svg{width:100%;height:auto;display:block}
-svg .grid{stroke:var(--line);stroke-width:.6}svg .tick{font-size:9px;fill:var(--soft)}
-svg .label{font-size:10px;fill:var(--soft)}svg polyline{fill:none;stroke-linejoin:round;
-stroke-linecap:round}
-svg .path{stroke-width:3}svg .before{stroke:var(--before);stroke-width:1}svg .after{stroke:var(--after);
-stroke-width:1}
-svg .band{fill:var(--band)}svg .lap{stroke:var(--soft);stroke-width:.8;stroke-dasharray:3 3}
-svg .event{fill:none;stroke:var(--ink);stroke-width:1.6}svg .predicted{stroke:var(--after);stroke-width:2}
-svg .found{stroke:var(--before);stroke-width:1.2}svg .foundpoint{fill:var(--before)}
-svg .c0{stroke:var(--c0)}svg .c1{stroke:var(--c1)}svg .c2{stroke:var(--c2)}svg .c3{stroke:var(--c3)}
-svg .c4{stroke:var(--c4)}svg .c5{stroke:var(--c5)}
+svg{width:100%;height:auto;display:block;stroke-linejoin:round}
 .key{display:flex;gap:.4rem;align-items:center;flex-wrap:wrap;color:var(--soft);font-size:.85rem;
 margin:.3rem 0}
 .key i{display:inline-block;width:1.6rem;height:.45rem;border-radius:.2rem}

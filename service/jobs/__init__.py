@@ -1,1 +1,1 @@
-"""Diagnoses as jobs: one at a time, in a process of their own, retried when they die."""
+"""Diagnoses as jobs: one at a time, each in its own process, and tried again when the process dies."""

@@ -1,4 +1,4 @@
-"""What clients send and get of diagnoses."""
+"""The bodies of requests and answers about diagnoses."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
-from service.umbmark.models import Id, Sent
+from omnimate.service.umbmark.fields import Id, RequestModel
 
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 
 
-class DiagnosisStart(Sent):
-    """Which recordings, all of one robot."""
+class DiagnosisStart(RequestModel):
+    """The recordings that are diagnosed together; they are all of one robot."""
 
     recordings: Annotated[list[Id], Field(min_length=1, max_length=50)]
 
 
 class Job(BaseModel):
-    """A diagnosis, queued or going on or ended."""
+    """A diagnosis that waits, is running, or has ended."""
 
     id: str
     kind: Literal["diagnose"] = "diagnose"

@@ -1,284 +1,131 @@
-"""Takes one queued diagnosis after the other; what died with its service is taken up again."""
+"""The thread that works on the queued diagnoses, one after the other."""
 
 from __future__ import annotations
 
 import json
 import logging
-import multiprocessing
-import secrets
 import tempfile
 import threading
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import delete, select, update
 from sqlalchemy.exc import SQLAlchemyError
 
-from service.errors import NotThereError, StateError
-from service.jobs.child import run
-from service.jobs.models import Job
-from service.recordings import unpack
-from service.robot.desk import interrupt_orphans
-from service.store.tables import AnswerRow, JobRow, RecordingRow, SessionRow
-from service.umbmark.states import OPEN
+from omnimate.service.jobs.diagnosis_process import REPORT_PERIOD, diagnosing
+from omnimate.service.jobs.housekeeping import keep_house
+from omnimate.service.jobs.queue import LEASE, claim_job, find_job, finish_job, has_queued, job_of, job_view
+from omnimate.service.recording_zip import unpack
+from omnimate.service.store.tables import RecordingRow
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from multiprocessing.connection import Connection
-    from multiprocessing.process import BaseProcess
+    from omnimate.service.event_stream import EventStream
+    from omnimate.service.robot.session_reporter import SessionReporter
+    from omnimate.service.store.database import Database
 
-    from sqlalchemy import Delete, Update
-    from sqlalchemy.orm import Session
-
-    from service.hub import Hub
-    from service.robot.desk import Desk
-    from service.store.database import Database
-
-LEASE, LOOK, TOLD = 20.0, 1.0, 0.5  # [s] of a lease, between two looks, between two events of progress
-ATTEMPTS = 3
-REMEMBERED = 86400.0  # [s] in which a call with an Idempotency-Key may be repeated
-ENDED = ("done", "failed", "cancelled")
+LOOK_PERIOD = 1.0  # [s] between two looks for a queued diagnosis
 _log = logging.getLogger(__name__)
 
 
-def add_job(db: Session, recordings: Sequence[str]) -> JobRow:
-    """Queue a diagnosis of recordings.
-
-    Raises:
-        NotThereError: one of them is not there.
-    """
-    for one in recordings:
-        if db.get(RecordingRow, one) is None:
-            raise NotThereError("recording", one)
-    now = time.time()
-    row = JobRow(
-        id=secrets.token_hex(8),
-        recordings=json.dumps(list(recordings)),
-        state="queued",
-        progress=0.0,
-        doing="waiting",
-        attempts=0,
-        created=now,
-        changed=now,
-    )
-    db.add(row)
-    return row
-
-
-def job(db: Session, name: str) -> JobRow:
-    """Return a job.
-
-    Raises:
-        NotThereError: there is none of this id.
-    """
-    row = db.get(JobRow, name)
-    if row is None:
-        raise NotThereError("diagnosis", name)
-    return row
-
-
-def cancel_job(db: Session, name: str) -> JobRow:
-    """End a job that is not done; who works at it finds out.
-
-    Raises:
-        NotThereError: there is none of this id.
-        StateError: it has ended already.
-    """
-    row = db.get(JobRow, name, with_for_update=True)
-    if row is None:
-        raise NotThereError("diagnosis", name)
-    if row.state in ENDED:
-        raise StateError(f"diagnosis {name} is {row.state} already")
-    row.state, row.doing, row.changed = "cancelled", "", time.time()
-    return row
-
-
-def job_view(row: JobRow) -> Job:
-    """Return a job as clients see it."""
-    return Job.model_validate(
-        {
-            "id": row.id, "recordings": json.loads(row.recordings), "state": row.state,
-            "progress": row.progress, "doing": row.doing, "verdict": row.verdict, "says": row.says,
-            "error": row.error, "attempts": row.attempts, "created": row.created, "changed": row.changed,
-        }
-    )  # fmt: skip
-
-
-def house_keeping(now: float) -> tuple[Update | Delete, ...]:
-    """Return what ends sessions that nobody went on with, and forgets answers that nobody asks for again."""
-    idle = SessionRow.state.in_(OPEN) & (SessionRow.state != "driving") & (SessionRow.expires < now)
-    return (
-        update(SessionRow).where(idle).values(state="expired"),
-        delete(AnswerRow).where(AnswerRow.created < now - REMEMBERED),
-    )
-
-
 class Worker:
-    """A thread that looks for work; any number of services may share a database."""
+    """The thread of one service; several services may share a database and its queue."""
 
-    def __init__(self, database: Database, hub: Hub, desk: Desk, instance: str, unpacked: int) -> None:
-        self._database, self._hub, self._desk = database, hub, desk
-        self._instance, self._unpacked = instance, unpacked
+    def __init__(
+        self,
+        database: Database,
+        events: EventStream,
+        reporter: SessionReporter,
+        instance: str,
+        unpacked_limit: int,
+    ) -> None:
+        self._database, self._events, self._reporter = database, events, reporter
+        self._instance, self._unpacked_limit = instance, unpacked_limit
         self._ending, self._wake = threading.Event(), threading.Event()
+        self._renewed = 0.0
         self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """End; a job that is going on is given back."""
+        """End the thread; a diagnosis that it works on is queued again."""
         self._ending.set()
         self._wake.set()
         if self._thread.is_alive():
             self._thread.join(5.0)
 
     def wake(self) -> None:
-        """Look at once."""
+        """Have the thread look for a queued diagnosis at once."""
         self._wake.set()
 
     def _run(self) -> None:
         while not self._ending.is_set():
             try:
-                self._sweep()
-                found = self._claim()
-                if found is not None:
-                    self._work(found)
+                for session in keep_house(self._database):
+                    self._reporter.announce(session)
+                job_id = self._claim()
+                if job_id is not None:
+                    self._diagnose(job_id)
                     continue
             except SQLAlchemyError:
-                _log.exception("the database did not answer; tried again")
-            self._wake.wait(LOOK)
+                _log.exception("the database did not answer; it is tried again")
+            self._wake.wait(LOOK_PERIOD)
             self._wake.clear()
-
-    def _sweep(self) -> None:
-        """Give back what services that have died were working at."""
-        now = time.time()
-        with self._database.reading() as db:
-            stale = db.scalar(select(JobRow.id).where(JobRow.state == "running", JobRow.lease < now).limit(1))
-        if stale is not None:
-            with self._database.writing() as db:
-                lost = select(JobRow).where(JobRow.state == "running", JobRow.lease < now).with_for_update()
-                for row in db.scalars(lost):
-                    _give_back(row, "the service that worked at it has ended")
-        with self._database.writing() as db:
-            orphans = interrupt_orphans(db)
-            for statement in house_keeping(now):
-                db.execute(statement)
-        for session in orphans:
-            self._desk.tell(session)
 
     def _claim(self) -> str | None:
         with self._database.reading() as db:
-            if db.scalar(select(JobRow.id).where(JobRow.state == "queued").limit(1)) is None:
+            if not has_queued(db):
                 return None
         with self._database.writing() as db:
-            row = db.scalars(
-                select(JobRow)
-                .where(JobRow.state == "queued")
-                .order_by(JobRow.created)
-                .limit(1)
-                .with_for_update(skip_locked=True)
-            ).first()
-            if row is None:
-                return None
-            row.state, row.owner, row.attempts = "running", self._instance, row.attempts + 1
-            row.lease = row.changed = time.time()
-            row.lease += LEASE
-            row.doing = "reading the recordings"
-            return row.id
+            return claim_job(db, self._instance)
 
-    def _work(self, name: str) -> None:
-        """Have a child diagnose, and follow it."""
-        self._tell(name)
+    def _diagnose(self, job_id: str) -> None:
+        """Diagnose in another process, and keep the outcome."""
+        self._publish(job_id)
         with tempfile.TemporaryDirectory() as place:
-            named = self._unpack(name, Path(place))
-            context = multiprocessing.get_context("spawn")
-            mine, its = context.Pipe()
-            child = context.Process(target=run, args=(its, named), daemon=True)
-            child.start()
-            its.close()
-            try:
-                self._end(name, self._follow(name, mine, child))
-            finally:
-                child.kill()
-                child.join()
-        self._tell(name)
+            folders = self._unpack(job_id, Path(place))
+            with diagnosing(folders) as process:
+                self._finish(job_id, process.outcome(lambda message: self._renew(job_id, message)))
+        self._publish(job_id)
 
-    def _unpack(self, name: str, place: Path) -> list[tuple[str, str]]:
-        """Return the recordings' names and the folders into which they are unpacked."""
-        named = []
+    def _unpack(self, job_id: str, place: Path) -> list[tuple[str, str]]:
+        """Return the name of each recording and the folder into which it was unpacked."""
+        folders = []
         with self._database.reading() as db:
-            for one in json.loads(job(db, name).recordings):
-                row = db.get(RecordingRow, one)
+            for recording_id in json.loads(find_job(db, job_id).recordings):
+                row = db.get(RecordingRow, recording_id)
                 if row is not None:
                     folder = place / row.id
                     folder.mkdir()
-                    named.append((row.name, str(unpack(row.content, folder, self._unpacked))))
-        return named
+                    folders.append((row.name, str(unpack(row.content, folder, self._unpacked_limit))))
+        return folders
 
-    def _follow(self, name: str, mine: Connection, child: BaseProcess) -> dict[str, Any] | None:
-        """Return what the child says in the end; None where it was cancelled, or has died."""
-        renewed = 0.0
-        try:
-            while True:
-                if mine.poll(TOLD):
-                    said: dict[str, Any] = mine.recv()
-                    if "progress" not in said:
-                        return said
-                elif not child.is_alive():
-                    return {"died": f"its process ended with code {child.exitcode}"}
-                else:
-                    said = {}
-                now = time.monotonic()
-                if now - renewed >= TOLD:
-                    renewed = now
-                    if self._ending.is_set() or not self._renew(name, said):
-                        return None
-        except EOFError:
-            child.join(1.0)
-            return {"died": f"its process ended with code {child.exitcode}"}
-
-    def _renew(self, name: str, said: dict[str, Any]) -> bool:
-        """Note how far the child is; return whether anybody still wants the answer."""
+    def _renew(self, job_id: str, message: dict[str, Any]) -> bool:
+        """Renew the lease and note the progress; return whether the diagnosis is still wanted."""
+        now = time.monotonic()
+        if now - self._renewed < REPORT_PERIOD:
+            return True
+        self._renewed = now
+        if self._ending.is_set():
+            return False
         with self._database.writing() as db:
-            row = db.get(JobRow, name, with_for_update=True)
-            if row is None or row.state != "running" or row.owner != self._instance:
+            row = job_of(db, job_id, self._instance)
+            if row is None:
                 return False
             row.lease = time.time() + LEASE
-            if said:
-                row.progress, row.doing = said["progress"], said["doing"][:200]
-        if said:
-            self._tell(name)
+            if message:
+                row.progress, row.doing = message["progress"], message["doing"][:200]
+        if message:
+            self._publish(job_id)
         return True
 
-    def _end(self, name: str, said: dict[str, Any] | None) -> None:
+    def _finish(self, job_id: str, outcome: dict[str, Any] | None) -> None:
         with self._database.writing() as db:
-            row = db.get(JobRow, name, with_for_update=True)
-            if row is None or row.state != "running" or row.owner != self._instance:
-                return
-            if said is None:
-                _give_back(row, "the service was stopped")
-            elif "died" in said:
-                _give_back(row, said["died"])
-            elif "error" in said:
-                row.state, row.error, row.doing = "failed", said["error"], ""
-            else:
-                row.state, row.progress, row.doing = "done", 1.0, ""
-                row.verdict, row.says = said["verdict"], said["says"]
-                row.result, row.report = said["result"], said["report"]
-            row.changed = time.time()
+            row = job_of(db, job_id, self._instance)
+            if row is not None:
+                finish_job(row, outcome)
 
-    def _tell(self, name: str) -> None:
+    def _publish(self, job_id: str) -> None:
         with self._database.reading() as db:
-            self._hub.publish("job", job_view(job(db, name)).model_dump())
-
-
-def _give_back(row: JobRow, reason: str) -> None:
-    """Queue a job again, or give it up after several attempts."""
-    row.owner = row.lease = None
-    row.changed = time.time()
-    if row.attempts >= ATTEMPTS:
-        row.state, row.error, row.doing = "failed", f"given up after {row.attempts} attempts: {reason}", ""
-    else:
-        row.state, row.doing = "queued", f"waiting again: {reason}"
+            self._events.publish("job", job_view(find_job(db, job_id)).model_dump())

@@ -1,4 +1,4 @@
-// Calls of the service. A problem detail becomes a Problem, whose message is its sentence.
+// Calls of the service. A problem detail becomes a Problem, whose message is the detail.
 
 const STORED = "omnimate-key";
 
@@ -20,12 +20,12 @@ export function useKey(text) {
 
 /** The answer to a call; throws a Problem, also where the service cannot be reached. */
 export async function call(method, path, { body, type = "application/json", headers = {}, signal } = {}) {
-  const sent = { ...headers };
-  if (key()) sent.Authorization = `Bearer ${key()}`;
-  if (method === "POST") sent["Idempotency-Key"] ??= unique();
-  if (body !== undefined) sent["Content-Type"] = type;
-  const given = body === undefined || type !== "application/json" ? body : JSON.stringify(body);
-  const answer = await reached(path, { method, headers: sent, body: given, signal });
+  const allHeaders = { ...headers };
+  if (key()) allHeaders.Authorization = `Bearer ${key()}`;
+  if (method === "POST") allHeaders["Idempotency-Key"] ??= unique();
+  if (body !== undefined) allHeaders["Content-Type"] = type;
+  const encoded = body === undefined || type !== "application/json" ? body : JSON.stringify(body);
+  const answer = await send(path, { method, headers: allHeaders, body: encoded, signal });
   if (answer.ok) return answer;
   const problem = new Problem(answer.status, await answer.json().catch(() => ({})));
   if (answer.status === 401) document.dispatchEvent(new CustomEvent("key-needed", { detail: problem.message }));
@@ -34,7 +34,7 @@ export async function call(method, path, { body, type = "application/json", head
 
 export const get = async (path) => (await call("GET", path)).json();
 
-/** All of a short list, which may come as a page or bare. */
+/** All items of a short list, whether the service answers with a page or with a plain list. */
 export async function list(path) {
   const answer = await get(path);
   return answer.items ?? answer;
@@ -47,7 +47,7 @@ export async function post(path, body, more = {}) {
 
 export const remove = (path) => call("DELETE", path);
 
-/** Keep what a call answers as a file. */
+/** Save the answer to a call as a file. */
 export async function save(path, name) {
   saveBlob(await (await call("GET", path)).blob(), name);
 }
@@ -59,11 +59,11 @@ export function saveBlob(blob, name) {
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** Fetch, once more after a break of the line: the Idempotency-Key keeps a POST from being done twice. */
-async function reached(path, given) {
+/** Send a request, and repeat it once after a network failure; the Idempotency-Key keeps a POST from being carried out twice. */
+async function send(path, request) {
   for (const last of [false, true]) {
     try {
-      return await fetch(path, { cache: "no-store", ...given });
+      return await fetch(path, { cache: "no-store", ...request });
     } catch (error) {
       if (error.name === "AbortError") throw error;
       if (last) throw new Problem(0, { detail: "The service cannot be reached; is it running, and this device in its network?" });

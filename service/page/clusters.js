@@ -11,7 +11,7 @@ const EDGE = 178; // of the drawing, from its middle
 export function sums(samples, truck) {
   const centres = {};
   for (const direction of ["cw", "ccw"]) {
-    const runs = samples.filter((one) => one.direction === direction && one.errors[truck]).map((one) => one.errors[truck]);
+    const runs = samples.filter((sample) => sample.direction === direction && sample.errors[truck]).map((sample) => sample.errors[truck]);
     if (runs.length) centres[direction] = { x: mean(runs.map(({ x }) => x)), y: mean(runs.map(({ y }) => y)), runs: runs.length };
   }
   return { centres, largest: Math.max(0, ...Object.values(centres).map(({ x, y }) => Math.hypot(x, y))) };
@@ -25,7 +25,7 @@ export function reach(samples) {
 
 /** The return errors of one truck; `edge` is how far the drawing reaches [m]. */
 export function clusterDrawing(samples, truck, edge) {
-  const runs = samples.filter((one) => one.errors[truck]);
+  const runs = samples.filter((sample) => sample.errors[truck]);
   const { centres, largest } = sums(samples, truck);
   const at = (x, y) => [HALF + (x / edge) * EDGE, HALF - (y / edge) * EDGE];
   const middles = Object.entries(centres).map(([direction, { x, y }]) => [direction, at(x, y)]);
@@ -34,7 +34,7 @@ export function clusterDrawing(samples, truck, edge) {
     both ? svg("circle", { class: "ring", cx: HALF, cy: HALF, r: (largest / edge) * EDGE }) : null,
     axes(edge),
     ...middles.map(([direction, [x, y]]) => svg("path", { class: `spoke ${direction}`, d: `M${HALF} ${HALF}L${x} ${y}` })),
-    ...runs.map((one) => point(one, one.errors[truck], at)),
+    ...runs.map((sample) => point(sample, sample.errors[truck], at)),
     ...middles.map(([, [x, y]]) => svg("path", { class: "cross", d: `M${x - 10} ${y}h20M${x} ${y - 10}v20` })));
 }
 
@@ -66,7 +66,7 @@ function point({ number: run, direction }, error, at) {
 /** 1, 2 or 5 times a power of ten, so that two to five ticks stand on each side. */
 function niceStep(edge) {
   const power = 10 ** Math.floor(Math.log10(edge / 2));
-  return power * [5, 2, 1].find((one) => one * power <= edge / 2);
+  return power * [5, 2, 1].find((factor) => factor * power <= edge / 2);
 }
 
 function describe(truck, centres, largest) {

@@ -2,7 +2,7 @@
 
 import { call, get, post, saveBlob } from "./api.js";
 import { $, announce, attempt, el, pages, show } from "./dom.js";
-import { showIn } from "./document.js";
+import { showIn } from "./embedded-documents.js";
 import { on } from "./stream.js";
 import { when } from "./units.js";
 

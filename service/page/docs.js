@@ -1,10 +1,10 @@
-// The interface for people to read: what /openapi.json says, call by call.
+// The description of the REST interface in /openapi.json, call by call.
 
 import { get } from "./api.js";
 import { $, el, row, show } from "./dom.js";
 
 const METHODS = ["get", "post", "put", "delete"];
-const DEEP = 5; // levels of a schema that are shown
+const DEEPEST = 5; // levels of a schema that are shown
 let schemas = {};
 
 try {
@@ -22,7 +22,7 @@ function sections(paths) {
   const tags = [...new Set(calls.map(({ tags: [tag] = ["others"] }) => tag))];
   return tags.map((tag) => el("section", { class: "card" },
     el("h2", {}, tag),
-    calls.filter(({ tags: [own] = ["others"] }) => own === tag).map(callDetails)));
+    calls.filter(({ tags: [callTag] = ["others"] }) => callTag === tag).map(callDetails)));
 }
 
 function callDetails({ path, method, description, summary, parameters = [], requestBody, responses }) {
@@ -31,22 +31,21 @@ function callDetails({ path, method, description, summary, parameters = [], requ
   return el("details", {},
     el("summary", {}, el("span", { class: `chip ${method}` }, method.toUpperCase()), el("code", {}, ` ${path} `), el("span", { class: "soft" }, description ?? summary)),
     parameters.length ? el("div", { class: "scroll" }, el("table", {}, el("tbody", {}, parameters.map(parameterRow)))) : null,
-    requestBody ? [el("h3", {}, "What is sent"), content(requestBody.content)] : null,
+    requestBody ? [el("h3", {}, "What is sent"), bodies(requestBody.content)] : null,
     el("h3", {}, "What is answered"),
     answers.filter(([status]) => status < 400).map(([status, answer]) => answerDetails(status, answer)),
     el("p", { class: "soft" }, `Problems: ${problems.join(", ") || "none"}.`));
 }
 
-
 function parameterRow({ name, in: where, required, schema, description }) {
   return row(el("code", {}, name), `${where}${required ? "" : ", optional"}`, el("code", {}, shape(schema)), description ?? "");
 }
 
-function answerDetails(status, { description, content: found }) {
-  return el("div", {}, el("p", {}, `${status} ${description}`), found ? content(found) : null);
+function answerDetails(status, { description, content }) {
+  return el("div", {}, el("p", {}, `${status} ${description}`), content ? bodies(content) : null);
 }
 
-function content(kinds) {
+function bodies(kinds) {
   return Object.entries(kinds).map(([kind, { schema }]) =>
     el("div", {}, el("p", { class: "soft" }, kind), schema ? el("pre", { tabindex: "0" }, shape(schema)) : null));
 }
@@ -55,20 +54,20 @@ function content(kinds) {
 function shape(schema = {}, depth = 0) {
   if (schema.$ref) return shape(schemas[schema.$ref.split("/").at(-1)], depth);
   const choices = schema.anyOf ?? schema.oneOf;
-  if (choices) return choices.map((one) => shape(one, depth)).join(" or ");
+  if (choices) return choices.map((choice) => shape(choice, depth)).join(" or ");
   if ("const" in schema) return JSON.stringify(schema.const);
-  if (schema.enum) return schema.enum.map((one) => JSON.stringify(one)).join(" | ");
+  if (schema.enum) return schema.enum.map((value) => JSON.stringify(value)).join(" | ");
   if (schema.type === "array") return `[${shape(schema.items, depth)}, ...]`;
-  if (schema.properties && depth < DEEP) return object(schema, depth);
+  if (schema.properties && depth < DEEPEST) return object(schema, depth);
   if (schema.additionalProperties?.$ref) return `{name: ${shape(schema.additionalProperties, depth + 1)}}`;
   return schema.type ?? "anything";
 }
 
 function object({ properties, required = [] }, depth) {
   const inside = "  ".repeat(depth + 1);
-  const lines = Object.entries(properties).map(([name, one]) => {
-    const notes = [required.includes(name) ? "" : "optional", one.description ?? "", "default" in one ? `default ${JSON.stringify(one.default)}` : ""].filter(Boolean);
-    return `${inside}${name}: ${shape(one, depth + 1)}${notes.length ? `  // ${notes.join("; ")}` : ""}`;
+  const lines = Object.entries(properties).map(([name, property]) => {
+    const notes = [required.includes(name) ? "" : "optional", property.description ?? "", "default" in property ? `default ${JSON.stringify(property.default)}` : ""].filter(Boolean);
+    return `${inside}${name}: ${shape(property, depth + 1)}${notes.length ? `  // ${notes.join("; ")}` : ""}`;
   });
   return `{\n${lines.join("\n")}\n${"  ".repeat(depth)}}`;
 }

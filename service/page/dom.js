@@ -1,22 +1,22 @@
-// Making and finding elements, saying sentences, and doing things on a click.
+// Making and finding elements, showing messages, and carrying out actions.
 
 export const $ = (id) => document.getElementById(id);
 
-export function el(name, given = {}, ...children) {
-  return filled(document.createElement(name), given, children);
+export function el(name, attributes = {}, ...children) {
+  return filled(document.createElement(name), attributes, children);
 }
 
-export function svg(name, given = {}, ...children) {
-  return filled(document.createElementNS("http://www.w3.org/2000/svg", name), given, children);
+export function svg(name, attributes = {}, ...children) {
+  return filled(document.createElementNS("http://www.w3.org/2000/svg", name), attributes, children);
 }
 
-function filled(node, given, children) {
-  for (const [key, value] of Object.entries(given)) {
+function filled(node, attributes, children) {
+  for (const [key, value] of Object.entries(attributes)) {
     if (key.startsWith("on")) node.addEventListener(key.slice(2), value);
     else if (value === true) node.setAttribute(key, "");
     else if (value !== false && value != null) node.setAttribute(key, value);
   }
-  node.append(...children.flat().filter((child) => child != null));
+  node.append(...children.flat(Infinity).filter((child) => child != null));
   return node;
 }
 
@@ -24,18 +24,18 @@ export function row(...cells) {
   return el("tr", {}, cells.map((cell) => (cell instanceof Element && /^T[DH]$/.test(cell.tagName) ? cell : el("td", {}, cell))));
 }
 
-/** Put a sentence where it belongs; kind is "wrong", "good" or "". */
+/** Show a message in a node; kind is "wrong", "good" or "". */
 export function say(node, sentence = "", kind = "") {
   node.textContent = sentence;
   node.dataset.kind = kind;
 }
 
-/** For those who hear the page: what changed elsewhere on it. */
+/** Announce a change to users of screen readers. */
 export function announce(sentence) {
   $("said").textContent = sentence;
 }
 
-/** Do something that may fail: the button rests meanwhile, and a problem's sentence stands in `message`. */
+/** Carry out an action that may fail. Its button is busy meanwhile, and a problem is shown in the node `message`. */
 export async function attempt(button, message, work) {
   if (button.getAttribute("aria-busy")) return;
   button.setAttribute("aria-busy", "true");
@@ -50,7 +50,7 @@ export async function attempt(button, message, work) {
   }
 }
 
-/** Show a problem near where it arose, and lead to the field that it names. */
+/** Show a problem in the node `message`, and focus the field that it names. */
 export function show(message, problem, form = null) {
   say(message, problem.message, "wrong");
   const wrong = (problem.errors ?? [])
@@ -75,7 +75,7 @@ export async function pages(read, body, item, none, more) {
   await add(null);
 }
 
-/** A resolved colour of the style sheet, for canvas and for pictures. */
+/** A colour of the style sheet, resolved for drawing on a canvas. */
 export function colour(name) {
   const probe = $("said");
   probe.style.color = `var(--${name})`;

@@ -1,4 +1,4 @@
-// Little drawings: the square in both directions, and the corner with the three distances.
+// Explaining drawings: the square in both directions, and the corner with the three distances.
 
 import { svg } from "./dom.js";
 
@@ -12,7 +12,7 @@ export function squareDrawing(direction) {
     const along = (share) => [x + share * (nx - x), y + share * (ny - y)];
     const [bx, by] = along(0.5);
     const turn = (Math.atan2(ny - y, nx - x) * 180) / Math.PI;
-    const inward = [74 - bx, 70 - by].map((one) => Math.sign(Math.abs(one) < 1 ? 0 : one) * 15);
+    const inward = [74 - bx, 70 - by].map((distance) => Math.sign(Math.abs(distance) < 1 ? 0 : distance) * 15);
     return [
       svg("path", { class: "leg", d: `M${x} ${y}L${nx} ${ny}` }),
       svg("path", { class: "arrow", d: "M-5 -5L4 0L-5 5", transform: `translate(${bx} ${by}) rotate(${turn})` }),

@@ -6,18 +6,18 @@ import { get } from "./api.js";
 import { ESTIMATES, Plan, best } from "./plan.js";
 import { on } from "./stream.js";
 
-const OFTEN = 250; // [ms] between two updates of the numbers; eyes want no more
+const UPDATE_PERIOD = 250; // [ms] between two updates of the numbers
 let plan;
 let vehicle = null;
-let told = 0;
-let session = null; // that is driven for
+let shownAt = 0;
+let session = null; // that the robot drives for
 
 export function setUpFloor() {
   plan = new Plan($("plan"));
-  plan.view.listen();
-  $("zoom-in").addEventListener("click", () => plan.view.zoom(1.4));
-  $("zoom-out").addEventListener("click", () => plan.view.zoom(1 / 1.4));
-  $("fit").addEventListener("click", () => plan.view.release());
+  plan.viewport.listen();
+  $("zoom-in").addEventListener("click", () => plan.viewport.zoom(1.4));
+  $("zoom-out").addEventListener("click", () => plan.viewport.zoom(1 / 1.4));
+  $("fit").addEventListener("click", () => plan.viewport.release());
   $("clear").addEventListener("click", () => plan.forget());
   $("legend").append(...Object.entries(ESTIMATES).map(([name, { label }]) => legendEntry(name, label)),
     el("li", {}, el("i", { class: "stroke sigma" }), "2 sigma"));
@@ -25,8 +25,8 @@ export function setUpFloor() {
   on("nodes", ({ nodes }) => $("nodes").replaceChildren(...nodes.map(nodeLamp)));
 }
 
-export function showVehicle(given) {
-  vehicle = plan.vehicle = given;
+export function showVehicle(robot) {
+  vehicle = plan.vehicle = robot;
   plan.redraw();
 }
 
@@ -46,8 +46,8 @@ function show(state) {
   if (state.driving !== session?.id) follow(state.driving);
   plan.square = session?.side && state.lap ? { side: session.side, direction: state.lap } : null;
   plan.show(state);
-  if ($("floor").hidden || performance.now() - told < OFTEN) return;
-  told = performance.now();
+  if ($("floor").hidden || performance.now() - shownAt < UPDATE_PERIOD) return;
+  shownAt = performance.now();
   if (state.plain) {
     showPoses(state);
     showCorrections(state);
@@ -56,25 +56,25 @@ function show(state) {
 
 function showPoses(state) {
   const line = (name, { x, y, theta }, digits) => row(el("th", { scope: "row" }, name), mm(x, digits), mm(y, digits), deg(wrap(theta), 1 + digits));
-  const given = Object.entries({ plain: "plain", ipec: "IPEC", filter: "filter" }).filter(([name]) => state[name]);
+  const estimates = Object.entries({ plain: "plain", ipec: "IPEC", filter: "filter" }).filter(([name]) => state[name]);
   $("where").replaceChildren(
-    ...given.map(([name, word]) => line(el("span", { class: `ofkind ${name}` }, word), state[name], 0)),
+    ...estimates.map(([name, word]) => line(el("span", { class: `ofkind ${name}` }, word), state[name], 0)),
     ...(state.sigma ? [line("± sigma", state.sigma, 1)] : []),
   );
   const { x, y, theta } = best(state);
   const { plain } = state;
-  $("off").textContent = given.length > 1
+  $("off").textContent = estimates.length > 1
     ? `Plain odometry is off by ${mm(Math.hypot(plain.x - x, plain.y - y))} mm and ${deg(Math.abs(wrap(plain.theta - theta)), 1)}°.`
     : "";
   $("plan").setAttribute("aria-label", `Floor plan; truck a at x ${mm(x)} mm, y ${mm(y)} mm, heading ${deg(wrap(theta), 0)}°`);
 }
 
-/** Ask how large the square of a session is. */
+/** Ask for the side of a session's square. */
 async function follow(id) {
   session = id ? { id } : null;
   if (!id) return;
-  const found = await get(`/v1/umbmark/sessions/${id}`).catch(() => null);
-  if (session?.id === id) session.side = found?.side;
+  const answer = await get(`/v1/umbmark/sessions/${id}`).catch(() => null);
+  if (session?.id === id) session.side = answer?.side;
 }
 
 function showCorrections({ corrections, lost, joints, wheels }) {
@@ -84,8 +84,8 @@ function showCorrections({ corrections, lost, joints, wheels }) {
     el("thead", {}, row(el("th", {}, ""), ...trucks.map((truck) => el("th", { scope: "col" }, `truck ${truck}`)))),
     el("tbody", {},
       corrections ? line("heading", "°", (truck) => deg(corrections[truck], 3)) : null,
-      lost ? line("left rolled in vain", "mm", (truck) => mm(lost[`${truck}.left`], 1)) : null,
-      lost ? line("right rolled in vain", "mm", (truck) => mm(lost[`${truck}.right`], 1)) : null,
+      lost ? line("left wheel, lost travel", "mm", (truck) => mm(lost[`${truck}.left`], 1)) : null,
+      lost ? line("right wheel, lost travel", "mm", (truck) => mm(lost[`${truck}.right`], 1)) : null,
       joints ? line("joint", "°", (truck) => deg(joints[truck], 1)) : null,
       wheels?.length ? line("left wheel", "mm/s", (truck, index) => mm(wheels[2 * index] * radius(truck, "left"))) : null,
       wheels?.length ? line("right wheel", "mm/s", (truck, index) => mm(wheels[2 * index + 1] * radius(truck, "right"))) : null));

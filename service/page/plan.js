@@ -1,10 +1,10 @@
-// The floor plan: grid in metres, the square that is to be driven, trajectories, sigma, the robot.
+// The floor plan: its layers, trajectories and the robot, on a canvas.
 
 import { colour } from "./dom.js";
-import { number } from "./units.js";
-import { Trail } from "./trail.js";
+import { drawGrid, drawSigma, drawSquare } from "./plan-layers.js";
+import { Trajectory } from "./trajectory.js";
 import { drawRobot, follower } from "./truck.js";
-import { View } from "./view.js";
+import { Viewport } from "./viewport.js";
 
 export const ESTIMATES = {
   plain: { label: "plain odometry", width: 2, dash: [7, 5] },
@@ -13,7 +13,7 @@ export const ESTIMATES = {
 };
 const COLOURS = ["ink", "soft", "line", "paper", "card", "deck", "link", "plain", "ipec", "filter", "sigma"];
 
-/** The estimate that is most to be believed. */
+/** The most accurate estimate that there is. */
 export const best = (state) => state.filter ?? state.ipec ?? state.plain;
 
 /** Where both trucks stand, by the best estimate. */
@@ -25,8 +25,8 @@ export function posesOf(state) {
 export class Plan {
   constructor(canvas) {
     this.canvas = canvas;
-    this.view = new View(canvas, () => this.redraw());
-    this.trails = Object.fromEntries(Object.keys(ESTIMATES).map((name) => [name, new Trail()]));
+    this.viewport = new Viewport(canvas, () => this.redraw());
+    this.trajectories = Object.fromEntries(Object.keys(ESTIMATES).map((name) => [name, new Trajectory()]));
     this.hidden = new Set();
     this.vehicle = null;
     this.square = null; // {side, direction}
@@ -39,17 +39,17 @@ export class Plan {
     if (state.lap !== this.lap) this.cut();
     this.lap = state.lap;
     this.state = state;
-    for (const [name, trail] of Object.entries(this.trails)) if (state[name]) trail.add(state[name]);
+    for (const [name, trajectory] of Object.entries(this.trajectories)) if (state[name]) trajectory.add(state[name]);
     this.redraw();
   }
 
-  /** Another lap begins. */
+  /** Begin another lap. */
   cut() {
-    for (const trail of Object.values(this.trails)) trail.cut();
+    for (const trajectory of Object.values(this.trajectories)) trajectory.cut();
   }
 
   forget() {
-    for (const trail of Object.values(this.trails)) trail.forget();
+    for (const trajectory of Object.values(this.trajectories)) trajectory.forget();
     this.redraw();
   }
 
@@ -65,22 +65,22 @@ export class Plan {
     const context = this.canvas.getContext("2d");
     const ratio = devicePixelRatio || 1;
     const colours = Object.fromEntries(COLOURS.map((name) => [name, colour(name)]));
-    if (!this.view.free) this.view.fit(this.#box());
+    if (!this.viewport.free) this.viewport.fit(this.#box());
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, this.view.width, this.view.height);
-    drawGrid(context, this.view, colours);
-    if (this.square) drawSquare(context, this.view, this.square, colours);
+    context.clearRect(0, 0, this.viewport.width, this.viewport.height);
+    drawGrid(context, this.viewport, colours);
+    if (this.square) drawSquare(context, this.viewport, this.square, colours);
     for (const [name, { width, dash }] of Object.entries(ESTIMATES)) {
       if (this.hidden.has(name)) continue;
       Object.assign(context, { strokeStyle: colours[name], lineWidth: width, lineJoin: "round", lineCap: "round" });
       context.setLineDash(dash);
-      this.trails[name].draw(context, this.view);
+      this.trajectories[name].draw(context, this.viewport);
     }
     context.setLineDash([]);
     if (!this.state?.plain) return;
     const poses = posesOf(this.state);
-    if (this.vehicle) drawRobot(context, this.view, this.vehicle, poses, colours);
-    if (this.state.sigma) drawSigma(context, this.view, poses.a, this.state.sigma, colours);
+    if (this.vehicle) drawRobot(context, this.viewport, this.vehicle, poses, colours);
+    if (this.state.sigma) drawSigma(context, this.viewport, poses.a, this.state.sigma, colours);
   }
 
   /** What a fit shows: all trajectories, the square and the robot. */
@@ -102,69 +102,7 @@ export class Plan {
       box[2] = Math.max(box[2], x);
       box[3] = Math.max(box[3], y);
     }
-    for (const trail of Object.values(this.trails)) trail.stretch(box);
+    for (const trajectory of Object.values(this.trajectories)) trajectory.stretch(box);
     return box;
   }
-}
-
-function drawGrid(context, view, colours) {
-  const step = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((one) => one * view.scale > 44) ?? 100;
-  const digits = step < 0.1 ? 2 : step < 1 ? 1 : 0;
-  const [halfWide, halfHigh] = [view.width / 2 / view.scale, view.height / 2 / view.scale];
-  context.font = "11px system-ui, sans-serif";
-  context.textBaseline = "alphabetic";
-  const lines = (middle, half, draw) => {
-    for (let n = Math.ceil((middle - half) / step); n * step <= middle + half; n += 1) {
-      context.strokeStyle = n === 0 ? colours.soft : colours.line;
-      context.lineWidth = n === 0 ? 1.2 : 1;
-      context.beginPath();
-      draw(n * step);
-      context.stroke();
-    }
-  };
-  context.fillStyle = colours.soft;
-  context.textAlign = "left";
-  lines(view.x, halfWide, (x) => {
-    const px = Math.round(view.at(x, 0)[0]) + 0.5;
-    context.moveTo(px, 0);
-    context.lineTo(px, view.height);
-    if (px > 34 && px < view.width - 90) context.fillText(number(x, digits), px + 3, view.height - 5);
-  });
-  lines(view.y, halfHigh, (y) => {
-    const py = Math.round(view.at(0, y)[1]) + 0.5;
-    context.moveTo(0, py);
-    context.lineTo(view.width, py);
-    if (py > 14 && py < view.height - 22) context.fillText(number(y, digits), 5, py - 3);
-  });
-  context.textAlign = "right";
-  context.fillText("x, y in m", view.width - 6, view.height - 5);
-}
-
-function drawSquare(context, view, { side, direction }, colours) {
-  const across = direction === "cw" ? -side : side;
-  context.beginPath();
-  for (const [x, y] of [[0, 0], [side, 0], [side, across], [0, across]]) context.lineTo(...view.at(x, y));
-  context.closePath();
-  Object.assign(context, { strokeStyle: colours.soft, lineWidth: 1.2, globalAlpha: 0.8 });
-  context.setLineDash([2, 4]);
-  context.stroke();
-  context.setLineDash([]);
-  context.globalAlpha = 1;
-}
-
-/** Two sigma in position as an ellipse, in heading as a wedge. */
-function drawSigma(context, view, pose, sigma, colours) {
-  const [x, y] = view.at(pose.x, pose.y);
-  const wide = 2 * (sigma.theta ?? 0);
-  Object.assign(context, { fillStyle: colours.sigma, strokeStyle: colours.filter, lineWidth: 1.4 });
-  context.globalAlpha = 0.35;
-  context.beginPath();
-  context.moveTo(x, y);
-  context.arc(x, y, Math.max(30, 0.5 * view.scale), -pose.theta - wide, -pose.theta + wide);
-  context.closePath();
-  context.fill();
-  context.globalAlpha = 1;
-  context.beginPath();
-  context.ellipse(x, y, Math.max(2, 2 * sigma.x * view.scale), Math.max(2, 2 * sigma.y * view.scale), 0, 0, 2 * Math.PI);
-  context.stroke();
 }

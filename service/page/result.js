@@ -1,8 +1,8 @@
-// UMBmark, the result: every method side by side, what the guards say, before and after, and whether to take it.
+// The result of a UMBmark session: all methods side by side, advice, the plot, and the button that accepts it.
 
 import { call } from "./api.js";
 import { $, attempt, el, row } from "./dom.js";
-import { drawing } from "./document.js";
+import { drawing } from "./embedded-documents.js";
 import { number, size } from "./units.js";
 
 const METHODS = {
@@ -20,17 +20,17 @@ export function clearResult() {
 }
 
 /** Show the session's result; `changed` is called when it was accepted. */
-export async function showResult(given, changed) {
-  const answer = await call("GET", `/v1/umbmark/sessions/${given.id}/result`);
+export async function showResult(solved, changed) {
+  const answer = await call("GET", `/v1/umbmark/sessions/${solved.id}/result`);
   const [result, tag] = [await answer.json(), answer.headers.get("ETag") ?? "*"];
-  const what = `${given.id} ${result.revision} ${given.state}`;
-  if (what === shown) return;
-  [shown, session] = [what, given];
+  const key = `${solved.id} ${result.revision} ${solved.state}`;
+  if (key === shown) return;
+  [shown, session] = [key, solved];
   const plot = el("figure", { class: "card plot", id: "plot" });
   $("result").replaceChildren(
-    ...Object.entries(result.trucks).map(([truck, one]) => truckCard(truck, one, result.method)),
+    ...Object.entries(result.trucks).map(([truck, calibration]) => truckCard(truck, calibration, result.method)),
     plot,
-    given.possible.includes("accept") ? acceptCard(result, tag, changed) : "",
+    solved.possible.includes("accept") ? acceptCard(result, tag, changed) : "",
   );
   $("result").hidden = false;
   await showPlot();
@@ -64,19 +64,19 @@ function truckCard(truck, { errors, methods, advice, second_pass: pass, nominal,
     el("div", { class: "scroll" }, el("table", { class: "numbers methods" },
       el("caption", {}, "All methods, with 95 % confidence"),
       el("thead", {}, row(...["method", factor("b"), factor("d"), "wheelbase mm", "left mm", "right mm", "c left", "c right", "error after mm"].map((word) => el("th", { scope: "col" }, word)))),
-      el("tbody", {}, methods.map((one) => methodRow(one, one.method === chosen))))));
+      el("tbody", {}, methods.map((calibration) => methodRow(calibration, calibration.method === chosen))))));
 }
 
 function figure(label, value, under) {
   return el("div", {}, el("span", {}, label), el("strong", {}, value), el("small", {}, under));
 }
 
-function methodRow(one, chosen) {
+function methodRow(calibration, chosen) {
   const line = row(
-    el("th", { scope: "row" }, METHODS[one.method] ?? one.method, chosen ? el("span", { class: "chip solved" }, "used") : null),
-    limits(one.e_b, 1, 5), limits(one.e_d, 1, 5),
-    limits(one.wheelbase, 1000, 2), limits(one.diameter_left, 1000, 3), limits(one.diameter_right, 1000, 3),
-    number(one.c_left, 5), number(one.c_right, 5), number(1000 * one.after, 1),
+    el("th", { scope: "row" }, METHODS[calibration.method] ?? calibration.method, chosen ? el("span", { class: "chip solved" }, "used") : null),
+    limits(calibration.e_b, 1, 5), limits(calibration.e_d, 1, 5),
+    limits(calibration.wheelbase, 1000, 2), limits(calibration.diameter_left, 1000, 3), limits(calibration.diameter_right, 1000, 3),
+    number(calibration.c_left, 5), number(calibration.c_right, 5), number(1000 * calibration.after, 1),
   );
   if (chosen) line.className = "chosen";
   return line;
@@ -104,7 +104,7 @@ function acceptCard({ usable, vehicle }, tag, changed) {
     await changed();
   }));
   return el("section", { class: "card accept", "aria-label": "Accept" },
-    el("p", {}, el("b", {}, `Take these parameters for ${vehicle}?`), " They become its newest version; the former ones stay."),
-    usable ? null : el("label", { class: "check" }, force, "although a guard says that they are not to be used"),
+    el("p", {}, el("b", {}, `Accept these parameters for ${vehicle}?`), " They become its newest version; the former versions stay."),
+    usable ? null : el("label", { class: "check" }, force, "although a check reports an error (see advice)"),
     el("div", { class: "buttons" }, button), message);
 }

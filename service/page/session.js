@@ -1,36 +1,36 @@
-// UMBmark, one session: what it waits for, its runs as they come, what can be done with it.
+// A UMBmark session: its state, its runs as they come, and the calls that it allows.
 
 import { get, post, remove } from "./api.js";
 import { $, announce, attempt, el, row, say, show } from "./dom.js";
 import { clusterDrawing, reach, sums } from "./clusters.js";
 import { Plan } from "./plan.js";
 import { clearResult, showResult } from "./result.js";
-import { setUpSample, showSample } from "./sample.js";
+import { setUpRunForm, showRunForm } from "./run-form.js";
 import { on } from "./stream.js";
-import { setUpTake, showTake } from "./take.js";
+import { setUpRecordedRuns, showRecordedRuns } from "./recorded-runs.js";
 import { deg, mm, number, size } from "./units.js";
-import { STATES } from "./wizard.js";
+import { STATES } from "./session-list.js";
 
 const STEP = { driving: 1, measuring: 1, collecting: 1, interrupted: 1, solved: 3, accepted: 4 };
 let now = null; // the session that is shown
 let vehicle = null;
-let asked = 0;
+let requests = 0;
 let plan;
 
 export const address = (session, ...more) => ["/v1/umbmark/sessions", session.id, ...more].join("/");
 
 export function setUpSession() {
   plan = new Plan($("small-plan"));
-  setUpSample(() => now, reload);
-  setUpTake(() => now, reload);
-  const does = (id, work) => $(id).addEventListener("click", () => attempt($(id), $("session-message"), work));
-  does("solve", async () => {
+  setUpRunForm(() => now, reload);
+  setUpRecordedRuns(() => now, reload);
+  const setUpButton = (id, work) => $(id).addEventListener("click", () => attempt($(id), $("session-message"), work));
+  setUpButton("solve", async () => {
     await post(address(now, "solve"), {});
     await reload();
     $("result").scrollIntoView({ block: "start" });
   });
-  does("resume", async () => reload(await post(address(now, "resume"))));
-  does("abort", async () => reload(await post(address(now, "abort"))));
+  setUpButton("resume", async () => reload(await post(address(now, "resume"))));
+  setUpButton("abort", async () => reload(await post(address(now, "abort"))));
   on("state", showState);
   on("session", ({ id }) => now?.id === id && !$("session").hidden && reload());
   on("link", ({ now: link }) => link === "live" && now && !$("session").hidden && reload());
@@ -49,12 +49,12 @@ export async function openSession(id) {
   }
 }
 
-/** Show what the session has become; several reasons may ask at once, and the newest answer counts. */
+/** Show the session as it is now. Of several simultaneous requests, the newest one counts. */
 async function reload() {
-  const mine = (asked += 1);
+  const request = (requests += 1);
   try {
     const session = await get(address(now));
-    if (mine !== asked || session.id !== now.id) return;
+    if (request !== requests || session.id !== now.id) return;
     if (session.detail !== now.detail) announce(session.detail);
     now = session;
     await showSession();
@@ -69,12 +69,12 @@ function forget() {
   plan.forget();
   $("clusters").replaceChildren();
   $("runs").replaceChildren();
-  for (const id of ["driving", "take", "sample"]) $(id).hidden = true;
+  for (const id of ["driving", "recorded-runs", "sample"]) $(id).hidden = true;
 }
 
 async function showSession() {
   const { state, how, possible, side, detail } = now;
-  $("session-title").textContent = `UMBmark of ${now.vehicle}, ${[side, side].map((one) => number(one, one % 1 ? 2 : 0)).join("\u00a0×\u00a0")}\u00a0m`;
+  $("session-title").textContent = `UMBmark of ${now.vehicle}, ${[side, side].map((length) => number(length, length % 1 ? 2 : 0)).join("\u00a0×\u00a0")}\u00a0m`;
   $("session-state").textContent = STATES[state];
   $("session-state").className = `chip ${state}`;
   say($("session-detail"), state === "solved" ? "Look at the result, then accept it, or add runs and solve again." : detail);
@@ -84,15 +84,15 @@ async function showSession() {
     item.className = index < step ? "done" : "";
     item.toggleAttribute("aria-current", index === step);
   });
-  for (const one of ["solve", "resume", "abort"]) $(one).hidden = !possible.includes(one);
+  for (const name of ["solve", "resume", "abort"]) $(name).hidden = !possible.includes(name);
   $("solve").hidden ||= !counts.cw || !counts.ccw;
   $("solve").className = enough() && state !== "solved" ? "primary" : "quiet";
   $("solve").textContent = state === "solved" ? "Solve again" : "Solve";
   $("driving").hidden = how !== "drive";
   showLaps();
   showRuns();
-  showSample(now, vehicle);
-  await showTake(now);
+  showRunForm(now, vehicle);
+  await showRecordedRuns(now);
   if (["solved", "accepted"].includes(state)) await showResult(now, reload);
   else clearResult();
 }
@@ -107,7 +107,7 @@ function showState(state) {
 
 const enough = () => now.counts.cw >= now.runs && now.counts.ccw >= now.runs;
 
-/** One dot for each run that is wanted, filled as they come. */
+/** A dot for each run that is wanted, filled when the run is there. */
 function showLaps() {
   $("laps").replaceChildren(...["cw", "ccw"].map((direction) => {
     const count = now.counts[direction];
@@ -123,8 +123,8 @@ function showRuns() {
   const edge = reach(now.samples);
   $("clusters").replaceChildren(...trucks.map((truck) => {
     const { centres, largest } = sums(now.samples, truck);
-    const so = Object.keys(centres).length === 2 ? [": E", el("sub", {}, "max,syst"), ` ${size(largest)}`] : [];
-    return el("figure", {}, clusterDrawing(now.samples, truck, edge), el("figcaption", {}, `truck ${truck}`, so));
+    const caption = Object.keys(centres).length === 2 ? [": E", el("sub", {}, "max,syst"), ` ${size(largest)}`] : [];
+    return el("figure", {}, clusterDrawing(now.samples, truck, edge), el("figcaption", {}, `truck ${truck}`, caption));
   }));
   if (!trucks.length) $("clusters").append(el("p", { class: "soft" }, "Each run appears here as soon as it is measured."));
   const leave = now.possible.includes("remove");

@@ -1,13 +1,13 @@
-// Light or dark: as the system has it, until somebody chooses the other one. Runs before the first paint.
+// The light or the dark theme: that of the system until the user chooses the other. Runs before the first paint.
 "use strict";
 (() => {
   const root = document.documentElement;
   const system = matchMedia("(prefers-color-scheme: dark)");
   const now = () => root.dataset.theme || (system.matches ? "dark" : "light");
-  const tell = () => document.dispatchEvent(new CustomEvent("theme", { detail: now() }));
+  const notify = () => document.dispatchEvent(new CustomEvent("theme", { detail: now() }));
   const chosen = localStorage.getItem("theme");
   if (chosen) root.dataset.theme = chosen;
-  system.addEventListener("change", tell);
+  system.addEventListener("change", notify);
   addEventListener("DOMContentLoaded", () => {
     document.getElementById("theme").addEventListener("click", () => {
       const other = now() === "dark" ? "light" : "dark";
@@ -18,7 +18,7 @@
         root.dataset.theme = other;
         localStorage.setItem("theme", other);
       }
-      tell();
+      notify();
     });
   });
 })();

@@ -5,16 +5,16 @@ const DECK = 1.25; // of the wheelbase: length of a deck
 const TREAD = 0.28; // of the diameter: width of a wheel
 
 /** Draw both trucks, or the only one; `poses` {a, b} in metres and radians. */
-export function drawRobot(context, view, vehicle, poses, colours) {
-  if (vehicle.trucks.b && poses.b) drawLink(context, view, poses, colours);
+export function drawRobot(context, viewport, vehicle, poses, colours) {
+  if (vehicle.trucks.b && poses.b) drawLink(context, viewport, poses, colours);
   for (const name of ["b", "a"]) {
-    if (vehicle.trucks[name] && poses[name]) drawTruck(context, view, vehicle.trucks[name], poses[name], name, colours);
+    if (vehicle.trucks[name] && poses[name]) drawTruck(context, viewport, vehicle.trucks[name], poses[name], name, colours);
   }
 }
 
-function drawTruck(context, view, truck, pose, name, colours) {
-  const scale = view.scale;
-  const [x, y] = view.at(pose.x, pose.y);
+function drawTruck(context, viewport, truck, pose, name, colours) {
+  const scale = viewport.scale;
+  const [x, y] = viewport.at(pose.x, pose.y);
   const wide = truck.wheelbase;
   context.save();
   context.translate(x, y);
@@ -54,9 +54,9 @@ function drawTruck(context, view, truck, pose, name, colours) {
 }
 
 /** The compliant linkage: a bar at either truck and the slider between them. */
-function drawLink(context, view, { a, b }, colours) {
-  const [ax, ay] = view.at(a.x, a.y);
-  const [bx, by] = view.at(b.x, b.y);
+function drawLink(context, viewport, { a, b }, colours) {
+  const [ax, ay] = viewport.at(a.x, a.y);
+  const [bx, by] = viewport.at(b.x, b.y);
   const part = (share) => [bx + share * (ax - bx), by + share * (ay - by)];
   const line = (from, to, width, colour) => {
     context.beginPath();
@@ -66,7 +66,7 @@ function drawLink(context, view, { a, b }, colours) {
     context.strokeStyle = colour;
     context.stroke();
   };
-  const thick = Math.min(9, Math.max(3, 0.045 * view.scale));
+  const thick = Math.min(9, Math.max(3, 0.045 * viewport.scale));
   line(0, 1, thick / 2, colours.link);
   line(0.38, 0.62, thick * 1.6, colours.link);
   line(0.41, 0.59, thick * 0.8, colours.paper);

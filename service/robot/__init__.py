@@ -1,1 +1,1 @@
-"""The robot on its bus, in a thread of its own: samples, poses, squares driven for a session."""
+"""The robot on its bus, in its own thread: samples, poses, and the squares that it drives for a session."""

@@ -1,1 +1,1 @@
-"""The calls of the interface, one file for each kind of thing."""
+"""The calls of the REST interface, one file for each kind of object."""

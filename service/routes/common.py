@@ -1,4 +1,4 @@
-"""What several routes share: pages of lists, conditions, how problems are documented."""
+"""What several routes share: pages of lists, conditions, and problems that every call may answer."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Annotated, Generic, TypeVar
 from fastapi import Header, Query
 from pydantic import BaseModel
 
-from service.problems import documented
-from service.umbmark.models import Id
+from omnimate.service.problems import documented
+from omnimate.service.umbmark.fields import Id
 
 T = TypeVar("T")
 
 ALWAYS = documented(400, 401, 403, 409, 413, 422, 429, 503)
-Limit = Annotated[int, Query(ge=1, le=200, description="items of a page")]
-After = Annotated[Id | None, Query(description="`next` of the page before")]
-IfMatch = Annotated[str, Header(description="ETag of what is to be changed, or *")]
+Limit = Annotated[int, Query(ge=1, le=200, description="The largest number of items of the page.")]
+After = Annotated[Id | None, Query(description="The value of `next` in the page before this one.")]
+IfMatch = Annotated[str, Header(description="The ETag of the version that is changed, or * for any version.")]
 
 
 class Page(BaseModel, Generic[T]):
@@ -26,7 +26,7 @@ class Page(BaseModel, Generic[T]):
 
 
 class Done(BaseModel):
-    """That something was done."""
+    """A confirmation."""
 
     done: str
 
@@ -36,7 +36,7 @@ def etag(content: object) -> str:
     return f'"{content}"'
 
 
-def condition(if_match: str) -> str | None:
-    """Return what If-Match names; None for `*`."""
+def expected_version(if_match: str) -> str | None:
+    """Return the version that If-Match names; None for `*`."""
     tag = if_match.strip().removeprefix("W/").strip('"')
     return None if tag == "*" else tag

@@ -1,4 +1,4 @@
-"""Diagnoses as jobs: started, followed, read, cancelled."""
+"""Diagnoses over REST: started as jobs, followed, read, cancelled."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ from fastapi import Path as PathParameter
 from fastapi.responses import HTMLResponse, JSONResponse, Response
 from sqlalchemy.orm import Session as Db
 
-from service.errors import StateError
-from service.jobs.models import DiagnosisStart, Job
-from service.jobs.worker import add_job, cancel_job, job, job_view
-from service.once import Answer, Operating, Reading
-from service.problems import documented
-from service.routes.common import ALWAYS, After, Limit, Page
-from service.store.lists import page
-from service.store.tables import JobRow
-from service.umbmark.models import Id
+from omnimate.service.calls import Operating, Reading
+from omnimate.service.errors import StateError
+from omnimate.service.idempotency import Answer
+from omnimate.service.jobs.models import DiagnosisStart, Job
+from omnimate.service.jobs.queue import add_job, cancel_job, find_job, job_view
+from omnimate.service.problems import documented
+from omnimate.service.routes.common import ALWAYS, After, Limit, Page
+from omnimate.service.store.lists import read_page
+from omnimate.service.store.tables import JobRow
+from omnimate.service.umbmark.fields import Id
 
 router = APIRouter(prefix="/v1/diagnoses", tags=["diagnoses"], responses=ALWAYS)
-Name = Annotated[Id, PathParameter(description="of the diagnosis")]
-REPORT = {
+DiagnosisId = Annotated[Id, PathParameter(description="The id of the diagnosis.")]
+REPORT_HEADERS = {
     "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:; "
     "frame-ancestors 'self'; sandbox"
 }
@@ -32,30 +33,30 @@ REPORT = {
     "", operation_id="startDiagnosis", status_code=202, response_model=Job, responses=documented(404)
 )
 def start(body: DiagnosisStart, call: Operating) -> Response:
-    """Diagnose recordings of one robot together."""
+    """Start a diagnosis of recordings, which are all of one robot."""
 
     def act(db: Db) -> Answer:
         row = add_job(db, body.recordings)
         return Answer(job_view(row), 202, {"Location": f"{router.prefix}/{row.id}"})
 
-    response = call.once(body, act)
-    call.parts.worker.wake()
+    response = call.change(body, act)
+    call.components.worker.wake()
     return response
 
 
 @router.get("", operation_id="listDiagnoses", response_model=Page[Job], responses=documented(404))
-def every(call: Reading, limit: Limit = 50, after: After = None) -> Page[Job]:
-    """Return diagnoses, newest first."""
-    with call.parts.database.reading() as db:
-        rows, following = page(db, JobRow, limit, after)
-        return Page(items=[job_view(row) for row in rows], next=following)
+def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Page[Job]:
+    """Return the diagnoses, newest first."""
+    with call.components.database.reading() as db:
+        rows, next_page = read_page(db, JobRow, limit, after)
+        return Page(items=[job_view(row) for row in rows], next=next_page)
 
 
 @router.get("/{diagnosis_id}", operation_id="getDiagnosis", response_model=Job, responses=documented(404))
-def one(diagnosis_id: Name, call: Reading) -> Job:
-    """Return how far a diagnosis is."""
-    with call.parts.database.reading() as db:
-        return job_view(job(db, diagnosis_id))
+def get_diagnosis(diagnosis_id: DiagnosisId, call: Reading) -> Job:
+    """Return the state and the progress of a diagnosis."""
+    with call.components.database.reading() as db:
+        return job_view(find_job(db, diagnosis_id))
 
 
 @router.get(
@@ -64,11 +65,11 @@ def one(diagnosis_id: Name, call: Reading) -> Job:
     response_model=dict[str, Any],
     responses=documented(404),
 )
-def result(diagnosis_id: Name, call: Reading) -> Response:
-    """Return the diagnosis, in the JSON that every tool of this kind writes."""
-    with call.parts.database.reading() as db:
-        row = job(db, diagnosis_id)
-        return JSONResponse(json.loads(_done(row, row.result)))
+def result(diagnosis_id: DiagnosisId, call: Reading) -> Response:
+    """Return the diagnosis as JSON, as `omnimate diagnose --json` writes it."""
+    with call.components.database.reading() as db:
+        row = find_job(db, diagnosis_id)
+        return JSONResponse(json.loads(_require_done(row, row.result)))
 
 
 @router.get(
@@ -77,14 +78,15 @@ def result(diagnosis_id: Name, call: Reading) -> Response:
     response_class=HTMLResponse,
     responses=documented(404),
 )
-def report(diagnosis_id: Name, call: Reading) -> Response:
-    """Return the report for people, a page with nothing outside itself."""
-    with call.parts.database.reading() as db:
-        row = job(db, diagnosis_id)
-        return HTMLResponse(_done(row, row.report), headers=REPORT)
+def report(diagnosis_id: DiagnosisId, call: Reading) -> Response:
+    """Return the report as an HTML page that needs no other file."""
+    with call.components.database.reading() as db:
+        row = find_job(db, diagnosis_id)
+        return HTMLResponse(_require_done(row, row.report), headers=REPORT_HEADERS)
 
 
-def _done(row: JobRow, content: str | None) -> str:
+def _require_done(row: JobRow, content: str | None) -> str:
+    """Return the result or the report of a job; StateError where there is none."""
     if content is None:
         raise StateError(f"diagnosis {row.id} is {row.state}; it has no result")
     return content
@@ -96,6 +98,6 @@ def _done(row: JobRow, content: str | None) -> str:
     response_model=Job,
     responses=documented(404),
 )
-def cancel(diagnosis_id: Name, call: Operating) -> Response:
-    """End a diagnosis that is not done."""
-    return call.once(None, lambda db: Answer(job_view(cancel_job(db, diagnosis_id))))
+def cancel(diagnosis_id: DiagnosisId, call: Operating) -> Response:
+    """Cancel a diagnosis that has not ended."""
+    return call.change(None, lambda db: Answer(job_view(cancel_job(db, diagnosis_id))))

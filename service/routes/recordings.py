@@ -1,4 +1,4 @@
-"""Recordings: uploaded as zips, listed, downloaded, deleted."""
+"""Recordings over REST: uploaded as zip files, listed, downloaded, deleted."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from pydantic import BaseModel
 from sqlalchemy.orm import Session as Db
 from starlette.concurrency import run_in_threadpool
 
-from service.errors import MediaProblem, NotThereError
-from service.once import Answer, Call, Operating, Reading
-from service.problems import documented
-from service.recordings import checked
-from service.routes.common import ALWAYS, After, Done, Limit, Page
-from service.store.lists import page
-from service.store.tables import RecordingRow
-from service.umbmark.models import Id
-from service.umbmark.models import Name as Text
+from omnimate.service.calls import Call, Operating, Reading
+from omnimate.service.errors import MediaTypeError, NotFoundError
+from omnimate.service.idempotency import Answer
+from omnimate.service.problems import documented
+from omnimate.service.recording_zip import check_upload
+from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
+from omnimate.service.store.lists import read_page
+from omnimate.service.store.tables import RecordingRow
+from omnimate.service.umbmark.fields import Id, Name
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], responses=ALWAYS)
-Name = Annotated[Id, PathParameter(description="of the recording")]
-ZIP = ("application/zip", "application/x-zip-compressed", "application/octet-stream")
-IN_MEMORY = 4_000_000  # bytes of an upload; the rest waits on the disk
+RecordingId = Annotated[Id, PathParameter(description="The id of the recording.")]
+ZIP_TYPES = ("application/zip", "application/x-zip-compressed", "application/octet-stream")
+IN_MEMORY = 4_000_000  # [bytes] of an upload; a larger one is kept on the disk meanwhile
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 
 
 class Recording(BaseModel):
-    """What is known of a recording."""
+    """A stored recording."""
 
     id: str
     name: str
@@ -43,7 +43,7 @@ class Recording(BaseModel):
     created: float
 
 
-def view(row: RecordingRow) -> Recording:
+def recording_view(row: RecordingRow) -> Recording:
     """Return a recording as clients see it."""
     return Recording.model_validate(row, from_attributes=True)
 
@@ -57,44 +57,48 @@ def view(row: RecordingRow) -> Recording:
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
 async def upload(
-    request: Request, call: Operating, name: Annotated[Text | None, Query(description="for people")] = None
+    request: Request,
+    call: Operating,
+    name: Annotated[Name | None, Query(description="The name of the recording in lists.")] = None,
 ) -> Response:
-    """Take a zip of a recording folder; it is read before it is kept."""
-    kind = request.headers.get("content-type", ZIP[0]).partition(";")[0].strip().lower()
-    if kind not in ZIP:
-        raise MediaProblem(f"content type {kind!r}; expected application/zip, the zip of a recording folder")
+    """Upload a zip of a recording folder. The recording is read completely before it is kept."""
+    kind = request.headers.get("content-type", ZIP_TYPES[0]).partition(";")[0].strip().lower()
+    if kind not in ZIP_TYPES:
+        raise MediaTypeError(
+            f"content type {kind!r}; expected application/zip, the zip of a recording folder"
+        )
     with tempfile.SpooledTemporaryFile(IN_MEMORY) as spool:
         async for block in request.stream():
             spool.write(block)
         spool.seek(0)
-        return await run_in_threadpool(_keep, call, name, spool.read())
+        return await run_in_threadpool(_store, call, name, spool.read())
 
 
-def _keep(call: Call, name: str | None, content: bytes) -> Response:
-    row = checked(name or "uploaded", content, call.parts.settings.unpacked)
+def _store(call: Call, name: str | None, content: bytes) -> Response:
+    row = check_upload(name or "uploaded", content, call.components.settings.unpacked)
 
     def act(db: Db) -> Answer:
         db.add(row)
-        return Answer(view(row), 201, {"Location": f"{router.prefix}/{row.id}"})
+        return Answer(recording_view(row), 201, {"Location": f"{router.prefix}/{row.id}"})
 
-    return call.once(content, act)
+    return call.change(content, act)
 
 
 @router.get("", operation_id="listRecordings", response_model=Page[Recording], responses=documented(404))
-def every(call: Reading, limit: Limit = 50, after: After = None) -> Page[Recording]:
-    """Return recordings, newest first."""
-    with call.parts.database.reading() as db:
-        rows, following = page(db, RecordingRow, limit, after)
-        return Page(items=[view(row) for row in rows], next=following)
+def list_recordings(call: Reading, limit: Limit = 50, after: After = None) -> Page[Recording]:
+    """Return the recordings, newest first."""
+    with call.components.database.reading() as db:
+        rows, next_page = read_page(db, RecordingRow, limit, after)
+        return Page(items=[recording_view(row) for row in rows], next=next_page)
 
 
 @router.get(
     "/{recording_id}", operation_id="getRecording", response_model=Recording, responses=documented(404)
 )
-def one(recording_id: Name, call: Reading) -> Recording:
-    """Return what is known of a recording."""
-    with call.parts.database.reading() as db:
-        return view(_row(db, recording_id))
+def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
+    """Return a recording without its content."""
+    with call.components.database.reading() as db:
+        return recording_view(_find(db, recording_id))
 
 
 @router.get(
@@ -103,10 +107,10 @@ def one(recording_id: Name, call: Reading) -> Recording:
     response_class=Response,
     responses={**documented(404), 200: {"content": {"application/zip": BINARY}}},
 )
-def download(recording_id: Name, call: Reading) -> Response:
-    """Return the zip."""
-    with call.parts.database.reading() as db:
-        content = _row(db, recording_id).content
+def download(recording_id: RecordingId, call: Reading) -> Response:
+    """Return the zip of the recording folder."""
+    with call.components.database.reading() as db:
+        content = _find(db, recording_id).content
     headers = {"Content-Disposition": f'attachment; filename="recording-{recording_id}.zip"'}
     return Response(content, media_type="application/zip", headers=headers)
 
@@ -114,18 +118,18 @@ def download(recording_id: Name, call: Reading) -> Response:
 @router.delete(
     "/{recording_id}", operation_id="deleteRecording", response_model=Done, responses=documented(404)
 )
-def delete(recording_id: Name, call: Operating) -> Response:
+def delete(recording_id: RecordingId, call: Operating) -> Response:
     """Delete a recording."""
 
     def act(db: Db) -> Answer:
-        db.delete(_row(db, recording_id))
+        db.delete(_find(db, recording_id))
         return Answer(Done(done=f"recording {recording_id} is deleted"))
 
-    return call.once(None, act)
+    return call.change(None, act)
 
 
-def _row(db: Db, name: str) -> RecordingRow:
-    row = db.get(RecordingRow, name)
+def _find(db: Db, recording_id: str) -> RecordingRow:
+    row = db.get(RecordingRow, recording_id)
     if row is None:
-        raise NotThereError("recording", name)
+        raise NotFoundError("recording", recording_id)
     return row

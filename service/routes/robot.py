@@ -1,4 +1,4 @@
-"""The robot: what is on the bus, where it is, the stream, and the stop that every key may call."""
+"""The robot over REST: its state, its bus, the event stream, and the stop, which every key may call."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from fastapi import APIRouter, Query
 from fastapi.responses import PlainTextResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
-from driver.report import DriverReport
-from service.once import Reading
-from service.parts import Parts
-from service.robot.faults import open_rmf, vda5050
-from service.robot.live import nodes_event
-from service.routes.common import ALWAYS, Done
+from omnimate.driver.report import DriverReport
+from omnimate.service.calls import Reading
+from omnimate.service.components import Components
+from omnimate.service.robot.faults import open_rmf, vda5050
+from omnimate.service.robot.observer import nodes_event
+from omnimate.service.routes.common import ALWAYS, Done
 
 router = APIRouter(prefix="/v1", tags=["robot"], responses=ALWAYS)
-STREAM = {"text/event-stream": {"schema": {"type": "string"}}}
-EVENTS: dict[int | str, dict[str, Any]] = {200: {"content": STREAM}}
-SILENCE = 0.5  # [s] between two looks whether a reader of frames is still there
+EVENT_STREAM: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}
+}
+SILENCE = 0.5  # [s] without a frame after which it is checked whether the bus is still read
 
 
 class Robot(BaseModel):
@@ -38,7 +39,7 @@ class Robot(BaseModel):
 
 
 class Bus(BaseModel):
-    """The bus, as the driver saw it within the last second."""
+    """The bus as the driver reported it within the last second."""
 
     syncs: int
     skipped: int
@@ -49,32 +50,33 @@ class Bus(BaseModel):
 
 @router.get("/robot", operation_id="getRobot", response_model=Robot)
 async def robot(call: Reading) -> Robot:
-    """Return what is on the bus, whether it drives and for whom, where it is."""
-    live = call.parts.live
-    samples, incomplete = live.samples
+    """Return which robot is on the bus, where it is, and for which session it drives."""
+    robot = call.components.robot
     return Robot(
-        vehicle=call.parts.vehicle,
-        mode="simulated" if live.mode == "simulated" else "bus",
-        problem=live.problem,
-        driving=live.driving,
-        samples=samples,
-        incomplete=incomplete,
-        state=live.state,
+        vehicle=call.components.vehicle,
+        mode="simulated" if robot.mode == "simulated" else "bus",
+        problem=robot.problem,
+        driving=robot.reservation.session,
+        samples=robot.observer.samples,
+        incomplete=robot.observer.incomplete,
+        state=robot.observer.state,
     )
 
 
 @router.post("/robot/stop", operation_id="stopRobot", response_model=Done)
 async def stop(call: Reading) -> Done:
-    """Stop the wheels at the next sample, whoever asks; a session that is driven is interrupted."""
-    call.parts.live.halt("somebody pressed stop")
+    """Stop the wheels at the next sample. A session that is driven is interrupted. Every key may stop."""
+    call.components.robot.reservation.stop("a client stopped the robot")
     return Done(done="the robot stops")
 
 
-@router.get("/robot/stream", operation_id="streamRobot", response_class=StreamingResponse, responses=EVENTS)
+@router.get(
+    "/robot/stream", operation_id="streamRobot", response_class=StreamingResponse, responses=EVENT_STREAM
+)
 async def stream(call: Reading) -> StreamingResponse:
-    """Stream where the robot is and what happens, as server-sent events."""
+    """Stream the robot's state, its nodes, and changes of sessions and diagnoses, as server-sent events."""
     return StreamingResponse(
-        call.parts.hub.listen(),
+        call.components.events.listen(),
         media_type="text/event-stream",
         headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
     )
@@ -82,31 +84,35 @@ async def stream(call: Reading) -> StreamingResponse:
 
 @router.get("/robot/errors", operation_id="getErrors", response_model=dict[str, Any])
 async def errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") -> dict[str, Any]:  # noqa: A002
-    """Return what is wrong now, as VDA 5050 `errors` or Open-RMF `issues`."""
-    live = call.parts.live
-    words = vda5050 if format == "vda5050" else open_rmf
-    return words(live.problem, live.report)
+    """Return the present faults as VDA 5050 `errors` or Open-RMF `issues`."""
+    robot = call.components.robot
+    faults = vda5050 if format == "vda5050" else open_rmf
+    return faults(robot.problem, robot.observer.report)
 
 
 @router.get("/bus", operation_id="getBus", response_model=Bus)
 async def bus(call: Reading) -> Response:
-    """Return nodes, counters, and what has happened."""
-    return Response(_bus(call.parts.live.report), media_type="application/json")
+    """Return the nodes of the bus with their counters, and the events of the drive."""
+    return Response(_bus(call.components.robot.observer.report), media_type="application/json")
 
 
 @lru_cache(maxsize=1)
 def _bus(report: DriverReport | None) -> bytes:
+    """Return the body of `GET /v1/bus`, which is made once for each report."""
     if report is None:
-        known = Bus(syncs=0, skipped=0, nodes=[], events=[], strangers=[])
+        bus = Bus(syncs=0, skipped=0, nodes=[], events=[], strangers=[])
     else:
-        known = Bus(
+        bus = Bus(
             syncs=report.syncs,
             skipped=report.skipped,
             nodes=nodes_event(report)["nodes"],
-            events=[asdict(one) for one in report.events],
-            strangers=[{"identifier": key, "what": what, "frames": n} for key, what, n in report.strangers],
+            events=[asdict(event) for event in report.events],
+            strangers=[
+                {"identifier": key, "what": what, "frames": count}
+                for key, what, count in report.unknown_frames
+            ],
         )
-    return known.model_dump_json().encode()
+    return bus.model_dump_json().encode()
 
 
 @router.get(
@@ -116,19 +122,22 @@ def _bus(report: DriverReport | None) -> bytes:
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
 )
 def frames(
-    call: Reading, count: Annotated[int | None, Query(ge=1, le=1_000_000, description="ends it")] = None
+    call: Reading,
+    count: Annotated[
+        int | None, Query(ge=1, le=1_000_000, description="The number of frames after which the stream ends.")
+    ] = None,
 ) -> StreamingResponse:
-    """Stream the frames of the bus as `candump -L` prints them."""
-    return StreamingResponse(_lines(call.parts, count), media_type="text/plain")
+    """Stream the frames of the bus as `candump -L` prints them. The stream ends after `count` frames."""
+    return StreamingResponse(_lines(call.components, count), media_type="text/plain")
 
 
-def _lines(parts: Parts, count: int | None) -> Iterator[str]:
-    with parts.live.tap.reader() as reader:
+def _lines(components: Components, count: int | None) -> Iterator[str]:
+    with components.robot.frame_feed.reader() as reader:
         sent = 0
         while count is None or sent < count:
             try:
                 yield reader.get(timeout=SILENCE) + "\n"
                 sent += 1
             except queue.Empty:
-                if parts.hub.is_closed or parts.live.problem is not None:
+                if components.events.is_closed or components.robot.problem is not None:
                     return

@@ -1,37 +1,34 @@
-"""Vehicles: parameters, their history, and exports in the words of others."""
+"""Vehicles over REST: their parameters and versions."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import asdict
-from typing import Annotated, Any, Literal
+from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Request
 from fastapi import Path as PathParameter
-from fastapi.responses import PlainTextResponse, Response
+from fastapi.responses import Response
 from pydantic import BaseModel
 from sqlalchemy.orm import Session as Db
 from starlette.concurrency import run_in_threadpool
 
-from calib.exports import ros2_yaml, vda5050_json
-from service.errors import ChangedError, MediaProblem, ValueProblem
-from service.once import Answer, Operating, Reading
-from service.problems import documented
-from service.routes.common import ALWAYS, IfMatch, condition, etag
-from service.store import vehicles
-from service.store.tables import VehicleRow
-from service.umbmark.models import NAME, Name, TruckSizes
-from vehicle.file import parse_vehicle
-from vehicle.parameters import TruckName, VehicleParameters
+from omnimate.service.calls import Operating, Reading
+from omnimate.service.errors import InvalidValueError, MediaTypeError, ModifiedError
+from omnimate.service.idempotency import Answer
+from omnimate.service.problems import documented
+from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
+from omnimate.service.store import vehicles
+from omnimate.service.store.tables import VehicleRow
+from omnimate.service.umbmark.fields import NAME_PATTERN, Name
+from omnimate.service.umbmark.responses import TruckSizes
+from omnimate.vehicle.file import parse_vehicle
+from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
-router = APIRouter(prefix="/v1/vehicles", tags=["vehicles"], responses=ALWAYS)
-Robot = Annotated[Name, PathParameter(description="name of the vehicle")]
-TOML = ("application/toml", "text/plain", "text/x-toml")
-TEXTS: dict[str, Any] = {
-    "application/toml": {"schema": {"type": "string"}},
-    "application/yaml": {},
-    "application/json": {"schema": {"type": "object"}},
-}
+PREFIX = "/v1/vehicles"
+router = APIRouter(prefix=PREFIX, tags=["vehicles"], responses=ALWAYS)
+VehicleName = Annotated[Name, PathParameter(description="The name of the vehicle.")]
+TOML_TYPES = ("application/toml", "text/plain", "text/x-toml")
 BODY = {"requestBody": {"required": True, "content": {"application/toml": {"schema": {"type": "string"}}}}}
 
 
@@ -47,25 +44,25 @@ class Vehicle(BaseModel):
     toml: str | None = None
 
 
-def view(row: VehicleRow, *, whole: bool = True) -> Vehicle:
-    """Return a version as clients see it; the text of the file only where `whole`."""
-    robot = vehicles.parameters(row)
+def vehicle_view(row: VehicleRow, *, whole: bool = True) -> Vehicle:
+    """Return a version as clients see it; `whole` includes the text of its vehicle.toml."""
+    parameters = vehicles.parameters_of(row)
     return Vehicle(
         name=row.name,
         version=row.version,
         created=row.created,
         origin=row.origin,
-        trucks={name: TruckSizes(**asdict(truck)) for name, truck in robot.trucks.items()},
-        link_length=None if robot.linkage is None else robot.linkage.length,
+        trucks={name: TruckSizes(**asdict(truck)) for name, truck in parameters.trucks.items()},
+        link_length=None if parameters.linkage is None else parameters.linkage.length,
         toml=row.toml if whole else None,
     )
 
 
 @router.get("", operation_id="listVehicles", response_model=list[Vehicle])
-def every(call: Reading) -> list[Vehicle]:
+def list_vehicles(call: Reading) -> list[Vehicle]:
     """Return the newest version of every vehicle."""
-    with call.parts.database.reading() as db:
-        return [view(row, whole=False) for row in vehicles.every(db)]
+    with call.components.database.reading() as db:
+        return [vehicle_view(row, whole=False) for row in vehicles.newest_of_all(db)]
 
 
 @router.post(
@@ -77,24 +74,24 @@ def every(call: Reading) -> list[Vehicle]:
     openapi_extra=BODY,
 )
 async def create(request: Request, call: Operating) -> Response:
-    """Add a vehicle by the text of its vehicle.toml."""
+    """Add a vehicle. The body is the text of its vehicle.toml."""
     content = await request.body()
-    robot = _robot(request, content)
+    vehicle = _parsed(request, content)
 
     def act(db: Db) -> Answer:
-        row = vehicles.create(db, robot, "sent")
-        return Answer(view(row), 201, {"Location": f"{router.prefix}/{row.name}", "ETag": etag(row.version)})
+        row = vehicles.create(db, vehicle, "sent")
+        return Answer(vehicle_view(row), 201, {"Location": f"{PREFIX}/{row.name}", "ETag": etag(row.version)})
 
-    return await run_in_threadpool(call.once, content, act)
+    return await run_in_threadpool(call.change, content, act)
 
 
 @router.get("/{name}", operation_id="getVehicle", response_model=Vehicle, responses=documented(404))
-def one(name: Robot, call: Reading, response: Response) -> Vehicle:
+def get_vehicle(name: VehicleName, call: Reading, response: Response) -> Vehicle:
     """Return the newest version of a vehicle."""
-    with call.parts.database.reading() as db:
+    with call.components.database.reading() as db:
         row = vehicles.newest(db, name)
     response.headers["ETag"] = etag(row.version)
-    return view(row)
+    return vehicle_view(row)
 
 
 @router.put(
@@ -104,46 +101,49 @@ def one(name: Robot, call: Reading, response: Response) -> Vehicle:
     responses=documented(404, 412, 415, 428),
     openapi_extra=BODY,
 )
-async def change(name: Robot, request: Request, call: Operating, if_match: IfMatch) -> Response:
-    """Add a version of a vehicle; the former ones stay."""
-    wanted = condition(if_match)
+async def change(name: VehicleName, request: Request, call: Operating, if_match: IfMatch) -> Response:
+    """Add a version of a vehicle. The former versions stay."""
+    expected = expected_version(if_match)
     content = await request.body()
-    robot = _robot(request, content)
-    if robot.name != name:
-        raise ValueProblem("body.name", f"{robot.name!r}; expected {name!r}, the name in the path")
-    if wanted is not None and not (wanted.isascii() and wanted.isdigit()):
-        raise ChangedError(f"If-Match {wanted!r} is no version of a vehicle; GET it for its ETag")
+    vehicle = _parsed(request, content)
+    if vehicle.name != name:
+        raise InvalidValueError("body.name", f"{vehicle.name!r}; expected {name!r}, the name in the path")
+    if expected is not None and not (expected.isascii() and expected.isdigit()):
+        raise ModifiedError(f"If-Match {expected!r} is no version of a vehicle; GET the vehicle for its ETag")
 
     def act(db: Db) -> Answer:
-        row = vehicles.replace(db, robot, "sent", None if wanted is None else int(wanted))
-        return Answer(view(row), 200, {"ETag": etag(row.version)})
+        row = vehicles.add_version(db, vehicle, "sent", None if expected is None else int(expected))
+        return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
-    answer = await run_in_threadpool(call.once, content, act)
-    if name == call.parts.vehicle:
-        call.parts.live.reload()
-    return answer
+    response = await run_in_threadpool(call.change, content, act)
+    if name == call.components.vehicle:
+        call.components.robot.reload()
+    return response
 
 
-def _robot(request: Request, content: bytes) -> VehicleParameters:
+def _parsed(request: Request, content: bytes) -> VehicleParameters:
+    """Return the vehicle of a request's body, the text of a vehicle.toml."""
     kind = request.headers.get("content-type", "application/toml").partition(";")[0].strip().lower()
-    if kind not in TOML:
-        raise MediaProblem(f"content type {kind!r}; expected application/toml, the text of a vehicle.toml")
+    if kind not in TOML_TYPES:
+        raise MediaTypeError(f"content type {kind!r}; expected application/toml, the text of a vehicle.toml")
     try:
-        robot = parse_vehicle(content.decode(), "vehicle.toml as it was sent")
+        vehicle = parse_vehicle(content.decode(), "vehicle.toml as it was sent")
     except UnicodeDecodeError as error:
-        raise ValueProblem("body", f"not UTF-8: {error}") from error
-    if re.fullmatch(NAME, robot.name) is None:
-        raise ValueProblem("body.name", f"{robot.name[:120]!r}; expected 1 to 100 characters, no slash")
-    return robot
+        raise InvalidValueError("body", f"not UTF-8: {error}") from error
+    if re.fullmatch(NAME_PATTERN, vehicle.name) is None:
+        raise InvalidValueError(
+            "body.name", f"{vehicle.name[:120]!r}; expected 1 to 100 characters, no slash"
+        )
+    return vehicle
 
 
 @router.get(
     "/{name}/versions", operation_id="listVersions", response_model=list[Vehicle], responses=documented(404)
 )
-def history(name: Robot, call: Reading) -> list[Vehicle]:
+def list_versions(name: VehicleName, call: Reading) -> list[Vehicle]:
     """Return all versions of a vehicle, newest first."""
-    with call.parts.database.reading() as db:
-        return [view(row, whole=False) for row in vehicles.versions(db, name)]
+    with call.components.database.reading() as db:
+        return [vehicle_view(row, whole=False) for row in vehicles.versions(db, name)]
 
 
 @router.get(
@@ -152,34 +152,9 @@ def history(name: Robot, call: Reading) -> list[Vehicle]:
     response_model=Vehicle,
     responses=documented(404),
 )
-def former(
-    name: Robot, version: Annotated[int, PathParameter(ge=1, le=1_000_000_000)], call: Reading
+def get_version(
+    name: VehicleName, version: Annotated[int, PathParameter(ge=1, le=1_000_000_000)], call: Reading
 ) -> Vehicle:
     """Return one version of a vehicle."""
-    with call.parts.database.reading() as db:
-        return view(vehicles.version(db, name, version))
-
-
-@router.get(
-    "/{name}/exports/{format}",
-    operation_id="exportVehicle",
-    response_class=Response,
-    responses={**documented(404), 200: {"content": TEXTS}},
-)
-def export(
-    name: Robot,
-    format: Literal["toml", "ros2", "vda5050"],  # noqa: A002  # the word in the path
-    call: Reading,
-    wheel_width: Annotated[float, Query(gt=0.0, lt=1.0, allow_inf_nan=False, description="[m]")] = 0.04,
-) -> Response:
-    """Return the parameters where users type them: vehicle.toml, ROS 2, or VDA 5050's wheelDefinitions."""
-    with call.parts.database.reading() as db:
-        last = vehicles.parameters(vehicles.newest(db, name))
-        first = vehicles.parameters(vehicles.version(db, name, 1))
-        text = vehicles.newest(db, name).toml
-    if format == "ros2":
-        both = {truck: (first.trucks.get(truck, size), size) for truck, size in last.trucks.items()}
-        return PlainTextResponse(ros2_yaml(both), media_type="application/yaml")
-    if format == "vda5050":
-        return Response(vda5050_json(last, wheel_width), media_type="application/json")
-    return PlainTextResponse(text, media_type="application/toml")
+    with call.components.database.reading() as db:
+        return vehicle_view(vehicles.version(db, name, version))

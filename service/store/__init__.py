@@ -1,1 +1,1 @@
-"""What the service remembers, in SQLite or PostgreSQL: nothing that was acknowledged is lost."""
+"""The database, SQLite or PostgreSQL: nothing that was acknowledged is lost."""

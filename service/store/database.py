@@ -16,7 +16,7 @@ from sqlalchemy.exc import ArgumentError, DisconnectionError, OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import QueuePool
 
-from service.errors import ServiceError
+from omnimate.service.errors import ServiceError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     from sqlalchemy.pool import ConnectionPoolEntry
 
 MIGRATIONS = Path(__file__).with_name("migrations")
-PATIENCE = 10.0  # [s] for another process to finish its write
-RESTED = 1.0  # [s] after which a connection is tried before it is used
-MIGRATING = 0x6F6D6E69  # number of the lock under which PostgreSQL's tables are changed
+BUSY_TIMEOUT = 10.0  # [s] for another process to finish its write
+IDLE_TIME = 1.0  # [s] after which a connection is tested before it is used
+MIGRATION_LOCK = 0x6F6D6E69  # number of the lock under which PostgreSQL's tables are changed
 
 
 class DatabaseError(ServiceError):
     """A database that cannot be used.
 
     Attributes:
-        url: without its password.
+        url: The URL of the database without its password.
     """
 
     def __init__(self, url: str, problem: str) -> None:
@@ -48,18 +48,18 @@ class Database:
     """A database with its tables as this version of the service needs them.
 
     Attributes:
-        engine: of SQLAlchemy.
+        engine: The engine of SQLAlchemy.
     """
 
     def __init__(self, url: str) -> None:
         """Connect and bring the tables up to date.
 
         Raises:
-            DatabaseError: it is not there, or not of a kind that the service knows.
+            DatabaseError: it cannot be opened, or it is of a kind that the service does not know.
         """
         shown, self.engine = _engine(url)
         sqlite = self.engine.dialect.name == "sqlite"
-        self._turn = threading.Lock() if sqlite else nullcontext()
+        self._write_lock = threading.Lock() if sqlite else nullcontext()
         self._reader = self.engine if sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
         try:
             with self.engine.execution_options(immediate=True).begin() as connection:
@@ -75,17 +75,21 @@ class Database:
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """Yield a session whose changes are all made at the end, durably, or none of them."""
-        with self._turn, Session(self.engine.execution_options(immediate=True)) as session, session.begin():
+        """Yield a session whose changes are all committed durably at the end, or none of them."""
+        with (
+            self._write_lock,
+            Session(self.engine.execution_options(immediate=True)) as session,
+            session.begin(),
+        ):
             yield session
 
     def check(self) -> None:
-        """Ask the database for an answer; SQLAlchemyError where it gives none."""
+        """Check that the database answers; SQLAlchemyError where it does not."""
         with self.engine.connect() as connection:
             connection.execute(text("select 1"))
 
     def close(self) -> None:
-        """Let go of all connections."""
+        """Close all connections."""
         self.engine.dispose()
 
 
@@ -112,24 +116,24 @@ def _engine(url: str) -> tuple[str, Engine]:
 
 
 def _on_connect(connection: Any, _record: object) -> None:  # noqa: ANN401  # of the driver
-    """Let readers go on beside the writer, and a commit mean that it is on the disk."""
+    """Let readers work beside the writer, and return from a commit when it is on the disk."""
     connection.isolation_level = None  # transactions begin where `_on_begin` says
-    for pragma in ("journal_mode=WAL", "synchronous=FULL", f"busy_timeout={int(1000 * PATIENCE)}"):
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", f"busy_timeout={int(1000 * BUSY_TIMEOUT)}"):
         connection.execute(f"PRAGMA {pragma}")
 
 
 def _on_checkin(_connection: object, record: ConnectionPoolEntry) -> None:
-    """Remember when a connection was used last."""
+    """Note when a connection was used last."""
     record.info["used"] = time.monotonic()
 
 
 def _on_checkout(connection: Any, record: ConnectionPoolEntry, _proxy: object) -> None:  # noqa: ANN401
-    """Ask the server for a sign of life where it may have been restarted since.
+    """Test a connection that was idle: the server may have been restarted since.
 
     Raises:
-        DisconnectionError: there was none; the pool connects anew.
+        DisconnectionError: the server did not answer; the pool connects again.
     """
-    if time.monotonic() - record.info.get("used", math.inf) > RESTED:
+    if time.monotonic() - record.info.get("used", math.inf) > IDLE_TIME:
         try:
             connection.execute("select 1")
             connection.rollback()
@@ -138,14 +142,14 @@ def _on_checkout(connection: Any, record: ConnectionPoolEntry, _proxy: object) -
 
 
 def _on_begin(connection: Connection) -> None:
-    """Begin; who is going to write takes the lock at once, so that it never has to give up midway."""
+    """Begin; a writer takes the lock at once, so that it never has to give up in the middle."""
     immediate = connection.get_execution_options().get("immediate", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if immediate else "BEGIN")
 
 
 def _migrate(connection: Connection) -> None:
     if connection.dialect.name == "postgresql":
-        connection.execute(text("select pg_advisory_xact_lock(:lock)"), {"lock": MIGRATING})
+        connection.execute(text("select pg_advisory_xact_lock(:lock)"), {"lock": MIGRATION_LOCK})
     config = Config()
     config.set_main_option("script_location", str(MIGRATIONS))
     config.attributes["connection"] = connection

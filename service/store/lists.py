@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from sqlalchemy import select, tuple_
 
-from service.errors import NotThereError
-from service.store.tables import JobRow, RecordingRow, SessionRow
+from omnimate.service.errors import NotFoundError
+from omnimate.service.store.tables import JobRow, RecordingRow, SessionRow
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement
@@ -16,19 +16,26 @@ if TYPE_CHECKING:
 Listed = TypeVar("Listed", SessionRow, RecordingRow, JobRow)
 
 
-def page(
+def read_page(
     db: Session, table: type[Listed], limit: int, after: str | None, *where: ColumnElement[bool]
 ) -> tuple[list[Listed], str | None]:
-    """Return up to `limit` rows that come after the one of the cursor, and the next cursor or None.
+    """Return a page of rows and the cursor of the next page, which is None after the last one.
+
+    Args:
+        db: The open transaction.
+        table: The table that is listed.
+        limit: The largest number of rows of the page.
+        after: The cursor: id of the row before the page; None for the first page.
+        *where: The conditions that listed rows fulfil.
 
     Raises:
-        NotThereError: the cursor is of no row.
+        NotFoundError: there is no row with the cursor's id.
     """
     query = select(table).where(*where).order_by(table.created.desc(), table.id.desc()).limit(limit + 1)
     if after is not None:
         last = db.get(table, after)
         if last is None:
-            raise NotThereError("row of the cursor", after)
+            raise NotFoundError("row of the cursor", after)
         query = query.where(tuple_(table.created, table.id) < tuple_(last.created, last.id))
     rows = list(db.scalars(query))
     more = len(rows) > limit

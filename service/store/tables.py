@@ -1,4 +1,4 @@
-"""The tables. Times are seconds since 1970; JSON stands in text, so that both databases keep it alike."""
+"""The tables. Times are seconds since 1970; JSON is kept as text, alike in both databases."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class VehicleRow(Base):
 
 
 class SessionRow(Base):
-    """A UMBmark session; `revision` counts its changes, and two at once cannot both be made."""
+    """A UMBmark session; `revision` counts its changes, and refuses a second simultaneous one."""
 
     __tablename__ = "sessions"
     __table_args__ = (Index("sessions_by_age", "created", "id"), Index("sessions_by_state", "state"))
@@ -43,9 +43,9 @@ class SessionRow(Base):
     expires: Mapped[float]
     revision: Mapped[int] = mapped_column(default=1)
     result: Mapped[str | None] = mapped_column(Text)
-    pending: Mapped[str | None] = mapped_column(Text)  # a lap that is driven and not yet measured
-    owner: Mapped[str | None] = mapped_column(String(32))  # the service that drives for it
-    lease: Mapped[float | None]  # until when it does, unless it says so again
+    pending: Mapped[str | None] = mapped_column(Text)  # JSON of a lap that is driven and not yet measured
+    owner: Mapped[str | None] = mapped_column(String(32))  # instance of the service that drives for it
+    lease: Mapped[float | None]  # time at which its ownership ends unless it is renewed
     __mapper_args__ = {"version_id_col": revision}  # noqa: RUF012  # SQLAlchemy's own form
 
 
@@ -63,7 +63,7 @@ class SampleRow(Base):
 
 
 class RecordingRow(Base):
-    """A recording folder as a zip."""
+    """A recording folder, as a zip."""
 
     __tablename__ = "recordings"
     __table_args__ = (Index("recordings_by_age", "created", "id"),)
@@ -80,7 +80,7 @@ class RecordingRow(Base):
 
 
 class JobRow(Base):
-    """A diagnosis; `lease` says until when its owner is believed to be alive."""
+    """A diagnosis; at the time `lease` its owner is taken for dead unless it has renewed the lease."""
 
     __tablename__ = "jobs"
     __table_args__ = (Index("jobs_by_age", "created", "id"), Index("jobs_by_state", "state"))
@@ -102,7 +102,7 @@ class JobRow(Base):
 
 
 class KeyRow(Base):
-    """An API key: only the hash of its secret is kept."""
+    """An API key; only a hash of its secret is kept."""
 
     __tablename__ = "keys"
     id: Mapped[str] = mapped_column(String(16), primary_key=True)
@@ -114,7 +114,7 @@ class KeyRow(Base):
 
 
 class AnswerRow(Base):
-    """The answer to a POST with an Idempotency-Key, given again when the call is repeated."""
+    """The answer to a request with an Idempotency-Key, given again when the request is repeated."""
 
     __tablename__ = "answers"
     __table_args__ = (Index("answers_by_age", "created"),)

@@ -1,4 +1,4 @@
-"""Vehicles and their versions: each change adds one, and the former ones stay."""
+"""Vehicles and their versions in the database: each change adds a version, and the former ones stay."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import func, select
 
-from service.errors import ChangedError, NotThereError, StateError
-from service.store.tables import VehicleRow
-from vehicle.file import format_vehicle, parse_vehicle
+from omnimate.service.errors import ModifiedError, NotFoundError, StateError
+from omnimate.service.store.tables import VehicleRow
+from omnimate.vehicle.file import format_vehicle, parse_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sqlalchemy.orm import Session
 
-    from vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 def newest(db: Session, name: str) -> VehicleRow:
     """Return the newest version of a vehicle.
 
     Raises:
-        NotThereError: there is none of the name.
+        NotFoundError: there is no vehicle of this name.
     """
     row = db.scalars(
         select(VehicleRow).where(VehicleRow.name == name).order_by(VehicleRow.version.desc()).limit(1)
     ).first()
     if row is None:
-        raise NotThereError("vehicle", name)
+        raise NotFoundError("vehicle", name)
     return row
 
 
@@ -38,11 +38,11 @@ def version(db: Session, name: str, number: int) -> VehicleRow:
     """Return one version of a vehicle.
 
     Raises:
-        NotThereError: there is no such version.
+        NotFoundError: there is no such version.
     """
     row = db.get(VehicleRow, (name, number))
     if row is None:
-        raise NotThereError(f"version of vehicle {name}:", str(number))
+        raise NotFoundError(f"version of vehicle {name}:", str(number))
     return row
 
 
@@ -50,7 +50,7 @@ def versions(db: Session, name: str) -> Sequence[VehicleRow]:
     """Return all versions of a vehicle, newest first.
 
     Raises:
-        NotThereError: there is none of the name.
+        NotFoundError: there is no vehicle of this name.
     """
     newest(db, name)
     return db.scalars(
@@ -58,8 +58,8 @@ def versions(db: Session, name: str) -> Sequence[VehicleRow]:
     ).all()
 
 
-def every(db: Session) -> Sequence[VehicleRow]:
-    """Return the newest version of every vehicle, by name."""
+def newest_of_all(db: Session) -> Sequence[VehicleRow]:
+    """Return the newest version of every vehicle, in the order of their names."""
     last = select(VehicleRow.name, func.max(VehicleRow.version).label("version")).group_by(VehicleRow.name)
     top = last.subquery()
     return db.scalars(
@@ -73,31 +73,37 @@ def create(db: Session, vehicle: VehicleParameters, origin: str) -> VehicleRow:
     """Add the first version of a vehicle.
 
     Raises:
-        StateError: the name is taken.
+        StateError: there is a vehicle of this name already.
     """
     if db.get(VehicleRow, (vehicle.name, 1)) is not None:
-        raise StateError(f"a vehicle {vehicle.name!r} is there already; PUT a new version of it")
-    return _add(db, vehicle, 1, origin)
+        raise StateError(f"a vehicle {vehicle.name!r} exists already; PUT a new version of it")
+    return _insert(db, vehicle, 1, origin)
 
 
-def replace(db: Session, vehicle: VehicleParameters, origin: str, expected: int | None) -> VehicleRow:
-    """Add a version of a vehicle on top of the expected one (None: whichever is the newest).
+def add_version(db: Session, vehicle: VehicleParameters, origin: str, expected: int | None) -> VehicleRow:
+    """Add a version of a vehicle.
+
+    Args:
+        db: The open transaction.
+        vehicle: The parameters of the new version.
+        origin: Where the parameters come from, in words.
+        expected: The version that the caller believes to be the newest; None accepts any version.
 
     Raises:
-        NotThereError: there is no vehicle of the name.
-        ChangedError: the newest version is another one.
+        NotFoundError: there is no vehicle of this name.
+        ModifiedError: the newest version is not the expected one.
     """
     last = newest(db, vehicle.name)
     if expected is not None and expected != last.version:
-        raise ChangedError(
+        raise ModifiedError(
             f"vehicle {vehicle.name!r} is at version {last.version}, not {expected}; "
             "look at what changed, then try again"
         )
-    return _add(db, vehicle, last.version + 1, origin)
+    return _insert(db, vehicle, last.version + 1, origin)
 
 
-def parameters(row: VehicleRow) -> VehicleParameters:
-    """Return the robot of a version."""
+def parameters_of(row: VehicleRow) -> VehicleParameters:
+    """Return the vehicle parameters of a version."""
     return _parsed(row.toml, f"{row.name}, version {row.version}")
 
 
@@ -106,7 +112,7 @@ def _parsed(toml: str, source: str) -> VehicleParameters:
     return parse_vehicle(toml, source)
 
 
-def _add(db: Session, vehicle: VehicleParameters, number: int, origin: str) -> VehicleRow:
+def _insert(db: Session, vehicle: VehicleParameters, number: int, origin: str) -> VehicleRow:
     row = VehicleRow(
         name=vehicle.name, version=number, toml=format_vehicle(vehicle), origin=origin, created=time.time()
     )

@@ -1,1 +1,1 @@
-"""A UMBmark session: what a client sends and gets, its states, its samples and its result."""
+"""UMBmark sessions: their requests and responses, states, runs and results."""

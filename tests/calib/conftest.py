@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from vehicle.odometry import arc, integrate
-from vehicle.parameters import Bus, Encoder, Truck, VehicleParameters
-from vehicle.recording import Lap, Poses, Recording, Run
-from vehicle.se2 import Array, wrap
+from omnimate.vehicle.arcs import arc, integrate
+from omnimate.vehicle.parameters import Bus, Encoder, Truck, VehicleParameters
+from omnimate.vehicle.recording import Lap, Poses, Recording, Run
+from omnimate.vehicle.se2 import Array, wrap
 
 PERIOD = 0.1  # [s]
 REST, LEG, CORNER = 20, 100, 25  # samples

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from calib.apply import corrected_truck, corrected_vehicle
-from vehicle.parameters import Bus, Encoder, ParameterError, Truck, VehicleParameters
+from omnimate.calib.apply import corrected_truck, corrected_vehicle
+from omnimate.vehicle.parameters import Bus, Encoder, ParameterError, Truck, VehicleParameters
 
 FACTOR = st.floats(0.8, 1.25)
 DIAMETER = st.floats(0.1, 0.2)

@@ -5,14 +5,14 @@ import json
 import numpy as np
 import pytest
 
-from calib.errors import CalibrationError
-from calib.experiment import calibrate
-from calib.exports import calibration_json, ros2_parameters, ros2_yaml, vda5050_json, vda5050_wheels
-from calib.floor import floor_roughness
-from calib.trials import Trial, floor_covariance
-from calib.uncertainty import uncertainty_of
-from vcan_sim.reference import reference_single, reference_vehicle
-from vehicle.parameters import Truck
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.exports import calibration_json, ros2_parameters, ros2_yaml, vda5050_json, vda5050_wheels
+from omnimate.calib.umbmark.experiment import calibrate
+from omnimate.calib.umbmark.floor import floor_roughness
+from omnimate.calib.umbmark.uncertainty import uncertainty_of
+from omnimate.reproduction.trials import Trial, floor_covariance
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vehicle.parameters import Truck
 
 NOMINAL, FOUND = Truck(0.34, 0.150, 0.152), Truck(0.336, 0.1499, 0.1521)
 

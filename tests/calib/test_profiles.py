@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from calib.errors import CalibrationError
-from calib.profiles import load_profiles, save_profile, with_profile
-from vcan_sim.reference import reference_single, reference_vehicle
-from vehicle.parameters import Truck
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.profiles import load_profiles, save_profile, with_profile
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vehicle.parameters import Truck
 
 CONCRETE, CARPET = Truck(0.336, 0.1499, 0.1501), Truck(0.345, 0.1489, 0.1491)
 
@@ -46,16 +46,16 @@ def test_an_unknown_name_or_truck_is_refused(tmp_path: Path) -> None:
     [
         ("concrete = 1", "expected tables"),
         ("[concrete.c]\nwheelbase = 1", "unknown truck"),
-        ("[concrete.a]\nwheelbase = 0.34", "nothing else"),
+        ("[concrete.a]\nwheelbase = 0.34", r"concrete\.a\.wheel_diameter_left: missing; expected a number"),
         (
             "[concrete.a]\nwheelbase = 340\nwheel_diameter_left = 0.15\nwheel_diameter_right = 0.15",
             "millimetres",
         ),
         (
             "[concrete.a]\nwheelbase = '1'\nwheel_diameter_left = 0.15\nwheel_diameter_right = 0.15",
-            "expected metres",
+            "'1'; expected a number",
         ),
-        ("[", "no file of profiles"),
+        ("[", "not a file of profiles"),
     ],
 )
 def test_a_damaged_file_is_refused_and_not_overwritten(tmp_path: Path, text: str, words: str) -> None:

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.apply import corrected_truck
-from calib.chain import square_returns
-from calib.errors import CalibrationError, FixError
-from calib.recordings import has_fixes, mean_pose, square_runs
-from vehicle.parameters import Truck
-from vehicle.recording import Poses, Recording, Run
+from omnimate.calib.apply import corrected_truck
+from omnimate.calib.errors import CalibrationError, FixError
+from omnimate.calib.fixes import mean_pose
+from omnimate.calib.recordings import has_fixes
+from omnimate.calib.umbmark.exact import square_returns
+from omnimate.calib.umbmark.recordings import square_runs
+from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.recording import Poses, Recording, Run
 
 BELIEVED = Truck(0.34, 0.15, 0.15)
 ACTUAL = corrected_truck(BELIEVED, 0.98874, 1.00084)

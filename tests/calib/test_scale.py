@@ -5,19 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from calib.chain import square_returns
-from calib.channel_guards import advise_about
-from calib.errors import CalibrationError
-from calib.scale import Scale, scale_from_straights, scale_from_tape, scaled_truck
-from motion.paths import umbmark
-from motion.program import LINE, Program, Row, in_lap, rest
-from vcan_sim.floor import Floor
-from vcan_sim.reference import reference_single
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth
-from vehicle.parameters import Truck
-from vehicle.recording import Recording
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.monitoring.channels import advise_on_recordings
+from omnimate.calib.scale import Scale, scale_from_straights, scale_from_tape, scaled_truck
+from omnimate.calib.umbmark.exact import square_returns
+from omnimate.motion.paths import umbmark
+from omnimate.motion.program import LINE, Program, Row, in_lap, rest
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.recording import Recording
 
 NOMINAL = reference_single()
 LARGE = Truck(0.340 * 1.01, 0.150 * 1.01, 0.150 * 1.01)
@@ -56,10 +56,10 @@ def test_straights_between_fixes_tell_it() -> None:
     scale = scale_from_straights([straights(LARGE)])
     assert scale.straights == 3
     assert scale.e_s == pytest.approx(1.01, abs=5e-4)
-    assert scale.matters
-    (advice,) = advise_about([straights(LARGE)], "a")
+    assert scale.is_significant
+    (advice,) = advise_on_recordings([straights(LARGE)], "a")
     assert "--tape 10.09" in advice.do
-    assert advise_about([straights(NOMINAL.trucks["a"])], "a") == ()
+    assert advise_on_recordings([straights(NOMINAL.trucks["a"])], "a") == ()
 
 
 def test_closed_squares_do_not_and_it_is_not_made_up() -> None:
@@ -68,7 +68,7 @@ def test_closed_squares_do_not_and_it_is_not_made_up() -> None:
     squares = simulate(NOMINAL, truth, umbmark(2.0, 1))
     with pytest.raises(CalibrationError, match=r"cannot be read from closed squares.*tape"):
         scale_from_straights([squares])
-    assert advise_about([squares], "a") == ()
+    assert advise_on_recordings([squares], "a") == ()
 
 
 def test_a_scaled_robot_returns_like_before() -> None:
@@ -84,8 +84,8 @@ def test_a_scaled_robot_returns_like_before() -> None:
 
 def test_a_scale_matters_when_it_is_large_and_sure() -> None:
     """More than 1 in 1000 and more than three standard errors; a single straight has none."""
-    assert Scale(1.01, math.nan, 1).matters
-    assert Scale(1.01, 0.001, 3).matters
-    assert not Scale(1.01, 0.01, 3).matters
-    assert not Scale(1.0005, 1e-5, 3).matters
-    assert not np.any([Scale(1.0, math.nan, 1).matters])
+    assert Scale(1.01, math.nan, 1).is_significant
+    assert Scale(1.01, 0.001, 3).is_significant
+    assert not Scale(1.01, 0.01, 3).is_significant
+    assert not Scale(1.0005, 1e-5, 3).is_significant
+    assert not np.any([Scale(1.0, math.nan, 1).is_significant])

@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from vehicle.folder import load_recording
+from omnimate.logs.folder import load_recording
 
 
 @pytest.fixture

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from motion.paths import umbmark
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
-from vehicle.folder import save_recording
-from vehicle.parameters import CHANNELS
+from omnimate.logs.folder import save_recording
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.parameters import CHANNELS
 
 TWO_ROBOTS = "is of the robot 'twin', but {first} of 'omnimate'; give recordings of one robot at a time"
 

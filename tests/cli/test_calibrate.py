@@ -6,15 +6,16 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from calib.errors import FixError
-from cli.calibrate import calibrate
-from cli.design import design
-from motion.paths import umbmark
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth, with_errors
-from vehicle.file import load_vehicle
-from vehicle.folder import save_recording
+from omnimate.calib.errors import FixError
+from omnimate.cli.calibrate.verb import calibrate
+from omnimate.cli.design import design
+from omnimate.logs.folder import save_recording
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.file import load_vehicle
 
 app = typer.Typer()
 app.command()(calibrate)
@@ -26,7 +27,7 @@ def folder(tmp_path_factory):
     robot = reference_vehicle()
     true = with_errors(robot, {"a": 336.17 / 340.0, "b": 340.0 / 336.17}, {"a": 1.00084, "b": 1.0 / 1.00084})
     path = tmp_path_factory.mktemp("drive") / "recording"
-    truth = Truth(true, joint_bias=(0.01, -0.004), link_bias=0.002, seed=1)
+    truth = Truth(true, effects=linkage_biases(0.01, -0.004, 0.002), seed=1)
     save_recording(simulate(robot, truth, umbmark(4.0, 2, link_length=1.0)), path)
     return path
 
@@ -43,7 +44,7 @@ def test_both_trucks_are_calibrated_and_written(folder, tmp_path):
     assert result.exit_code == 0
     assert "Truck a" in result.output
     assert "Truck b" in result.output
-    assert "held: these drives tell it" in result.output
+    assert "held: these drives identify it" in result.output
     assert re.search(r"roughness 0\.000\d+ m/sqrt\(m\) \(estimated", result.output)
     trucks = load_vehicle(tmp_path / "new.toml").trucks
     assert trucks["a"].wheelbase == pytest.approx(0.33617, abs=1e-3)
@@ -81,5 +82,5 @@ def test_designs_are_compared(tmp_path):
     result = run("design", "--length", 14, "--width", 4, "--metres", 160, "--heading")
     assert result.exit_code == 0
     assert re.search(r"open straights of 14 m plus counted spins .* 8\.\d", result.output)
-    assert re.search(r"one direction .* not told", result.output)
+    assert re.search(r"one direction .* not known", result.output)
     assert "--heading" in run("design").output

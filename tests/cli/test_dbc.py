@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from cli.dbc import dbc
-from vehicle.assemble import assemble
-from vehicle.dbc import format_dbc
-from vehicle.fields import encode
-from vehicle.file import load_vehicle, parse_vehicle
-from vehicle.frames import Frame, frames_of
-from vehicle.parameters import Drive
-from vehicle.se2 import wrap
+from omnimate.cli.dbc import dbc
+from omnimate.logs.assemble import assemble
+from omnimate.logs.dbc import format_dbc
+from omnimate.logs.frames import Frame, frames_of
+from omnimate.logs.pdo_fields import encode
+from omnimate.vehicle.file import load_vehicle, parse_vehicle
+from omnimate.vehicle.parameters import Drive
+from omnimate.vehicle.se2 import wrap
 
 TABLE = (
     ("a.left", 22, 0x296, 0, 32, 1, "counts_per_turn = 40000"),

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from vehicle.file import load_vehicle
-from vehicle.folder import read_recording
+from omnimate.logs.folder import read_recording
+from omnimate.vehicle.file import load_vehicle
 
 SMALL = ("--side", "0.5", "--runs", "1")
 

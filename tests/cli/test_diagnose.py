@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from motion.paths import figure_eight
-from vcan_sim.effects import effect_named
-from vcan_sim.effects.file import load_effects
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
-from vehicle.folder import save_recording
+from omnimate.logs.folder import save_recording
+from omnimate.motion.paths import figure_eight
+from omnimate.vcan_sim.effects import effect_named
+from omnimate.vcan_sim.effects.file import load_effects
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
 
 
 @pytest.fixture(scope="module")

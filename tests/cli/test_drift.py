@@ -1,12 +1,12 @@
 """`omnimate drift`: one line, whatever it says."""
 
-from calib.drift_watch import DriftReport, Watched
-from cli.drift import verdict
+from omnimate.calib.monitoring.drift import DriftReport, MonitoredQuantity
+from omnimate.cli.drift import verdict
 
 
 def kind(since, highest, count=30, unit="m"):
     values = tuple([0.010] * (20 if since else count) + [0.055] * (count - 20 if since else 0))
-    return Watched("return error of truck a, cw, y", unit, values, highest, 8.4, since)
+    return MonitoredQuantity("return error of truck a, cw, y", unit, values, highest, 8.4, since)
 
 
 def test_an_alarm_says_what_shifted_by_how_much_and_from_when_on():

@@ -8,9 +8,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-import driver.bus
-from cli.dump import dump
-from vehicle.logs import read_log
+from omnimate.cli.dump import dump
+from omnimate.logs.reading import read_log
 
 LOG = """(1700000000.000250) can0 080#
 (1700000000.000500) can0 181#409C0000
@@ -159,7 +158,7 @@ def live(monkeypatch):
 
     def run_live(*arguments, messages=MESSAGES, then=lambda: None):
         bus = ScriptedBus(messages, then)
-        monkeypatch.setattr(driver.bus, "open_bus", lambda _url: bus)
+        monkeypatch.setattr("omnimate.driver.bus.open_bus", lambda _url: bus)
         result = run("--bus", "virtual://test", *arguments)
         assert bus.closed
         return result

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from cli.robots import truth_of
-from cli.simulated import simulated_robot
-from motion.drive import drive
-from motion.journal import Journal
-from motion.paths import umbmark
-from motion.runner import Runner
-from vcan_sim.faults import parse_fault
-from vcan_sim.reference import reference_vehicle
-from vehicle.folder import load_recording
+from omnimate.cli.robots import truth_of
+from omnimate.cli.simulated import simulated_robot
+from omnimate.logs.folder import load_recording
+from omnimate.motion.drive import drive
+from omnimate.motion.journal import Journal
+from omnimate.motion.paths import umbmark
+from omnimate.motion.runner import Runner
+from omnimate.vcan_sim.fault_text import parse_fault
+from omnimate.vcan_sim.reference import reference_vehicle
 
 FAULTS = [
     "silence:node=2,at=3,duration=1",

@@ -1,23 +1,90 @@
-"""The command itself: help is there at once."""
+"""The command itself: its verbs are known without their code, and are loaded when they are called."""
 
 import subprocess
 import sys
+from importlib import import_module
+from inspect import getdoc
 
 import pytest
+import typer
 
-SLOW = ("numba", "scipy", "matplotlib", "canopen", "can", "cantools", "mujoco")
+from omnimate import __version__
+from omnimate.cli.verbs import VERBS, load_verb
+
+SLOW = (
+    "numba",
+    "scipy",
+    "matplotlib",
+    "canopen",
+    "can",
+    "mujoco",
+    "fastapi",
+    "sqlalchemy",
+    "uvicorn",
+)
+TAPE = "direction,x_mm,y_mm\ncw,-290,-220\ncw,-280,-230\nccw,60,-45\nccw,70,-50\n"
+CALLED = """
+import sys
+sys.argv = ["omnimate", *{arguments!r}]
+from omnimate.cli.main import main
+try:
+    main()
+finally:
+    print(*[name for name in {names!r} if name in sys.modules], file=sys.stderr)
+"""
 
 
-def test_help_imports_nothing_that_takes_time():
-    """What a verb needs is imported when it runs."""
-    code = f"import sys, cli.main; print(*[name for name in {SLOW} if name in sys.modules])"
+def imported(names, *arguments):
+    """Return which of these modules a call of the command imports."""
+    code = CALLED.format(arguments=[str(argument) for argument in arguments], names=names)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == []
+    return done.stderr.split()
 
 
-@pytest.mark.parametrize("verb", ["umbmark", "calibrate", "drift", "profile", "record", "track"])
-def test_every_verb_has_a_line_of_help(omnimate, verb):
+def test_the_list_of_verbs_imports_no_verb_and_nothing_that_takes_time():
+    verbs = [verb.place.partition(":")[0] for verb in VERBS.values()]
+    assert imported((*SLOW, "numpy", *verbs), "--help") == []
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_the_help_of_a_verb_imports_nothing_that_takes_time(verb):
+    assert imported(SLOW, verb, "--help") == []
+
+
+def test_a_tape_is_calibrated_without_compiled_code_and_without_figures(tmp_path, robot_toml):
+    (tmp_path / "tape.csv").write_text(TAPE)
+    (tmp_path / "vehicle.toml").write_text(robot_toml)
+    call = ("umbmark", tmp_path / "tape.csv", "--side", 4, "--vehicle", tmp_path / "vehicle.toml")
+    assert imported(("numba", "matplotlib", "scipy.stats", "can"), *call) == []
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_the_table_says_of_a_verb_what_its_docstring_says(name):
+    module, attribute = VERBS[name].place.split(":")
+    target = getattr(import_module(module), attribute)
+    help_text = target.info.help if isinstance(target, typer.Typer) else getdoc(target)
+    assert VERBS[name].help == help_text.partition("\n\n")[0].replace("\n", " ")
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_a_verb_is_loaded_under_its_name_with_its_help(name):
+    command = load_verb(name)
+    assert command.name == name
+    assert command.help.startswith(VERBS[name].help)
+
+
+def test_a_verb_with_a_slip_of_the_pen_is_answered_with_the_nearest(omnimate):
+    result = omnimate("umbmrk")
+    assert result.code == 2
+    assert "No such command 'umbmrk'. Did you mean 'umbmark'?" in result.err
+
+
+def test_the_version_is_printed_without_any_verb(omnimate):
+    assert omnimate("--version") == (0, f"omnimate {__version__}\n", "")
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_is_listed_with_the_whole_of_its_line_of_help(omnimate, verb):
     listed = omnimate("--help")
     assert listed.code == 0
-    line = next(line for line in listed.out.splitlines() if f" {verb} " in line)
-    assert len(line.split()) > 5
+    assert f" {verb} {VERBS[verb].help}" in " ".join(listed.out.split())

@@ -2,12 +2,12 @@
 
 import pytest
 
-from motion.paths import umbmark
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth, with_errors
-from vehicle.file import load_vehicle
-from vehicle.folder import save_recording
+from omnimate.logs.folder import save_recording
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.file import load_vehicle
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def test_an_unknown_profile_and_a_file_that_is_none_are_said(omnimate, folder, t
     assert "no profile 'ice'; it holds concrete" in unknown.err
     missing = omnimate("profile", "list", tmp_path / "nothing.toml")
     assert missing.code == 1
-    assert "no file of profiles" in missing.err
+    assert "not a file of profiles" in missing.err
     robot = omnimate("profile", "list", nominal)
     assert robot.code == 1
     assert "expected tables" in robot.err

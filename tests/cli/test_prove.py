@@ -1,13 +1,8 @@
 """`omnimate prove`: which tools are asked about which cases, and that their tables are printed."""
 
-import pickle
-
 import pytest
 
-from cli.proving import ablations, answered, baselines
-from mismatch import Diagnosis
-from proof.cases import Case, cases
-from proof.corpus import make
+from omnimate.proof.cases import cases
 
 ANSWER = {"verdict": "agreement", "findings": [], "fit": None}
 
@@ -26,8 +21,8 @@ def asked(monkeypatch):
         questions.append(list(wanted))
         return dict.fromkeys(wanted, ANSWER)
 
-    monkeypatch.setattr("proof.run.write_corpus", corpus)
-    monkeypatch.setattr("proof.run.asked", answers)
+    monkeypatch.setattr("omnimate.proof.run.write_corpus", corpus)
+    monkeypatch.setattr("omnimate.proof.run.ask_all", answers)
     return questions
 
 
@@ -49,7 +44,8 @@ def test_quick_asks_more_about_a_few_cases_only(omnimate, asked):
 def test_recordings_that_are_refused_are_no_silent_misses(omnimate, asked, monkeypatch):
     refused = {"verdict": "error", "says": "can.log:1: no CAN frame", "findings": [], "fit": None}
     monkeypatch.setattr(
-        "proof.run.asked", lambda _ask, wanted, _jobs, _tell, _kept=None: dict.fromkeys(wanted, refused)
+        "omnimate.proof.run.ask_all",
+        lambda _ask, wanted, _jobs, _tell, _kept=None: dict.fromkeys(wanted, refused),
     )
     shown = omnimate(
         "prove", "--quick", "--no-contact", "--no-baselines", "--no-ablations", "--no-leave-one-out"
@@ -90,7 +86,7 @@ def test_a_run_that_was_stopped_goes_on_with_the_same_corpus_and_no_other(
 ):
     kept = tmp_path / "kept"
     omnimate("prove", "--quick", "--no-contact", "--out", kept)
-    monkeypatch.setattr("proof.run.write_corpus", None)
+    monkeypatch.setattr("omnimate.proof.run.write_corpus", None)
     assert "independent engine" in omnimate("prove", "--quick", "--no-contact", "--out", kept).out
     refused = omnimate("prove", "--quick", "--no-contact", "--seed", "2", "--out", kept)
     assert refused.code != 0
@@ -102,15 +98,3 @@ def test_a_corpus_that_was_not_finished_is_not_mistaken_for_one(omnimate, asked,
     refused = omnimate("prove", "--quick", "--no-contact", "--out", tmp_path / "kept")
     assert refused.code != 0
     assert "not finished" in refused.err
-
-
-def test_a_tool_is_given_all_recordings_of_a_case_and_answers_in_json(tmp_path):
-    make(tmp_path, Case("null", (), "squares", "mocap", trucks=1, note="short"), 3)
-    answer = answered((tmp_path, lambda recordings: Diagnosis("agreement", f"{len(recordings)} seen")))
-    assert (answer["verdict"], answer["says"], answer["findings"]) == ("agreement", "1 seen", [])
-
-
-@pytest.mark.parametrize("tools", [baselines, ablations])
-def test_tools_go_to_other_processes(tools):
-    for name, tool in tools().items():
-        assert pickle.loads(pickle.dumps(tool)).keywords == tool.keywords, name

@@ -6,15 +6,15 @@ import can
 import numpy as np
 import pytest
 
-from driver.bus import open_bus
-from driver.errors import NoSync
-from driver.passive import PassiveReader
-from vcan_sim.reference import reference_vehicle
-from vehicle.folder import load_recording
-from vehicle.foreign_logs import frame_of_message
-from vehicle.frames import ERROR, EXTENDED, REMOTE
-from vehicle.logs import read_log
-from vehicle.odometry import dead_reckon
+from omnimate.driver.bus import open_bus
+from omnimate.driver.errors import NoSync
+from omnimate.driver.passive import PassiveReader
+from omnimate.logs.folder import load_recording
+from omnimate.logs.formats.python_can_logs import frame_of_message
+from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.logs.reading import read_log
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.odometry import dead_reckon
 
 REAL_LOGS = [
     "canopen_traces_hilch/ixxat1.trc.gz",
@@ -101,7 +101,7 @@ def test_a_strangers_log_on_the_bus_is_heard_without_an_unhandled_frame(shared_d
         report = ear.report()
     assert not any(any(sample.present) for sample in samples)
     assert sum(node.received for node in report.nodes) == 0
-    assert report.strangers
+    assert report.unknown_frames
 
 
 def test_a_message_of_python_can_is_a_frame_of_ours():

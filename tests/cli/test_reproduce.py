@@ -2,12 +2,8 @@
 
 import pytest
 
-from cli import reproduce as verb
-from cli.reproduce_figures import draw_all
-from reproduction.lap_table import lap_errors_of
-from reproduction.linkage_numbers import linkage_numbers
-from reproduction.rows import Row
-from reproduction.table import stages
+from omnimate.reproduction.linkage_numbers import linkage_numbers
+from omnimate.reproduction.rows import Row
 
 
 @pytest.fixture
@@ -15,7 +11,7 @@ def one_stage(monkeypatch):
     """Leave the command one stage."""
 
     def leave(rows):
-        monkeypatch.setattr("reproduction.table.stages", lambda **_: [("a stage", lambda: rows)])
+        monkeypatch.setattr("omnimate.reproduction.table.stages", lambda **_: [("a stage", lambda: rows)])
 
     return leave
 
@@ -42,22 +38,6 @@ def test_a_number_that_nobody_expects_makes_the_exit_code_1(omnimate, one_stage)
     told = omnimate("reproduce", "--jobs", 1)
     assert told.code == 1
     assert "printed 0.44, ours 0.60" in told.err
-
-
-def test_stages_in_two_processes_give_what_one_gives():
-    plan = [stage for stage in stages(quick=True) if stage[0] in {"U: equations", "C and O: equations"}]
-    assert dict(verb._run(plan, 2)) == dict(verb._run(plan, 1))
-
-
-def test_all_figures_of_the_papers_are_drawn(tmp_path):
-    names = [path.stem for path in draw_all(tmp_path / "new")]
-    assert [name[:3] for name in names] == ["u06", "u11", "c08", "c10", "o05", "o06", "o07", "o08", "gro"]
-    for name in names:
-        assert (tmp_path / "new" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_figures_show_the_first_robot_of_the_table():
-    assert lap_errors_of(0, "cw")["OmniMate"].shape == (10, 3)
 
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(omnimate, one_stage, tmp_path):

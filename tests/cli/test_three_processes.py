@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vehicle.folder import load_recording
-from vehicle.logs import read_log
+from omnimate.logs.folder import load_recording
+from omnimate.logs.reading import read_log
 
 TOOLS = Path(sys.executable).parent
 PATIENCE = 60.0  # [s] of a wait that normally ends at once

@@ -9,19 +9,21 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from cli.rows import RowFileError, open_rows
-from cli.track import SourceError, follow, track
-from ipec.errors import LinkageChannelError, NoLinkageError
-from ipec.tracker import Tracker
-from motion.paths import rounded_rectangle
-from motion.paths import umbmark as squares
-from vcan_sim.bumps import bumps_under
-from vcan_sim.floor import Floor
-from vcan_sim.reference import reference_single, reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
-from vehicle.folder import save_recording
-from vehicle.sample import Sample
+from omnimate.cli.errors import CallError
+from omnimate.cli.track.live import follow
+from omnimate.cli.track.rows import RowFileError, open_rows
+from omnimate.cli.track.verb import track
+from omnimate.ipec.errors import LinkageChannelError, NoLinkageError
+from omnimate.ipec.tracker import Tracker
+from omnimate.logs.folder import save_recording
+from omnimate.motion.paths import rounded_rectangle
+from omnimate.motion.paths import umbmark as squares
+from omnimate.vcan_sim.bumps import bumps_under
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.sample import Sample
 
 
 def call(*arguments):
@@ -102,8 +104,8 @@ def test_a_joint_that_freezes_live_is_told_once_with_its_node(drive, capsys):
 
 
 def test_bad_sources_are_refused(folder, drive, tmp_path):
-    assert isinstance(call().exception, SourceError)
-    assert isinstance(call(folder, "--bus", "virtual://x").exception, SourceError)
+    assert isinstance(call().exception, CallError)
+    assert isinstance(call(folder, "--bus", "virtual://x").exception, CallError)
     assert isinstance(call(folder, "--csv", tmp_path / "no" / "rows.csv").exception, RowFileError)
     save_recording(frozen(drive), tmp_path / "frozen")
     assert isinstance(call(tmp_path / "frozen").exception, LinkageChannelError)

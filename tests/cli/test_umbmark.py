@@ -8,19 +8,19 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from calib.errors import CalibrationError, DirectionError, ReturnTableError
-from calib.profiles import load_profiles
-from cli.umbmark import umbmark
-from figures.plots import PlotError
-from motion.paths import umbmark as squares
-from vcan_sim.bumps import Bump
-from vcan_sim.floor import Floor
-from vcan_sim.reference import reference_single, reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth, with_errors
-from vehicle.errors import OmnimateError, VehicleFileError
-from vehicle.file import load_vehicle, save_vehicle
-from vehicle.folder import save_recording
+from omnimate.calib.errors import CalibrationError, DirectionError, ReturnTableError
+from omnimate.calib.profiles import load_profiles
+from omnimate.cli.umbmark.verb import umbmark
+from omnimate.figures.files import PlotError
+from omnimate.logs.folder import save_recording
+from omnimate.motion.paths import umbmark as squares
+from omnimate.vcan_sim.bumps import Bump
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.errors import OmnimateError, VehicleFileError
+from omnimate.vehicle.file import load_vehicle, save_vehicle
 
 TABLE = """direction,x_mm,y_mm,theta_deg
 cw,150,152,-1.8

@@ -6,12 +6,16 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import can
+import canopen
 import pytest
 
-from driver.sdo import PumpedSdoClient
-from vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
+from omnimate.driver.dictionary import standard_dictionary
+from omnimate.driver.network import BusNetwork
+from omnimate.driver.sdo_client import PumpedSdoClient
+from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
 
 ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002
 
@@ -29,6 +33,7 @@ class FakeDevice:
     position: int = 0
     state: int = 0x7F
     refuse: dict = field(default_factory=dict)  # (index, sub) -> abort code on write
+    refuse_read: dict = field(default_factory=dict)  # (index, sub) -> abort code on read
     mute: bool = False
     deaf_to_sync: bool = False
     writes: list = field(default_factory=list)
@@ -59,8 +64,10 @@ class FakeDevice:
         head = request[1:4]
         if request[0] & 0xE0 == 0x40:
             entry = self.objects.get((index, sub))
+            if (index, sub) in self.refuse_read:
+                return b"\x80" + head + self.refuse_read[index, sub].to_bytes(4, "little")
             if entry is None:
-                known = any(one == index for one, _ in self.objects)
+                known = any(known_index == index for known_index, _ in self.objects)
                 return b"\x80" + head + (NO_SUB if known else ABSENT).to_bytes(4, "little")
             value, size = entry
             return (
@@ -223,6 +230,43 @@ class FakeClock:
         self.time += seconds
 
 
+def sdo(devices, node=1):
+    """Return the objects of a node on a bus with these devices, and the network that reaches them."""
+    network = BusNetwork(FakeBus(devices), FakeClock())
+    network.handler = lambda message, _arrival: network.notify(message.arbitration_id, message.data, 0.0)
+    return network.sdo(node), network
+
+
+class CaptureNetwork(canopen.Network):
+    """A network without a bus: what its nodes send is kept."""
+
+    def __init__(self):
+        super().__init__()
+        self.sent = []
+
+    def send_message(self, can_id, data, remote=False):
+        self.sent.append(frame(can_id, data, is_remote_frame=remote))
+
+    def send_periodic(self, can_id, data, period, remote=False):
+        """Start no heartbeat: time stands still here."""
+        return SimpleNamespace(stop=lambda: None, update=lambda _data: None)
+
+
+class LocalDevice:
+    """canopen's own SDO server, so that the driver is not only tested against this file's."""
+
+    def __init__(self, node, dictionary=None):
+        self.node = node
+        self.network = CaptureNetwork()
+        self.local = canopen.LocalNode(node, dictionary or standard_dictionary())
+        self.local.associate_network(self.network)
+
+    def handle(self, message):
+        self.network.sent.clear()
+        self.network.notify(message.arbitration_id, bytearray(message.data), 0.0)
+        return [*self.network.sent]
+
+
 def wheel_encoder(channel, node, **changes):
     values = {
         "cob_id": 0x180 + node,
@@ -238,7 +282,7 @@ def wheel_encoder(channel, node, **changes):
 def one_truck(encoders=None, drives=(), period=0.01):
     encoders = encoders or (wheel_encoder("a.left", 1), wheel_encoder("a.right", 2))
     return VehicleParameters(
-        "one", {"a": Truck(0.34, 0.15, 0.15)}, None, Bus(500_000, period), encoders, drives
+        "single", {"a": Truck(0.34, 0.15, 0.15)}, None, Bus(500_000, period), encoders, drives
     )
 
 
@@ -268,6 +312,8 @@ class Kit:
     two_trucks = staticmethod(two_trucks)
     drive = staticmethod(drive)
     add_pdos = staticmethod(add_pdos)
+    sdo = staticmethod(sdo)
+    LocalDevice = LocalDevice
     Bus = FakeBus
     Clock = FakeClock
 

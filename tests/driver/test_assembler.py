@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from driver.assembler import Assembler
-from vehicle.parameters import Bus, Encoder, Linkage, Truck, VehicleParameters
+from omnimate.driver.assembler import Assembler
+from omnimate.vehicle.parameters import Bus, Encoder, Linkage, Truck, VehicleParameters
 
 NAMES = ("a.left", "a.right", "b.left", "b.right", "joint_a", "joint_b", "link")
 
@@ -22,7 +22,7 @@ TRUCKS = {"a": Truck(0.34, 0.15, 0.15), "b": Truck(0.34, 0.15, 0.15)}
 VEHICLE = VehicleParameters(
     "v", TRUCKS, Linkage(1.0), Bus(500_000, 0.015), tuple(encoder(i) for i in range(7))
 )
-COB_IDS = [one.cob_id for one in VEHICLE.encoders]
+COB_IDS = [encoder.cob_id for encoder in VEHICLE.encoders]
 
 
 def answer(assembler, count, cob_ids=COB_IDS):
@@ -158,7 +158,7 @@ def test_a_node_that_missed_a_sync_is_only_hoped_for_until_it_is_trusted_again()
     assert not assembler.is_complete
 
 
-def test_a_gap_tells_the_last_and_the_first_good_sample():
+def test_a_gap_lasts_from_the_last_to_the_first_good_sample():
     assembler = Assembler(VEHICLE)
     for index, count in enumerate((5, 5, None, None, 5)):
         cycle(assembler, index, 5, COB_IDS if count else COB_IDS[1:])

@@ -6,9 +6,9 @@ import threading
 import can
 import pytest
 
-from driver import bus as module
-from driver.bus import open_bus
-from driver.errors import BusError
+from omnimate.driver import bus as module
+from omnimate.driver.bus import open_bus
+from omnimate.driver.errors import BusError
 
 
 @pytest.fixture
@@ -52,11 +52,11 @@ def test_an_unknown_scheme_is_refused_with_the_known_ones():
 
 
 def test_a_virtual_bus_opens_by_name():
-    one, two = open_bus("virtual://test-bus"), open_bus("virtual://test-bus")
-    one.send(can.Message(arbitration_id=0x123, is_extended_id=False))
-    message = two.recv(0)
-    one.shutdown()
-    two.shutdown()
+    sender, receiver = open_bus("virtual://test-bus"), open_bus("virtual://test-bus")
+    sender.send(can.Message(arbitration_id=0x123, is_extended_id=False))
+    message = receiver.recv(0)
+    sender.shutdown()
+    receiver.shutdown()
     assert message is not None
     assert message.arbitration_id == 0x123
 
@@ -79,7 +79,7 @@ def test_a_virtual_bus_shares_its_channel_with_python_cans_own():
 def test_a_port_on_which_nobody_listens_is_refused_at_once():
     with socket.create_server(("127.0.0.1", 0)) as unused:
         port = unused.getsockname()[1]
-    with pytest.raises(BusError, match="nobody answers"):
+    with pytest.raises(BusError, match="no answer from"):
         open_bus(f"socketcand://127.0.0.1:{port}/can0")
 
 
@@ -87,7 +87,7 @@ def test_a_server_that_says_nothing_is_given_up(monkeypatch):
     monkeypatch.setattr(module, "PROBE_TIMEOUT", 0.05)
     with (
         socket.create_server(("127.0.0.1", 0)) as mute,
-        pytest.raises(BusError, match="nobody answers"),
+        pytest.raises(BusError, match="no answer from"),
     ):
         open_bus(f"socketcand://127.0.0.1:{mute.getsockname()[1]}/can0")
 

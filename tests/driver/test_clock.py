@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from driver import clock as module
-from driver.clock import SyncClock, WallClock
+from omnimate.driver import clock as module
+from omnimate.driver.clock import SyncClock, WallClock
 
 
 @pytest.fixture
@@ -21,8 +21,7 @@ def host(monkeypatch):
             return self.wall + self.now
 
     host = Host()
-    monkeypatch.setattr(module.time, "monotonic", host.monotonic)
-    monkeypatch.setattr(module.time, "time", host.time)
+    monkeypatch.setattr(module, "time", host)
     return host
 
 

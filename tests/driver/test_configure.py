@@ -4,17 +4,25 @@ from dataclasses import replace
 
 import pytest
 
-from driver.configure import configure_node, with_ranges
-from driver.driver import Driver
-from driver.errors import BusOverload, MappingImpossible, NodeMissing, NotTaken, SdoRefused, WrongDevice
-from driver.link import Link
-from vehicle.parameters import Bus
+from omnimate.driver.configuration import with_ranges
+from omnimate.driver.configure import configure_node
+from omnimate.driver.driver import Driver
+from omnimate.driver.errors import (
+    BusOverload,
+    MappingImpossible,
+    NodeMissing,
+    NotTaken,
+    SdoRefused,
+    WrongDevice,
+)
+from omnimate.driver.network import BusNetwork
+from omnimate.vehicle.parameters import Bus
 
 
 def configure(kit, device, vehicle=None):
     bus = kit.Bus([device] if device else [])
     vehicle = vehicle or kit.one_truck()
-    link = Link(bus, kit.Clock())
+    link = BusNetwork(bus, kit.Clock())
     link.handler = lambda message, _arrival: link.notify(message.arbitration_id, message.data, 0.0)
     return configure_node(link.sdo(1), vehicle, link.nmt_command), bus
 
@@ -85,7 +93,7 @@ def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit):
 def test_nobody_there_names_node_and_channels(kit):
     with pytest.raises(NodeMissing, match=r"a\.left") as caught:
         configure(kit, None)
-    assert (caught.value.node, caught.value.channels) == (1, ("a.left",))
+    assert (caught.value.node, caught.value.names) == (1, ("a.left",))
 
 
 @pytest.mark.parametrize(("key", "value"), [("vendor", 9), ("product", 9), ("serial", 9)])
@@ -101,7 +109,7 @@ def test_another_identity_is_refused_before_anything_is_written(kit, key, value)
 def test_another_profile_is_refused(kit):
     device = kit.encoder_device(1)
     device.objects[0x1000, 0][0] = 0x00020192
-    with pytest.raises(WrongDevice, match="found cia402"):
+    with pytest.raises(WrongDevice, match="profile is cia402"):
         configure(kit, device)
 
 
@@ -126,7 +134,7 @@ def test_a_preset_encoder_is_remarked(kit):
     device.put(0x6509, 0, 1234, 4)
     report, _ = configure(kit, device)
     assert any("offset 6509h = 1234" in remark for remark in report.remarks)
-    assert report.told[0x6509] == 1234
+    assert report.encoder_objects[0x6509] == 1234
 
 
 def test_a_heartbeat_that_cannot_be_set_is_remarked_with_the_refusal(kit):
@@ -178,7 +186,7 @@ def test_an_object_of_another_width_is_written_in_the_devices_own(kit):
     assert report.heartbeat == 0.5
 
 
-def test_an_abort_for_another_reason_is_told_in_words(kit):
+def test_an_abort_for_another_reason_is_reported_in_words(kit):
     device = kit.encoder_device(1)
     device.refuse[0x1800, 1] = 0x08000022
     with pytest.raises(SdoRefused, match="present device state") as caught:
@@ -231,7 +239,7 @@ def test_a_gap_of_no_whole_bytes_is_refused_in_words(kit):
 
 
 @pytest.mark.parametrize(
-    ("said", "own", "chosen", "words"),
+    ("reported", "stated", "chosen", "words"),
     [
         (2**32 - 1, None, 2**32, "means N - 1"),
         (0, None, 2**32, "6002h says 0"),
@@ -243,13 +251,13 @@ def test_a_gap_of_no_whole_bytes_is_refused_in_words(kit):
         (8192, 4096, 4096, "vehicle.toml 4096"),
     ],
 )
-def test_the_wrap_range_is_chosen_per_node_and_stated(kit, said, own, chosen, words):
+def test_the_wrap_range_is_chosen_per_node_and_stated(kit, reported, stated, chosen, words):
     device = kit.encoder_device(1)
-    if said is None:
+    if reported is None:
         del device.objects[0x6002, 0]
     else:
-        device.objects[0x6002, 0][0] = said
-    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, range=own), kit.wheel_encoder("a.right", 2)))
+        device.objects[0x6002, 0][0] = reported
+    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, range=stated), kit.wheel_encoder("a.right", 2)))
     report, _ = configure(kit, device, vehicle)
     assert report.ranges == {"a.left": chosen}
     assert any(words in remark for remark in report.remarks)

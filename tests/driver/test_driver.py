@@ -3,9 +3,9 @@ from __future__ import annotations
 import can
 import pytest
 
-from driver import driver as module
-from driver.driver import Driver
-from driver.errors import BusError, BusLost
+from omnimate.driver import driver as module
+from omnimate.driver.driver import Driver
+from omnimate.driver.errors import BusError, BusLost
 
 
 def start(kit, nodes=(1, 2), clock=None, **kwargs):
@@ -72,8 +72,8 @@ def test_a_late_answer_behind_the_next_sync_is_not_used(kit):
     def delay(message, answers):
         if message.arbitration_id != 0x080:
             return answers
-        held, late[:] = list(late), [one for one in answers if one.arbitration_id == 0x181]
-        return held + [one for one in answers if one.arbitration_id != 0x181]
+        held, late[:] = list(late), [answer for answer in answers if answer.arbitration_id == 0x181]
+        return held + [answer for answer in answers if answer.arbitration_id != 0x181]
 
     bus.devices[1].position = 7
     bus.change = delay
@@ -91,7 +91,7 @@ def test_answers_that_wait_in_the_queue_count_even_if_the_host_was_slow(kit):
     assert driver.cycle().present == (True, True)
 
 
-def test_wrong_lengths_and_strangers_are_counted_per_node(kit):
+def test_wrong_lengths_and_unknown_frames_are_counted_per_node(kit):
     driver, bus = start(kit)
     driver.cycle()
     bus.queue += [
@@ -108,15 +108,15 @@ def test_wrong_lengths_and_strangers_are_counted_per_node(kit):
     driver.cycle()
     node = driver.report().node(1)
     assert (node.wrong_length, node.unknown) == (4, 2)
-    kinds = {key: count for key, _, count in driver.report().strangers}
+    kinds = {key: count for key, _, count in driver.report().unknown_frames}
     assert kinds == {"381h": 1, "3FFh": 1, "18FF1234h": 1, "error frame": 1, "181h remote": 1}
 
 
-def test_a_second_sync_producer_is_a_stranger(kit):
+def test_a_second_sync_producer_is_counted_as_unknown(kit):
     driver, bus = start(kit)
     bus.queue.append(kit.frame(0x080))
     driver.cycle()
-    assert [(key, what) for key, what, _ in driver.report().strangers] == [("080h", "SYNC")]
+    assert [(key, what) for key, what, _ in driver.report().unknown_frames] == [("080h", "SYNC")]
 
 
 def test_a_babbling_node_is_named_and_does_not_hold_the_samples_up(kit):
@@ -221,7 +221,7 @@ def test_two_heartbeats_that_are_not_operational_mean_a_lost_configuration(kit):
     assert any("lost its configuration" in what for _, what in words(driver))
 
 
-def test_a_preset_during_the_drive_is_told(kit):
+def test_a_preset_during_the_drive_is_reported(kit):
     bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
     bus.devices[1].put(0x6509, 0, 0, 4)
     driver = Driver(kit.one_truck(), bus, clock=kit.Clock())
@@ -233,7 +233,7 @@ def test_a_preset_during_the_drive_is_told(kit):
     assert (1, "6509h was 0, is 99: preset, or another device?") in words(driver)
 
 
-def test_emergencies_are_told_in_words(kit):
+def test_emergencies_are_reported_in_words(kit):
     driver, bus = start(kit)
     bus.queue.append(kit.frame(0x082, b"\x10\x81\x11\0\0\0\0\0"))
     driver.cycle()
@@ -259,9 +259,7 @@ def test_a_sync_that_fails_once_is_sent_again_and_reported(kit):
     bus.failing_sends = 1
     sample = driver.cycle()
     assert sample.present == (True, True)
-    assert words(driver) == [
-        (None, "SYNC could not be sent, tried again: the bus interface failed: no buffer space")
-    ]
+    assert words(driver) == [(None, "SYNC could not be sent, tried again: no buffer space")]
 
 
 def test_a_lost_bus_of_the_callers_is_the_callers_matter(kit):

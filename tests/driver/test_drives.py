@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from driver import driver as module
-from driver.driver import Driver
-from driver.drives import target_velocity
-from driver.errors import BadCommand, DriveError, NodeMissing, NotEnabled
+from omnimate.driver import driver as module
+from omnimate.driver.driver import Driver
+from omnimate.driver.drives import target_velocity
+from omnimate.driver.errors import BadCommand, DriveError, NodeMissing, NotEnabled
 
 COUNTS = 40000 / (2 * math.pi)
 
@@ -45,7 +45,7 @@ def test_enable_goes_through_the_states_in_order_at_speed_zero(robot):
     assert device.objects[0x1400, 2][0] == 255
     assert device.objects[0x1016, 1][0] == 127 << 16 | 500
     assert device.objects[0x6007, 0][0] == 3
-    assert [one.names for one in report] == [("drive of a.left",), ("drive of a.right",)]
+    assert [node.names for node in report] == [("drive of a.left",), ("drive of a.right",)]
 
 
 def test_a_fault_is_reset_first(robot):
@@ -244,7 +244,7 @@ def test_a_wheel_that_stands_against_its_command_is_remarked(robot):
     assert still == {1, 2}
 
 
-def test_a_wheel_that_is_told_to_stand_is_not_frozen(robot):
+def test_a_wheel_that_is_commanded_to_stand_is_not_frozen(robot):
     driver, bus = robot
     driver.enable()
     for step in range(150):

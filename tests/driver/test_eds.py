@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from driver.eds import load_eds
-from driver.errors import EdsError
+from omnimate.driver.eds import load_eds
+from omnimate.driver.errors import EdsError
 
 GOOD = """[DeviceInfo]
 VendorName=Maker
@@ -72,13 +72,13 @@ def test_a_good_file_needs_no_remark(tmp_path):
         ),
     ],
 )
-def test_each_repair_is_told_with_its_line(tmp_path, old, new, remark):
+def test_each_repair_is_reported_with_its_line(tmp_path, old, new, remark):
     eds = load(tmp_path, GOOD.replace(old, new))
     assert eds.remarks == (remark,)
     assert 0x1000 in eds.dictionary
 
 
-def test_windows_1252_is_read_and_told(tmp_path):
+def test_windows_1252_is_read_and_reported(tmp_path):
     eds = load(tmp_path, GOOD.replace("Maker", "Drehgeber für Räder “neu”"), "cp1252")
     assert eds.dictionary.device_information.vendor_name == "Drehgeber für Räder “neu”"
     assert eds.remarks == ("line 2: not UTF-8; read as Windows-1252",)

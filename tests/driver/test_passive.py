@@ -3,11 +3,11 @@ from __future__ import annotations
 import can
 import pytest
 
-from driver import passive as module
-from driver.errors import BusError, NoSync
-from driver.passive import PassiveReader
-from driver.recorder import Recorder
-from vehicle.folder import load_recording
+from omnimate.driver import passive as module
+from omnimate.driver.errors import BusError, NoSync
+from omnimate.driver.passive import PassiveReader
+from omnimate.driver.recorder import Recorder
+from omnimate.logs.folder import load_recording
 
 
 class Quiet:
@@ -52,7 +52,7 @@ def test_each_sync_opens_a_sample_and_the_last_one_is_kept(kit, replay):
     assert reader.report().is_clean
 
 
-def test_frames_of_the_other_master_are_no_strangers(kit, replay):
+def test_frames_of_the_other_master_are_known(kit, replay):
     talk = [
         kit.frame(0x000, b"\x01\0"),
         kit.frame(0x601, bytes(8)),
@@ -62,14 +62,14 @@ def test_frames_of_the_other_master_are_no_strangers(kit, replay):
     bus = replay([*talk, *cycle(kit, 5)])
     reader = PassiveReader(kit.one_truck(), bus)
     list(reader.samples(idle=1.0))
-    assert reader.report().strangers == ()
+    assert reader.report().unknown_frames == ()
 
 
 def test_what_is_not_ours_is_counted_and_read_over(kit, replay):
     foreign = [kit.frame(0x3FF, b"\x01"), can.Message(arbitration_id=0x18FF1234)]
     reader = PassiveReader(kit.one_truck(), replay([*foreign, *cycle(kit, 5)]))
     assert len(list(reader.samples(idle=1.0))) == 1
-    assert {key for key, _, _ in reader.report().strangers} == {"3FFh", "18FF1234h"}
+    assert {key for key, _, _ in reader.report().unknown_frames} == {"3FFh", "18FF1234h"}
 
 
 def test_a_boot_up_in_a_replay_rebases_the_wheel(kit, replay):

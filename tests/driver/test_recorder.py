@@ -3,11 +3,11 @@ from __future__ import annotations
 import can
 import pytest
 
-from driver.driver import Driver
-from driver.recorder import Recorder
-from vehicle.errors import RecordingError
-from vehicle.file import load_vehicle
-from vehicle.folder import load_recording
+from omnimate.driver.driver import Driver
+from omnimate.driver.recorder import Recorder
+from omnimate.logs.folder import load_recording
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.file import load_vehicle
 
 
 def drive(kit, folder, cycles=20, **kwargs):

@@ -1,9 +1,15 @@
+"""NMT states and heartbeats of CiA 301, as the driver follows them."""
+
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from driver.events import MAX_EVENTS, EventLog
-from driver.supervision import Supervision
+from omnimate.driver.event_log import EventLog
+from omnimate.driver.supervision import Supervision
+
+BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F  # CiA 301
 
 
 @pytest.fixture
@@ -77,15 +83,88 @@ def test_a_status_word_without_fault_is_nothing(supervision):
     assert supervision.lost == {1}
 
 
-def test_repeated_words_are_one_event_that_counts(events):
-    for time in (1.0, 2.0, 5.0):
-        events.add(time, 1, "same")
-    (event,) = events.all()
-    assert (event.time, event.last, event.count) == (1.0, 5.0, 3)
+@pytest.mark.parametrize("is_started", [False, True])
+@pytest.mark.parametrize(
+    ("heartbeats", "restarts_if_started"),
+    [
+        ((OPERATIONAL,), 0),
+        ((OPERATIONAL,) * 10, 0),
+        ((BOOT_UP,), 1),
+        ((BOOT_UP, PRE_OPERATIONAL, PRE_OPERATIONAL), 1),
+        ((PRE_OPERATIONAL,), 0),
+        ((PRE_OPERATIONAL, OPERATIONAL), 0),
+        ((PRE_OPERATIONAL, OPERATIONAL, PRE_OPERATIONAL), 0),
+        ((PRE_OPERATIONAL, PRE_OPERATIONAL), 1),
+        ((STOPPED,), 0),
+        ((STOPPED, STOPPED), 1),
+        ((STOPPED, PRE_OPERATIONAL), 1),
+        ((OPERATIONAL, STOPPED, STOPPED, STOPPED), 1),
+    ],
+)
+def test_a_started_node_restarts_with_a_boot_up_or_two_states_in_a_row_that_are_not_operational(
+    heartbeats, restarts_if_started, is_started
+):
+    watched = Supervision([1], EventLog())
+    if is_started:
+        watched.started(1, 0.5)
+    for number, state in enumerate(heartbeats):
+        assert watched.heartbeat(1, bytes([state]), 0.5 * number)
+    expected = restarts_if_started if is_started else 0
+    assert watched.nodes[1].restarts == expected
+    assert watched.restarted == ({1} if expected else set())
+    assert watched.nodes[1].state == heartbeats[-1]
+    assert watched.nodes[1].boots == heartbeats.count(BOOT_UP)
 
 
-def test_the_log_is_bounded(events):
-    for number in range(MAX_EVENTS + 10):
-        events.add(float(number), None, f"event {number}")
-    assert len(events.all()) == MAX_EVENTS
-    assert events.dropped == 10
+def test_a_node_is_watched_again_after_it_was_started_again():
+    watched = Supervision([1], EventLog())
+    for restarts in (1, 2):
+        watched.started(1, 0.5)
+        watched.heartbeat(1, bytes([BOOT_UP]), 1.0)
+        assert watched.nodes[1].restarts == restarts
+
+
+def test_a_node_without_a_heartbeat_is_never_lost():
+    watched = Supervision([1], EventLog())
+    watched.started(1, None)
+    watched.heartbeat(1, bytes([OPERATIONAL]), 1.0)
+    watched.check(1e9)
+    assert not watched.lost
+
+
+@given(
+    period=st.floats(0.1, 2.0),
+    gaps=st.lists(st.floats(0.01, 2.9), min_size=1, max_size=20),
+)
+def test_a_heartbeat_within_three_periods_is_never_a_loss_and_a_later_check_is_one(period, gaps):
+    watched = Supervision([1], EventLog())
+    watched.started(1, period)
+    now = 10.0
+    watched.heartbeat(1, bytes([OPERATIONAL]), now)
+    for gap in gaps:
+        now += gap * period
+        watched.check(now)
+        assert not watched.lost
+        watched.heartbeat(1, bytes([OPERATIONAL]), now)
+    watched.check(now + 3.1 * period)
+    assert watched.lost == {1}
+
+
+def test_a_status_word_that_is_too_short_is_nothing_and_a_fault_reaction_is_none_yet():
+    """CiA 402: bit 3 is set in fault and in fault reaction active; only xxxx xxxx x0xx 1000 is fault."""
+    watched = Supervision([1], EventLog())
+    watched.status_words[0x191] = 1
+    for word in range(0x80):
+        watched.lost.clear()
+        watched.status_word(0x191, word.to_bytes(2, "little"), 1.0)
+        assert watched.lost == ({1} if word & 0b100_1111 == 0b000_1000 else set())
+
+
+def test_an_emergency_is_counted_and_put_into_words():
+    events = EventLog()
+    watched = Supervision([1], events)
+    assert watched.emergency(1, b"\x10\x81\x11" + bytes(5), 2.0)
+    assert watched.nodes[1].emergencies == 1
+    assert [event.what for event in events.all()] == [
+        "EMCY 8110h: CAN overrun, objects lost (error register 11h)"
+    ]

@@ -5,17 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vcan_sim.reference import reference_vehicle
-from vehicle.se2 import between, compose, wrap
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.se2 import between, compose, wrap
 
 
 def with_joints(vehicle, counts_per_turn):
     """Return the robot with other joint encoders."""
+    joint = {
+        "counts_per_turn": float(counts_per_turn),
+        "range": counts_per_turn,
+        "zero": counts_per_turn // 2,
+    }
     encoders = tuple(
-        replace(one, counts_per_turn=float(counts_per_turn), range=counts_per_turn, zero=counts_per_turn // 2)
-        if one.channel.startswith("joint")
-        else one
-        for one in vehicle.encoders
+        replace(encoder, **joint) if encoder.channel.startswith("joint") else encoder
+        for encoder in vehicle.encoders
     )
     return replace(vehicle, encoders=encoders)
 
@@ -36,8 +39,8 @@ def fine(robot):
     """The robot with joints and link that resolve everything."""
     robot = with_joints(robot, 2**24)
     encoders = tuple(
-        replace(one, counts_per_metre=1e8, zero=50_000_000) if one.channel == "link" else one
-        for one in robot.encoders
+        replace(encoder, counts_per_metre=1e8, zero=50_000_000) if encoder.channel == "link" else encoder
+        for encoder in robot.encoders
     )
     return replace(robot, encoders=encoders)
 

@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ipec.corrector import correct
-from motion.paths import out_and_back, rounded_rectangle
-from vcan_sim.bumps import bumps_under, cable_loss
-from vcan_sim.floor import SMOOTH, Floor
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth
+from omnimate.ipec.corrector import correct
+from omnimate.motion.paths import out_and_back, rounded_rectangle
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.bumps import bumps_under
+from omnimate.vcan_sim.crossing import cable_loss
+from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth
 
 EXACT = Sonar(sigma=0.0)
 
@@ -29,7 +31,7 @@ def outward(recording):
 
 def test_joint_offsets_of_one_degree_bend_a_straight_drive_to_a_radius_of_28_6_m(robot):
     """NOTES on C 5.2: the drift is (delta_A - delta_B) / l per metre."""
-    recording = straight(robot, joint_bias=(np.radians(1.0), np.radians(-1.0)))
+    recording = straight(robot, effects=linkage_biases(np.radians(1.0), np.radians(-1.0)))
     way = outward(recording)
     path = correct(recording).pose_a[way]
     driven = np.hypot(*np.diff(path[:, :2], axis=0).T).sum()
@@ -42,7 +44,7 @@ def test_a_millimetre_of_link_bias_costs_a_third_of_a_degree_per_turn(fine, lap_
     program = rounded_rectangle(6.0, 3.25, [direction])
     errors = []
     for bias in (0.0, 0.001):
-        truth = Truth(fine, link_bias=bias, floor=SMOOTH, sonar=EXACT)
+        truth = Truth(fine, effects=linkage_biases(link=bias), floor=SMOOTH, sonar=EXACT)
         recording = simulate(fine, truth, program)
         errors.append(np.degrees(lap_errors(recording, correct(recording).pose_a)[0, 2]))
     assert 0.33 < abs(errors[1] - errors[0]) < 0.37
@@ -58,7 +60,7 @@ def test_the_lost_travel_is_taken_back_on_either_side_and_in_either_direction(fi
     lost = 10 * 0.5 * cable_loss(0.075, 0.010)
     assert abs(path.taken_back.sum()) == pytest.approx(lost, rel=0.1)
     without = correct(recording, method="omnimate")
-    error, uncorrected = (lap_errors(recording, one.pose_a)[0, 0] for one in (path, without))
+    error, uncorrected = (lap_errors(recording, trajectory.pose_a)[0, 0] for trajectory in (path, without))
     assert abs(uncorrected) == pytest.approx(lost, rel=0.1)
     assert abs(error) < 0.1 * lost
 

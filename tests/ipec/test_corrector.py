@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ipec.corrector import METHODS, Corrector, correct
-from ipec.errors import NoLinkageError
-from motion.paths import free, rounded_rectangle, squares
-from vcan_sim.bumps import bumps_under
-from vcan_sim.floor import SMOOTH, Floor
-from vcan_sim.reference import reference_single
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth
-from vehicle.linkage import follower
-from vehicle.odometry import dead_reckon
-from vehicle.recording import Recording
-from vehicle.sample import Sample
+from omnimate.ipec.corrector import METHODS, Corrector, correct
+from omnimate.ipec.errors import NoLinkageError
+from omnimate.motion.paths import free, rounded_rectangle, squares
+from omnimate.vcan_sim.bumps import bumps_under
+from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.linkage import follower
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.sample import Sample
 
 EXACT = Sonar(sigma=0.0)
 

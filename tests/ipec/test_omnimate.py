@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from ipec.corrector import correct
-from ipec.growth import bump_drive
-from motion.paths import rounded_rectangle
-from vcan_sim.floor import SMOOTH
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth
+from omnimate.ipec.corrector import correct
+from omnimate.motion.paths import rounded_rectangle
+from omnimate.reproduction.bump_drive import bump_drive
+from omnimate.vcan_sim.floor import SMOOTH
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth
 
 
 @pytest.fixture

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ipec.errors import LinkageChannelError, NoLinkageError
-from ipec.tracker import Tracker, track_recording
-from motion.paths import rounded_rectangle
-from vcan_sim.bumps import bumps_under
-from vcan_sim.floor import Floor
-from vcan_sim.reference import reference_single
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
-from vehicle.recording import Recording
-from vehicle.sample import Sample
+from omnimate.ipec.errors import LinkageChannelError, NoLinkageError
+from omnimate.ipec.tracker import Tracker, track_recording
+from omnimate.motion.paths import rounded_rectangle
+from omnimate.vcan_sim.bumps import bumps_under
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.sample import Sample
 
 NAN = (float("nan"),) * 7
 
@@ -38,18 +38,18 @@ def frozen(recording, channel):
 
 
 def test_live_rows_and_disturbances_are_those_of_the_recording(recording):
-    rows, found = track_recording(recording, 0.0)
-    tracker, told = Tracker(recording.vehicle), []
+    rows, estimate = track_recording(recording, 0.0)
+    tracker, reported = Tracker(recording.vehicle), []
     for sample, row in zip(samples(recording), rows, strict=True):
         tracker.step(sample)
-        told += tracker.take_disturbances()
+        reported += tracker.take_disturbances()
         live, at_once = tracker.row().as_dict(), row.as_dict()
         assert list(live) == list(at_once)
         assert list(live.values()) == pytest.approx(list(at_once.values()), abs=1e-12)
-    assert [(one.wheel, one.start, one.end) for one in told] == [
-        (one.wheel, one.start, one.end) for one in found.disturbances
+    assert [(disturbance.wheel, disturbance.start, disturbance.end) for disturbance in reported] == [
+        (disturbance.wheel, disturbance.start, disturbance.end) for disturbance in estimate.disturbances
     ]
-    assert [one.wheel for one in told] == ["a.left"] * 3
+    assert [disturbance.wheel for disturbance in reported] == ["a.left"] * 3
     assert tracker.frozen() == ()
 
 
@@ -69,18 +69,18 @@ def test_a_frozen_joint_is_noticed_live_and_refused_over_a_recording(recording):
     tracker = Tracker(broken.vehicle)
     for sample in samples(broken):
         tracker.step(sample)
-    assert {one.channel for one in tracker.frozen()} == {"joint_a"}
+    assert {frozen.channel for frozen in tracker.frozen()} == {"joint_a"}
     with pytest.raises(LinkageChannelError, match="joint_a"):
         track_recording(broken, 0.1)
 
 
-def test_a_channel_that_is_not_read_is_told_and_truck_b_is_unknown(recording):
+def test_a_channel_that_is_not_read_is_reported_and_truck_b_is_unknown(recording):
     tracker = Tracker(recording.vehicle)
     silent = recording.present.copy()
     silent[:, 5] = False
     for sample in samples(replace(recording, present=silent)):
         tracker.step(sample)
-    assert [(one.channel, one.expected) for one in tracker.frozen()] == [("joint_b", 0.0)]
+    assert [(frozen.channel, frozen.expected) for frozen in tracker.frozen()] == [("joint_b", 0.0)]
     assert tracker.look().as_dict()["b_x"] is None
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ipec.trailer import Trailer, TrailerState, step, track
-from vehicle.odometry import arc, integrate
+from omnimate.ipec.trailer import Trailer, TrailerState, step, track
+from omnimate.vehicle.arcs import arc, integrate
 
 TRAILER = Trailer(wheelbase=0.34, hitch=0.2, length=0.8)
 FINE = 200  # steps of the reference integration per sample

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from ipec.unconnected import PairState, step, track
-from vehicle.odometry import arc, integrate
-from vehicle.se2 import wrap
+from omnimate.ipec.unconnected import PairState, step, track
+from omnimate.vehicle.arcs import arc, integrate
+from omnimate.vehicle.se2 import wrap
 
 WHEELBASE = np.array([0.34, 0.40])
 START = np.array([[0.0, 0.0, 0.3], [-2.0, 1.0, -0.4]])

@@ -2,12 +2,12 @@
 
 import pytest
 
-from mismatch.diagnosis import Finding, Where
-from motion.paths import figure_eight
-from vcan_sim.effects import effect_named
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
+from omnimate.mismatch.diagnosis import Finding, Where
+from omnimate.motion.paths import figure_eight
+from omnimate.vcan_sim.effects import effect_named
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
 
 
 @pytest.fixture(scope="session")

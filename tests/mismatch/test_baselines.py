@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from mismatch.baselines import baseline, level, unexplained
-from mismatch.folds import folds_of
-from mismatch.noise import ORDINARY
-from mismatch.regression import Regression
-from mismatch.signals import signals_of
-from mismatch.sparse import METHODS
-from mismatch.terms import smooth_terms
-from mismatch.windows import windows_of
-from proof.score import first_right, fits, rows
+from omnimate.mismatch.baselines import baseline, level, unexplained
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.noise import DEFAULT_LEVELS
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.sparse import METHODS
+from omnimate.mismatch.terms import smooth_terms
+from omnimate.mismatch.windows import windows_of
+from omnimate.proof.score import first_right, fits, rows
 
 LABEL = {
     "kind": "single",
@@ -57,7 +57,7 @@ def test_a_method_that_does_not_exist_is_refused(worn):
 
 def test_each_channel_is_in_units_of_what_all_columns_leave_of_it(drive):
     windows = [windows_of(signals_of(drive()))]
-    regression = Regression(windows, ORDINARY, (), folds_of(windows))
+    regression = Regression(windows, DEFAULT_LEVELS, (), folds_of(windows))
     regression.add(smooth_terms([own.signals for own in windows]))
     level(regression)
     rows = unexplained(regression)

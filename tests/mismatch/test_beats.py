@@ -2,17 +2,17 @@
 
 import pytest
 
-from mismatch.beats import beats
-from mismatch.choose import EMPTY, Choice
-from mismatch.folds import folds_of
-from mismatch.leftover import leftover
-from mismatch.noise import ORDINARY
-from mismatch.regression import Regression
-from mismatch.signals import signals_of
-from mismatch.windows import windows_of
-from proof.cases import Case
-from proof.corpus import make
-from vehicle.folder import load_recording
+from omnimate.logs.folder import load_recording
+from omnimate.mismatch.beats import beats
+from omnimate.mismatch.choose import EMPTY, Choice
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.leftover import leftover
+from omnimate.mismatch.noise import DEFAULT_LEVELS
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.windows import windows_of
+from omnimate.proof.cases import Case
+from omnimate.proof.corpus import make
 
 PITCH = 0.7  # [m] of the corpus' slabs
 
@@ -25,7 +25,7 @@ def proposed(tmp_path_factory):
         folder = tmp_path_factory.mktemp("beats")
         make(folder, case, 12)
         windows = [windows_of(signals_of(load_recording(folder / "1")))]
-        regression = Regression(windows, ORDINARY, (), folds_of(windows))
+        regression = Regression(windows, DEFAULT_LEVELS, (), folds_of(windows))
         left = leftover(regression, Choice([], [], regression.total), EMPTY)
         return [(term.component, term.fixed["quantity"]) for term, _ in beats(regression, left)]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mismatch.choose import EMPTY, RARE, TAIL, Choice, inclusion, rivals, thinned, tolerant
-from mismatch.terms import Term
+from omnimate.mismatch.choose import EMPTY, RARE, TAIL, Choice, inclusion, rivals, thinned, tolerant
+from omnimate.mismatch.terms import Term
 
 
 def term(name, component="a", *, positive=False):

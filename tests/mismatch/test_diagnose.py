@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mismatch import diagnose
-from vcan_sim.effects.file import format_effects, parse_effects
-from vehicle.folder import load_recording
+from omnimate.logs.folder import load_recording
+from omnimate.mismatch import diagnose
+from omnimate.vcan_sim.effects.file import format_effects, parse_effects
 
 CONCEALED = Path(__file__).resolve().parents[3] / "shared" / "data" / "concealed"
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mismatch.doubt import believed, is_something
+from omnimate.mismatch.doubt import believed, is_something
 
 REFINED = SimpleNamespace(
     regression=SimpleNamespace(white=np.zeros((1000, 1))), terms=(), values=(), places=()

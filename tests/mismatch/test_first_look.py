@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imports import husky, labyrinth
-from mismatch import diagnose
-from mismatch.first_look import first_look
-from mismatch.report import render
-from mismatch.wiring import WIRINGS, Wiring
-from motion.paths import figure_eight
-from vcan_sim.effects import effect_named
-from vcan_sim.reference import reference_single
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
-from vehicle.odometry import dead_reckon
-from vehicle.parameters import Truck
-from vehicle.recording import Poses
+from omnimate.importers import husky, labyrinth
+from omnimate.mismatch import diagnose
+from omnimate.mismatch.first_look import first_look
+from omnimate.mismatch.report import render
+from omnimate.mismatch.wiring import WIRINGS, Wiring
+from omnimate.motion.paths import figure_eight
+from omnimate.vcan_sim.effects import effect_named
+from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.recording import Poses
 
 
 @pytest.fixture(scope="module")

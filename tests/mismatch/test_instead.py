@@ -2,8 +2,8 @@
 
 import pytest
 
-from mismatch.diagnosis import Change, Finding, Fit
-from mismatch.instead import contradicted, dwarfed, gathered, nameless
+from omnimate.mismatch.diagnosis import Change, Finding, Fit
+from omnimate.mismatch.instead import contradicted, dwarfed, gathered, nameless
 
 FINDINGS = (Finding("wheel_diameter", "a.left", 0.98), Finding("unknown", "a", 0.9))
 

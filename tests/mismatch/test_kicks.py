@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from mismatch.noise import ORDINARY, variance_of
-from mismatch.signals import signals_of
-from mismatch.windows import windows_of
-from motion.paths import out_and_back
-from vcan_sim.effects.castor_kick import CastorKick
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.truth import Truth
+from omnimate.mismatch.noise import DEFAULT_LEVELS, variance_of
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.windows import windows_of
+from omnimate.motion.paths import out_and_back
+from omnimate.vcan_sim.effects.castor_kick import CastorKick
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def signals():
 
 def test_a_kick_loosens_its_own_trucks_heading_about_reversals_only(signals):
     still, kicked = windows_of(signals), windows_of(signals, kicks=[CastorKick(component="b", yaw=0.02)])
-    more = variance_of(kicked, ORDINARY) - variance_of(still, ORDINARY)
+    more = variance_of(kicked, DEFAULT_LEVELS) - variance_of(still, DEFAULT_LEVELS)
     assert not np.any(more[:, [0, 2]])
     loose = more[:, 1] > 0.0
     np.testing.assert_allclose(more[loose, 1], 0.02**2)

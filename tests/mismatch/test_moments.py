@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from mismatch.folds import folds_of
-from mismatch.moments import firm, lasts, looseness, met, settle
-from mismatch.noise import ORDINARY
-from mismatch.regression import Regression
-from mismatch.signals import signals_of
-from mismatch.terms import term
-from mismatch.windows import windows_of
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.moments import firm, lasts, looseness, met, settle
+from omnimate.mismatch.noise import DEFAULT_LEVELS
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.terms import term
+from omnimate.mismatch.windows import windows_of
 
 TRUE = (20.0, 55.0)
 
@@ -21,7 +21,7 @@ def bumped(drive, effect):
     def regression(lost):
         recording = drive(effect("bump", "b.right", times=TRUE, lost=(lost, lost)))
         windows = [windows_of(signals_of(recording), [(at - 0.6, at + 0.6) for at in TRUE])]
-        return Regression(windows, ORDINARY, (), folds_of(windows))
+        return Regression(windows, DEFAULT_LEVELS, (), folds_of(windows))
 
     return regression
 

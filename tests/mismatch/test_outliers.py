@@ -2,20 +2,20 @@
 
 import numpy as np
 
-from mismatch.choose import EMPTY, Choice
-from mismatch.folds import folds_of
-from mismatch.leftover import leftover
-from mismatch.noise import ORDINARY, estimate_noise
-from mismatch.outliers import freed
-from mismatch.regression import Regression
-from mismatch.signals import signals_of
-from mismatch.windows import windows_of
+from omnimate.mismatch.choose import EMPTY, Choice
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.leftover import leftover
+from omnimate.mismatch.noise import DEFAULT_LEVELS, estimate_noise
+from omnimate.mismatch.outliers import freed
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.windows import windows_of
 
 
 def whitened(recording):
     """Return a recording whitened with its own noise levels, whatever there is in it."""
     windows = [windows_of(signals_of(recording))]
-    regression = Regression(windows, ORDINARY, (), folds_of(windows))
+    regression = Regression(windows, DEFAULT_LEVELS, (), folds_of(windows))
     regression.whiten(estimate_noise(windows, regression.raw))
     return regression
 
@@ -59,7 +59,7 @@ def test_a_long_patch_does_not_make_the_floor_rough(drive, effect):
     patch = effect("slip_patch", "b.left", fraction=0.08, intervals=((30.0, 36.0),))
     plain, slipped = whitened(drive()), whitened(drive(patch))
     assert roughness(slipped.noise) > 2.5 * roughness(plain.noise)
-    slipped.whiten(ORDINARY)
+    slipped.whiten(DEFAULT_LEVELS)
     windows, _ = freed(slipped, left_of(slipped))
-    slipped.whiten(estimate_noise(windows, slipped.raw, ORDINARY))
+    slipped.whiten(estimate_noise(windows, slipped.raw, DEFAULT_LEVELS))
     assert roughness(slipped.noise) < 1.5 * roughness(plain.noise)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from mismatch import diagnose
-from mismatch.noise import STILL, WHITE_FLOOR, estimate_noise
-from mismatch.parts import ABLATIONS, WHOLE, Parts
-from mismatch.regression import Regression
-from mismatch.signals import signals_of
-from mismatch.windows import windows_of
+from omnimate.mismatch import diagnose
+from omnimate.mismatch.noise import STILL, WHITE_FLOOR, estimate_noise
+from omnimate.mismatch.parts import ABLATIONS, WHOLE, Parts
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.windows import windows_of
 
 
 @pytest.fixture(scope="module")

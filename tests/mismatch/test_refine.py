@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from mismatch.folds import folds_of
-from mismatch.heldout import size
-from mismatch.investigate import investigate
-from mismatch.refine import keeping, refine
-from mismatch.signals import signals_of
-from mismatch.windows import windows_of
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.heldout import size
+from omnimate.mismatch.investigate import investigate
+from omnimate.mismatch.refine import keeping, refine
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.windows import windows_of
 
 
 @pytest.fixture(scope="module")

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from mismatch.choose import Choice
-from mismatch.folds import folds_of
-from mismatch.noise import ORDINARY
-from mismatch.regression import Regression
-from mismatch.shape import height, loosened, retold
-from mismatch.signals import signals_of
-from mismatch.terms import term
-from mismatch.windows import windows_of
+from omnimate.mismatch.choose import Choice
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.noise import DEFAULT_LEVELS
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.shape import height, loosened, retold
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.terms import term
+from omnimate.mismatch.windows import windows_of
 
 TRUE = (20.0, 55.0)
 PATCH = ((30.0, 36.0),)
@@ -21,7 +21,7 @@ def own(drive, effect):
     """Return a regression with a term of two bumps and one of a patch, and the choice between them."""
     recording = drive(effect("bump", "b.right", times=TRUE, lost=(3e-3, 3e-3)))
     windows = [windows_of(signals_of(recording))]
-    regression = Regression(windows, ORDINARY, (), folds_of(windows))
+    regression = Regression(windows, DEFAULT_LEVELS, (), folds_of(windows))
     terms = [term("bump", "b.right", times=TRUE), term("slip_patch", "a.left", intervals=PATCH)]
     return regression, Choice(terms, regression.add(terms), regression.total)
 

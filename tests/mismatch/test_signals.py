@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mismatch.signals import expected_reading, readings_foreseen
+from omnimate.mismatch.signals import expected_reading, readings_foreseen
 
 
 def test_readings_that_odometry_foresees_go_on_where_a_joint_goes_round():

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from mismatch import sparse
-from mismatch.choose import EMPTY, Choice
-from mismatch.sparse import METHODS, NOTHING, chosen, descend, sensible, weights
-from mismatch.terms import Term
+from omnimate.mismatch import sparse
+from omnimate.mismatch.choose import EMPTY, Choice
+from omnimate.mismatch.sparse import METHODS, NOTHING, chosen, descend, sensible, weights
+from omnimate.mismatch.terms import Term
 
 ROWS = 400
 

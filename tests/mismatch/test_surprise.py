@@ -3,23 +3,23 @@
 import numpy as np
 import pytest
 
-from mismatch.choose import EMPTY, Choice
-from mismatch.folds import folds_of
-from mismatch.investigate import tolerated
-from mismatch.leftover import leftover
-from mismatch.noise import ORDINARY
-from mismatch.regression import Regression
-from mismatch.signals import signals_of
-from mismatch.surprise import surprises
-from mismatch.terms import term
-from mismatch.windows import windows_of
+from omnimate.mismatch.choose import EMPTY, Choice
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.investigate import tolerated
+from omnimate.mismatch.leftover import leftover
+from omnimate.mismatch.noise import DEFAULT_LEVELS
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.surprise import surprises
+from omnimate.mismatch.terms import term
+from omnimate.mismatch.windows import windows_of
 
 
 @pytest.fixture(scope="module")
 def regression(drive):
     """Return a healthy drive, whitened."""
     windows = [windows_of(signals_of(drive()))]
-    return Regression(windows, ORDINARY, (), folds_of(windows))
+    return Regression(windows, DEFAULT_LEVELS, (), folds_of(windows))
 
 
 @pytest.mark.parametrize("before", [0.0, 0.1, 0.3])

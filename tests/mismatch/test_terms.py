@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from mismatch.folds import folds_of
-from mismatch.noise import ORDINARY
-from mismatch.regression import Regression
-from mismatch.signals import signals_of
-from mismatch.terms import smooth_terms, term
-from mismatch.windows import windows_of
-from vcan_sim.effects import effect_named
+from omnimate.mismatch.folds import folds_of
+from omnimate.mismatch.noise import DEFAULT_LEVELS
+from omnimate.mismatch.regression import Regression
+from omnimate.mismatch.signals import signals_of
+from omnimate.mismatch.terms import smooth_terms, term
+from omnimate.mismatch.windows import windows_of
+from omnimate.vcan_sim.effects import effect_named
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def shown(signals):
 
     def columns(*terms):
         windows = [windows_of(signals)]
-        regression = Regression(windows, ORDINARY, (), folds_of(windows))
+        regression = Regression(windows, DEFAULT_LEVELS, (), folds_of(windows))
         regression.add(terms)
         return regression.raw[0][1][:, :3, 1:].transpose(2, 0, 1)
 

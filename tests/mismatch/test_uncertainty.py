@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from mismatch.terms import term
-from mismatch.uncertainty import INEXACT, LOOSER, sigmas
+from omnimate.mismatch.terms import term
+from omnimate.mismatch.uncertainty import INEXACT, LOOSER, sigmas
 
 
 def told(name, component, coefficient, variance, **fixed):

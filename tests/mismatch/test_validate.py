@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mismatch import diagnose
-from vehicle.errors import RecordingError
-from vehicle.recording import Lap, Poses, Run
+from omnimate.mismatch import diagnose
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.recording import Lap, Poses, Run
 
 
 def cut(recording, rows, **changes):

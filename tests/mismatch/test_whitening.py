@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mismatch.whitening import adjoint, gains_of, whiten
+from omnimate.mismatch.whitening import adjoint, gains_of, whiten
 
 STEPS, STATES, ROWS = 6, 3, 2
 

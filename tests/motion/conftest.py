@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from vehicle.file import parse_vehicle
+from omnimate.vehicle.file import parse_vehicle
 
 
 @pytest.fixture

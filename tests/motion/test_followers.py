@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from motion.followers import follow_like_car, keep_formation
-from motion.records import Settings, State
-from motion.stepping import sense
-from vehicle.compiled import record
-from vehicle.linkage import linkage_of
-from vehicle.odometry import advance
+from omnimate.motion.followers import follow_like_car, keep_formation
+from omnimate.motion.records import Settings, State
+from omnimate.motion.stepping import sense
+from omnimate.vehicle.arcs import advance
+from omnimate.vehicle.compiled import record
+from omnimate.vehicle.linkage import linkage_of
 
 LENGTH, WHEELBASE, PERIOD = 1.0, 0.34, 0.015
 

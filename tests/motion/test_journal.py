@@ -2,10 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from motion.journal import Journal
-from motion.program import Program
+from omnimate.motion.journal import Journal
+from omnimate.motion.program import Program
 
 
 class FakeRunner:
@@ -31,3 +32,31 @@ def test_fixes_become_poses_in_order_and_an_unknown_one_stays_unknown():
     assert poses.body.tolist() == ["a", "b"]
     assert poses.of("a").pose[0] == pytest.approx((0.1, 0.2, 0.3))
     assert math.isnan(poses.of("b").sigma[0, 0])
+
+
+class FakeRecorder:
+    def __init__(self):
+        self.calls = []
+
+    def lap(self, *lap):
+        self.calls.append(lap)
+
+    def pose(self, *pose):
+        self.calls.append(pose)
+
+
+def test_a_recorder_receives_each_lap_and_each_fix_at_once_and_in_order():
+    recorder, runner = FakeRecorder(), FakeRunner()
+    journal = Journal(Program("umbmark", (), ("cw",), 4.0), recorder)
+    journal.fix(0.5, "a", np.zeros(3), np.ones(3))
+    for time, lap in enumerate([None, 0, None]):
+        runner.lap = lap
+        journal.observe(float(time), runner)
+        expected = 2 if time == 2 else 1
+        assert len(recorder.calls) == expected
+    journal.fix(2.0, "b", (0.1, 0.2, 0.3), (0.01, 0.01, 0.02))
+    assert recorder.calls == [
+        (0.5, "a", [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]),
+        ("cw", 1.0, 2.0),
+        (2.0, "b", [0.1, 0.2, 0.3], [0.01, 0.01, 0.02]),
+    ]

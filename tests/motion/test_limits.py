@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motion.limits import drive_truck, stopped
-from motion.records import Settings, State
-from vehicle.compiled import record
+from omnimate.motion.limits import drive_truck, stopped
+from omnimate.motion.records import Settings, State
+from omnimate.vehicle.compiled import record
 
 
 def robot():

@@ -4,8 +4,16 @@ import math
 
 import pytest
 
-from motion.paths import figure_eight, free, out_and_back, rounded_rectangle, squares, umbmark, via_points
-from motion.program import ARC, GOTO, HERE, LINE, PASS, REST, TURN, WORLD
+from omnimate.motion.paths import (
+    figure_eight,
+    free,
+    out_and_back,
+    rounded_rectangle,
+    squares,
+    umbmark,
+    via_points,
+)
+from omnimate.motion.program import ARC, GOTO, HERE, LINE, PASS, REST, TURN, WORLD
 
 
 def lap_rows(program, lap):

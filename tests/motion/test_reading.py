@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from motion.reading import LinkReader
+from omnimate.motion.reading import LinkReader
 
 
 def test_a_robot_with_two_trucks_reads_angles_and_length(two_trucks):

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from motion.paths import figure_eight, out_and_back, rounded_rectangle, squares
-from motion.program import HERE, LINE, TURN, Program, Row, in_lap, rest
-from motion.runner import Runner
-from vehicle.odometry import advance
-from vehicle.parameters import Limits
+from omnimate.motion.paths import figure_eight, out_and_back, rounded_rectangle, squares
+from omnimate.motion.program import HERE, LINE, TURN, Program, Row, in_lap, rest
+from omnimate.motion.runner import Runner
+from omnimate.vehicle.arcs import advance
+from omnimate.vehicle.parameters import Limits
 
 FROZEN = [HealthCheck.function_scoped_fixture]  # the robot of the fixture cannot change
 

@@ -6,9 +6,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motion.records import Settings
-from motion.steering import approach, clip, follow, steer_arc, steer_line, steer_past, steer_turn, wrap
-from vehicle.compiled import record
+from omnimate.motion.records import Settings
+from omnimate.motion.steering import (
+    approach,
+    clip,
+    follow,
+    steer_arc,
+    steer_line,
+    steer_past,
+    steer_turn,
+    wrap,
+)
+from omnimate.vehicle.compiled import record
 
 
 def limits(period=0.015, acceleration=0.5):

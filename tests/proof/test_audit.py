@@ -1,10 +1,10 @@
-"""What was told in the truth's place, driven by the engine that concealed it."""
+"""What was reported in place of the truth, driven by the engine that concealed it."""
 
 import pytest
 
-from proof.audit import audited, questions
-from proof.cases import Case, cases
-from proof.scene import scene
+from omnimate.proof.audit import audited, questions
+from omnimate.proof.cases import Case, cases
+from omnimate.proof.scene import scene
 
 SEED = 5
 STEPPED = {"effect": "radius_step", "component": "b.right"}
@@ -24,20 +24,21 @@ def finding(effect, component, intervals=(), probability=0.99, **values):
     }
 
 
-def question(own, *told):
-    label = {"kind": "single", "effects": [dict(zip(("effect", "component"), own.effects[0], strict=True))]}
-    (found,) = questions({"own-0000": label}, {"own-0000": {"findings": told}}, [own], SEED)
-    return found
+def question(concealed, *findings):
+    effect, component = concealed.effects[0]
+    label = {"kind": "single", "effects": [{"effect": effect, "component": component}]}
+    (asked,) = questions({"own-0000": label}, {"own-0000": {"findings": findings}}, [concealed], SEED)
+    return asked
 
 
 def test_the_truth_by_another_name_leaves_nothing():
-    own = case("link_bias", "link", poses="mocap")
-    bias = scene(own, 10_000 * SEED).faults[0]["bias"]
-    told = finding("link_bias", "link", bias=bias), finding("joint_bias", "joint_a", bias=0.0)
-    audit = audited(question(own, told[1], told[0]))
+    concealed = case("link_bias", "link", poses="mocap")
+    bias = scene(concealed, 10_000 * SEED).faults[0]["bias"]
+    nothing = finding("joint_bias", "joint_a", bias=0.0)
+    audit = audited(question(concealed, nothing, finding("link_bias", "link", bias=bias)))
     assert audit.left == pytest.approx(0.0, abs=1e-9)
     assert audit.truth_alone > 0.0
-    assert audit.told == "joint_bias joint_a + link_bias link"
+    assert audit.reported == "joint_bias joint_a + link_bias link"
 
 
 def test_a_name_that_does_something_else_leaves_more_than_it_takes():
@@ -52,11 +53,11 @@ def test_a_name_of_no_size_leaves_all_that_the_truth_does():
 
 
 def test_only_other_names_that_the_engine_can_drive_are_asked_about():
-    own = [case("radius_step", "b.right")]
+    concealed = [case("radius_step", "b.right")]
     label = {"own-0000": {"kind": "single", "effects": [STEPPED]}}
 
     def count(*findings):
-        return len(questions(label, {"own-0000": {"findings": list(findings)}}, own, SEED))
+        return len(questions(label, {"own-0000": {"findings": list(findings)}}, concealed, SEED))
 
     assert count(finding("slip_patch", "b.right", fraction=0.01)) == 1
     assert count(finding("radius_step", "b.right", ratio=1.01)) == 0
@@ -68,12 +69,12 @@ def test_only_other_names_that_the_engine_can_drive_are_asked_about():
 
 def test_numbers_of_cases_are_those_of_the_corpus():
     whole = cases(quick=False)
-    number = next(at for at, one in enumerate(whole) if one.kind == "single")
+    number = next(at for at, case in enumerate(whole) if case.kind == "single")
     effect, component = whole[number].effects[0]
     label = {"kind": "single", "effects": [{"effect": effect, "component": component}]}
-    told = finding("wheelbase", "b", ratio=1.01)
-    (found,) = questions(
-        {f"own-{number:04d}": label}, {f"own-{number:04d}": {"findings": [told]}}, whole, SEED
+    findings = [finding("wheelbase", "b", ratio=1.01)]
+    (asked,) = questions(
+        {f"own-{number:04d}": label}, {f"own-{number:04d}": {"findings": findings}}, whole, SEED
     )
-    assert found.case is whole[number]
-    assert found.seed == 10_000 * SEED + number
+    assert asked.case is whole[number]
+    assert asked.seed == 10_000 * SEED + number

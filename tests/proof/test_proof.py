@@ -2,11 +2,11 @@
 
 import pytest
 
-from mismatch import diagnose
-from proof.cases import Case, cases
-from proof.corpus import make
-from proof.score import first_right, rows
-from vehicle.folder import load_recording
+from omnimate.logs.folder import load_recording
+from omnimate.mismatch import diagnose
+from omnimate.proof.cases import Case, cases
+from omnimate.proof.corpus import make
+from omnimate.proof.score import first_right, rows
 
 PART = {
     "healthy": Case("null", (), "squares", "none"),

@@ -2,7 +2,7 @@
 
 import pytest
 
-from proof.score import Row, rows, told_instead
+from omnimate.proof.score import Row, reported_instead, rows
 
 TRUTH = {
     "effect": "wheelbase", "component": "a", "intervals": [],
@@ -83,11 +83,11 @@ def test_targets_are_eased_where_no_law_is_exact():
     assert eased["single: exactly the truth first"].target is None
 
 
-def test_what_counts_as_right_in_the_truths_place_is_told():
+def test_what_counts_as_right_in_place_of_the_truth_is_reported():
     labels = {name: label("single", TRUTH) for name in ("exact", "alike", "wrong")}
     answers = {
         "exact": answer(finding()),
         "alike": answer(finding("turn_scrub")),
         "wrong": answer(finding("joint_bias", "joint_a")),
     }
-    assert told_instead(labels, answers) == {("wheelbase a", "turn_scrub a"): 1}
+    assert reported_instead(labels, answers) == {("wheelbase a", "turn_scrub a"): 1}

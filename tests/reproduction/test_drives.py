@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from reproduction.drives import laps, rectangle, straight
-from reproduction.estimates import CLAPPER_SONAR, as_derived, measured, return_errors
-from reproduction.protocols import straight_errors
-from reproduction.robots import TERMS, calibrated_truth, clapper
+from omnimate.reproduction.drives import laps, rectangle, straight
+from omnimate.reproduction.estimates import CLAPPER_SONAR, as_derived, measured, return_errors
+from omnimate.reproduction.protocols import straight_errors
+from omnimate.reproduction.robots import TERMS, calibrated_truth, clapper
 
 
 def test_the_straight_line_goes_18_m_out_and_back_three_times():
@@ -52,8 +52,8 @@ def test_each_term_of_the_budget_changes_the_result_alone():
 
 def test_a_switched_off_calibration_error_leaves_the_others_as_they_were():
     whole, without = (calibrated_truth(clapper(), (), 3, term) for term in ("nothing", "joint bias"))
-    assert without.joint_bias == (0.0, 0.0)
-    assert without.link_bias == whole.link_bias
+    assert [bias.component for bias in whole.effects] == ["joint_a", "joint_b", "link"]
+    assert without.effects == whole.effects[2:]
     assert without.vehicle == whole.vehicle
 
 

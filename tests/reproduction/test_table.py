@@ -4,12 +4,12 @@ import pickle
 
 import pytest
 
-from reproduction.lap_table import omnimate_laps
-from reproduction.linkage_numbers import linkage_numbers
-from reproduction.protocols import straight_line
-from reproduction.square_numbers import square_numbers
-from reproduction.squares import statistics
-from reproduction.table import stages
+from omnimate.reproduction.lap_table import omnimate_laps
+from omnimate.reproduction.linkage_numbers import linkage_numbers
+from omnimate.reproduction.protocols import straight_line
+from omnimate.reproduction.square_numbers import square_numbers
+from omnimate.reproduction.squares import statistics
+from omnimate.reproduction.table import stages
 
 
 @pytest.mark.parametrize("rows", [square_numbers, linkage_numbers])

@@ -11,18 +11,32 @@ import sqlalchemy
 from fastapi.testclient import TestClient
 from sqlalchemy.exc import OperationalError
 
-from calib.chain import square_returns
-from service.app import create_app
-from service.parts import make_parts
-from service.settings import Settings
-from vcan_sim.reference import reference_vehicle
-from vehicle.parameters import Truck
+from omnimate.calib.umbmark.exact import square_returns
+from omnimate.ipec.tracker import track_recording
+from omnimate.motion.paths import umbmark
+from omnimate.service.app import create_app
+from omnimate.service.components import make_components
+from omnimate.service.settings import Settings
+from omnimate.service.store import vehicles
+from omnimate.service.store.database import Database
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.parameters import Truck
 
 SERVER = "postgresql+psycopg://postgres@127.0.0.1:5432/postgres"
 NOMINAL = reference_vehicle().trucks["a"]
 TRUE = Truck(wheelbase=0.336, wheel_diameter_left=0.1499, wheel_diameter_right=0.1501)
 SESSIONS = "/v1/umbmark/sessions"
 PATIENCE = 120.0  # [s] that a slow machine may take
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _tracker_is_compiled():
+    """Compile the tracker first; a service compiles it in a thread, which changes all warning filters."""
+    vehicle = reference_vehicle()
+    program = umbmark(0.2, 1, speed=0.4, link_length=vehicle.linkage.length)
+    track_recording(simulate(vehicle, Truth(vehicle, seed=1), program), every=1.0)
 
 
 @pytest.fixture(scope="session")
@@ -54,12 +68,22 @@ def database_url(request, tmp_path_factory):
     return url
 
 
+@pytest.fixture(scope="module")
+def database(tmp_path_factory):
+    """A new SQLite database that holds the reference robot, without a service."""
+    opened = Database(f"sqlite:///{tmp_path_factory.mktemp('database')}/service.db")
+    with opened.writing() as db:
+        vehicles.create(db, reference_vehicle(), "test")
+    yield opened
+    opened.close()
+
+
 @contextmanager
 def serving(url, **options):
     """A client of a service, started and stopped with the block."""
-    parts = make_parts(Settings(database=url, pace=1000.0, rate=1e6, **options))
-    with TestClient(create_app(parts), base_url="http://127.0.0.1") as client:
-        client.parts = parts
+    components = make_components(Settings(database=url, pace=1000.0, rate=1e6, **options))
+    with TestClient(create_app(components), base_url="http://127.0.0.1") as client:
+        client.components = components
         until(lambda: client.get("/readyz").status_code == 200)
         yield client
 
@@ -74,17 +98,17 @@ def service(database_url):
 @pytest.fixture(scope="module")
 def client(tmp_path_factory):
     """A client of a service on SQLite."""
-    with serving(f"sqlite:///{tmp_path_factory.mktemp('store')}/service.db") as one:
-        yield one
+    with serving(f"sqlite:///{tmp_path_factory.mktemp('store')}/service.db") as connected:
+        yield connected
 
 
 def until(true, pause=0.02):
     """Wait for a condition that some thread brings about."""
     end = time.monotonic() + PATIENCE
-    while not (found := true()):
-        assert time.monotonic() < end, "it did not come"
+    while not (result := true()):
+        assert time.monotonic() < end, "the condition did not come true"
         time.sleep(pause)
-    return found
+    return result
 
 
 @pytest.fixture(scope="session", name="until")

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from service.store.tables import SessionRow
+from omnimate.service.store.tables import SessionRow
 
 SESSIONS = "/v1/umbmark/sessions"
 DRIVE = {"how": "drive", "side": 1.0, "runs": 1}
@@ -75,7 +75,7 @@ def test_a_robot_that_nobody_asks_for_stops(standing, started, until):
 
 def test_a_session_whose_service_has_died_is_interrupted(standing, started, until):
     path = started(standing)
-    with standing.parts.database.writing() as db:
+    with standing.components.database.writing() as db:
         row = db.get(SessionRow, path.rpartition("/")[2])
         row.how, row.state, row.owner, row.lease = "drive", "driving", "another", time.time() - 1.0
     until(lambda: standing.get(path).json()["state"] == "interrupted")
@@ -92,10 +92,10 @@ def test_accepting_gives_the_robot_its_new_parameters(standing, started, sampled
     assert standing.get("/readyz").status_code == 200
 
 
-def test_the_bus_is_told_node_by_node_and_frame_by_frame(standing, until):
+def test_the_bus_is_reported_node_by_node_and_frame_by_frame(standing, until):
     until(lambda: len(standing.get("/v1/bus").json()["nodes"]) == 11)
     bus = standing.get("/v1/bus").json()
-    assert {one["names"][0] for one in bus["nodes"]} >= {"a.left", "link", "drive of b.right"}
+    assert {node["names"][0] for node in bus["nodes"]} >= {"a.left", "link", "drive of b.right"}
     lines = standing.get("/v1/bus/frames", params={"count": 20}).text.splitlines()
     assert len(lines) == 20
     assert any(" can0 080#" in line for line in lines)

@@ -51,7 +51,7 @@ def test_the_figures_are_those_of_prometheus(url):
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not on this machine")
 def test_the_example_with_curl_calibrates_the_robot(url):
     done = subprocess.run(
-        ["bash", EXAMPLES / "umbmark.sh", url, "1", "2"],
+        ["bash", EXAMPLES / "05_fleet.sh", url, "1", "2"],
         capture_output=True,
         text=True,
         check=True,
@@ -67,7 +67,7 @@ def test_the_example_with_a_generated_client_calibrates_the_robot(url, tmp_path)
          tmp_path / "gen"], check=True, capture_output=True, timeout=120,
     )  # fmt: skip
     done = subprocess.run(
-        [sys.executable, EXAMPLES / "umbmark.py", url, "1", "2"],
+        [sys.executable, EXAMPLES / "06_fleet_client.py", url, "1", "2"],
         env=os.environ | {"PYTHONPATH": str(tmp_path / "gen")},
         capture_output=True, text=True, check=True, timeout=300,
     )  # fmt: skip

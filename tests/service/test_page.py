@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.chain import square_returns
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.sonar import Sonar
-from vehicle.parameters import Truck
+from omnimate.calib.umbmark.exact import square_returns
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vehicle.parameters import Truck
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 expect = playwright.expect
@@ -28,7 +28,7 @@ ARGUMENTS = [
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
-COMMAND = [sys.executable, "-c", "from cli.main import main; main()"]
+COMMAND = [sys.executable, "-c", "from omnimate.cli.main import main; main()"]
 SOON, LATER = 30_000, 300_000  # [ms] for an answer, and for a drive or a diagnosis on a slow machine
 METHODS = ("get", "post", "put", "delete")
 WIDE, PHONE = {"width": 1440, "height": 900}, {"width": 375, "height": 760}
@@ -45,8 +45,8 @@ def browser():
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
     """Of a service that several tests share."""
-    with serving(tmp_path_factory.mktemp("service")) as found:
-        yield found
+    with serving(tmp_path_factory.mktemp("service")) as url:
+        yield url
 
 
 @contextmanager
@@ -79,15 +79,15 @@ def opened(browser, address):
 
 @pytest.fixture
 def page(browser, address):
-    with opened(browser, address) as found:
-        yield found
+    with opened(browser, address) as opened_page:
+        yield opened_page
 
 
 @pytest.fixture
 def robot_page(browser, tmp_path):
     """A page of a service whose robot has not moved yet."""
-    with serving(tmp_path) as address, opened(browser, address) as found:
-        yield found
+    with serving(tmp_path) as address, opened(browser, address) as opened_page:
+        yield opened_page
 
 
 @pytest.fixture
@@ -158,8 +158,8 @@ def test_a_calibration_typed_in_millimetres_finds_the_robot_that_made_the_number
     picture(page, "manual-runs")
     page.locator("#solve").click()
     result = page.get_by_test_id("result-a")
-    found = number_in(result.locator(".headline strong").nth(1).inner_text())
-    assert found == pytest.approx(1e3 * actual.wheelbase, abs=0.5)
+    wheelbase = number_in(result.locator(".headline strong").nth(1).inner_text())
+    assert wheelbase == pytest.approx(1e3 * actual.wheelbase, abs=0.5)
     expect(result.locator(".methods tbody tr")).not_to_have_count(1)
     picture(page, "manual-result")
     accept(page)
@@ -291,6 +291,7 @@ def test_docs_show_every_call_of_the_interface(page, address, picture):
     expect(page.locator("details")).to_have_count(calls, timeout=SOON)
     page.locator("summary").nth(1).click()
     expect(page.locator("details pre").nth(2)).to_contain_text("side: number", timeout=SOON)
+    expect(page.locator("#calls")).not_to_contain_text("[object HTML")
     picture(page, "docs")
 
 

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from service.store.tables import SessionRow
-from vcan_sim.sonar import Sonar
+from omnimate.service.store.tables import SessionRow
+from omnimate.vcan_sim.sonar import Sonar
 
 SESSIONS = "/v1/umbmark/sessions"
 
@@ -20,10 +20,10 @@ def test_a_session_by_hand_finds_the_true_sizes_and_makes_a_new_version(
     sampled(service, path)
     result = service.post(f"{path}/solve")
     assert result.status_code == 200
-    found = result.json()["trucks"]["a"]["calibrated"]
-    assert found["wheelbase"] == pytest.approx(true_truck.wheelbase, rel=1e-6)
+    sizes = result.json()["trucks"]["a"]["calibrated"]
+    assert sizes["wheelbase"] == pytest.approx(true_truck.wheelbase, rel=1e-6)
     ratio = true_truck.wheel_diameter_right / true_truck.wheel_diameter_left
-    assert found["wheel_diameter_right"] / found["wheel_diameter_left"] == pytest.approx(ratio, rel=1e-6)
+    assert sizes["wheel_diameter_right"] / sizes["wheel_diameter_left"] == pytest.approx(ratio, rel=1e-6)
     accepted = service.post(f"{path}/accept", headers={"If-Match": result.headers["ETag"]})
     assert accepted.json()["state"] == "accepted"
     after = service.get("/v1/vehicles/omnimate")
@@ -36,9 +36,9 @@ def test_all_methods_stand_side_by_side_with_intervals_that_hold_the_truth(clien
     path = started(client, runs=5)
     sampled(client, path, 5, scatter=0.005)
     methods = client.post(f"{path}/solve").json()["trucks"]["a"]["methods"]
-    assert {one["method"] for one in methods} >= {"printed", "exact", "weighted", "heading"}
-    for one in methods:
-        assert one["e_b"]["low"] < one["e_b"]["value"] < one["e_b"]["high"]
+    assert {method["method"] for method in methods} >= {"printed", "exact", "weighted", "heading"}
+    for method in methods:
+        assert method["e_b"]["low"] < method["e_b"]["value"] < method["e_b"]["high"]
 
 
 def test_a_call_in_the_wrong_state_says_which_are_possible(client, started, manual_runs):
@@ -72,9 +72,9 @@ def test_a_run_that_is_left_out_takes_the_result_with_it(client, started, sample
 
 def test_accept_wants_the_result_that_was_seen_and_the_vehicle_that_was_calibrated(client, started, sampled):
     path, other = started(client), started(client)
-    for one in (path, other):
-        sampled(client, one)
-        client.post(f"{one}/solve")
+    for session in (path, other):
+        sampled(client, session)
+        client.post(f"{session}/solve")
     assert client.post(f"{path}/accept").status_code == 428
     stale = client.post(f"{path}/accept", headers={"If-Match": '"0000"'})
     assert (stale.status_code, stale.json()["title"]) == (412, "Changed since")
@@ -154,7 +154,7 @@ def test_millimetres_for_metres_are_noticed(client, started, manual_runs):
 
 def test_a_session_that_nobody_went_on_with_is_gone(client, started, manual_runs):
     path = started(client)
-    with client.parts.database.writing() as db:
+    with client.components.database.writing() as db:
         db.get(SessionRow, path.rpartition("/")[2]).expires = time.time() - 1.0
     assert client.get(path).json()["state"] == "expired"
     answer = client.post(f"{path}/samples", json=next(manual_runs()))
@@ -176,7 +176,7 @@ def test_lists_are_read_page_by_page_newest_first(service, started):
     while len(seen) < 5:
         query = {"limit": 2} | ({"after": after} if after else {})
         page = service.get(SESSIONS, params=query).json()
-        seen += [one["id"] for one in page["items"]]
+        seen += [session["id"] for session in page["items"]]
         after = page["next"]
     assert seen[:5] == made[::-1]
     assert service.get(SESSIONS, params={"after": "none"}).status_code == 404
@@ -194,13 +194,13 @@ def test_a_vehicle_is_changed_only_by_who_saw_its_newest_version(service):
     assert (made.status_code, made.headers["ETag"]) == (201, '"1"')
     again = service.post("/v1/vehicles", content=other, headers={"Content-Type": "application/toml"})
     assert again.status_code == 409
-    own, wider = "/v1/vehicles/hall-robot", other.replace("wheelbase = 0.34", "wheelbase = 0.35", 1)
+    path, wider = "/v1/vehicles/hall-robot", other.replace("wheelbase = 0.34", "wheelbase = 0.35", 1)
     toml = {"Content-Type": "application/toml"}
-    assert service.put(own, content=wider, headers=toml | {"If-Match": '"7"'}).status_code == 412
-    assert service.put(own, content=wider, headers=toml | {"If-Match": '"1"'}).json()["version"] == 2
-    assert [one["version"] for one in service.get(f"{own}/versions").json()] == [2, 1]
-    assert "wheel_separation_multiplier: 1.0294" in service.get(f"{own}/exports/ros2").text
-    assert len(service.get(f"{own}/exports/vda5050").json()["wheelDefinitions"]) == 4
+    assert service.put(path, content=wider, headers=toml | {"If-Match": '"7"'}).status_code == 412
+    assert service.put(path, content=wider, headers=toml | {"If-Match": '"1"'}).json()["version"] == 2
+    assert [version["version"] for version in service.get(f"{path}/versions").json()] == [2, 1]
+    assert "wheel_separation_multiplier: 1.0294" in service.get(f"{path}/exports/ros2").text
+    assert len(service.get(f"{path}/exports/vda5050").json()["wheelDefinitions"]) == 4
 
 
 @pytest.mark.parametrize("name", ["x" * 101, "a/b", ""])

@@ -5,8 +5,8 @@ from collections import deque
 import can
 import pytest
 
-from vcan_sim.reference import reference_vehicle
-from vcan_sim.simulated_vehicle import SimulatedVehicle
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 
 
 class FakePlant:

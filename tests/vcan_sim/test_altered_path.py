@@ -7,16 +7,16 @@ import can
 import numpy as np
 import pytest
 
-from motion.paths import out_and_back, squares
-from vcan_sim.coupled_bus import CoupledBus
-from vcan_sim.effects import EFFECTS, effect_named
-from vcan_sim.errors import SimulationError
-from vcan_sim.floor import SMOOTH, Floor
-from vcan_sim.plant import Plant
-from vcan_sim.reference import reference_single, reference_vehicle
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth
+from omnimate.motion.paths import out_and_back, squares
+from omnimate.vcan_sim.coupled_bus import CoupledBus
+from omnimate.vcan_sim.effects import EFFECTS, effect_named
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth
 
 DT = 0.015
 EXACT = {"floor": SMOOTH, "sonar": Sonar(sigma=0.0), "servo": 1e9}
@@ -41,22 +41,22 @@ def effect(name, component, **values):
 
 
 def idle(kind):
-    own = {"bump": {"times": (51.0,), "lost": (0.0,)}}
-    values = {one.name: one.null for one in kind.parameters if one.null is not None}
-    return kind(kind.components[0], **own.get(kind.name, values))
+    special = {"bump": {"times": (51.0,), "lost": (0.0,)}}
+    values = {parameter.name: parameter.null for parameter in kind.parameters if parameter.null is not None}
+    return kind(kind.components[0], **special.get(kind.name, values))
 
 
 def weak(kind, component):
     """An effect of a plausible size that acts within a minute of driving."""
-    own = {
+    special = {
         "bump": {"times": (52.0,), "lost": (2e-3,)},
         "radius_step": {"ratio": 1.01, "time": 52.0},
         "clock_drift": {"rate": 0.01},
     }
-    values = {one.name: (one.null or 0.0) + one.scale for one in kind.parameters}
+    values = {parameter.name: (parameter.null or 0.0) + parameter.scale for parameter in kind.parameters}
     if kind.name == "slip_patch":
         values["intervals"] = ()
-    return kind(component, **own.get(kind.name, values))
+    return kind(component, **special.get(kind.name, values))
 
 
 @pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
@@ -130,8 +130,8 @@ def test_steps_of_the_plant_equal_one_block_of_the_whole_drive(vehicle):
         true.append([*nominal.state["joint"][0], nominal.link_length])
         counted.append(altered.raw_counts()[4:])
     blocks = _block(vehicle, np.array(true))
-    for one in reading:
-        blocks, _ = one.act(blocks)
+    for acting in reading:
+        blocks, _ = acting.act(blocks)
     zero = np.array([0.0, 0.0, vehicle.linkage.length])
     scale = np.array([vehicle.encoder(name).scale for name in ("joint_a", "joint_b", "link")])
     start = np.array([vehicle.encoder(name).zero for name in ("joint_a", "joint_b", "link")])
@@ -140,7 +140,7 @@ def test_steps_of_the_plant_equal_one_block_of_the_whole_drive(vehicle):
 
 
 def _block(vehicle, reading):
-    from vcan_sim.effects.block import Block  # noqa: PLC0415
+    from omnimate.vcan_sim.effects.block import Block  # noqa: PLC0415
 
     steps = len(reading)
     none = np.zeros((steps, 4))
@@ -263,7 +263,7 @@ def test_a_slope_takes_the_trucks_downhill_whatever_their_heading():
     ],
     ids=["latency", "clock drift", "clock that is slow"],
 )
-def test_fixes_tell_the_pose_of_some_time_ago(late, age):
+def test_fixes_report_the_pose_of_some_time_ago(late, age):
     alone = reference_single()
     name, values = late
     plant = way(alone, effect(name, "poses", **values))

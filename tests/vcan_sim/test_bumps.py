@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vcan_sim.bumps import Bump, bumps_under, cable_loss, chord_loss, edge_loss
-from vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.bumps import Bump, bumps_under
+from omnimate.vcan_sim.crossing import cable_loss, chord_loss, edge_loss
+from omnimate.vcan_sim.errors import SimulationError
 
 R, H, B = 0.075, 0.010, 0.340
 
@@ -39,9 +40,9 @@ def test_every_model_loses_travel_and_more_on_a_higher_bump(radius, part):
 
 
 def test_a_crossing_is_longer_than_what_it_loses():
-    bump = Bump(0.01, "cable")
-    assert bump.lost(R) == cable_loss(R, 0.01)
-    assert bump.span(R) == pytest.approx(2.0 * math.sqrt(2.0 * R * H) + bump.lost(R))
+    crossing = Bump(0.01, "cable").crossing(R)
+    assert crossing.lost == cable_loss(R, 0.01)
+    assert crossing.rolled == pytest.approx(2.0 * math.sqrt(2.0 * R * H) + crossing.lost)
 
 
 def test_bumps_under_a_wheel_are_evenly_spaced():
@@ -61,4 +62,4 @@ def test_a_bump_that_cannot_be_is_refused(wrong, says):
 
 def test_a_bump_as_high_as_the_wheels_axle_is_refused():
     with pytest.raises(SimulationError, match="too high"):
-        Bump(height=0.08).lost(R)
+        Bump(height=0.08).crossing(R)

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vcan_sim.errors import FaultError
-from vcan_sim.faults import (
+from omnimate.vcan_sim.errors import FaultError
+from omnimate.vcan_sim.fault_text import parse_fault
+from omnimate.vcan_sim.faults import (
     FAULTS,
     Babbling,
     ClockJitter,
@@ -17,7 +18,6 @@ from vcan_sim.faults import (
     Reboot,
     Silence,
     WrongLength,
-    parse_fault,
 )
 
 
@@ -32,7 +32,7 @@ def count_up(bench, syncs, node=1):
 
 
 def values(answers):
-    return [[int.from_bytes(data, "little") for data in one] for one in answers]
+    return [[int.from_bytes(data, "little") for data in sent] for sent in answers]
 
 
 def test_silence_begins_and_ends_at_its_times_of_the_devices_clock(make_bench):
@@ -127,7 +127,7 @@ def test_faults_of_one_node_add_up_and_end_one_by_one(make_bench):
     faults = [FrozenCounter(node=1, at=0.030, duration=0.060), WrongLength(node=1, at=0.045, duration=0.015)]
     bench = make_bench(faults=faults)
     bench.answer_sync(1)
-    assert [one[0][:2] for one in count_up(bench, 6)] == [bytes([n, 0]) for n in (1, 1, 1, 1, 1, 6)]
+    assert [sent[0][:2] for sent in count_up(bench, 6)] == [bytes([n, 0]) for n in (1, 1, 1, 1, 1, 6)]
 
 
 def test_a_fault_of_a_node_that_is_not_there_is_refused(make_bench):
@@ -151,28 +151,6 @@ def test_a_fault_of_a_node_that_is_not_there_is_refused(make_bench):
 )
 def test_a_fault_is_written_as_its_name_and_its_values(text, fault):
     assert parse_fault(text) == fault
-
-
-@pytest.mark.parametrize(
-    ("text", "hint"),
-    [
-        ("crash:node=1", "expected one of silence, reboot"),
-        ("reboot", "expected a node"),
-        ("reboot:at=1", "expected a node"),
-        ("reboot:node=two", "expected an integer"),
-        ("reboot:node=1,at=soon", "expected a number"),
-        ("reboot:node=1,when=3", "expected key=value with node, at, duration"),
-        ("reboot:node=1,at", "expected key=value"),
-        ("reboot:node=0", "expected 1 to 127"),
-        ("reboot:node=1,at=-1", "expected 0 to inf"),
-        ("reboot:node=1,at=nan", "expected 0 to inf"),
-        ("length:node=1,length=9", "expected 0 to 8"),
-        ("babbling:node=1,data=xyz", "expected hexadecimal digits"),
-    ],
-)
-def test_a_fault_that_cannot_be_says_what_was_expected(text, hint):
-    with pytest.raises(FaultError, match=hint):
-        parse_fault(text)
 
 
 @given(st.text(max_size=40))

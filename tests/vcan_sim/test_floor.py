@@ -6,16 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motion.paths import umbmark
-from vcan_sim.errors import SimulationError
-from vcan_sim.floor import CONCRETE, Floor
-from vcan_sim.plant import Plant
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth
-from vehicle.file import parse_vehicle
-from vehicle.odometry import dead_reckon
-from vehicle.se2 import between, compose
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.file import parse_vehicle
+from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.se2 import between, compose
 
 
 @pytest.fixture
@@ -54,7 +55,7 @@ def test_a_robot_that_stands_is_not_shaken(vehicle):
 def test_on_concrete_the_return_position_of_a_4_m_square_scatters_by_25_mm_in_x_and_y(vehicle):
     errors = []
     for seed in range(4):
-        truth = Truth(vehicle, floor=Floor(CONCRETE), sonar=Sonar(sigma=0.0), seed=seed)
+        truth = Truth(vehicle, floor=Floor(CONCRETE_ROUGHNESS), sonar=Sonar(sigma=0.0), seed=seed)
         recording = simulate(vehicle, truth, umbmark(runs=40))
         path, fixes = dead_reckon(recording), recording.poses
         for lap in recording.run.laps:

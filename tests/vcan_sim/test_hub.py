@@ -8,8 +8,8 @@ from contextlib import contextmanager
 import can
 import pytest
 
-from vcan_sim.errors import HubError
-from vcan_sim.hub import Hub
+from omnimate.vcan_sim.errors import HubError
+from omnimate.vcan_sim.hub import Hub
 
 PATIENCE = 10.0  # [s]; an upper bound, never waited for
 
@@ -204,8 +204,8 @@ def test_a_client_that_does_not_read_is_dropped_and_blocks_nobody(caplog):
         lazy.connect(("127.0.0.1", hub.port))
         assert lazy.recv(6) == b"< hi >"
         lazy.sendall(b"< open can0 >< rawmode >")
-        ours = hub.hub.clients[-1]._transport.get_extra_info("socket")
-        ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+        server_side = hub.hub.clients[-1]._transport.get_extra_info("socket")
+        server_side.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         bursts = 0
         while "reads too slowly" not in caplog.text:
             for _ in burst:

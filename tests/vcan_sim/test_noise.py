@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vcan_sim.noise import normal_pair
+from omnimate.vcan_sim.noise import normal_pair
 
 
 def stream(seed, number, count=20_000):
@@ -24,7 +24,7 @@ def test_deviates_are_standard_normal():
 
 
 def test_pairs_neighbours_streams_and_seeds_are_uncorrelated():
-    one, other, foreign = stream(0, 0), stream(0, 1), stream(1, 0)
-    pairs = [(one[:, 0], one[:, 1]), (one[1:, 0], one[:-1, 0]), (one, other), (one, foreign)]
+    first, other, foreign = stream(0, 0), stream(0, 1), stream(1, 0)
+    pairs = [(first[:, 0], first[:, 1]), (first[1:, 0], first[:-1, 0]), (first, other), (first, foreign)]
     for first, second in pairs:
         assert abs(np.corrcoef(first.ravel(), second.ravel())[0, 1]) < 4.0 / np.sqrt(first.size)

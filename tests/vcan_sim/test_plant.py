@@ -8,13 +8,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vcan_sim.bumps import Bump, cable_loss
-from vcan_sim.floor import SMOOTH, Floor
-from vcan_sim.plant import Plant
-from vcan_sim.truth import Truth
-from vehicle.counters import counter_law
-from vehicle.file import parse_vehicle
-from vehicle.linkage import linkage_of
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.bumps import Bump
+from omnimate.vcan_sim.crossing import cable_loss
+from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.counters import counter_law
+from omnimate.vehicle.file import parse_vehicle
+from omnimate.vehicle.linkage import linkage_of
 
 DT = 0.015
 FROZEN = [HealthCheck.function_scoped_fixture]  # the robot of the fixture cannot change
@@ -35,7 +37,7 @@ def drive(plant, speeds, steps):
 
 
 def prompt(vehicle, **truth):
-    """A plant whose wheels turn at once as fast as they are told."""
+    """A plant whose wheels turn at once as fast as they are commanded."""
     return plant_of(vehicle, servo=1e9, **truth)
 
 
@@ -85,7 +87,7 @@ def test_the_servos_follow_within_their_acceleration(vehicle):
 def test_raw_wheel_counts_wrap_at_the_range_and_follow_the_angle_to_a_count(
     vehicle, sign, signed, span, seed, speed
 ):
-    encoders = tuple(replace(one, sign=sign, signed=signed, range=span) for one in vehicle.encoders)
+    encoders = tuple(replace(encoder, sign=sign, signed=signed, range=span) for encoder in vehicle.encoders)
     robot = replace(vehicle, encoders=encoders)
     plant, law = prompt(robot, seed=seed), counter_law(encoders[0], robot)
     span, low = encoders[0].wrap_range, -(encoders[0].wrap_range // 2) if signed else 0
@@ -106,7 +108,7 @@ def test_wheel_counters_begin_anywhere_and_by_the_seed(vehicle):
 
 def test_joints_and_link_read_the_true_geometry_and_its_offsets_to_half_a_count(vehicle):
     bias = (0.02, -0.01)
-    plant = prompt(vehicle, joint_bias=bias, link_bias=0.003)
+    plant = prompt(vehicle, effects=linkage_biases(*bias, 0.003))
     drive(plant, (1.0, 2.5, 2.0, 1.2), 150)
     counts = dict(zip(vehicle.channels, plant.raw_counts(), strict=True))
     angles = linkage_of(plant.pose("a"), plant.pose("b"))
@@ -179,7 +181,7 @@ def test_the_loss_is_spread_over_the_crossing(vehicle):
         plant.step((4.0,) * 4, DT)
         headings.append(plant.pose("a")[2])
     steps = -np.diff([0.0, *headings])
-    assert np.count_nonzero(steps > 1e-12) == math.ceil(Bump().span(0.075) / (4.0 * 0.075 * DT))
+    assert np.count_nonzero(steps > 1e-12) == math.ceil(Bump().crossing(0.075).rolled / (4.0 * 0.075 * DT))
     assert steps.max() == pytest.approx(steps[1])
 
 

@@ -1,7 +1,7 @@
 """The reference vehicles have the numbers of the papers and of the specification's example."""
 
-from vcan_sim.reference import reference_single, reference_vehicle
-from vehicle.parameters import CHANNELS
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vehicle.parameters import CHANNELS
 
 
 def test_the_reference_vehicle_is_the_nominal_two_truck_robot():

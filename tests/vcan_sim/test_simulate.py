@@ -6,23 +6,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motion.journal import Journal
-from motion.paths import figure_eight, free, out_and_back, rounded_rectangle, squares, umbmark
-from motion.program import LINE, Program, Row, rest
-from motion.reading import LinkReader
-from motion.runner import Runner
-from vcan_sim.bumps import bumps_under, cable_loss
-from vcan_sim.errors import EndStopError, SimulationError
-from vcan_sim.floor import SMOOTH, Floor
-from vcan_sim.plant import Plant
-from vcan_sim.simulate import simulate
-from vcan_sim.sonar import Sonar
-from vcan_sim.truth import Truth, with_errors
-from vehicle.counters import counter_law
-from vehicle.file import parse_vehicle
-from vehicle.odometry import Odometer, dead_reckon
-from vehicle.sample import Sample
-from vehicle.se2 import between, compose, wrap
+from omnimate.motion.journal import Journal
+from omnimate.motion.paths import figure_eight, free, out_and_back, rounded_rectangle, squares, umbmark
+from omnimate.motion.program import LINE, Program, Row, rest
+from omnimate.motion.reading import LinkReader
+from omnimate.motion.runner import Runner
+from omnimate.vcan_sim.bumps import bumps_under
+from omnimate.vcan_sim.crossing import cable_loss
+from omnimate.vcan_sim.errors import EndStopError, SimulationError
+from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.counters import counter_law
+from omnimate.vehicle.file import parse_vehicle
+from omnimate.vehicle.odometry import Odometer, dead_reckon
+from omnimate.vehicle.sample import Sample
+from omnimate.vehicle.se2 import between, compose, wrap
 
 
 @pytest.fixture
@@ -38,8 +39,8 @@ def alone(vehicle):
 def wrong(vehicle, **truth):
     """The robot of U Fig. 11, whose truck b errs otherwise."""
     ratio_a, ratio_b = {"a": 336.17 / 340.0, "b": 1.004}, {"a": 1.00084, "b": 0.9995}
-    own = vehicle.trucks
-    true = with_errors(vehicle, {k: ratio_a[k] for k in own}, {k: ratio_b[k] for k in own})
+    names = vehicle.trucks
+    true = with_errors(vehicle, {k: ratio_a[k] for k in names}, {k: ratio_b[k] for k in names})
     return Truth(true, **truth)
 
 
@@ -83,10 +84,10 @@ def test_stepwise_and_at_once_give_the_same_counts_commands_laps_and_fixes(vehic
 
 def test_the_seed_alone_makes_a_drive(alone):
     program = squares(["cw"], 1.0)
-    one, same, other = (simulate(alone, wrong(alone, seed=seed), program) for seed in (1, 1, 2))
-    assert np.array_equal(one.counts, same.counts)
-    assert np.array_equal(one.poses.pose, same.poses.pose)
-    assert not np.array_equal(one.poses.pose, other.poses.pose)
+    first, same, other = (simulate(alone, wrong(alone, seed=seed), program) for seed in (1, 1, 2))
+    assert np.array_equal(first.counts, same.counts)
+    assert np.array_equal(first.poses.pose, same.poses.pose)
+    assert not np.array_equal(first.poses.pose, other.poses.pose)
 
 
 def test_the_recording_has_one_clock_laps_between_fixes_and_the_order_of_the_vehicle(vehicle):
@@ -156,8 +157,8 @@ PROGRAMS = {
 @pytest.mark.parametrize("joint_counts", [16384, 1024])
 def test_two_wrong_trucks_drive_every_program_with_the_slider_in_its_stroke(vehicle, name, joint_counts):
     coarse = [
-        replace(one, counts_per_turn=joint_counts) if one.channel.startswith("joint") else one
-        for one in vehicle.encoders
+        replace(encoder, counts_per_turn=joint_counts) if encoder.channel.startswith("joint") else encoder
+        for encoder in vehicle.encoders
     ]
     robot = replace(vehicle, encoders=tuple(coarse))
     program = PROGRAMS[name](1.0)
@@ -219,7 +220,7 @@ def test_a_slider_at_its_end_stop_ends_the_simulation(vehicle):
 
 
 def test_a_program_that_never_ends_is_given_up(alone, monkeypatch):
-    monkeypatch.setattr("vcan_sim.simulate.LONGEST", 60.0)
+    monkeypatch.setattr("omnimate.vcan_sim.simulate.LONGEST", 60.0)
     far = Program("free", (rest(1.0), Row(LINE, x=1e6, speed=0.5)), ())
     with pytest.raises(SimulationError, match="does not end"):
         simulate(alone, Truth(alone), far)

@@ -7,10 +7,10 @@ import can
 import canopen
 import pytest
 
-from vcan_sim.errors import SimulationError
-from vcan_sim.nodes.dictionary import EDS_FOLDER
-from vcan_sim.reference import reference_single, reference_vehicle
-from vcan_sim.simulated_vehicle import SimulatedVehicle
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.nodes.dictionary import EDS_FOLDER
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 
 PATIENCE = 10.0  # [s]; an upper bound, never waited for
 CHANNELS = count()
@@ -65,7 +65,7 @@ def test_a_vehicle_without_drives_stands_still(make_bench):
 
 def test_on_the_wall_clock_timers_run_without_sync(make_bench, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr("vcan_sim.simulated_vehicle.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("omnimate.vcan_sim.simulated_vehicle.time.monotonic", lambda: now[0])
     bench = make_bench(clock="wall")
     bench.write(1, 0x1017, 0, 50, 2)
     assert bench.simulated.wait() == pytest.approx(0.050)
@@ -81,13 +81,13 @@ class Channel:
     def __init__(self, plant):
         name = f"simulated-vehicle-{next(CHANNELS)}"
         self.theirs = can.Bus(name, interface="virtual")
-        self.ours = can.Bus(name, interface="virtual")
+        self.master = can.Bus(name, interface="virtual")
         self.simulated = SimulatedVehicle(reference_vehicle(), plant, self.theirs)
-        self.network = canopen.Network(self.ours)
+        self.network = canopen.Network(self.master)
 
     def __enter__(self):
         self.simulated.start()
-        self.network.notifier = can.Notifier(self.ours, self.network.listeners)
+        self.network.notifier = can.Notifier(self.master, self.network.listeners)
         return self
 
     def __exit__(self, *_):

@@ -2,9 +2,9 @@
 
 import pytest
 
-from vcan_sim.errors import SimulationError
-from vcan_sim.truth import Truth, with_errors
-from vehicle.file import parse_vehicle
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.file import parse_vehicle
 
 
 @pytest.fixture

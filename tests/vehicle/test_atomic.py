@@ -2,7 +2,7 @@
 
 import pytest
 
-from vehicle import atomic
+from omnimate.vehicle import atomic
 
 
 def test_a_failure_leaves_the_old_content_and_no_litter(tmp_path, monkeypatch):

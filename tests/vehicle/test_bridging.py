@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vehicle.bridging import Bridges, bridge
-from vehicle.counters import Counter, CounterLaw, unwrap
-from vehicle.file import parse_vehicle
+from omnimate.vehicle.bridging import Bridges, bridge
+from omnimate.vehicle.counters import Counter, CounterLaw, unwrap
+from omnimate.vehicle.file import parse_vehicle
 
 ROUNDING = 4  # counts: of both wheels, at both ends of the gap
 LAW = CounterLaw((2**32,), 100_000, absolute=False)

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle.counters import Counter, CounterLaw, unwrap
+from omnimate.vehicle.counters import Counter, CounterLaw, unwrap
 
 RANGES = st.sampled_from([3, 100, 255, 256, 4096, 10_000, 2**16 - 1, 2**16, 2**24, 2**31, 2**32 - 1, 2**32])
 

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle.linkage import follower, leader, linkage_of
-from vehicle.se2 import wrap
+from omnimate.vehicle.linkage import follower, leader, linkage_of
+from omnimate.vehicle.se2 import wrap
 
 angles = st.floats(-3.1, 3.1)
 trucks = st.tuples(st.floats(-9, 9), st.floats(-9, 9), angles).map(np.array)

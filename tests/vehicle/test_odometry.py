@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vehicle.errors import RecordingError
-from vehicle.file import parse_vehicle
-from vehicle.odometry import Odometer, arc, dead_reckon, integrate
-from vehicle.recording import Recording
-from vehicle.sample import Sample
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.file import parse_vehicle
+from omnimate.vehicle.odometry import Odometer, dead_reckon
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.sample import Sample
 
 
 def recording_of(vehicle, left, right, present=None):
@@ -62,29 +62,6 @@ def test_whole_recording_and_sample_by_sample_agree_to_1e_12(vehicle, seed):
     odometer = Odometer(vehicle, "a", (0.3, -0.2, 0.1))
     stepwise = np.array([odometer.step(sample) for sample in samples_of(recording)])
     assert np.abs(whole - stepwise).max() < 1e-12
-
-
-@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.1, 2), st.integers(1, 40))
-def test_an_arc_in_one_step_or_in_many_ends_at_the_same_place(left, right, wheelbase, parts):
-    whole = integrate(arc(np.array([left]), np.array([right]), wheelbase))[-1]
-    cut = np.full(parts, 1.0 / parts)
-    assert np.allclose(integrate(arc(left * cut, right * cut, wheelbase))[-1], whole, atol=1e-9)
-
-
-@given(st.floats(-3, 3), st.floats(-3, 3))
-def test_driving_back_undoes_an_arc(left, right):
-    there_and_back = integrate(arc(np.array([left, -left]), np.array([right, -right]), 0.34))
-    assert np.allclose(there_and_back[-1], 0.0, atol=1e-9)
-
-
-def test_a_quarter_circle_by_hand():
-    radius, wheelbase = 2.0, 0.5
-    pose = arc((radius - 0.25) * math.pi / 2, (radius + 0.25) * math.pi / 2, wheelbase)
-    assert np.allclose(pose, [radius, radius, math.pi / 2])
-
-
-def test_a_tiny_turn_loses_no_precision():
-    assert np.allclose(arc(1.0 - 1e-7, 1.0 + 1e-7, 1.0), [1.0, 1e-7, 2e-7], rtol=0, atol=1e-13)
 
 
 def test_lost_samples_of_one_wheel_leave_the_path_where_it_was(vehicle):

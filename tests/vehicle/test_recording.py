@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from vehicle.errors import RecordingError
-from vehicle.file import parse_vehicle
-from vehicle.recording import Poses, Recording
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.file import parse_vehicle
+from omnimate.vehicle.recording import Poses, Recording
 
 
 @pytest.fixture

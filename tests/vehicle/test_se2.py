@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle.se2 import between, compose, inverse, transform, wrap
+from omnimate.vehicle.se2 import between, compose, inverse, rotation, transform, transport, wrap
 
 poses = st.tuples(st.floats(-50, 50), st.floats(-50, 50), st.floats(-10, 10)).map(np.array)
 
@@ -41,3 +41,15 @@ def test_wrap_stays_in_its_interval_and_keeps_the_direction(angle):
 def test_half_a_turn_is_plus_pi():
     assert wrap(-np.pi) == np.pi
     assert wrap(np.pi) == np.pi
+
+
+@given(poses, st.integers(0, 2**32 - 1))
+def test_transport_carries_a_small_error_over_an_increment(increment, seed):
+    error = 1e-7 * np.random.default_rng(seed).normal(size=3)
+    after = compose(inverse(increment), compose(error, increment))
+    assert np.allclose(transport(increment) @ error, after, rtol=0, atol=1e-12)
+
+
+def test_rotation_turns_the_world_into_a_frame():
+    turned = rotation(0.3) @ [1.0, 2.0, 3.0]
+    assert np.allclose(turned, [*between([0, 0, 0.3], [1.0, 2.0, 0])[:2], 3.0])

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vcan_sim.effects.block import LINKAGE, wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect
+from omnimate.vcan_sim.effects.block import LINKAGE, wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vehicle.se2 import Array
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +23,10 @@ class History:
     """The last samples of a channel.
 
     Attributes:
-        start: time of the first sample of all [s].
-        time: (H,) back to the oldest that is still to be shown [s].
-        value: (H,) as it was.
-        shown: last value as it was shown.
+        start: Time of the very first sample [s].
+        time: Times of the samples that may still be shown, shape `(H,)` [s].
+        value: Values of these samples, shape `(H,)`.
+        shown: Value that was shown last.
     """
 
     start: float

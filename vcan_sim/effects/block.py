@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from vehicle.parameters import WHEELS
+from omnimate.vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:
-    from vehicle.parameters import Channel
-    from vehicle.se2 import Array
+    from omnimate.vehicle.parameters import Channel
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,20 +23,21 @@ class Block:
     """K steps of a robot with T trucks and W = 2 T wheels, in the order of `WHEELS`.
 
     Attributes:
-        time: (K,) at the end of each step [s].
-        period: (K,) how long each step takes [s].
-        angle: (K, W) of each wheel at the end of the step, from its raw counter's zero [rad].
-        turned: (K, W) by each wheel in the step [rad].
-        speed: (K, W) nominal rolling speed of each wheel [m/s].
-        acceleration: (K, W) its rate of change [m/s^2].
-        wheelbase: (T,) nominal [m].
-        heading: (K, T) of each truck in the world, in the middle of the step [rad].
-        travel: (K, W) of each wheel over the ground in the step [m].
-        twist: (K, T, 3) of each truck in the step, in its own frame: way forward [m], creep to the left
-            [m], yaw [rad].
-        reading: (K, 3) of joint_a [rad], joint_b [rad] and link [m] at the end of the step; no columns
-            with a single truck. The link's reading is its length.
-        rest: length at which the link reads its zero [m].
+        time: Time at the end of each step, shape `(K,)` [s].
+        period: Duration of each step, shape `(K,)` [s].
+        angle: Angle of each wheel at the end of the step, from its raw counter's zero, shape `(K, W)`
+            [rad].
+        turned: Angle by which each wheel turned in the step, shape `(K, W)` [rad].
+        speed: Nominal rolling speed of each wheel, shape `(K, W)` [m/s].
+        acceleration: Rate of change of the nominal rolling speed, shape `(K, W)` [m/s^2].
+        wheelbase: Nominal wheelbase of each truck, shape `(T,)` [m].
+        heading: Heading of each truck in the world, in the middle of the step, shape `(K, T)` [rad].
+        travel: Way of each wheel over the ground in the step, shape `(K, W)` [m].
+        twist: Motion of each truck in the step, in its own frame, shape `(K, T, 3)`: way forward [m], creep
+            to the left [m], yaw [rad].
+        reading: Readings of joint_a [rad], joint_b [rad] and link [m] at the end of the step, shape `(K,
+            3)`; no columns with a single truck. The link's reading is its length.
+        rest: Length at which the link reads its zero [m].
     """
 
     time: Array

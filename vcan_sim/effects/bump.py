@@ -1,26 +1,30 @@
-"""Bump: each obstacle takes rolled way that is not travelled.
+"""Bump: each obstacle takes a piece of the rolled way that is not travelled.
 
-A wheel that climbs over a cable or an edge turns further than the truck travels. Seen as a sudden
-heading error of lost / wheelbase; confused with a short slip patch. A stiff wheel on an edge of height h
-loses 2 R (q - sin q), cos q = 1 - h / R, while it rolls 2 R q. Source: C (1)-(3), with the exact arc.
+A wheel that climbs over a cable or an edge turns further than the truck travels. The loss grows along the
+crossing as for a stiff wheel on an edge, by the law of `vcan_sim.crossing`.
+
+It is seen as a sudden heading error of the lost way, divided by the wheelbase.
+
+It is confused with a short slip patch.
+
+The source is C (1)-(3), with the exact arc in place of the printed approximation.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
-from vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.crossing import losing
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.errors import SimulationError
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
-    from vehicle.se2 import Array
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +32,8 @@ class BumpEvents(Effect):
     """Obstacles under one wheel.
 
     Attributes:
-        times: onset of each crossing, on the clock of the recording [s].
-        lost: rolled minus travelled way of each crossing [m].
+        times: Time at which each crossing begins, on the recording's clock [s].
+        lost: Way that is rolled but not travelled in each crossing [m].
     """
 
     times: tuple[float, ...] = ()
@@ -62,7 +66,7 @@ class BumpEvents(Effect):
             radius = self.radius(block, wheel)
             under_way = since[number] < rolled[-1] and since[number] < loss + 2.0 * radius  # 2 R q at most
             if loss > 0.0 and under_way:
-                way_lost = lost_after(radius, loss, np.append(since[number], rolled))
+                way_lost = losing(radius, loss).lost_after(np.append(since[number], rolled))
                 lost += np.diff(way_lost)
         sign = np.sign(block.travel[:, wheel])
         return block.with_travel(wheel, block.travel[:, wheel] - sign * lost), after
@@ -72,31 +76,3 @@ class BumpEvents(Effect):
         """Return the wheel's nominal radius [m]: travel over turn; a common one where it stands still."""
         turned = np.abs(block.turned[:, wheel]).sum()
         return float(np.abs(block.travel[:, wheel]).sum() / turned) if turned > 0.0 else 0.075
-
-
-def lost_after(radius: float, lost: float, rolled: Array) -> Array:
-    """Return the way lost [m] when so much of an edge's crossing has been rolled `(K,)` [m].
-
-    The wheel's centre swings about the edge from -q to q and travels R (sin q + sin(r / R - q)).
-
-    Args:
-        radius: R of the wheel [m].
-        lost: in the whole crossing [m], more than 0.
-        rolled: r since the onset [m].
-    """
-    q = 0.5 * crossing(radius, lost) / radius
-    swung = np.clip(np.asarray(rolled) / radius, 0.0, 2.0 * q)
-    return np.asarray(radius * (swung - math.sin(q) - np.sin(swung - q)))
-
-
-def crossing(radius: float, lost: float) -> float:
-    """Return the way rolled on an edge [m]: 2 R q with 2 R (q - sin q) = lost.
-
-    Args:
-        radius: R of the wheel [m].
-        lost: in one crossing [m], more than 0.
-    """
-    q = (3.0 * lost / radius) ** (1.0 / 3.0)  # q - sin q = q^3 / 6 to first order
-    for _ in range(20):
-        q -= (2.0 * radius * (q - math.sin(q)) - lost) / (2.0 * radius * (1.0 - math.cos(q)))
-    return float(2.0 * radius * q)

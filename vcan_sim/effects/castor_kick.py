@@ -1,8 +1,12 @@
-"""Castor kick: a yaw error each time the direction of travel reverses.
+"""Castor kick: the truck yaws each time its direction of travel reverses.
 
-Castors swing round and push the truck sideways. Seen at reversals only; confused with backlash in the
-wheels' gears. Single kicks scatter; this is their mean. Source: U III-C (castors as a cause of non-
-systematic errors).
+Castors swing round when the truck reverses, and push it sideways. Single kicks scatter; this is their mean.
+
+It is seen as a step of the heading at reversals only.
+
+It is confused with backlash in the gears of the wheels.
+
+The source is U III-C: castors as a cause of non-systematic errors.
 """
 
 from __future__ import annotations
@@ -12,23 +16,23 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import truck_number
-from vcan_sim.effects.effect import TRUCK, Effect, Parameter
-from vcan_sim.effects.play import follow
+from omnimate.vcan_sim.effects.block import truck_number
+from omnimate.vcan_sim.effects.effect import TRUCK, Effect, Parameter
+from omnimate.vcan_sim.effects.play import follow
 
 SWING = 1e-3  # [m] that a truck has to go back before castors feel it: noise of counts is no reversal
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class CastorKick(Effect):
-    """A yaw at every reversal of travel.
+    """The truck yaws at every reversal of its travel.
 
     Attributes:
-        yaw: at each reversal [rad].
+        yaw: Yaw at each reversal [rad].
     """
 
     yaw: float = 0.0

@@ -1,7 +1,13 @@
 """Clock drift: one clock runs faster or slower than the other.
 
-A node that samples on a clock of its own, or poses stamped by another computer: samples age by rate x
-time since the start. Seen as latency that grows. Source: a rate.
+A node samples on its own clock, or the poses are stamped by another computer. The age of the samples is
+rate times the time since the start.
+
+It is seen as a latency that grows.
+
+It is confused with a constant latency in short recordings.
+
+The source is a constant rate between two clocks.
 """
 
 from __future__ import annotations
@@ -11,20 +17,20 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.ageing import AgedSamples
-from vcan_sim.effects.effect import JOINT, LINK, POSES, WHEEL, Parameter
+from omnimate.vcan_sim.effects.ageing import AgedSamples
+from omnimate.vcan_sim.effects.effect import JOINT, LINK, POSES, WHEEL, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.effect import Stage
-    from vehicle.se2 import Array
+    from omnimate.vcan_sim.effects.effect import Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
 class ClockDrift(AgedSamples):
-    """Samples of an earlier time.
+    """Every sample is the value of a time that lies back further and further.
 
     Attributes:
-        rate: age gained per time [s/s].
+        rate: Age that the samples gain per time [s/s].
     """
 
     rate: float = 0.0

@@ -1,7 +1,12 @@
-"""Count loss: counts of a wheel's encoder are lost above a speed.
+"""Count loss: above a speed, a part of the counts of a wheel's encoder is lost.
 
-A reader, a cable or an input that is too slow. Seen as a wheel that seems smaller in counts, at high
-speed only; confused with a radius that changes with speed. Source: a threshold.
+The reader, the cable or the counter's input is too slow for the edges.
+
+It is seen as a wheel that counts too little for the way that it rolls, at high speed only.
+
+It is confused with a radius that changes with the speed.
+
+The source is a threshold of the speed.
 """
 
 from __future__ import annotations
@@ -11,12 +16,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +29,8 @@ class CountLoss(Effect):
     """A fraction of the counts is lost while the wheel is faster than a speed.
 
     Attributes:
-        fraction: of the counts that never arrive.
-        above: speed of the wheel [m/s].
+        fraction: Part of the counts that never arrives.
+        above: Speed of the wheel above which counts are lost [m/s].
     """
 
     fraction: float = 0.0

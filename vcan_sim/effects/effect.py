@@ -1,8 +1,6 @@
-r"""What an effect is: a piece of physics on one component, at one stage of the signal's path.
+"""What an effect is: a piece of physics on one component, at one stage of the signal path.
 
-wheel turns -> [encoder] -> counts
-     \-> [travel] of the wheel over the ground -> [body] of the truck -> linkage -> [reading] -> counts
-                                                      \-> [poses] as measured from outside
+The order of the stages is that of `STAGES`; `stages` has a picture of the path and what follows it.
 """
 
 from __future__ import annotations
@@ -10,10 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.errors import SimulationError
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.block import Block
 
 Stage = Literal["encoder", "travel", "body", "reading", "poses"]
 STAGES: tuple[Stage, ...] = ("encoder", "travel", "body", "reading", "poses")
@@ -30,12 +28,12 @@ class Parameter:
     """What one parameter of an effect is.
 
     Attributes:
-        name: field of the effect, as in the vocabulary.
-        unit: SI; "1" for a ratio.
-        null: value at which the effect does nothing; None where no value alone does that.
-        scale: how far from null it is in robots that work, one standard deviation.
-        low: least value that makes sense.
-        high: greatest.
+        name: Name of the effect's field.
+        unit: SI unit of the value; "1" for a ratio.
+        null: Value at which the effect does nothing; None where no value alone does that.
+        scale: Standard deviation of the value's distance from null, in robots that work.
+        low: Least value that makes sense.
+        high: Greatest value that makes sense.
     """
 
     name: str
@@ -51,7 +49,7 @@ class Effect:
     """An effect on one component; each kind is a subclass in a file of its own.
 
     Attributes:
-        component: a wheel, "a" or "b", a joint, "link", or "poses".
+        component: Component on which the effect acts: a wheel, "a" or "b", a joint, "link", or "poses".
     """
 
     component: str
@@ -70,19 +68,19 @@ class Effect:
             self._check(parameter)
 
     def _check(self, parameter: Parameter) -> None:
-        for one in _flat(getattr(self, parameter.name)):
-            if not parameter.low <= one <= parameter.high:
+        for value in _flat(getattr(self, parameter.name)):
+            if not parameter.low <= value <= parameter.high:
                 raise SimulationError(
-                    f"{self.name} of {self.component}: {parameter.name} = {one} {parameter.unit}; "
+                    f"{self.name} of {self.component}: {parameter.name} = {value} {parameter.unit}; "
                     f"expected {parameter.low:g} to {parameter.high:g}"
                 )
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401  each effect has its own
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401  each effect keeps another state
         """Return the block with the effect in it, and what the next block has to know.
 
         Args:
-            block: as the stage before left it.
-            state: what `act` returned for the block before; None at the start.
+            block: Steps as the stage before left them.
+            state: What `act` returned for the block before; None at the start.
         """
         raise NotImplementedError
 
@@ -95,7 +93,7 @@ class Effect:
 
     def values(self) -> dict[str, Any]:
         """Return the parameters by name."""
-        return {one.name: getattr(self, one.name) for one in fields(self) if one.name != "component"}
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "component"}
 
 
 def _flat(value: Any) -> tuple[float, ...]:  # noqa: ANN401  a number, or tuples of them
@@ -103,10 +101,3 @@ def _flat(value: Any) -> tuple[float, ...]:  # noqa: ANN401  a number, or tuples
     if isinstance(value, tuple):
         return tuple(number for part in value for number in _flat(part))
     return (value,)
-
-
-def stage_of(effect: Effect) -> Stage:
-    """Return the stage that an effect acts at: aged samples do so at their own channel's."""
-    if effect.stage != "reading" or effect.component in (*JOINT, *LINK):
-        return effect.stage
-    return "poses" if effect.component in POSES else "encoder"

@@ -14,24 +14,22 @@ One table for each effect, in the order in which effects of one stage act:
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from vcan_sim.effects import effect_named
-from vcan_sim.errors import EffectsFileError, SimulationError
-from vehicle.atomic import write_text
+from omnimate.vcan_sim.effects import effect_named
+from omnimate.vcan_sim.errors import EffectsFileError, SimulationError
+from omnimate.vehicle.atomic import write_text
+from omnimate.vehicle.errors import TableError
+from omnimate.vehicle.tables import parse_toml, read_toml, value_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from vcan_sim.effects.effect import Effect
-
-_DEPTH = {"float": 0, "tuple[float, ...]": 1, "tuple[tuple[float, float], ...]": 2}
-_SHAPES = ("a number", "a list of numbers", "a list of [start, end] pairs")
+    from omnimate.vcan_sim.effects.effect import Effect
 
 
 def save_effects(
@@ -40,9 +38,9 @@ def save_effects(
     """Write an effects file, whole or not at all.
 
     Args:
-        path: of the file.
-        effects: in the order in which they act.
-        sigmas: of each effect, standard deviations of its parameters; none by default.
+        path: Path of the file.
+        effects: Effects in the order in which they act.
+        sigmas: Standard deviations of the parameters of each effect, by name; none by default.
     """
     write_text(Path(path), format_effects(effects, sigmas))
 
@@ -61,80 +59,64 @@ def load_effects(path: Path | str) -> tuple[Effect, ...]:
     """Return the effects of a file.
 
     Raises:
-        EffectsFileError: it cannot be read, is no TOML, or an entry describes no effect.
+        EffectsFileError: The file cannot be read or is not TOML, or an entry describes no effect.
     """
-    path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise EffectsFileError(path, "(file)", f"cannot be read: {error}") from error
-    return parse_effects(text, path)
+        return _effects(read_toml(path))
+    except TableError as error:
+        raise EffectsFileError(path, error.key, error.problem) from error
 
 
 def parse_effects(text: str, source: Path | str = "effects.toml") -> tuple[Effect, ...]:
     """Return the effects that a text describes; `source` is named in errors.
 
     Raises:
-        EffectsFileError: as `load_effects`.
+        EffectsFileError: The text is not TOML, or an entry describes no effect.
     """
     try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise EffectsFileError(source, "(syntax)", f"not TOML: {error}") from error
+        return _effects(parse_toml(text))
+    except TableError as error:
+        raise EffectsFileError(source, error.key, error.problem) from error
+
+
+def _effects(document: Mapping[str, Any]) -> tuple[Effect, ...]:
     for key in document:
         if key != "effect":
-            raise EffectsFileError(source, key, "unknown key; expected [[effect]] tables alone")
+            raise TableError(key, "unknown key; expected [[effect]] tables alone")
     entries = document.get("effect", [])
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise EffectsFileError(source, "effect", "expected [[effect]] tables")
-    return tuple(_effect(source, f"effect {place}", entry) for place, entry in enumerate(entries, start=1))
+        raise TableError("effect", "expected [[effect]] tables")
+    return tuple(_effect(f"effect {place}", entry) for place, entry in enumerate(entries, start=1))
 
 
-def _effect(source: Path | str, place: str, entry: Mapping[str, Any]) -> Effect:
+def _effect(place: str, entry: Mapping[str, Any]) -> Effect:
     for key in ("name", "component"):
         if not isinstance(entry.get(key), str):
-            raise EffectsFileError(source, f"{place}: {key}", f"{entry.get(key)!r}; expected text")
+            given = repr(entry[key]) if key in entry else "missing"
+            raise TableError(f"{place}: {key}", f"{given}; expected text")
     try:
         kind = effect_named(entry["name"])
-        values = _values(source, f"{place} ({kind.name})", entry, kind)
+        values = _values(f"{place} ({kind.name})", entry, kind)
         return kind(entry["component"], **values)
-    except EffectsFileError:
-        raise
     except SimulationError as error:
-        raise EffectsFileError(source, place, str(error)) from error
+        raise TableError(place, str(error)) from error
 
 
-def _values(source: Path | str, place: str, entry: Mapping[str, Any], kind: type[Effect]) -> dict[str, Any]:
+def _values(place: str, entry: Mapping[str, Any], kind: type[Effect]) -> dict[str, Any]:
     """Return the parameters; those that have a null value must be there, as must nothing unknown."""
-    depth = {field.name: _DEPTH[str(field.type)] for field in fields(kind) if field.name != "component"}
+    known = {field.name: str(field.type) for field in fields(kind) if field.name != "component"}
     for key in entry:
-        if key not in (*depth, "name", "component", "sigma"):
-            raise EffectsFileError(source, f"{place}: {key}", f"unknown key; expected {', '.join(depth)}")
+        if key not in (*known, "name", "component", "sigma"):
+            raise TableError(f"{place}: {key}", f"unknown key; expected {', '.join(known)}")
     for parameter in kind.parameters:
         if parameter.null is not None and parameter.name not in entry:
-            raise EffectsFileError(source, f"{place}: {parameter.name}", f"missing; in {parameter.unit}")
-    values = {}
-    for name in depth.keys() & entry.keys():
-        try:
-            values[name] = _numbers(entry[name], depth[name])
-        except (TypeError, OverflowError):
-            problem = f"{entry[name]!r}; expected {_SHAPES[depth[name]]}"
-            raise EffectsFileError(source, f"{place}: {name}", problem) from None
-    return values
+            raise TableError(f"{place}: {parameter.name}", f"missing; expected a value in {parameter.unit}")
+    return {
+        name: _as_floats(value_of(known[name], entry[name], f"{place}: {name}"))
+        for name in known
+        if name in entry
+    }
 
 
-def _numbers(value: Any, depth: int) -> Any:  # noqa: ANN401  # from TOML: a number, or lists of them
-    """Return a number, or lists of numbers as tuples; innermost of two levels are pairs.
-
-    Raises:
-        TypeError: it is something else.
-    """
-    if depth == 0:
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise TypeError
-        return float(value)
-    if not isinstance(value, list) or (
-        depth == 2 and any(not isinstance(p, list) or len(p) != 2 for p in value)
-    ):
-        raise TypeError
-    return tuple(_numbers(part, depth - 1) for part in value)
+def _as_floats(value: Any) -> Any:  # noqa: ANN401  # a number, or tuples of them
+    return tuple(_as_floats(item) for item in value) if isinstance(value, tuple) else float(value)

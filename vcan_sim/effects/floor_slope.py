@@ -1,9 +1,14 @@
-"""Floor slope: creep towards one direction of the floor.
+"""Floor slope: the truck creeps towards one direction of the floor.
 
-On a tilted floor tyres creep downhill, sideways or lengthwise, by a share of the way driven; on oil, wet
-paint or any other film that gives way like one they do so all the time, also where they stand. Seen as a
-displacement that turns with the heading; the linkage alone never shows it where both trucks creep alike.
-Source: creep in proportion to the force along the slope.
+On a tilted floor tyres creep downhill, sideways or lengthwise, by a part of the way driven. On oil, wet
+paint or another film that yields, they creep all the time, and also while the truck stands.
+
+It is seen as a displacement whose direction in the truck's frame turns with the heading. The linkage alone
+does not show it where both trucks creep alike.
+
+It is confused with lateral slip and with wheel misalignment where the heading hardly changes.
+
+The source is creep in proportion to the force along the slope.
 """
 
 from __future__ import annotations
@@ -13,23 +18,23 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import truck_number
-from vcan_sim.effects.effect import TRUCK, Effect, Parameter
+from omnimate.vcan_sim.effects.block import truck_number
+from omnimate.vcan_sim.effects.effect import TRUCK, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class FloorSlope(Effect):
-    """Creep towards one direction of the floor.
+    """The truck creeps towards one direction of the floor.
 
     Attributes:
-        rate: creep per metre travelled.
-        direction: in the world, counter-clockwise from x [rad].
-        pace: speed of travel [m/s] at which a film lets it creep by `rate`, and as fast when it stands;
-            0 where creep goes with the way.
+        rate: Creep per metre travelled.
+        direction: Direction of the creep in the world, counter-clockwise from x [rad].
+        pace: Speed of travel at which a yielding film lets the truck creep by `rate`, and with the same
+            speed while it stands [m/s]; 0 where the creep goes with the way driven.
     """
 
     rate: float = 0.0

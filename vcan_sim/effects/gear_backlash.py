@@ -1,8 +1,12 @@
 """Gear backlash: the wheel stands still through the play when its motor reverses.
 
-The encoder sits on the motor's side of a gear with play. Seen as way lost at each reversal of the motor,
-and nowhere else; confused with a castor's kick. Source: the play operator (Visintin, Differential Models
-of Hysteresis, 1994).
+The encoder sits on the motor's side of a gear that has play.
+
+It is seen as way that is lost at each reversal of the motor, and nowhere else.
+
+It is confused with the kick of a castor.
+
+The source is the play operator (Visintin, Differential Models of Hysteresis, 1994).
 """
 
 from __future__ import annotations
@@ -12,13 +16,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
-from vcan_sim.effects.play import follow
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.play import follow
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +30,7 @@ class GearBacklash(Effect):
     """The wheel follows its motor through a play.
 
     Attributes:
-        width: the whole play [m of the wheel].
+        width: Width of the whole play, as way of the wheel [m].
     """
 
     width: float = 0.0

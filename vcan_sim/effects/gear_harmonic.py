@@ -1,8 +1,13 @@
-"""Gear harmonic: an error that is periodic in a multiple of the wheel's turn.
+"""Gear harmonic: an error that repeats several times per turn of the wheel.
 
-Teeth, belts, or a reader of an encoder: travelled way s + amplitude cos(order angle + phase). Seen as a
-quick beat in heading and link; of order 1 it is an eccentric wheel. Source: the first harmonic of any
-periodic error.
+It comes from teeth, from belts, or from the reader of an encoder. The travelled way is s + amplitude
+cos(order angle + phase).
+
+It is seen as a quick beat in the heading and in the link's readings.
+
+It is confused with an eccentric wheel where the order is 1.
+
+The source is the first harmonic of any periodic error.
 """
 
 from __future__ import annotations
@@ -12,22 +17,22 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class GearHarmonic(Effect):
-    """Travelled way s + amplitude cos(order angle + phase).
+    """The travelled way is s + amplitude cos(order angle + phase).
 
     Attributes:
-        amplitude: [m].
-        order: beats per turn of the wheel.
-        phase: [rad].
+        amplitude: Amplitude of the travelled way [m].
+        order: Number of beats per turn of the wheel.
+        phase: Phase of the beat at the encoder's zero [rad].
     """
 
     amplitude: float = 0.0

@@ -1,8 +1,12 @@
-"""Joint backlash: play between a joint and its encoder.
+"""Joint backlash: there is play between a joint and its encoder.
 
-The reading lags behind by up to the width when the joint reverses. Seen in drives that reverse the joint
-often; confused with latency. Source: the play operator (Visintin, Differential Models of Hysteresis,
-1994).
+When the joint reverses, the reading stands still until the joint has moved through the play.
+
+It is seen in drives that reverse the joint often.
+
+It is confused with the latency of the joint's encoder.
+
+The source is the play operator (Visintin, Differential Models of Hysteresis, 1994).
 """
 
 from __future__ import annotations
@@ -10,13 +14,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vcan_sim.effects.block import LINKAGE
-from vcan_sim.effects.effect import JOINT, Effect, Parameter
-from vcan_sim.effects.play import follow
+from omnimate.vcan_sim.effects.block import LINKAGE
+from omnimate.vcan_sim.effects.effect import JOINT, Effect, Parameter
+from omnimate.vcan_sim.effects.play import follow
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +28,7 @@ class JointBacklash(Effect):
     """The reading follows the joint through a play.
 
     Attributes:
-        width: the whole play [rad].
+        width: Width of the whole play [rad].
     """
 
     width: float = 0.0

@@ -1,7 +1,12 @@
-"""Joint bias: a constant offset of a joint's encoder.
+"""Joint bias: a joint's encoder reads a constant angle too much.
 
-Its zero was set by eye. Seen as a truck that seems to crab behind or before the other; without measured
-headings it cannot be told from a turned axle. Source: C 5.1.
+Its zero was set by eye.
+
+It is seen as a truck that seems to travel at an angle behind or before the other.
+
+It is confused with a turned axle (wheel misalignment), unless headings are measured from outside.
+
+The source is C 5.1.
 """
 
 from __future__ import annotations
@@ -9,20 +14,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vcan_sim.effects.block import LINKAGE
-from vcan_sim.effects.effect import JOINT, Effect, Parameter
+from omnimate.vcan_sim.effects.block import LINKAGE
+from omnimate.vcan_sim.effects.effect import JOINT, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class JointBias(Effect):
-    """A constant offset of a joint.
+    """The reading is the joint's angle plus a constant.
 
     Attributes:
-        bias: [rad].
+        bias: Angle that the joint reads too much [rad].
     """
 
     bias: float = 0.0

@@ -1,8 +1,12 @@
-"""Joint eccentricity: a once-per-turn error of a joint's encoder.
+"""Joint eccentricity: a joint's encoder has an error that repeats once per turn.
 
-The disc is mounted off centre: reading + amplitude cos(angle + phase). Seen as an offset that changes
-with the joint's angle; confused with a bias where the joint hardly moves. Source: eccentricity of
-graduated circles.
+The disc of the encoder is mounted off its centre. The reading is angle + amplitude cos(angle + phase).
+
+It is seen as a bias that changes with the joint's angle.
+
+It is confused with a constant bias where the joint hardly moves.
+
+The source is the eccentricity of graduated circles.
 """
 
 from __future__ import annotations
@@ -12,21 +16,21 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import LINKAGE
-from vcan_sim.effects.effect import JOINT, Effect, Parameter
+from omnimate.vcan_sim.effects.block import LINKAGE
+from omnimate.vcan_sim.effects.effect import JOINT, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class JointEccentricity(Effect):
-    """A once-per-turn error of a joint.
+    """The reading is angle + amplitude cos(angle + phase).
 
     Attributes:
-        amplitude: [rad].
-        phase: [rad].
+        amplitude: Largest error of the reading [rad].
+        phase: Phase of the error at angle 0 [rad].
     """
 
     amplitude: float = 0.0

@@ -1,7 +1,12 @@
 """Latency: the samples of one channel are old when they are sent.
 
-A slow filter, or a node that answers late. Seen in proportion to the channel's rate of change; confused
-with traction slip (wheels) and with backlash (joints). Source: a delay.
+The encoder has a slow filter, or its node answers late. For poses, the system that measures them is late.
+
+It is seen as an error in proportion to the rate at which the channel changes.
+
+It is confused with traction slip (wheels) and with backlash (joints).
+
+The source is a constant delay.
 """
 
 from __future__ import annotations
@@ -11,20 +16,20 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.ageing import AgedSamples
-from vcan_sim.effects.effect import JOINT, LINK, POSES, WHEEL, Parameter
+from omnimate.vcan_sim.effects.ageing import AgedSamples
+from omnimate.vcan_sim.effects.effect import JOINT, LINK, POSES, WHEEL, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.effect import Stage
-    from vehicle.se2 import Array
+    from omnimate.vcan_sim.effects.effect import Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
 class Latency(AgedSamples):
-    """Samples of an earlier time.
+    """Every sample is the value of an earlier time.
 
     Attributes:
-        delay: age of every sample [s].
+        delay: Age of every sample [s].
     """
 
     delay: float = 0.0

@@ -1,8 +1,13 @@
-"""Lateral slip: sideways creep in proportion to lateral acceleration.
+"""Lateral slip: the truck creeps sideways in proportion to its lateral acceleration.
 
-Tyres need a slip angle to carry the centripetal force: outward sideways speed = compliance v yaw rate.
-Seen in fast arcs; confused with a slope of the floor where one direction is driven. Source: linear
-cornering stiffness.
+Tyres need a slip angle to carry the centripetal force. The sideways speed, outwards, is compliance v yaw
+rate.
+
+It is seen in fast arcs.
+
+It is confused with a slope of the floor where arcs are driven in one direction only.
+
+The source is a tyre of linear cornering stiffness.
 """
 
 from __future__ import annotations
@@ -10,20 +15,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vcan_sim.effects.block import truck_number
-from vcan_sim.effects.effect import TRUCK, Effect, Parameter
+from omnimate.vcan_sim.effects.block import truck_number
+from omnimate.vcan_sim.effects.effect import TRUCK, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class LateralSlip(Effect):
-    """Outward sideways speed = compliance v yaw rate.
+    """The sideways speed, outwards, is compliance v yaw rate.
 
     Attributes:
-        compliance: sideways speed per lateral acceleration [s].
+        compliance: Sideways speed per lateral acceleration [s].
     """
 
     compliance: float = 0.0

@@ -1,7 +1,12 @@
-"""Link bias: a constant offset of the link's length.
+"""Link bias: the link's encoder reads a constant length too much.
 
-The linear encoder's zero was measured by tape. Seen where the joints stand at large angles; hidden while
-the trucks drive in line. Source: C 5.1.
+The zero of the linear encoder was measured by tape.
+
+It is seen where the joints stand at large angles, and is hidden while the trucks drive in line.
+
+It is confused with an eccentric or wrongly scaled link where the slider hardly moves.
+
+The source is C 5.1.
 """
 
 from __future__ import annotations
@@ -9,20 +14,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vcan_sim.effects.block import LINKAGE
-from vcan_sim.effects.effect import LINK, Effect, Parameter
+from omnimate.vcan_sim.effects.block import LINKAGE
+from omnimate.vcan_sim.effects.effect import LINK, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class LinkBias(Effect):
-    """A constant offset of the link.
+    """The reading is the link's length plus a constant.
 
     Attributes:
-        bias: [m].
+        bias: Length that the link reads too much [m].
     """
 
     bias: float = 0.0

@@ -1,7 +1,13 @@
-"""Link eccentricity: an error of the link's length that depends on a joint's angle.
+"""Link eccentricity: the error of the link's length depends on a joint's angle.
 
-The link is not hinged at the joint's axis: reading + amplitude cos(angle of joint_a + phase). Seen in
-car-like turns; confused with an eccentric joint. Source: geometry, to first order.
+The link is not hinged at the axis of the joint. The reading is length + amplitude cos(angle of joint_a +
+phase).
+
+It is seen in turns with the joints at large angles, as a car drives them.
+
+It is confused with an eccentric encoder of the joint.
+
+The source is the geometry of an offset hinge, to first order.
 """
 
 from __future__ import annotations
@@ -11,21 +17,21 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import LINKAGE
-from vcan_sim.effects.effect import LINK, Effect, Parameter
+from omnimate.vcan_sim.effects.block import LINKAGE
+from omnimate.vcan_sim.effects.effect import LINK, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class LinkEccentricity(Effect):
-    """An error of the link that depends on the angle of joint a.
+    """The reading is length + amplitude cos(angle of joint_a + phase).
 
     Attributes:
-        amplitude: [m].
-        phase: [rad].
+        amplitude: Largest error of the reading [m].
+        phase: Phase of the error at angle 0 of joint_a [rad].
     """
 
     amplitude: float = 0.0

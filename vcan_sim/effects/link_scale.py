@@ -1,7 +1,12 @@
-"""Link scale: a scale error of the linear encoder.
+"""Link scale: the linear encoder has a scale error.
 
-A wrong counts_per_metre, or a rack that wears. It acts on the difference from the length at rest, so
-that it is seen only while the slider moves. Source: a scale.
+`counts_per_metre` is wrong, or the rack wears. The error acts on the difference from the length at rest.
+
+It is seen only while the slider moves.
+
+It is confused with a bias of the link where the slider stands at nearly the same place all the time.
+
+The source is a wrong scale.
 """
 
 from __future__ import annotations
@@ -9,20 +14,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vcan_sim.effects.block import LINKAGE
-from vcan_sim.effects.effect import LINK, Effect, Parameter
+from omnimate.vcan_sim.effects.block import LINKAGE
+from omnimate.vcan_sim.effects.effect import LINK, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class LinkScale(Effect):
-    """A scale error of the linear encoder.
+    """The difference from the length at rest is multiplied by a ratio.
 
     Attributes:
-        ratio: read over true difference.
+        ratio: Difference from the length at rest as it is read, divided by the true one.
     """
 
     ratio: float = 1.0

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from vehicle.compiled import Array, compiled
+from omnimate.vehicle.compiled import Array, compiled
 
 
 def follow(inputs: Array, output: float, width: float) -> Array:
     """Return what follows inputs `(K,)` through a play, `(K,)`: the play operator.
 
     Args:
-        inputs: of any unit.
-        output: where it stood before.
-        width: of the whole play, in that unit.
+        inputs: Positions of the input, shape `(K,)`, in any unit.
+        output: Position of the output before the first input, in that unit.
+        width: Width of the whole play, in that unit.
     """
     return _follow(inputs, output, 0.5 * width)
 

@@ -1,7 +1,12 @@
 """Radius step: the rolling radius of a wheel changes at one moment.
 
-A payload moves, or a tyre loses air. Seen as a diameter that holds from then on; confused with a slip
-patch that does not end. Source: a step.
+A payload moves, or a tyre loses air.
+
+It is seen as a wheel diameter that holds from that moment on.
+
+It is confused with a slip patch that does not end.
+
+The source is a step of the radius in time.
 """
 
 from __future__ import annotations
@@ -11,21 +16,21 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class RadiusStep(Effect):
-    """Radius R before a moment, ratio R after it.
+    """The rolling radius is R before a moment and ratio R after it.
 
     Attributes:
-        ratio: radius after over before the moment.
-        time: of the step, on the clock of the recording [s].
+        ratio: Radius after the moment, divided by the radius before it.
+        time: Moment of the step, on the recording's clock [s].
     """
 
     ratio: float = 1.0

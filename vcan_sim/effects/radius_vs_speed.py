@@ -1,7 +1,12 @@
 """Radius against speed: the rolling radius changes with the speed of the wheel.
 
-A soft tyre grows or creeps as it turns faster. Seen as a heading error that differs between slow and
-fast laps; confused with the diameter where all is driven at one speed. Source: first order in speed.
+A soft tyre grows, or creeps on its rim, as it turns faster.
+
+It is seen as a heading error that differs between slow and fast laps.
+
+It is confused with the wheel's diameter where everything is driven at the same speed.
+
+The source is a law of first order in the speed.
 """
 
 from __future__ import annotations
@@ -11,20 +16,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class RadiusVsSpeed(Effect):
-    """Radius R (1 + slope |speed|).
+    """The rolling radius is R (1 + slope |speed|).
 
     Attributes:
-        slope: relative change of the radius per speed [1/(m/s)].
+        slope: Relative change of the radius per speed of the wheel [1/(m/s)].
     """
 
     slope: float = 0.0

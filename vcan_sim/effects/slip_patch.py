@@ -1,8 +1,13 @@
-"""Slip patch: on a stretch the wheel turns without full travel.
+"""Slip patch: on a stretch of the floor the wheel turns without its full travel.
 
-Oil, water or a loose mat under one wheel. Seen as a heading error that grows on that stretch only;
-confused with bumps close to each other, and with a step of the radius where it does not end. Source: U
-III (slippage as a non-systematic error).
+Oil, water or a loose mat lies under one wheel.
+
+It is seen as a heading error that grows on that stretch only.
+
+It is confused with bumps that are close to each other, and with a step of the radius where the stretch does
+not end.
+
+The source is U III: slippage as a cause of non-systematic errors.
 """
 
 from __future__ import annotations
@@ -12,21 +17,22 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class SlipPatch(Effect):
-    """Travel (1 - fraction) of what is rolled, within intervals.
+    """Within intervals of time, the travel is (1 - fraction) of the rolled way.
 
     Attributes:
-        fraction: of what is rolled that is not travelled.
-        intervals: (start, end) on the clock of the recording [s]; always, where there are none.
+        fraction: Part of the rolled way that is not travelled.
+        intervals: Pairs of start and end, on the recording's clock [s]; without any pair the wheel always
+            slips.
     """
 
     fraction: float = 0.0

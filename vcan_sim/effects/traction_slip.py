@@ -1,8 +1,14 @@
 """Traction slip: a driven wheel slips in proportion to its acceleration.
 
-Rubber needs slip to pass force on: travelled speed v - compliance a |v|, a the acceleration of the wheel
-along its motion. Seen where the robot starts and stops; confused with latency of a wheel's encoder.
-Source: linear part of the tyre's slip curve (Pacejka, Tire and Vehicle Dynamics, 2012, chapter 1).
+Rubber has to slip to pass on a force. The travelled speed is v - compliance a |v|, with the acceleration a
+of the wheel.
+
+It is seen where the robot starts and stops.
+
+It is confused with the latency of a wheel's encoder.
+
+The source is the linear part of the tyre's slip curve (Pacejka, Tire and Vehicle Dynamics, 2012, chapter
+1).
 """
 
 from __future__ import annotations
@@ -12,20 +18,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import wheels_of
-from vcan_sim.effects.effect import TRUCK, WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.block import wheels_of
+from omnimate.vcan_sim.effects.effect import TRUCK, WHEEL, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class TractionSlip(Effect):
-    """Travelled speed v - compliance a |v|.
+    """The travelled speed is v - compliance a |v|.
 
     Attributes:
-        compliance: slip per acceleration [s^2/m].
+        compliance: Slip per acceleration [s^2/m].
     """
 
     compliance: float = 0.0

@@ -1,9 +1,14 @@
-"""Turn scrub: the effective wheelbase depends on the curvature driven.
+"""Turn scrub: the effective wheelbase depends on the curvature that is driven.
 
-Wide tyres are dragged sideways about their contact in tight turns: wheelbase b (1 + slope |curvature|),
-curvature |yaw rate| / sqrt(v^2 + (b yaw rate / 2)^2), which stays finite on the spot. Seen as a
-wheelbase that differs between arcs and turns on the spot; confused with it where all turns are alike.
-Source: first order in curvature.
+In tight turns wide tyres are dragged sideways about their contact. The wheelbase is b (1 + slope
+|curvature|), with the curvature |yaw rate| / sqrt(v^2 + (b yaw rate / 2)^2), which stays finite for a turn
+on the spot.
+
+It is seen as a wheelbase that differs between arcs and turns on the spot.
+
+It is confused with the wheelbase where all turns are alike.
+
+The source is a law of first order in the curvature.
 """
 
 from __future__ import annotations
@@ -13,20 +18,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import truck_number
-from vcan_sim.effects.effect import TRUCK, Effect, Parameter
+from omnimate.vcan_sim.effects.block import truck_number
+from omnimate.vcan_sim.effects.effect import TRUCK, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class TurnScrub(Effect):
-    """Wheelbase b (1 + slope |curvature|).
+    """The effective wheelbase is b (1 + slope |curvature|).
 
     Attributes:
-        slope: growth of the wheelbase per curvature [m].
+        slope: Relative growth of the wheelbase per curvature [m].
     """
 
     slope: float = 0.0

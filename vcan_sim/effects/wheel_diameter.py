@@ -1,8 +1,13 @@
-"""Wheel diameter: the wheel rolls another circumference per turn than its owner believes.
+"""Wheel diameter: a wheel rolls another way per turn than its owner believes.
 
-Worn, loaded or never measured wheels (unequal diameters, U II). Seen as a heading error in proportion to
-the way and as a length error; confused with the truck's other wheel, and on closed squares driven one
-way with the wheelbase. Source: U (2.3).
+Wheels wear, are pressed flat by the load, or were never measured; the two wheels of a truck then differ.
+
+It is seen as a heading error in proportion to the way driven, and as an error of all lengths.
+
+It is confused with the diameter of the truck's other wheel. On closed squares that are driven one way only,
+it is also confused with the wheelbase.
+
+The source is U (2.3): unequal wheel diameters.
 """
 
 from __future__ import annotations
@@ -10,20 +15,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vcan_sim.effects.block import wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.block import wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class WheelDiameter(Effect):
-    """Travel times a ratio.
+    """The wheel's travel is multiplied by a ratio.
 
     Attributes:
-        ratio: true over nominal circumference.
+        ratio: True circumference of the wheel, divided by the nominal one.
     """
 
     ratio: float = 1.0

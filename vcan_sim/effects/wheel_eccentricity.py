@@ -1,10 +1,14 @@
 """Wheel eccentricity: the rolling radius varies once per turn of the wheel.
 
-A tyre that is out of round, or an axle bore off centre: radius R + amplitude cos(angle + phase), the
-angle as counted from the encoder's zero. Seen as a wave in heading and link once per turn of that wheel,
-zero on average. Confused with a gear harmonic of order 1, of which it is the derivative by another name.
+The tyre is out of round, or the bore of the axle is off its centre. The rolling radius is R + amplitude
+cos(angle + phase), with the wheel's angle as it is counted from the encoder's zero.
 
-Source: the eccentric circle rolling on a plane, to first order in amplitude / R.
+It is seen as a wave in the heading and in the link's readings, once per turn of that wheel and zero on
+average.
+
+It is confused with a gear harmonic of order 1, whose wave has the same period.
+
+The source is the geometry of an eccentric circle that rolls on a plane, to first order in amplitude / R.
 """
 
 from __future__ import annotations
@@ -14,20 +18,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import Block, wheel_number
-from vcan_sim.effects.effect import WHEEL, Effect, Parameter
+from omnimate.vcan_sim.effects.block import Block, wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class WheelEccentricity(Effect):
-    """Radius R + amplitude cos(angle + phase).
+    """The rolling radius is R + amplitude cos(angle + phase).
 
     Attributes:
-        amplitude: [m].
-        phase: [rad].
+        amplitude: Amplitude of the rolling radius [m].
+        phase: Phase of the wave at the encoder's zero [rad].
     """
 
     amplitude: float = 0.0

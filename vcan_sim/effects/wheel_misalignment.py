@@ -1,8 +1,13 @@
-"""Wheel misalignment: the truck travels at a small angle to its own straight ahead.
+"""Wheel misalignment: the truck travels at a small angle to its frame's straight ahead.
 
-Its axle is turned in the frame, against which joints and headings are read; it travels along the axle's
-normal. Seen as a sideways way in proportion to the way forward; the linkage alone cannot tell it from a
-biased joint encoder. Source: geometry.
+The axle is turned in the frame, to which joint angles and headings refer. The truck travels along the
+normal of the axle.
+
+It is seen as a sideways way in proportion to the way forward.
+
+It is confused with the bias of a joint's encoder: the linkage alone cannot tell the two apart.
+
+The source is the geometry of an axle that is turned in its frame.
 """
 
 from __future__ import annotations
@@ -12,20 +17,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from vcan_sim.effects.block import truck_number
-from vcan_sim.effects.effect import TRUCK, Effect, Parameter
+from omnimate.vcan_sim.effects.block import truck_number
+from omnimate.vcan_sim.effects.effect import TRUCK, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class WheelMisalignment(Effect):
-    """The truck travels at an angle to its straight ahead.
+    """The truck travels at an angle to its frame's straight ahead.
 
     Attributes:
-        angle: of the axle in the frame, counter-clockwise [rad].
+        angle: Angle of the axle in the frame, counter-clockwise [rad].
     """
 
     angle: float = 0.0

@@ -1,7 +1,13 @@
-"""Wheelbase: the truck turns as if its wheels stood closer or wider.
+"""Wheelbase: the truck turns as if its wheels stood closer together or further apart.
 
-Tyres touch the floor in an area, not at a point (U II). Seen in turns only; on squares driven one way it
-is made up for by unequal wheels. Source: U (2.5), (4.4).
+Tyres touch the floor in an area and not in a point, so that the effective wheelbase is uncertain (U II).
+
+It is seen in turns only.
+
+It is confused with unequal wheel diameters on squares that are driven one way only, because these
+compensate it there.
+
+The source is U (2.5) and (4.4).
 """
 
 from __future__ import annotations
@@ -9,20 +15,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vcan_sim.effects.block import truck_number
-from vcan_sim.effects.effect import TRUCK, Effect, Parameter
+from omnimate.vcan_sim.effects.block import truck_number
+from omnimate.vcan_sim.effects.effect import TRUCK, Effect, Parameter
 
 if TYPE_CHECKING:
-    from vcan_sim.effects.block import Block
-    from vcan_sim.effects.effect import Stage
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
 
 
 @dataclass(frozen=True, slots=True)
 class Wheelbase(Effect):
-    """Effective wheelbase times a ratio.
+    """The effective wheelbase is the nominal one, multiplied by a ratio.
 
     Attributes:
-        ratio: true over nominal wheelbase.
+        ratio: True wheelbase, divided by the nominal one.
     """
 
     ratio: float = 1.0

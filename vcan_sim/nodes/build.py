@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import SimulationError
-from vcan_sim.nodes.dictionary import load_dictionary
-from vcan_sim.nodes.drive import DriveDevice
-from vcan_sim.nodes.encoder import EncoderDevice
-from vcan_sim.nodes.sensor import Sensor
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.nodes.dictionary import load_dictionary
+from omnimate.vcan_sim.nodes.drive import DriveDevice
+from omnimate.vcan_sim.nodes.encoder import EncoderDevice
+from omnimate.vcan_sim.nodes.sensor import Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from vcan_sim.nodes.device import Device
-    from vcan_sim.nodes.dictionary import Key, Value
-    from vcan_sim.nodes.sensor import Latch
-    from vehicle.parameters import Drive, Encoder, VehicleParameters
+    from omnimate.vcan_sim.nodes.device import Device
+    from omnimate.vcan_sim.nodes.dictionary import Key, Value
+    from omnimate.vcan_sim.nodes.sensor import Latch
+    from omnimate.vehicle.parameters import Drive, Encoder, VehicleParameters
 
 WHEEL_EDS = "encoder_cia406.eds"
 JOINT_EDS = "encoder_single_turn_cia406.eds"
@@ -35,7 +35,7 @@ def build_devices(
     """Return one device per node id, in the order of the ids.
 
     Raises:
-        SimulationError: the file puts things on one node that no device has together.
+        SimulationError: The vehicle's file puts things on one node that no device has together.
     """
     nodes = sorted({encoder.node for encoder in vehicle.encoders} | {drive.node for drive in vehicle.drives})
     return tuple(_device(vehicle, latch, send, node) for node in nodes)

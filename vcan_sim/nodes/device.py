@@ -7,21 +7,22 @@ from enum import IntEnum
 from functools import partial
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import SdoAbort
-from vcan_sim.nodes.abort import Abort
-from vcan_sim.nodes.dictionary import ObjectStore
-from vcan_sim.nodes.emergency import HEARTBEAT_ERROR, Emergency
-from vcan_sim.nodes.exchange import PdoExchange
-from vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer
-from vcan_sim.nodes.sdo import SdoServer
-from vcan_sim.nodes.transmitter import Transmitter
+from omnimate.vcan_sim.errors import SdoAbort
+from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.dictionary import ObjectStore
+from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, Emergency
+from omnimate.vcan_sim.nodes.exchange import PdoExchange
+from omnimate.vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from omnimate.vcan_sim.nodes.objects import Objects
+from omnimate.vcan_sim.nodes.sdo import SdoServer
+from omnimate.vcan_sim.nodes.transmitter import Transmitter
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from vcan_sim.nodes.dictionary import Key, Value, Variable
-    from vcan_sim.nodes.disturbance import Disturbance
-    from vcan_sim.nodes.pdo import Rpdo
+    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+    from omnimate.vcan_sim.nodes.disturbance import Disturbance
+    from omnimate.vcan_sim.nodes.pdo import Rpdo
 
 SYNC_ID = 0x080
 _LAST_COMMUNICATION_OBJECT, _LAST_OBJECT = 0x1FFF, 0xFFFF
@@ -39,19 +40,16 @@ _COMMANDS = {0x01: NmtState.OPERATIONAL, 0x02: NmtState.STOPPED, 0x80: NmtState.
 
 
 class Device:
-    """One node; a profile adds its objects to `live`, `checks` and `effects`.
+    """One node of the bus; a profile adds its own readers, checks and reactions to `objects`.
 
     Attributes:
-        node: its node id.
-        now: the device's clock [s].
-        due: when the next of its timers ends [s].
-        store: the values of its objects.
-        state: its NMT state.
-        emergency: its errors.
-        transmitter: its way to the bus.
-        live: by (index, sub-index), objects whose value is read from elsewhere than the store.
-        checks: by index, called with (sub-index, value) before a value is stored; may raise SdoAbort.
-        effects: by index, called with (sub-index, value) after a value was stored.
+        node: Node id of the device.
+        now: Time on the device's clock [s].
+        due: Time at which the next of the device's timers ends [s].
+        objects: Object dictionary of the device, with what happens when an object is read or written.
+        state: NMT state of the device.
+        emergency: Errors that the device reports by EMCY.
+        transmitter: Sending side of the device, where its faults act.
     """
 
     def __init__(
@@ -65,59 +63,39 @@ class Device:
         self.now = 0.0
         self.due = math.inf
         self.store = ObjectStore(variables, node, settings)
+        self.objects = Objects(self.store)
         self.state = NmtState.PRE_OPERATIONAL
         self.transmitter = Transmitter(send)
         self.emergency = Emergency(lambda data: self.transmitter.send(self.store[0x1014, 0], data))
-        self._sdo = SdoServer(self.read, self.write)
+        self._sdo = SdoServer(self.objects.read, self.objects.write)
         self._producer = HeartbeatProducer()
         self._consumer = HeartbeatConsumer()
-        self._exchange = PdoExchange(self)
-        self.live: dict[Key, Callable[[], int]] = {(0x1001, 0): lambda: self.emergency.register}
-        self.live.update({(0x1003, sub): partial(self.emergency.history, sub) for sub in range(9)})
-        self.checks: dict[int, Callable[[int, int], None]] = {
-            0x1003: lambda _sub, value: self.emergency.erase_history(value),
-            0x1005: _check_sync_id,
-        }
-        self.effects: dict[int, Callable[[int, int], None]] = {
-            0x1016: lambda _sub, value: self._consumer.configure(value),
-            0x1017: lambda _sub, value: self._producer.configure(value, self.now),
-        }
+        self._exchange = PdoExchange(self.objects, self.transmitter, self.emergency, self.master_lost)
+        self._add_communication_objects()
+
+    def _add_communication_objects(self) -> None:
+        objects = self.objects
+        objects.readers[0x1001, 0] = lambda: self.emergency.register
+        objects.readers |= {(0x1003, sub): partial(self.emergency.history, sub) for sub in range(9)}
+        objects.checks[0x1003] = lambda _sub, value: self.emergency.erase_history(value)
+        objects.checks[0x1005] = _check_sync_id
+        objects.reactions[0x1016] = lambda _sub, value: self._consumer.configure(value)
+        objects.reactions[0x1017] = lambda _sub, value: self._producer.configure(value, self.now)
+        for index in self._exchange.indices:
+            objects.checks[index] = partial(self._check_pdo, index)
+            objects.reactions[index] = lambda _sub, _value: self.configure_pdos()
 
     @property
     def rpdos(self) -> tuple[Rpdo, ...]:
-        """The PDOs that it receives."""
+        """The PDOs that the device receives."""
         return self._exchange.rpdos
 
-    # The object dictionary
+    def _check_pdo(self, index: int, sub: int, value: int) -> None:
+        pre_operational = self.state is NmtState.PRE_OPERATIONAL
+        self._exchange.check(index, sub, value, pre_operational=pre_operational)
 
-    def read(self, index: int, sub: int) -> bytes:
-        """Return an object's bytes, as SDO uploads them; raises SdoAbort."""
-        live = self.live.get((index, sub))
-        return self.store.variable((index, sub)).encode(live()) if live else self.store.data((index, sub))
-
-    def write(self, index: int, sub: int, data: bytes) -> None:
-        """Set an object, as SDO and RPDOs do; raises SdoAbort."""
-        variable = self.store.variable((index, sub))
-        if not variable.writable:
-            raise SdoAbort(Abort.READ_ONLY)
-        value = variable.decode(data)
-        assert isinstance(value, int)  # no string of ours can be written
-        is_pdo = 0x1400 <= index < 0x1C00
-        if is_pdo:
-            self._exchange.check(index, sub, value, pre_operational=self.state is NmtState.PRE_OPERATIONAL)
-        elif index in self.checks:
-            self.checks[index](sub, value)
-        self.store[index, sub] = value
-        if index in self.effects:
-            self.effects[index](sub, value)
-        if is_pdo:
-            self._configure_pdos()
-
-    def reader(self, key: Key) -> Callable[[], int]:
-        """Return the function that reads an object for a PDO."""
-        return self.live.get(key) or (lambda: self.store[key])
-
-    def _configure_pdos(self) -> None:
+    def configure_pdos(self) -> None:
+        """Take over the PDO parameters of the object dictionary and the NMT state."""
         self._exchange.configure(self.now, operational=self.state is NmtState.OPERATIONAL)
 
     # What a profile adds
@@ -162,7 +140,7 @@ class Device:
         if self.state is NmtState.OPERATIONAL and state is not NmtState.OPERATIONAL:
             self.master_lost()
         self.state = state
-        self._configure_pdos()
+        self.configure_pdos()
         self._reschedule()
 
     def on_nmt(self, command: int, now: float) -> None:

@@ -12,8 +12,8 @@ import canopen
 from canopen.objectdictionary import ODVariable
 from canopen.objectdictionary.datatypes import INTEGER_TYPES, SIGNED_TYPES
 
-from vcan_sim.errors import SdoAbort
-from vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.errors import SdoAbort
+from omnimate.vcan_sim.nodes.abort import Abort
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,14 +29,14 @@ class Variable:
     """One entry of an object dictionary.
 
     Attributes:
-        size: of an integer [byte]; None for a string.
-        signed: whether the integer is two's complement.
-        writable: whether SDO may write it.
-        mappable: whether a PDO may carry it.
-        low: lowest value allowed.
-        high: highest value allowed.
-        default: value after a reset.
-        relative: whether the node id is added to the default.
+        size: Size of an integer [byte]; None for a string.
+        signed: Whether the integer is two's complement.
+        writable: Whether SDO may write the object.
+        mappable: Whether a PDO may carry the object.
+        low: Lowest value allowed.
+        high: Highest value allowed.
+        default: Value after a reset.
+        relative: Whether the node id is added to the default.
     """
 
     size: int | None
@@ -88,7 +88,7 @@ def _variable(entry: ODVariable) -> Variable:
 
 @lru_cache(maxsize=8)
 def load_dictionary(eds: str) -> Mapping[Key, Variable]:
-    """Return the entries of one of our EDS files by (index, sub-index)."""
+    """Return the entries of an EDS file of the simulated devices by (index, sub-index)."""
     entries = canopen.import_od(str(EDS_FOLDER / eds), node_id=0)
     variables: dict[Key, Variable] = {}
     for index, entry in entries.items():
@@ -126,11 +126,11 @@ class ObjectStore:
 
     def variable(self, key: Key) -> Variable:
         """Return an entry; raise SdoAbort where there is none."""
-        found = self._variables.get(key)
-        if found is None:
+        variable = self._variables.get(key)
+        if variable is None:
             index_exists = (key[0], 0) in self._variables
             raise SdoAbort(Abort.NO_SUBINDEX if index_exists else Abort.NO_OBJECT)
-        return found
+        return variable
 
     def data(self, key: Key) -> bytes:
         """Return a value as its bytes on the bus; raise SdoAbort where there is no such object."""

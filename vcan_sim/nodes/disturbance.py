@@ -1,4 +1,4 @@
-"""What is wrong with a device at the moment; all null, nothing is."""
+"""What is wrong with a device at the moment: a plain record, which `Transmitter` follows."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Babble:
-    """Frames that nobody asked for.
+    """Frames with which a device floods the bus.
 
     Attributes:
-        frames: in one burst.
-        every: time between two bursts [s].
-        cob_id: None for the device's own first TPDO.
-        data: None for what that TPDO sent last.
+        frames: Number of frames in one burst.
+        every: Time between two bursts [s].
+        cob_id: COB-ID of the frames; None for the device's own first TPDO.
+        data: Data of the frames; None for what that TPDO sent last.
     """
 
     frames: int
@@ -27,13 +27,13 @@ class Disturbance:
     """The faults of a device.
 
     Attributes:
-        off: without power: it neither hears nor sends.
-        silent: it sends nothing.
-        frozen: its PDOs repeat what they sent last.
-        length: that its PDOs are cut or filled up to [byte].
-        late_by: how much later PDOs are sent [s].
-        late_every: every how many PDOs are late.
-        babble: what it floods the bus with.
+        off: Whether the device is without power: it neither receives nor sends.
+        silent: Whether the device sends nothing.
+        frozen: Whether the device's PDOs repeat what they sent last.
+        length: Length that the device's PDOs are cut or filled up to [byte]; None for the right one.
+        late_by: Time by which late PDOs are sent later [s].
+        late_every: Number of PDOs of which one is late.
+        babble: Frames with which the device floods the bus; None for none.
     """
 
     off: bool = False

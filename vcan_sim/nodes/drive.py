@@ -5,16 +5,16 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import SdoAbort
-from vcan_sim.nodes.abort import Abort
-from vcan_sim.nodes.device import Device, NmtState
-from vcan_sim.nodes.power_state import PowerState, follow, statusword
+from omnimate.vcan_sim.errors import SdoAbort
+from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.device import Device, NmtState
+from omnimate.vcan_sim.nodes.power_state import PowerState, follow, statusword
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from vcan_sim.nodes.dictionary import Key, Value, Variable
-    from vcan_sim.nodes.sensor import Sensor
+    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+    from omnimate.vcan_sim.nodes.sensor import Sensor
 
 _HALT = 0x0100
 _PROFILE_VELOCITY, _CYCLIC_VELOCITY = 3, 9
@@ -33,8 +33,8 @@ class DriveDevice(Device):
     """A drive; its motor follows the demanded velocity exactly, so acceleration limits act here alone.
 
     Attributes:
-        power: its CiA 402 state.
-        velocity: of the motor [increments/s].
+        power: CiA 402 state of the drive.
+        velocity: Velocity of the motor [increments/s].
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class DriveDevice(Device):
         self._position = 0.0
         self._controlword = 0
         self._radians_per_increment = radians_per_increment
-        self.live.update(
+        self.objects.readers.update(
             {
                 (0x6041, 0): self._statusword,
                 (0x6061, 0): lambda: self.store[0x6060, 0],
@@ -62,8 +62,8 @@ class DriveDevice(Device):
                 (0x606C, 0): lambda: round(self.velocity),
             }
         )
-        self.checks[0x6060] = _check_mode
-        self.effects.update(
+        self.objects.checks[0x6060] = _check_mode
+        self.objects.reactions.update(
             {
                 0x6040: self._control,
                 0x6060: self._retarget,

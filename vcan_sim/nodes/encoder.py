@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import SdoAbort
-from vcan_sim.nodes.abort import Abort
-from vcan_sim.nodes.device import Device
+from omnimate.vcan_sim.errors import SdoAbort
+from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.device import Device
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from vcan_sim.nodes.dictionary import Key, Value, Variable
-    from vcan_sim.nodes.sensor import Sensor
+    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+    from omnimate.vcan_sim.nodes.sensor import Sensor
 
 _CODE_SEQUENCE, _SCALING, _LINEAR_DIRECTION = 0x0001, 0x0004, 0x0008
 
@@ -30,14 +30,14 @@ class EncoderDevice(Device):
     ) -> None:
         super().__init__(node, variables, settings, send)
         self._sensors = tuple(sensors)
-        self.live[0x6004, 0] = sensors[0].position
-        self.live[0x6500, 0] = lambda: self.store[0x6000, 0]
-        self.live[0x6509, 0] = lambda: sensors[0].offset
+        self.objects.readers[0x6004, 0] = sensors[0].position
+        self.objects.readers[0x6500, 0] = lambda: self.store[0x6000, 0]
+        self.objects.readers[0x6509, 0] = lambda: sensors[0].offset
         for number, sensor in enumerate(sensors, start=1):
-            self.live[0x6020, number] = sensor.position
-            self.live[0x6030, number] = sensor.speed
-        self.checks[0x6010] = self._check_sensor
-        self.effects.update(
+            self.objects.readers[0x6020, number] = sensor.position
+            self.objects.readers[0x6030, number] = sensor.speed
+        self.objects.checks[0x6010] = self._check_sensor
+        self.objects.reactions.update(
             {
                 0x1800: self._mirror_event_timer,
                 0x6000: self._configure,
@@ -70,10 +70,11 @@ class EncoderDevice(Device):
             sensor.configure(-1 if reverse else 1, units, resolution, total)
 
     def _mirror_event_timer(self, sub: int, value: int) -> None:
-        """Keep 6200h equal to the event timer of TPDO1, as CiA 406 has it."""
+        """Keep 6200h equal to the event timer of TPDO1, as CiA 406 asks for."""
         if sub == 5:
             self.store[0x6200, 0] = value
+        self.configure_pdos()
 
     def _mirror_cyclic_timer(self, _sub: int, value: int) -> None:
         self.store[0x1800, 5] = value
-        self._configure_pdos()
+        self.configure_pdos()

@@ -5,28 +5,49 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import SdoAbort
-from vcan_sim.nodes import emergency, pdo_rules
-from vcan_sim.nodes.pdo import DEVICE_EVENT, Rpdo, Tpdo
+from omnimate.vcan_sim.errors import SdoAbort
+from omnimate.vcan_sim.nodes import pdo_rules
+from omnimate.vcan_sim.nodes.emergency import LENGTH_ERROR, RPDO_TIMEOUT, Emergency
+from omnimate.vcan_sim.nodes.pdo import DEVICE_EVENT, MAPPING, Rpdo, Tpdo
 
 if TYPE_CHECKING:
-    from vcan_sim.nodes.device import Device
+    from collections.abc import Callable
+
+    from omnimate.vcan_sim.nodes.objects import Objects
+    from omnimate.vcan_sim.nodes.transmitter import Transmitter
 
 
 class PdoExchange:
     """All PDOs of one device.
 
     Attributes:
-        tpdos: in the order of their index.
-        rpdos: likewise.
-        due: when a timer of one of them ends [s].
+        tpdos: PDOs that the device sends, in the order of their index.
+        rpdos: PDOs that the device receives, in the order of their index.
+        indices: Indices of the communication and mapping parameters of all these PDOs.
+        due: Time at which the next timer of a PDO ends [s].
     """
 
-    def __init__(self, device: Device) -> None:
-        self._device = device
-        store = device.store
-        self.tpdos = tuple(Tpdo(index) for index in range(0x1800, 0x1A00) if (index, 1) in store)
-        self.rpdos = tuple(Rpdo(index) for index in range(0x1400, 0x1600) if (index, 1) in store)
+    def __init__(
+        self,
+        objects: Objects,
+        transmitter: Transmitter,
+        emergency: Emergency,
+        on_timeout: Callable[[], None],
+    ) -> None:
+        """Find the PDOs that the object dictionary declares.
+
+        Args:
+            objects: Objects that the PDOs carry, and that hold the PDO parameters.
+            transmitter: Sending side of the device.
+            emergency: Errors of the device, for RPDOs of a wrong length and for missed deadlines.
+            on_timeout: Called when an RPDO misses its deadline.
+        """
+        self._objects, self._store = objects, objects.store
+        self._transmitter, self._emergency, self._on_timeout = transmitter, emergency, on_timeout
+        self.tpdos = tuple(Tpdo(index) for index in range(0x1800, 0x1A00) if (index, 1) in self._store)
+        self.rpdos = tuple(Rpdo(index) for index in range(0x1400, 0x1600) if (index, 1) in self._store)
+        parameters = [tpdo.index for tpdo in self.tpdos] + [rpdo.index for rpdo in self.rpdos]
+        self.indices = (*parameters, *(index + MAPPING for index in parameters))
         self._answers: tuple[Tpdo, ...] = ()
         self._events: tuple[Tpdo, ...] = ()
         self._held: tuple[Rpdo, ...] = ()
@@ -34,17 +55,17 @@ class PdoExchange:
 
     def check(self, index: int, sub: int, value: int, *, pre_operational: bool) -> None:
         """Refuse a PDO parameter that must not be written now; raises SdoAbort."""
-        if index & 0x0200:
-            pdo_rules.check_mapping(self._device.store, index, sub, value, pre_operational=pre_operational)
+        if index & MAPPING:
+            pdo_rules.check_mapping(self._store, index, sub, value, pre_operational=pre_operational)
         else:
-            pdo_rules.check_communication(self._device.store, index, sub, value)
+            pdo_rules.check_communication(self._store, index, sub, value)
 
     def configure(self, now: float, *, operational: bool) -> None:
         """Take over the object dictionary and the NMT state; all timers start anew."""
         for tpdo in self.tpdos:
-            tpdo.configure(self._device.store, self._device.reader, now, operational=operational)
+            tpdo.configure(self._store, self._objects.reader, now, operational=operational)
         for rpdo in self.rpdos:
-            rpdo.configure(self._device.store, operational=operational)
+            rpdo.configure(self._store, operational=operational)
         valid = [tpdo for tpdo in self.tpdos if tpdo.valid]
         self._answers = tuple(tpdo for tpdo in valid if tpdo.synchronous and tpdo.kind)
         self._events = tuple(tpdo for tpdo in valid if tpdo.kind in {0, DEVICE_EVENT})
@@ -61,7 +82,7 @@ class PdoExchange:
             tpdo.syncs += 1
             if tpdo.syncs >= tpdo.kind:
                 tpdo.syncs = 0
-                self._device.transmitter.send_pdo(tpdo.cob_id, tpdo.pack(), now)
+                self._transmitter.send_pdo(tpdo.cob_id, tpdo.pack(), now)
         if self._events:
             self.send_events(now, on_sync=True)
 
@@ -76,10 +97,10 @@ class PdoExchange:
     def receive(self, rpdo: Rpdo, data: bytes, now: float) -> None:
         """Take an RPDO in, at once or with the next SYNC; a wrong length is refused with EMCY 8210h."""
         if len(data) != rpdo.length:
-            self._device.emergency.set(emergency.LENGTH_ERROR)
+            self._emergency.set(LENGTH_ERROR)
             return
-        self._device.emergency.clear(emergency.LENGTH_ERROR)
-        self._device.emergency.clear(emergency.RPDO_TIMEOUT)
+        self._emergency.clear(LENGTH_ERROR)
+        self._emergency.clear(RPDO_TIMEOUT)
         rpdo.due = now + rpdo.deadline if rpdo.deadline else math.inf
         if rpdo.synchronous:
             rpdo.waiting = data
@@ -90,7 +111,7 @@ class PdoExchange:
     def _apply(self, rpdo: Rpdo, data: bytes) -> None:
         for (index, sub), value in rpdo.unpack(data):
             try:
-                self._device.write(index, sub, value)
+                self._objects.write(index, sub, value)
             except SdoAbort:  # a value out of range leaves the object as it was
                 continue
 
@@ -102,14 +123,14 @@ class PdoExchange:
         for rpdo in self.rpdos:
             if now >= rpdo.due:
                 rpdo.due = math.inf
-                self._device.emergency.set(emergency.RPDO_TIMEOUT)
-                self._device.master_lost()
+                self._emergency.set(RPDO_TIMEOUT)
+                self._on_timeout()
         self._reschedule()
 
     def _transmit(self, tpdo: Tpdo, now: float) -> None:
         data = tpdo.pack()
         tpdo.was_sent(data, now)
-        self._device.transmitter.send_pdo(tpdo.cob_id, data, now)
+        self._transmitter.send_pdo(tpdo.cob_id, data, now)
 
     def _reschedule(self) -> None:
         dues = [tpdo.due for tpdo in self.tpdos] + [rpdo.due for rpdo in self.rpdos]

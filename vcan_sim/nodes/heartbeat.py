@@ -6,10 +6,10 @@ import math
 
 
 class HeartbeatProducer:
-    """Tells when this device's next heartbeat is due.
+    """Computes when this device's next heartbeat is due.
 
     Attributes:
-        due: [s]; inf while 1017h is 0.
+        due: Time at which the next heartbeat is due [s]; inf while 1017h is 0.
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class HeartbeatConsumer:
     """Watches one other node, from its first heartbeat on.
 
     Attributes:
-        due: when its heartbeat is overdue [s]; inf while it is not watched.
+        due: Time at which the watched node's heartbeat is overdue [s]; inf while no node is watched.
     """
 
     def __init__(self) -> None:

@@ -5,26 +5,27 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from vcan_sim.nodes.pdo_rules import NOT_VALID
+from omnimate.vcan_sim.nodes.pdo_rules import NOT_VALID
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from vcan_sim.nodes.dictionary import Key, ObjectStore
+    from omnimate.vcan_sim.nodes.dictionary import Key, ObjectStore
 
 LAST_SYNCHRONOUS = 240
 DEVICE_EVENT = 255
+MAPPING = 0x200  # from the index of a PDO's communication parameter to that of its mapping parameter
 
 
 class Tpdo:
     """One TPDO as it is configured at the moment.
 
     Attributes:
-        cob_id: its COB-ID.
-        valid: whether it exists.
-        kind: transmission type.
-        data: what was sent last.
-        due: when the event timer or a held-back event wants it sent [s].
+        cob_id: COB-ID of the PDO.
+        valid: Whether the PDO is valid and the device operational.
+        kind: Transmission type of the PDO.
+        data: Data that were sent last; None before the first transmission.
+        due: Time at which the event timer or a held-back event asks for a transmission [s].
     """
 
     __slots__ = (
@@ -62,7 +63,7 @@ class Tpdo:
         self.inhibit, self.event = store[self.index, 3] * 1e-4, store[self.index, 5] * 1e-3
         self.syncs, self.data, self.sent = 0, None, -math.inf
         fields, shift = [], 0
-        for key, bits in mapped(store, self.index + 0x200):
+        for key, bits in mapped(store, self.index + MAPPING):
             fields.append((reader(key), (1 << bits) - 1, shift))
             shift += bits
         self._fields, self.length = tuple(fields), shift // 8
@@ -102,10 +103,10 @@ class Rpdo:
     """One RPDO as it is configured at the moment.
 
     Attributes:
-        cob_id: its COB-ID.
-        valid: whether it exists.
-        waiting: data that the next SYNC makes valid.
-        due: when its deadline passes [s].
+        cob_id: COB-ID of the PDO.
+        valid: Whether the PDO is valid and the device operational.
+        waiting: Data that the next SYNC makes valid; None where there are none.
+        due: Time at which the deadline of the PDO passes [s].
     """
 
     __slots__ = ("_fields", "cob_id", "deadline", "due", "index", "length", "synchronous", "valid", "waiting")
@@ -125,7 +126,7 @@ class Rpdo:
         self.synchronous = store[self.index, 2] <= LAST_SYNCHRONOUS
         self.deadline, self.due, self.waiting = store[self.index, 5] * 1e-3, math.inf, None
         fields, shift = [], 0
-        for key, bits in mapped(store, self.index + 0x200):
+        for key, bits in mapped(store, self.index + MAPPING):
             fields.append((key, bits, shift))
             shift += bits
         self._fields, self.length = tuple(fields), shift // 8

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import SdoAbort
-from vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.errors import SdoAbort
+from omnimate.vcan_sim.nodes.abort import Abort
 
 if TYPE_CHECKING:
-    from vcan_sim.nodes.dictionary import ObjectStore
+    from omnimate.vcan_sim.nodes.dictionary import ObjectStore
 
 NOT_VALID = 0x8000_0000
 _EXTENDED = 0x2000_0000

@@ -6,8 +6,8 @@ import struct
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from vcan_sim.errors import SdoAbort
-from vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.errors import SdoAbort
+from omnimate.vcan_sim.nodes.abort import Abort
 
 if TYPE_CHECKING:
     from collections.abc import Callable

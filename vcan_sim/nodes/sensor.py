@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vehicle.parameters import Encoder
+    from omnimate.vehicle.parameters import Encoder
 
 _FASTEST = 2**15 - 1  # the speed value is 16 bits wide and saturates
 
@@ -16,9 +16,9 @@ class Latch:
     """The raw counts of all channels at the last SYNC, so that all encoders stand at the same instant.
 
     Attributes:
-        counts: in the order of the vehicle's channels.
-        previous: one SYNC earlier.
-        period: between the two [s].
+        counts: Counts at the last SYNC, in the order of the vehicle's channels.
+        previous: Counts at the SYNC before the last.
+        period: Time between two SYNCs [s].
     """
 
     __slots__ = ("counts", "period", "previous")

@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from vcan_sim.nodes.disturbance import NONE, Disturbance
+from omnimate.vcan_sim.nodes.disturbance import NONE, Disturbance
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+
+_NO_PDO = 0x7FF  # COB-ID of a device that babbles before it has sent a PDO
 
 
 class Transmitter:
     """Sends a device's frames as its faults let it.
 
     Attributes:
-        due: when held-back frames or the next burst go out [s].
+        due: Time at which held-back frames or the next burst are sent [s].
     """
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
@@ -89,8 +92,9 @@ class Transmitter:
         """Return the frame that is babbled; the device's first PDO unless another is given."""
         babble = self._disturbance.babble
         assert babble is not None  # the caller has looked
-        own = next(iter(self._last.items()), None)
-        cob_id = babble.cob_id if babble.cob_id is not None else own[0] if own else 0x7FF
+        cob_id = babble.cob_id
+        if cob_id is None:
+            cob_id = next(iter(self._last), _NO_PDO)
         return cob_id, babble.data if babble.data is not None else self._last.get(cob_id, b"\xff" * 8)
 
     def _reschedule(self) -> None:

@@ -1,1 +1,1 @@
-"""How the tables came to be, step by step (Alembic)."""
+"""The migrations that make the tables, step by step (Alembic)."""

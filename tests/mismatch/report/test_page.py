@@ -5,8 +5,8 @@ from html.parser import HTMLParser
 
 import pytest
 
-from mismatch import Diagnosis, diagnose
-from mismatch.report import render
+from omnimate.mismatch import Diagnosis, diagnose
+from omnimate.mismatch.report import render
 
 VOID = {"meta", "br", "line", "circle", "rect", "polyline"}
 OPEN = {"th", "li"}

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vcan_sim.effects.block import Block
+from omnimate.vcan_sim.effects.block import Block
 
 PERIOD, START = 0.015, 1000.0
 STEPWISE = (

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vcan_sim.effects import effect_named
-from vcan_sim.effects.bump import crossing
-from vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.crossing import losing
+from omnimate.vcan_sim.effects import effect_named
+from omnimate.vcan_sim.errors import SimulationError
 
 PERIOD, START = 0.015, 1000.0
 
@@ -62,7 +62,9 @@ def test_a_bump_takes_exactly_lost_and_only_while_it_is_crossed(forward, acted):
     after = acted(effect("bump", "a.left", times=(START + 1.0, START + 3.0), lost=(2e-3, 5e-3)), forward)
     missing = forward.travel[:, 0] - after["travel"][:, 0]
     assert missing.sum() == pytest.approx(7e-3, abs=1e-12)
-    first = (forward.time > START + 1.0) & (forward.time < START + 1.0 + crossing(0.075, 2e-3) / 0.3 + PERIOD)
+    first = (forward.time > START + 1.0) & (
+        forward.time < START + 1.0 + losing(0.075, 2e-3).rolled / 0.3 + PERIOD
+    )
     assert missing[first].sum() == pytest.approx(2e-3, abs=1e-12)
     assert not missing[forward.time <= START + 1.0].any()
 
@@ -75,7 +77,7 @@ def test_a_bump_in_reverse_takes_the_way_back_too(forward, acted):
 
 def test_an_edge_of_height_h_loses_2_r_q_minus_sin_q_while_it_rolls_2_r_q():
     q = math.acos(1.0 - 0.010 / 0.075)
-    assert crossing(0.075, 2.0 * 0.075 * (q - math.sin(q))) == pytest.approx(2.0 * 0.075 * q)
+    assert losing(0.075, 2.0 * 0.075 * (q - math.sin(q))).rolled == pytest.approx(2.0 * 0.075 * q)
 
 
 def test_as_many_losses_as_times_are_asked_for():
@@ -249,5 +251,5 @@ def test_recover_gives_back_the_way_of_a_wheel_whose_samples_are_old(block, acte
     late = effect("latency", "a.left", delay=0.06)
     aged = acted(late, block)
     back, _ = late.recover(replace(block, travel=0.075 * aged["turned"]))
-    way, found = np.cumsum(block.travel[:, 0]), np.cumsum(back.travel[:, 0])
-    assert found[:-5] == pytest.approx(way[:-5], abs=1e-9)
+    way, recovered = np.cumsum(block.travel[:, 0]), np.cumsum(back.travel[:, 0])
+    assert recovered[:-5] == pytest.approx(way[:-5], abs=1e-9)

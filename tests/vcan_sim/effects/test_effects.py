@@ -1,5 +1,6 @@
 """Laws that hold for every effect of the vocabulary."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -7,9 +8,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vcan_sim.effects import EFFECTS, effect_named
-from vcan_sim.effects.effect import stage_of
-from vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.effects import EFFECTS, effect_named
+from omnimate.vcan_sim.effects.stages import stage_of
+from omnimate.vcan_sim.errors import SimulationError
 
 VOCABULARY = {
     "wheel_diameter", "wheel_eccentricity", "radius_vs_speed", "radius_step", "bump", "slip_patch",
@@ -36,18 +37,22 @@ NULL = {"bump": {"times": (1001.0,), "lost": (0.0,)}}
 
 
 def strong(kind, component):
-    values = {one.name: (one.null or 0.0) + one.scale for one in kind.parameters}
+    values = {parameter.name: (parameter.null or 0.0) + parameter.scale for parameter in kind.parameters}
     return kind(component, **CHOSEN.get(kind.name, values))
 
 
 def null(kind, component):
-    values = {one.name: one.null for one in kind.parameters if one.null is not None}
+    values = {parameter.name: parameter.null for parameter in kind.parameters if parameter.null is not None}
     return kind(component, **NULL.get(kind.name, values))
 
 
 every_effect = pytest.mark.parametrize(
     ("kind", "component"),
-    [pytest.param(kind, one, id=f"{kind.name}-{one}") for kind in EFFECTS for one in kind.components],
+    [
+        pytest.param(kind, component, id=f"{kind.name}-{component}")
+        for kind in EFFECTS
+        for component in kind.components
+    ],
 )
 
 
@@ -104,22 +109,24 @@ def test_a_block_is_not_changed_in_place(kind, component, block, acted):
 @every_effect
 def test_parameters_state_a_unit_a_scale_and_bounds_that_hold_null(kind, component):
     effect = strong(kind, component)
-    assert set(effect.values()) == {one.name for one in kind.parameters}
-    for one in kind.parameters:
-        assert one.unit
-        assert one.scale > 0.0
-        assert one.null is None or one.low <= one.null <= one.high
+    assert set(effect.values()) == {parameter.name for parameter in kind.parameters}
+    for parameter in kind.parameters:
+        assert parameter.unit
+        assert parameter.scale > 0.0
+        assert parameter.null is None or parameter.low <= parameter.null <= parameter.high
 
 
 @pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
-def test_a_strange_component_and_a_value_out_of_bounds_are_refused(kind):
+def test_an_unknown_component_and_a_value_out_of_bounds_are_refused(kind):
     with pytest.raises(SimulationError, match="expected one of"):
         kind("c")
     effect = strong(kind, kind.components[0])
-    for one in kind.parameters:
-        beyond = {"lost": (0.0, 1e13), "times": (0.0, 1e13), "intervals": ((0.0, 1e13),)}.get(one.name, 1e13)
+    for parameter in kind.parameters:
+        beyond = {"lost": (0.0, 1e13), "times": (0.0, 1e13), "intervals": ((0.0, 1e13),)}.get(
+            parameter.name, 1e13
+        )
         with pytest.raises(SimulationError, match="expected"):
-            replace(effect, **{one.name: beyond})
+            replace(effect, **{parameter.name: beyond})
 
 
 @every_effect
@@ -128,3 +135,12 @@ def test_only_encoders_of_wheels_have_something_to_recover(kind, component, bloc
     recovered, _ = effect.recover(block)
     changed = not np.allclose(recovered.travel, block.travel, atol=1e-12)
     assert changed == (stage_of(effect) == "encoder")
+
+
+@pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
+def test_the_documentation_says_how_an_effect_shows_what_it_looks_like_and_where_it_is_from(kind):
+    title, *paragraphs = sys.modules[kind.__module__].__doc__.strip().split("\n\n")
+    assert title.lower().replace(" ", "_").startswith(kind.name.partition("_vs_")[0])
+    assert all(paragraph.endswith(".") for paragraph in (title, *paragraphs))
+    for words in ("It is seen", "It is confused with", "The source is"):
+        assert sum(paragraph.startswith(words) for paragraph in paragraphs) == 1

@@ -1,1 +1,1 @@
-"""One file for each step."""
+"""The steps of the migrations, one file for each."""

@@ -1,0 +1,1 @@
+"""Maximum-likelihood estimation of a robot's parameters from chains of measured poses."""

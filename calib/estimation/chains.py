@@ -1,0 +1,103 @@
+"""The form of every least-squares calibration: chains of measured poses, and movements between them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from omnimate.calib.estimation.filtering import Filtered, Smoothed, backwards, forwards
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
+    from omnimate.vehicle.se2 import Array
+
+
+class Chains(NamedTuple):
+    """M measured poses of one or more chains, one after the other, at given coordinates `(P,)`.
+
+    Each pose follows from the one before it: pose = left (+) pose before (+) right.
+
+    Attributes:
+        first: Whether a chain begins with this pose, shape `(M,)`.
+        start: Approximate pose at which a chain begins, shape `(M, 3)`.
+        left: Increment on the left of the pose before, shape `(M, 3)`.
+        right: Increment on the right of the pose before, shape `(M, 3)`.
+        sensitivity: Derivative of the movement by the coordinates, in the body frame at the end of the
+            movement, shape `(M, 3, P)`.
+        process: Covariance of the movement per unit variance of each of C sources of noise, in the body frame
+            at the end of the movement, shape `(C, M, 3, 3)`.
+        measured: Measured poses; nan where unknown, shape `(M, 3)`.
+        stated: Known part of the covariance of the measured poses, world frame, shape `(M, 3, 3)`.
+        scatter: Covariance of the measured poses per unit variance of each of K sources of noise, world
+            frame, shape `(K, M, 3, 3)`.
+        lever: Pose of the reference on the robot, shape `(3,)`.
+        effect: Derivative of the reference's pose by the coordinates, body frame, shape `(M, 3, P)`.
+    """
+
+    first: NDArray[np.bool_]
+    start: Array
+    left: Array
+    right: Array
+    sensitivity: Array
+    process: Array
+    measured: Array
+    stated: Array
+    scatter: Array
+    lever: Array
+    effect: Array
+
+    def filtered(self, variances: Array, weights: Array) -> tuple[Filtered, Smoothed]:
+        """Return the filter's results for the variances of all noises and the weights `(M,)` of the fixes."""
+        first = self.first.astype(np.float64)
+        process = np.tensordot(variances[: len(self.process)], self.process, 1)
+        noise = self.noise(variances) / weights[:, np.newaxis, np.newaxis]
+        moved = self.start, self.left, self.right, self.sensitivity, process
+        ahead = Filtered(*forwards(first, *moved, self.measured, noise, self.lever, self.effect))
+        return ahead, Smoothed(*backwards(first, self.lever, *ahead[:4]))
+
+    def noise(self, variances: Array) -> Array:
+        """Return the covariance `(M, 3, 3)` of each measured pose, world frame."""
+        scattered = np.tensordot(variances[len(self.process) :], self.scatter, 1)
+        return np.asarray(self.stated + scattered, np.float64)
+
+
+class Problem(Protocol):
+    """A calibration problem: parameters, and the chains that they predict."""
+
+    @property
+    def source(self) -> str:
+        """Files or folders that the data come from."""
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The coordinates that may be estimated; 0 is nominal."""
+
+    @property
+    def noises(self) -> tuple[NoiseSource, ...]:
+        """The sources of noise: first those of `Chains.process`, then those of `Chains.scatter`."""
+
+    def chains(self, coordinates: Array) -> Chains:
+        """Return the chains at coordinates `(P,)`."""
+
+    def place(self, number: int) -> tuple[str, float]:
+        """Return the source and the time [s] of a measured pose."""
+
+
+def joined(chains: list[Chains], lever: Array) -> Chains:
+    """Return chains one after the other."""
+    return Chains(
+        first=np.concatenate([chain.first for chain in chains]),
+        start=np.concatenate([chain.start for chain in chains]),
+        left=np.concatenate([chain.left for chain in chains]),
+        right=np.concatenate([chain.right for chain in chains]),
+        sensitivity=np.concatenate([chain.sensitivity for chain in chains]),
+        process=np.concatenate([chain.process for chain in chains], axis=1),
+        measured=np.concatenate([chain.measured for chain in chains]),
+        stated=np.concatenate([chain.stated for chain in chains]),
+        scatter=np.concatenate([chain.scatter for chain in chains], axis=1),
+        lever=lever,
+        effect=np.concatenate([chain.effect for chain in chains]),
+    )

@@ -1,0 +1,245 @@
+"""The likelihood of a chain of fixes between which a robot moved by its wheels: a Kalman filter, compiled.
+
+Dead-reckoning errors accumulate, so the errors of poses at different times are correlated; the innovations of
+a filter are the same data made white. Their derivatives by the parameters pass through the filter with them,
+so that one pass gives whitened residuals and their Jacobian: generalised least squares without a large matrix
+(the augmented filter of de Jong, 1991). A second pass, backwards, gives the auxiliary residual of each fix
+and of each movement (de Jong & Penzer, 1998; Koopman, 1993): its difference from the prediction by all
+others. From these follow the outliers and the score of every variance.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from omnimate.calib.estimation.matrices import (
+    inverse,
+    product,
+    product_of_transposed,
+    sandwich,
+    sandwich_of_transposed,
+)
+from omnimate.vehicle.compiled import Array, compiled
+from omnimate.vehicle.compiled_se2 import compose, rotate, rotation, transport, wrap
+
+FAR = 10.0  # [m] standard deviation of the position at the begin of a chain, before its first fix
+AROUND = 3.0  # [rad] standard deviation of the heading at the begin of a chain, before its first fix
+
+
+class Filtered(NamedTuple):
+    """Result of the forward pass for M fixes and P parameters.
+
+    The last axis `1 + P` holds a value and its derivatives by the parameters.
+
+    Attributes:
+        innovation: Measured minus predicted x, y [m] in the body frame and theta [rad], shape `(M, 3, 1+P)`.
+        precision: Inverse of the covariance of the innovation, shape `(M, 3, 3)`.
+        gain: Gain of the filter, shape `(M, 3, 3)`.
+        carry: Matrix that turns errors before the movement into errors after it, shape `(M, 3, 3)`.
+        heading: Heading of the body frame in which the fix was compared [rad], shape `(M,)`.
+    """
+
+    innovation: Array
+    precision: Array
+    gain: Array
+    carry: Array
+    heading: Array
+
+
+class Smoothed(NamedTuple):
+    """Result of the backward pass: auxiliary residuals and their covariances.
+
+    Attributes:
+        fix: Auxiliary residual of each fix, shape `(M, 3, 1+P)`.
+        fix_precision: Covariance of the auxiliary residual of each fix, shape `(M, 3, 3)`.
+        step: Auxiliary residual of the movement before each fix, shape `(M, 3, 1+P)`; zero at the first of a
+            chain.
+        step_precision: Covariance of the auxiliary residual of each movement, shape `(M, 3, 3)`.
+    """
+
+    fix: Array
+    fix_precision: Array
+    step: Array
+    step_precision: Array
+
+
+@compiled
+def compare(out: Array, measured: Array, pose: Array, lever: Array) -> None:
+    """Write a measured pose minus that of the reference, which `lever` puts on the robot; body frame."""
+    ahead, aside = rotate(-pose[2], measured[0] - pose[0], measured[1] - pose[1])
+    out[0], out[1] = ahead - lever[0], aside - lever[1]
+    out[2] = wrap(measured[2] - pose[2] - lever[2])
+    for row in range(3):
+        if math.isnan(out[row]):
+            out[row] = 0.0
+
+
+@compiled
+def observation(lever: Array) -> Array:
+    """Return how an error of the robot's pose shows in that of the reference, `(3, 3)`."""
+    observe = np.eye(3)
+    observe[0, 2], observe[1, 2] = -lever[1], lever[0]
+    return observe
+
+
+@compiled
+def forwards(
+    first: Array,
+    start: Array,
+    left: Array,
+    right: Array,
+    sensitivity: Array,
+    process: Array,
+    measured: Array,
+    noise: Array,
+    lever: Array,
+    effect: Array,
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Filter chains of M fixes with P parameters; return the fields of `Filtered`.
+
+    Args:
+        first: 1 where a fix begins a new chain, shape `(M,)`.
+        start: Approximate pose at which a chain begins, used where `first`, shape `(M, 3)`.
+        left: Increment on the left: pose = left (+) pose before (+) right, shape `(M, 3)`.
+        right: Increment on the right, shape `(M, 3)`.
+        sensitivity: Derivative of the movement by the parameters, body frame at its end, shape `(M, 3, P)`.
+        process: Covariance of the movement, body frame at its end, shape `(M, 3, 3)`.
+        measured: Poses of the reference; nan where unknown, shape `(M, 3)`.
+        noise: Covariance of the measured poses, world frame; huge where unknown, shape `(M, 3, 3)`.
+        lever: Pose of the reference on the robot, shape `(3,)`.
+        effect: Derivative of the reference's pose by the parameters, body frame, shape `(M, 3, P)`.
+    """
+    count, size = len(measured), sensitivity.shape[2]
+    innovation, precision = np.zeros((count, 3, 1 + size)), np.zeros((count, 3, 3))
+    gain, carry, heading = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros(count)
+    observe = observation(lever)
+    pose, moved, residual = np.zeros(3), np.zeros(3), np.zeros(3)
+    covariance, before, spread = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+    turn, mine, cross, rest = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+    sensed, predicted, change = np.zeros((3, size)), np.zeros((3, size)), np.zeros((3, size))
+    for k in range(count):
+        if first[k] > 0.0:
+            pose[:], sensed[:], covariance[:] = start[k], 0.0, 0.0
+            covariance[0, 0] = covariance[1, 1] = FAR * FAR
+            covariance[2, 2] = AROUND * AROUND
+        else:
+            transport(carry[k], right[k])
+            compose(moved, left[k], pose)
+            compose(pose, moved, right[k])
+            before[:], covariance[:] = covariance, process[k]
+            sandwich(covariance, carry[k], before)
+            product(change, carry[k], sensed)
+            sensed[:] = change + sensitivity[k]
+        heading[k] = pose[2]
+        rotation(turn, pose[2])
+        mine[:] = 0.0
+        sandwich(mine, turn, noise[k])
+        spread[:] = mine
+        sandwich(spread, observe, covariance)
+        inverse(precision[k], spread)
+        compare(residual, measured[k], pose, lever)
+        product(predicted, observe, sensed)
+        predicted += effect[k]
+        for row in range(3):
+            innovation[k, row, 0] = residual[row]
+            for column in range(size):
+                innovation[k, row, 1 + column] = -predicted[row, column]
+        product_of_transposed(cross, observe.T, covariance)
+        product_of_transposed(gain[k], cross, precision[k])
+        for row in range(3):
+            moved[row] = 0.0
+            for inner in range(3):
+                moved[row] += gain[k, row, inner] * residual[inner]
+        compose(pose, pose, moved)
+        product(change, gain[k], predicted)
+        sensed -= change
+        product(rest, gain[k], observe)
+        rest[:] = -rest
+        for row in range(3):
+            rest[row, row] += 1.0
+        before[:], covariance[:] = covariance, 0.0
+        sandwich(covariance, rest, before)
+        sandwich(covariance, gain[k], mine)
+    return innovation, precision, gain, carry, heading
+
+
+@compiled
+def backwards(
+    first: Array, lever: Array, innovation: Array, precision: Array, gain: Array, carry: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Smooth the results of `forwards`; return the fields of `Smoothed`."""
+    count, columns = len(innovation), innovation.shape[2]
+    fix, fix_precision = np.zeros((count, 3, columns)), np.zeros((count, 3, 3))
+    step, step_precision = np.zeros((count, 3, columns)), np.zeros((count, 3, 3))
+    later, other = np.zeros((3, columns)), np.zeros((3, columns))
+    later_precision, rest = np.zeros((3, 3)), np.zeros((3, 3))
+    observe = observation(lever)
+    for back in range(count):
+        k = count - 1 - back
+        product(fix[k], precision[k], innovation[k])
+        product_of_transposed(other, gain[k], later)
+        fix_precision[k] = precision[k]
+        sandwich_of_transposed(fix_precision[k], gain[k], later_precision)
+        # Information on the pose from this fix is added to that from later ones.
+        for row in range(3):
+            for column in range(columns):
+                fix[k, row, column] -= other[row, column]
+        product_of_transposed(other, observe, fix[k])
+        later += other
+        product(rest, gain[k], observe)
+        rest[:] = -rest
+        for row in range(3):
+            rest[row, row] += 1.0
+        spread = later_precision.copy()
+        later_precision[:] = 0.0
+        sandwich_of_transposed(later_precision, rest, spread)
+        sandwich_of_transposed(later_precision, observe, precision[k])
+        if first[k] > 0.0:
+            later[:] = 0.0
+            later_precision[:] = 0.0
+        else:
+            step[k], step_precision[k] = later, later_precision
+            product_of_transposed(other, carry[k], later)
+            later[:] = other
+            spread[:] = later_precision
+            later_precision[:] = 0.0
+            sandwich_of_transposed(later_precision, carry[k], spread)
+    return fix, fix_precision, step, step_precision
+
+
+@compiled
+def accumulate(
+    start: Array, end: Array, increment: Array, jacobian: Array, noise: Array
+) -> tuple[Array, Array, Array]:
+    """Join steps to the movements between fixes.
+
+    Args:
+        start: First step of each movement, shape `(M,)`.
+        end: Step after the last one of each movement, shape `(M,)`.
+        increment: Increment of each step, shape `(N, 3)`.
+        jacobian: Derivative of each increment by the parameters, body frame at its end, shape `(N, 3, P)`.
+        noise: Covariance of each increment per unit variance of each source of noise, body frame at its end,
+            shape `(N, C, 3, 3)`.
+
+    Returns:
+        The movements `(M, 3)`, their derivatives `(M, 3, P)` and covariances `(C, M, 3, 3)`, body frame at
+        the end.
+    """
+    count, kinds, size = len(start), noise.shape[1], jacobian.shape[2]
+    moved, sensitivity = np.zeros((count, 3)), np.zeros((count, 3, size))
+    process = np.zeros((kinds, count, 3, 3))
+    carry, before, change = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, size))
+    for k in range(count):
+        for step in range(int(start[k]), int(end[k])):
+            transport(carry, increment[step])
+            compose(moved[k], moved[k], increment[step])
+            product(change, carry, sensitivity[k])
+            for row in range(3):
+                for column in range(size):
+                    sensitivity[k, row, column] = change[row, column] + jacobian[step, row, column]
+            for kind in range(kinds):
+                before[:] = process[kind, k]
+                process[kind, k] = noise[step, kind]
+                sandwich(process[kind, k], carry, before)
+    return moved, sensitivity, process

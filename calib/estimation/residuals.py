@@ -1,0 +1,66 @@
+"""Auxiliary residuals: how far each fix and movement differs from all others, and which noise explains it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.vehicle.se2 import rotation
+
+if TYPE_CHECKING:
+    from omnimate.calib.estimation.chains import Chains
+    from omnimate.calib.estimation.filtering import Smoothed
+    from omnimate.vehicle.se2 import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Residuals:
+    """Auxiliary residuals of M fixes and movements.
+
+    Attributes:
+        chains: The chains of fixes and movements.
+        heading: Heading of each body frame [rad], shape `(M,)`.
+        smoothed: The residuals and their derivatives by P coordinates.
+        change: Change of the coordinates since the chains were built, shape `(P,)`.
+        bound: Covariance of the coordinates, whose estimation makes residuals smaller, shape `(P, P)`.
+    """
+
+    chains: Chains
+    heading: Array
+    smoothed: Smoothed
+    change: Array
+    bound: Array
+
+    def explained(self, number: int, variance: float, weights: Array) -> tuple[Array, Array]:
+        """Return what a source of noise explains of the residuals, and its expectation, each `(M,)`."""
+        kinds = len(self.chains.process)
+        if number < kinds:
+            shape, auxiliary = self.chains.process[number] * variance, self.smoothed.step
+            spread = self.smoothed.step_precision
+        else:
+            scattered = self.chains.scatter[number - kinds] * variance
+            shape = turned(scattered / weights[:, np.newaxis, np.newaxis], self.heading)
+            auxiliary, spread = self.smoothed.fix, self.smoothed.fix_precision
+        residual = auxiliary[:, :, 0] + auxiliary[:, :, 1:] @ self.change
+        explained = np.einsum("ki,ki->k", residual, (shape @ residual[:, :, np.newaxis])[:, :, 0])
+        slope = auxiliary[:, :, 1:]
+        mixed = shape @ (spread - slope @ self.bound @ slope.transpose(0, 2, 1))
+        return explained, np.trace(mixed, axis1=1, axis2=2)
+
+    def distances(self, variances: Array, weights: Array) -> Array:
+        """Return the squared Mahalanobis distance `(M,)` of each fix from the prediction by all others."""
+        noise = turned(self.chains.noise(variances), self.heading)
+        fix = self.smoothed.fix
+        apart = np.linalg.inv(self.smoothed.fix_precision + 1e-12 * np.eye(3))
+        away = apart @ (fix[:, :, :1] + fix[:, :, 1:] @ self.change[:, np.newaxis])
+        spread = apart + noise * (1.0 - 1.0 / weights)[:, np.newaxis, np.newaxis]
+        square = (away.transpose(0, 2, 1) @ np.linalg.solve(spread, away))[:, 0, 0]
+        return np.asarray(np.maximum(square, 0.0), np.float64)
+
+
+def turned(covariance: Array, angle: Array) -> Array:
+    """Return covariances `(M, 3, 3)` of the world frame in frames turned by angles `(M,)` [rad]."""
+    turn = rotation(angle)
+    return np.asarray(turn @ covariance @ turn.transpose(0, 2, 1), np.float64)

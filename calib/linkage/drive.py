@@ -1,0 +1,181 @@
+"""A checked drive of two trucks for the calibration of their linkage: wheels, readings, loop closures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.estimation.residuals import turned
+from omnimate.vehicle.odometry import truck_travel
+from omnimate.vehicle.parameters import JOINTS, WHEELS
+from omnimate.vehicle.se2 import between
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from omnimate.vehicle.parameters import Channel
+    from omnimate.vehicle.recording import Poses, Recording
+    from omnimate.vehicle.se2 import Array
+
+_TURNED = math.radians(20.0)  # turn of a truck from which on a joint that never moves counts as frozen
+_ROLLED = 2.0  # [m] travel from which on a link that never moves counts as frozen
+_TOGETHER = 0.05  # [s] largest time between poses of both trucks that make a loop closure
+
+
+@dataclass(frozen=True, slots=True)
+class LinkageDrive:
+    """Readings of the linkage, the loop closures among them, and the wheels in between.
+
+    Attributes:
+        wheels: Continuous angles of a.left, a.right, b.left, b.right [rad], shape `(G, 4)`.
+        ends: Index into `wheels` at each reading, shape `(M,)`.
+        time: Time of each reading [s], shape `(M,)`.
+        linkage: Readings of joint_a, joint_b [rad] and the length [m], shape `(M, 3)`; not used in loop
+            closures.
+        closed: Whether a reading is a loop closure, shape `(M,)`.
+        relative: Pose of b seen from a, measured from outside, in loop closures, shape `(M, 3)`.
+        covariance: Covariance of `relative` in the frame of a, shape `(M, 3, 3)`.
+        resolution: Size of a count of joint_a, joint_b [rad] and link [m], shape `(3,)`.
+        source: File or folder that the drive comes from, for messages.
+    """
+
+    wheels: Array
+    ends: NDArray[np.int64]
+    time: Array
+    linkage: Array
+    closed: NDArray[np.bool_]
+    relative: Array
+    covariance: Array
+    resolution: Array
+    source: str
+
+
+def linkage_drive(recording: Recording, window: float, *, closures: bool) -> LinkageDrive:
+    """Return a recording as a drive with one reading for each window of driving.
+
+    Args:
+        recording: Recording of a robot with a linkage.
+        window: Time of driving between readings [s].
+        closures: Whether absolute poses of both trucks at the same time are used.
+
+    Raises:
+        CalibrationError: The robot has a single truck, a counter was lost, or a channel is frozen.
+    """
+    if recording.vehicle.linkage is None:
+        raise CalibrationError(recording.source, "a robot with a single truck has no linkage to calibrate")
+    _check(recording)
+    usable = recording.present.all(axis=1)
+    wheels = np.stack([recording.wheel_angle(wheel) for wheel in WHEELS], axis=-1)[usable]
+    readings = [recording.joint_angle(joint) for joint in JOINTS]
+    linkage = np.stack([*readings, recording.link_length()], axis=-1)[usable]
+    ends, closed, pairs = _events(recording, recording.time[usable], wheels, window, closures=closures)
+    relative, covariance = np.zeros((len(ends), 3)), np.zeros((len(ends), 3, 3))
+    if pairs is not None:
+        a, b = pairs
+        relative[closed] = between(a.pose, b.pose)
+        covariance[closed] = closure_covariance(a.pose, b.pose, a.sigma, b.sigma)
+    channels: tuple[Channel, ...] = (*JOINTS, "link")
+    resolution = np.array([abs(recording.vehicle.encoder(channel).scale) for channel in channels])
+    return LinkageDrive(
+        wheels,
+        ends,
+        recording.time[usable][ends],
+        linkage[ends],
+        closed,
+        relative,
+        covariance,
+        resolution,
+        recording.source,
+    )
+
+
+def _check(recording: Recording) -> None:
+    """Refuse a drive in which a counter was lost, or a channel stands still while the robot moves."""
+    lost = [gap.channel for gap in recording.gaps if gap.reason in {"reboot", "jump"}]
+    if lost:
+        raise CalibrationError(
+            recording.source,
+            f"the counter of {lost[0]} was lost on the way (reboot or jump); use a recording without it",
+        )
+    moved = {
+        channel: int(np.ptp(recording.channel_counts(channel))) for channel in recording.vehicle.channels
+    }
+    vehicle, turned_most, rolled_least = recording.vehicle, 0.0, math.inf
+    for truck in vehicle.trucks:
+        left, right, _ = truck_travel(recording, truck)
+        turn = (right - left) / vehicle.trucks[truck].wheelbase
+        turned_most = max(turned_most, float(np.ptp(turn)))
+        rolled_least = min(rolled_least, float(np.abs(np.diff(0.5 * (left + right))).sum()))
+    frozen = [wheel for wheel in WHEELS if moved[wheel] == 0]
+    frozen += [joint for joint in JOINTS if moved[joint] == 0 and turned_most > _TURNED]
+    frozen += ["link"] if moved["link"] == 0 and rolled_least > _ROLLED and turned_most > _TURNED else []
+    if frozen:
+        raise CalibrationError(
+            recording.source,
+            f"channel {frozen[0]} never changes while the robot drives and turns: it is frozen; check its "
+            "encoder, and node, cob_id and start_bit in vehicle.toml",
+        )
+
+
+def _events(
+    recording: Recording, time: Array, wheels: Array, window: float, *, closures: bool
+) -> tuple[NDArray[np.int64], NDArray[np.bool_], tuple[Poses, Poses] | None]:
+    """Return the samples `(M,)` of readings and loop closures, which of them are closures, and the poses."""
+    moving = np.concatenate(([True], np.any(np.diff(wheels, axis=0) != 0.0, axis=1)))
+    driven = np.cumsum(moving * np.diff(time, prepend=time[0]))
+    marks = np.arange(0.0, float(driven[-1]) + 1e-9, window)
+    read = np.unique(np.searchsorted(driven, marks))
+    if len(read) < 3:
+        raise CalibrationError(
+            recording.source,
+            f"{driven[-1]:.1f} s of driving; the linkage needs more than {2.0 * window:g} s, with turns",
+        )
+    pairs = _pairs(recording) if closures else None
+    if pairs is None:
+        return read, np.zeros(len(read), np.bool_), None
+    at = np.clip(np.searchsorted(time, pairs[0].time), 0, len(time) - 1)
+    order = np.argsort(np.concatenate([read, at]), kind="stable")
+    closed = np.concatenate([np.zeros(len(read), np.bool_), np.ones(len(at), np.bool_)])
+    return np.concatenate([read, at])[order], closed[order], pairs
+
+
+def _pairs(recording: Recording) -> tuple[Poses, Poses] | None:
+    """Return the complete poses of both trucks that were measured at the same time; None without any."""
+    if recording.poses is None:
+        return None
+    a, b = (_whole(recording.poses.of(truck)) for truck in recording.vehicle.trucks)
+    if len(a.time) == 0 or len(b.time) == 0:
+        return None
+    near = np.abs(b.time[:, np.newaxis] - a.time).argmin(axis=0)
+    first, last = float(recording.time[0]), float(recording.time[-1])
+    good = (np.abs(b.time[near] - a.time) < _TOGETHER) & (a.time >= first) & (a.time <= last)
+    if not good.any():
+        return None
+    return _chosen(a, np.flatnonzero(good)), _chosen(b, near[good])
+
+
+def _whole(poses: Poses) -> Poses:
+    known = np.isfinite(poses.pose).all(axis=1) & np.isfinite(poses.sigma).all(axis=1)
+    return _chosen(poses, np.flatnonzero(known))
+
+
+def _chosen(poses: Poses, rows: NDArray[np.int64]) -> Poses:
+    return type(poses)(poses.time[rows], poses.body[rows], poses.pose[rows], poses.sigma[rows])
+
+
+def closure_covariance(pose_a: Array, pose_b: Array, sigma_a: Array, sigma_b: Array) -> Array:
+    """Return the covariance `(M, 3, 3)` of b seen from a, both measured from outside `(M, 3)`, frame of a."""
+    far = between(pose_a, pose_b)
+    lever = np.zeros((len(far), 3, 3))
+    lever[:] = np.eye(3)
+    lever[:, 0, 2], lever[:, 1, 2] = -far[:, 1], far[:, 0]
+    spread_a = turned(_diagonal(sigma_a), pose_a[:, 2])
+    return lever @ spread_a @ lever.transpose(0, 2, 1) + turned(_diagonal(sigma_b), pose_a[:, 2])
+
+
+def _diagonal(sigma: Array) -> Array:
+    return np.asarray(sigma[:, :, np.newaxis] ** 2 * np.eye(3), np.float64)

@@ -1,0 +1,90 @@
+"""A self-starting CUSUM on a quantity that should not change: when to calibrate again.
+
+It gets one value for each drive: a component of the return error, the mean IPEC correction of a metre, the
+length of a known path. Each value is compared with all before it through Student's t, which makes it standard
+normal whatever the mean and the scatter are. No reference has to be known, and the rate of false alarms is
+the one asked for from the third drive on.
+Source: Hawkins, Self-starting CUSUM charts, The Statistician (1987).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from scipy.optimize import brentq
+
+from omnimate.calib.distributions import normal_upper_limit, student_tail
+
+_SLACK = 0.5  # [standard deviations] half of the shift that is looked for
+_OVERSHOOT = 1.166  # Siegmund's correction for the overshoot
+_LIMIT = 4.0  # [standard deviations] most that a single value counts
+
+
+def drives_between_false_alarms(threshold: float) -> float:
+    """Return the mean number of drives between false alarms of a two-sided CUSUM, Siegmund (1985)."""
+    reach = 2.0 * _SLACK * (threshold + _OVERSHOOT)
+    return 0.5 * (math.exp(reach) - reach - 1.0) / (2.0 * _SLACK**2)
+
+
+def threshold_for(drives: float) -> float:
+    """Return the threshold that raises one false alarm in `drives` drives on average; at least 10."""
+    return float(brentq(lambda threshold: drives_between_false_alarms(threshold) - drives, 0.0, 50.0))
+
+
+@dataclass(frozen=True, slots=True)
+class DriftMonitor:
+    """The state of the monitor; a new one begins after each calibration.
+
+    Attributes:
+        threshold: Sum above which the monitor raises the alarm [standard deviations].
+        count: Number of values so far.
+        mean: Mean of the values so far.
+        squares: Sum of the squared deviations from the mean.
+        above: Cumulative sum of the deviations above the mean [standard deviations].
+        below: Cumulative sum of the deviations below the mean [standard deviations].
+    """
+
+    threshold: float
+    count: int = 0
+    mean: float = 0.0
+    squares: float = 0.0
+    above: float = 0.0
+    below: float = 0.0
+
+    @property
+    def alarm(self) -> bool:
+        """Whether it is time to calibrate again."""
+        return max(self.above, self.below) > self.threshold
+
+
+def drift_monitor(drives: float = 1000.0) -> DriftMonitor:
+    """Return a new monitor that raises one false alarm in `drives` drives on average."""
+    return DriftMonitor(threshold_for(drives))
+
+
+def step(monitor: DriftMonitor, value: float) -> DriftMonitor:
+    """Return the monitor after one more value; a value that is not finite changes nothing."""
+    if not math.isfinite(value):
+        return monitor
+    score = _score(monitor, value)
+    count = monitor.count + 1
+    mean = monitor.mean + (value - monitor.mean) / count
+    return replace(
+        monitor,
+        count=count,
+        mean=mean,
+        squares=monitor.squares + (value - monitor.mean) * (value - mean),
+        above=max(0.0, monitor.above + score - _SLACK),
+        below=max(0.0, monitor.below - score - _SLACK),
+    )
+
+
+def _score(monitor: DriftMonitor, value: float) -> float:
+    """Return the distance of a value from those before it, as a standard normal deviate."""
+    if monitor.count < 2 or monitor.squares <= 0.0:
+        return 0.0
+    sigma = math.sqrt(monitor.squares / (monitor.count - 1) * (monitor.count + 1) / monitor.count)
+    ratio = (value - monitor.mean) / sigma
+    deviate = normal_upper_limit(student_tail(abs(ratio), monitor.count - 1))
+    return math.copysign(min(deviate, _LIMIT), ratio)

@@ -1,0 +1,1 @@
+"""Calibration from any path with absolute poses, and the choice of a path that identifies the parameters."""

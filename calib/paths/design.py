@@ -1,0 +1,202 @@
+"""The path designer: how well each candidate drive would identify the parameters, before it is driven.
+
+Every candidate gets the same travel of the wheels, in the space given. Its Cramer-Rao bound follows from the
+roughness of the floor and the noise of the fixes alone. The E_max,syst, U (3.4), that a calibration with this
+bound would leave on a square is its mean over random errors with the covariance of the bound.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.estimation.observability import Held, information_bound, unobservable
+from omnimate.calib.paths.design_paths import (
+    counted_spin,
+    figure_eight,
+    free_lap,
+    open_straight,
+    out_and_back,
+    square,
+)
+from omnimate.calib.paths.kinematics import Differential
+from omnimate.calib.paths.reference import ReferenceProblem
+from omnimate.calib.umbmark.exact import square_returns
+from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from omnimate.calib.paths.design_paths import PlannedDrive
+    from omnimate.vehicle.parameters import Truck
+    from omnimate.vehicle.se2 import Array
+
+POSITION = 2e-3  # [m] standard deviation of a position by the sonar calibrator, U V
+SONAR_HEADING = math.radians(0.4)  # [rad] standard deviation of a heading by the sonar calibrator, U V
+FINE_HEADING = math.radians(0.02)  # [rad] standard deviation by motion capture at rest
+_JUDGING_SIDE = 4.0  # [m] side of the square on which a calibration is judged
+_DRAWS = 20_000
+_SPIN_SHARES = np.linspace(0.05, 0.6, 12)  # shares of the travel that spins may take
+
+
+@dataclass(frozen=True, slots=True)
+class Space:
+    """The space and the means that a calibration drive may use.
+
+    Attributes:
+        length: Length of the free rectangle [m].
+        width: Width of the free rectangle [m].
+        travel: Distance that the wheels may roll in all [m].
+        heading: Standard deviation of measured absolute headings [rad]; None where none are measured.
+        roughness: Roughness of the floor [m/sqrt(m)].
+
+    Raises:
+        CalibrationError: A size is not a positive number.
+    """
+
+    length: float
+    width: float
+    travel: float
+    heading: float | None = None
+    roughness: float = CONCRETE_ROUGHNESS
+
+    def __post_init__(self) -> None:
+        for name in ("length", "width", "travel", "roughness", "heading"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise CalibrationError("design", f"{name} {value}; expected a positive number")
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations of a fix in x, y [m] and theta [rad], shape `(3,)`; nan where not measured."""
+        return np.array([POSITION, POSITION, np.nan if self.heading is None else self.heading])
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """One candidate drive.
+
+    Attributes:
+        name: Name of the drive.
+        laps: Number of times that it is driven.
+        travel: Distance that the wheels roll [m].
+        sigma: Cramer-Rao bounds of wheelbase, E_s and E_d, relative, shape `(3,)`; nan where held.
+        held: Coordinates that the drive does not identify, with the reasons.
+        residual_error: Mean E_max,syst that is left on a square of 4 m [m]; nan where the drive does not
+            identify the parameters that it depends on.
+    """
+
+    name: str
+    laps: int
+    travel: float
+    sigma: Array
+    held: tuple[Held, ...]
+    residual_error: float
+
+    @property
+    def identifies(self) -> bool:
+        """Whether it identifies both the wheelbase and E_d, on which a square depends."""
+        return bool(np.isfinite(self.sigma[[0, 2]]).all())
+
+
+def compare_designs(truck: Truck, space: Space) -> tuple[Design, ...]:
+    """Return the candidates for a truck in a space, best first; those that identify too little are last."""
+    designs = [
+        *(assess(name, truck, space, drives) for name, drives in _candidates(truck, space)),
+        straights_and_spins(truck, space),
+    ]
+    return tuple(sorted(designs, key=_rank))
+
+
+def assess(name: str, truck: Truck, space: Space, drives: Sequence[PlannedDrive]) -> Design:
+    """Return what drives identify, by the bound, and the error that a calibration from them would leave.
+
+    Raises:
+        CalibrationError: The allowed travel is too short for any of them.
+    """
+    if not drives:
+        raise CalibrationError("design", f"{space.travel:g} m of travel are too short for {name}")
+    problem = ReferenceProblem(
+        tuple(drive.measured(space.sigma, name) for drive in drives), Differential(truck)
+    )
+    chains = problem.chains(np.zeros(3))
+    variances = np.array([space.roughness**2, *(0.0 for _ in problem.noises[1:])])
+    filtered, _ = chains.filtered(variances, np.ones(len(chains.first)))
+    slope = filtered.innovation[:, :, 1:]
+    information = np.tensordot(slope, filtered.precision @ slope, ((0, 1), (0, 1)))
+    held = unobservable(problem.coordinates, information, np.ones(3, np.bool_))
+    lost = {coordinate.name for coordinate in held}
+    free = np.array([coordinate.name not in lost for coordinate in problem.coordinates])
+    bound = information_bound(information, free)
+    sigma = np.where(free, np.sqrt(np.diag(bound)), np.nan)
+    residual_error = _residual_error(truck, bound) if free[0] and free[2] else math.nan
+    return Design(name, len(drives), sum(drive.rolled for drive in drives), sigma, held, residual_error)
+
+
+def _rank(design: Design) -> float:
+    """Return the key that sorts the best design first and those without a residual error last."""
+    return math.inf if math.isnan(design.residual_error) else design.residual_error
+
+
+def straights_and_spins(truck: Truck, space: Space) -> Design:
+    """Return open straights plus counted spins, as many left as right, in the best proportion."""
+    name = f"open straights of {space.length:g} m plus counted spins"
+    designs = []
+    for share in _SPIN_SHARES:
+        straights = max(1, round((1.0 - share) * space.travel / space.length))
+        turn = math.pi * truck.wheelbase
+        turns = max(1, round(0.5 * (space.travel - straights * space.length) / turn))
+        drives = [open_straight(truck, space.length) for _ in range(straights)]
+        drives += [counted_spin(truck, turns), counted_spin(truck, -turns)]
+        designs.append(assess(name, truck, space, drives))
+    return min(designs, key=_rank)
+
+
+def _candidates(truck: Truck, space: Space) -> list[tuple[str, list[PlannedDrive]]]:
+    side = min(space.length, space.width)
+    radius = min(0.25 * space.length, 0.5 * space.width)
+    chance = np.random.default_rng(0)
+    return [
+        (f"UMBmark, squares of {side:g} m cw and ccw", _both(truck, side, space)),
+        (f"squares of {side:g} m, one direction", _fill(space, lambda _: square(truck, side, 1))),
+        (
+            f"{space.length:g} m out, and back in reverse",
+            _fill(space, lambda _: out_and_back(truck, space.length)),
+        ),
+        (f"figures of eight, radius {radius:g} m", _fill(space, lambda _: figure_eight(truck, radius))),
+        (
+            "free, past random points",
+            _fill(space, lambda _: free_lap(truck, space.length, space.width, chance)),
+        ),
+    ]
+
+
+def _both(truck: Truck, side: float, space: Space) -> list[PlannedDrive]:
+    """Return as many squares in either direction as their legs, U III-C, fit into the allowed travel."""
+    pairs = max(1, round(space.travel / (8.0 * side)))
+    return [square(truck, side, sign) for sign in (-1, 1) for _ in range(pairs)]
+
+
+def _fill(space: Space, make: Callable[[int], PlannedDrive]) -> list[PlannedDrive]:
+    """Return drives until the allowed travel is used up, at least one."""
+    drives = [make(0)]
+    while sum(drive.rolled for drive in drives) + 0.5 * drives[-1].rolled < space.travel:
+        drives.append(make(len(drives)))
+    return drives
+
+
+def _residual_error(truck: Truck, bound: Array) -> float:
+    """Return the mean E_max,syst [m] on the square for errors of wheelbase and E_d with this covariance."""
+    model, columns = Differential(truck), []
+    for coordinate in (0, 2):
+        step = np.zeros(3)
+        step[coordinate] = 1e-6
+        columns.append(square_returns(truck, model.truck_at(step), _JUDGING_SIDE)[:, :2] / 1e-6)
+    spread = np.linalg.cholesky(bound[np.ix_([0, 2], [0, 2])])
+    errors = np.random.default_rng(0).standard_normal((_DRAWS, 2)) @ spread.T
+    returns = np.einsum("nk,kij->nij", errors, np.array(columns))
+    return float(np.linalg.norm(returns, axis=2).max(axis=1).mean())

@@ -1,0 +1,189 @@
+"""Drives for least squares: a truck's wheels and the absolute poses of one unbroken stretch, checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.errors import CalibrationError, FixError
+from omnimate.calib.recordings import check_one_robot
+from omnimate.vehicle.odometry import truck_travel, wheels_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.recording import Poses, Recording
+    from omnimate.vehicle.se2 import Array
+
+_FROZEN = 0.5  # [m] travel of the other wheel from which on a wheel that never moves counts as frozen
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One stretch of driving with absolute poses and unbroken odometry between them.
+
+    Attributes:
+        time: Time of the readings [s], shape `(N,)`.
+        readings: Continuous readings of the two sensors that the kinematic model uses, shape `(N, 2)`.
+        fix_time: Time of the absolute poses [s], shape `(M,)`.
+        pose: Absolute poses x, y [m], theta [rad], shape `(M, 3)`; nan where unknown.
+        sigma: Standard deviations of the absolute poses, shape `(M, 3)`; nan where not stated.
+        source: File or folder that the drive comes from, for messages.
+
+    Raises:
+        FixError: There are fewer than two poses, or they go back in time.
+        CalibrationError: A reading or a pose is not a number.
+    """
+
+    time: Array
+    readings: Array
+    fix_time: Array
+    pose: Array
+    sigma: Array
+    source: str
+
+    def __post_init__(self) -> None:
+        if len(self.fix_time) < 2:
+            raise FixError(
+                self.source,
+                f"{len(self.fix_time)} absolute pose(s); a calibration needs two or more on one drive",
+            )
+        known = np.isfinite(self.pose)
+        if not (known.any(axis=1).all() and np.isfinite(self.readings).all()):
+            raise CalibrationError(self.source, "readings or poses that are not numbers")
+        if np.any(np.diff(self.fix_time) < 0.0):
+            raise FixError(self.source, "absolute poses go back in time; sort poses.csv by t")
+
+
+def drives_of(recordings: Sequence[Recording], truck: TruckName = "a") -> tuple[Drive, ...]:
+    """Return the drives of a truck in recordings of one robot, cut where a wheel's counter was lost.
+
+    Raises:
+        CalibrationError: There is no recording, the robots differ, the truck is missing, or a wheel never
+            moves.
+        FixError: There are too few poses, or they are on another clock.
+    """
+    if not recordings:
+        raise CalibrationError("calibration", "no recording given")
+    check_one_robot(recordings)
+    for recording in recordings:
+        check_truck(recording, truck)
+        if recording.vehicle.trucks[truck] != recordings[0].vehicle.trucks[truck]:
+            raise CalibrationError(
+                recording.source,
+                f"truck {truck} differs from that of {recordings[0].source}; expected recordings of one "
+                "robot with one vehicle.toml: leave out those from before a calibration",
+            )
+    return tuple(drive for recording in recordings for drive in _drives(recording, truck))
+
+
+def thinned(drive: Drive, spacing: float) -> Drive:
+    """Return a drive whose absolute poses lie at least a time [s] apart, its last one kept.
+
+    The errors of a dense reference are correlated in time: markers sway, the heading differs from that of the
+    wheels from place to place, clocks drift. On the OptiOdom squares, such errors of the heading fade within
+    1 to 2 s. Closer poses would be treated as independent, and their common error as roughness of the floor.
+    """
+    kept = [0]
+    for number in range(1, len(drive.fix_time)):
+        if drive.fix_time[number] - drive.fix_time[kept[-1]] >= spacing * (1.0 - 1e-6):
+            kept.append(number)
+    last = len(drive.fix_time) - 1
+    if kept[-1] != last:
+        kept = [*kept[:-1], last] if len(kept) > 1 else [*kept, last]
+    return replace(drive, fix_time=drive.fix_time[kept], pose=drive.pose[kept], sigma=drive.sigma[kept])
+
+
+def check_truck(recording: Recording, truck: TruckName) -> None:
+    """Refuse a recording whose robot lacks a truck.
+
+    Raises:
+        CalibrationError: The robot has no such truck.
+    """
+    if truck not in recording.vehicle.trucks:
+        raise CalibrationError(recording.source, f"the robot {recording.vehicle.name} has no truck {truck}")
+
+
+def _drives(recording: Recording, truck: TruckName) -> list[Drive]:
+    left, right, present = truck_travel(recording, truck)
+    _check_wheels(recording, truck, left, right)
+    fixes = _fixes(recording, truck)
+    angles = np.stack([recording.wheel_angle(wheel) for wheel in wheels_of(truck)], axis=-1)[present]
+    time = recording.time[present]
+    cuts = sorted(
+        gap.end
+        for gap in recording.gaps
+        if gap.channel in wheels_of(truck) and gap.reason in {"reboot", "jump"}
+    )
+    pieces = []
+    for start, end in zip([-np.inf, *cuts], [*cuts, np.inf], strict=True):
+        inside = (fixes.time >= start) & (fixes.time < end)
+        within = (time >= start) & (time < end)
+        if inside.sum() >= 2 and within.sum() >= 2:
+            moving = _moving(angles[within])
+            pieces.append(
+                Drive(
+                    time[within][moving],
+                    angles[within][moving],
+                    fixes.time[inside],
+                    fixes.pose[inside],
+                    fixes.sigma[inside],
+                    f"{recording.source}, truck {truck}",
+                )
+            )
+    if not pieces:
+        raise FixError(recording.source, f"no two absolute poses of truck {truck} without a reboot between")
+    return pieces
+
+
+def _moving(angles: Array) -> NDArray[np.bool_]:
+    """Return which readings `(N,)` differ from the one before or after; the others add no information."""
+    changed = np.any(np.diff(angles, axis=0) != 0.0, axis=1)
+    moving = np.concatenate((changed, [True])) | np.concatenate(([True], changed))
+    moving[0] = True
+    return moving
+
+
+def _check_wheels(recording: Recording, truck: TruckName, left: Array, right: Array) -> None:
+    """Refuse a wheel that never moves while the other one drives."""
+    travels = [float(np.abs(np.diff(wheel)).sum()) for wheel in (left, right)]
+    for wheel, travel, other in zip(wheels_of(truck), travels, reversed(travels), strict=True):
+        if travel == 0.0 and other > _FROZEN:
+            raise CalibrationError(
+                recording.source,
+                f"wheel {wheel} never moves while the other one rolls {other:.1f} m: its channel is frozen; "
+                "check its encoder, and node, cob_id and start_bit in vehicle.toml",
+            )
+    if max(travels) == 0.0:
+        raise CalibrationError(recording.source, f"neither wheel of truck {truck} moves; drive first")
+
+
+def _fixes(recording: Recording, truck: TruckName) -> Poses:
+    """Return the truck's absolute poses within the recording's time that have a known component."""
+    if recording.poses is None or not np.any(recording.poses.body == truck):
+        raise FixError(
+            recording.source,
+            f"poses.csv has no pose of truck {truck}; least squares needs absolute poses, dense or at stops",
+        )
+    poses = recording.poses.of(truck)
+    known = np.isfinite(poses.pose).any(axis=1) & np.isfinite(poses.time)
+    first, last = float(recording.time[0]), float(recording.time[-1])
+    margin = 10.0 * recording.vehicle.bus.sync_period
+    inside = known & (poses.time >= first - margin) & (poses.time <= last + margin)
+    if known.any() and not inside.any():
+        raise FixError(
+            recording.source,
+            f"the poses of truck {truck} lie at {poses.time[known].min():.3f} to "
+            f"{poses.time[known].max():.3f} s, the samples at {first:.3f} to {last:.3f} s; expected one "
+            "clock: put poses.csv on that of can.log",
+        )
+    if inside.sum() < 2:
+        raise FixError(
+            recording.source, f"{inside.sum()} known pose(s) of truck {truck} in its time; two are needed"
+        )
+    return type(poses)(poses.time[inside], poses.body[inside], poses.pose[inside], poses.sigma[inside])

@@ -1,0 +1,216 @@
+"""Kinematic models for the calibration: a differential drive and a tricycle.
+
+A model works on coordinates `(P,)` that are 0 at the nominal parameters: logarithms of factors for lengths,
+differences for angles. It gets the readings `(G, 2)` of its sensors on a grid of times, and returns the steps
+between them with their derivatives.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
+from omnimate.vehicle.arcs import arc, sinc, sinc_slope
+from omnimate.vehicle.parameters import Truck
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.se2 import Array
+
+
+class Steps(NamedTuple):
+    """Movements between successive readings.
+
+    Attributes:
+        increment: Each movement in the frame before it, shape `(N, 3)`.
+        jacobian: Derivative of each movement by the coordinates, body frame after it, shape `(N, 3, P)`.
+        noise: Covariance of each movement per unit variance of each of C sources of noise, body frame after
+            it, shape `(N, C, 3, 3)`.
+    """
+
+    increment: Array
+    jacobian: Array
+    noise: Array
+
+
+class Kinematics(Protocol):
+    """A kinematic model with its nominal parameters."""
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The coordinates that may be estimated, in order."""
+
+    @property
+    def noises(self) -> tuple[NoiseSource, ...]:
+        """The sources of noise of its movements, in order."""
+
+    def steps(self, readings: Array, coordinates: Array) -> Steps:
+        """Return the steps between readings `(G, 2)` at coordinates `(P,)`."""
+
+    def corrected(self, coordinates: Array) -> Kinematics:
+        """Return the model whose nominal parameters are those at coordinates `(P,)`."""
+
+    def values(self, coordinates: Array) -> dict[str, float]:
+        """Return the robot's parameters in SI units."""
+
+
+ROUGHNESS = NoiseSource("roughness", "m/sqrt(m)", 5e-4)
+
+
+@dataclass(frozen=True, slots=True)
+class Differential:
+    """A truck with two drive wheels; its readings are the angles of the left and the right one [rad].
+
+    Its coordinates are those that drives identify separately: the wheelbase, the mean diameter (E_s), and the
+    ratio D_R / D_L (E_d), U (2.3), (2.4). The travel of each wheel scatters independently, with the square
+    root of its length (Chong & Kleeman, 1997).
+
+    Attributes:
+        truck: The nominal truck.
+    """
+
+    truck: Truck
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Wheelbase, mean diameter, diameter ratio."""
+        return (
+            Coordinate("wheelbase", "1", 0.05),
+            Coordinate("mean diameter (E_s)", "1", 0.002),
+            Coordinate("diameter ratio (E_d)", "1", 0.005),
+        )
+
+    @property
+    def noises(self) -> tuple[NoiseSource, ...]:
+        """The roughness of the floor."""
+        return (ROUGHNESS,)
+
+    def corrected(self, coordinates: Array) -> Differential:
+        """Return the robot at coordinates `(3,)`."""
+        return Differential(self.truck_at(coordinates))
+
+    def truck_at(self, coordinates: Array) -> Truck:
+        """Return the truck at coordinates `(3,)`."""
+        truck = self.truck
+        mean = 0.5 * (truck.wheel_diameter_left + truck.wheel_diameter_right) * math.exp(coordinates[1])
+        ratio = truck.wheel_diameter_right / truck.wheel_diameter_left * math.exp(coordinates[2])
+        left = 2.0 * mean / (ratio + 1.0)
+        return Truck(truck.wheelbase * math.exp(coordinates[0]), left, ratio * left)
+
+    def steps(self, readings: Array, coordinates: Array) -> Steps:
+        """Return the steps between wheel angles `(G, 2)` [rad]; U (2.2) along exact arcs."""
+        truck = self.truck_at(coordinates)
+        turned = np.diff(readings, axis=0)
+        left = turned[:, 0] * (0.5 * truck.wheel_diameter_left)
+        right = turned[:, 1] * (0.5 * truck.wheel_diameter_right)
+        way, turn = 0.5 * (left + right), (right - left) / truck.wheelbase
+        ratio = truck.wheel_diameter_right / truck.wheel_diameter_left
+        change_left, change_right = -left * ratio / (ratio + 1.0), right / (ratio + 1.0)
+        zero = np.zeros(len(way))
+        ways = np.stack([zero, way, 0.5 * (change_left + change_right)], axis=-1)
+        turns = np.stack([-turn, turn, (change_right - change_left) / truck.wheelbase], axis=-1)
+        effect = arc_derivative(way, turn)
+        wheels = effect @ np.array([[0.5, 0.5], [-1.0 / truck.wheelbase, 1.0 / truck.wheelbase]])
+        scattered = wheels * np.sqrt(np.abs(np.stack([left, right], axis=-1)))[:, np.newaxis, :]
+        return Steps(
+            arc(left, right, truck.wheelbase),
+            effect @ np.stack([ways, turns], axis=1),
+            (scattered @ scattered.transpose(0, 2, 1))[:, np.newaxis],
+        )
+
+    def values(self, coordinates: Array) -> dict[str, float]:
+        """Return wheelbase and wheel diameters [m]."""
+        truck = self.truck_at(coordinates)
+        return {
+            "wheelbase": truck.wheelbase,
+            "left wheel diameter": truck.wheel_diameter_left,
+            "right wheel diameter": truck.wheel_diameter_right,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Tricycle:
+    """A robot with a single front wheel that drives and steers.
+
+    Its readings are the angles by which this wheel rolled and is steered [rad].
+
+    The pose is that of the middle of the rear axle: it goes forward by travel cos(steering) and turns by
+    travel sin(steering) / wheelbase.
+
+    Attributes:
+        wheelbase: Distance from the front wheel to the rear axle [m].
+        wheel_diameter: Diameter of the front wheel [m].
+        steering_offset: Angle that is added to the steering reading [rad].
+    """
+
+    wheelbase: float
+    wheel_diameter: float
+    steering_offset: float = 0.0
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Wheelbase, wheel diameter, steering offset."""
+        return (
+            Coordinate("wheelbase", "1", 0.05),
+            Coordinate("wheel diameter", "1", 0.01),
+            Coordinate("steering offset", "rad", 0.05),
+        )
+
+    @property
+    def noises(self) -> tuple[NoiseSource, ...]:
+        """The roughness of the travel and of the heading."""
+        return (ROUGHNESS, NoiseSource("heading roughness", "rad/sqrt(m)", 5e-3))
+
+    def corrected(self, coordinates: Array) -> Tricycle:
+        """Return the robot at coordinates `(3,)`."""
+        return Tricycle(
+            self.wheelbase * math.exp(coordinates[0]),
+            self.wheel_diameter * math.exp(coordinates[1]),
+            self.steering_offset + float(coordinates[2]),
+        )
+
+    def steps(self, readings: Array, coordinates: Array) -> Steps:
+        """Return the steps between readings `(G, 2)` [rad], each with the mean of its steering angles."""
+        robot = self.corrected(coordinates)
+        travel = np.diff(readings[:, 0]) * (0.5 * robot.wheel_diameter)
+        steering = 0.5 * (readings[1:, 1] + readings[:-1, 1]) + robot.steering_offset
+        way, turn = travel * np.cos(steering), travel * np.sin(steering) / robot.wheelbase
+        zero = np.zeros(len(way))
+        ways = np.stack([zero, way, -travel * np.sin(steering)], axis=-1)
+        turns = np.stack([-turn, turn, travel * np.cos(steering) / robot.wheelbase], axis=-1)
+        effect = arc_derivative(way, turn)
+        noise = np.zeros((len(way), 2, 3, 3))
+        for kind, column in enumerate(effect.transpose(2, 0, 1)):
+            scattered = column * np.sqrt(np.abs(travel))[:, np.newaxis]
+            noise[:, kind] = scattered[:, :, np.newaxis] * scattered[:, np.newaxis, :]
+        half = 0.5 * robot.wheelbase * turn
+        return Steps(
+            arc(way - half, way + half, robot.wheelbase), effect @ np.stack([ways, turns], axis=1), noise
+        )
+
+    def values(self, coordinates: Array) -> dict[str, float]:
+        """Return wheelbase and diameter [m] and the steering offset [rad]."""
+        robot = self.corrected(coordinates)
+        return {
+            "wheelbase": robot.wheelbase,
+            "wheel diameter": robot.wheel_diameter,
+            "steering offset": robot.steering_offset,
+        }
+
+
+def arc_derivative(way: Array, turn: Array) -> Array:
+    """Return the derivatives `(N, 3, 2)` of arcs by their length [m] and turn [rad], body frame after them.
+
+    The chord way sinc(h) points along the mean heading, half a turn h = turn / 2 from either end.
+    """
+    half = 0.5 * turn
+    ratio, slope = sinc(half), sinc_slope(half)
+    cos, sin = np.cos(half), np.sin(half)
+    along, across = 0.5 * way * slope, 0.5 * way * ratio
+    ones, zeros = np.ones(len(way)), np.zeros(len(way))
+    by_way = np.stack([ratio * cos, -ratio * sin, zeros], axis=-1)
+    by_turn = np.stack([cos * along + sin * across, cos * across - sin * along, ones], axis=-1)
+    return np.stack([by_way, by_turn], axis=-1)

@@ -1,0 +1,68 @@
+"""An experiment calibrated by every method that its data allow, and what speaks against using it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from omnimate.calib.errors import MethodError
+from omnimate.calib.monitoring.channels import advise_on_recordings
+from omnimate.calib.umbmark.experiment import calibrate, usable_methods
+from omnimate.calib.umbmark.guards import advise
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.calib.advice import Advice
+    from omnimate.calib.umbmark.experiment import Calibration, Experiment
+    from omnimate.calib.umbmark.printed import Method
+    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.recording import Recording
+
+
+@dataclass(frozen=True, slots=True)
+class Assessment:
+    """What an experiment says about a truck.
+
+    Attributes:
+        experiment: The experiment.
+        calibrations: Its calibration by each method that its data allow.
+        advice: Everything that looks wrong with it, first with the recordings that it comes from.
+    """
+
+    experiment: Experiment
+    calibrations: tuple[Calibration, ...]
+    advice: tuple[Advice, ...]
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether no advice is an error, after which a result is not to be used."""
+        return all(advice.severity != "error" for advice in self.advice)
+
+    def by(self, method: Method) -> Calibration:
+        """Return the calibration by one method.
+
+        Raises:
+            MethodError: The data do not allow the method.
+        """
+        for calibration in self.calibrations:
+            if calibration.correction.method == method:
+                return calibration
+        raise MethodError(self.experiment.source, method)
+
+
+def assess(experiment: Experiment, recordings: Sequence[Recording], truck: TruckName) -> Assessment:
+    """Return what an experiment says about a truck.
+
+    Args:
+        experiment: The experiment.
+        recordings: The recordings that it comes from; empty where it comes from a table.
+        truck: Which truck of the robot it is about.
+
+    Raises:
+        CalibrationError: The errors are beyond what a method can explain.
+    """
+    methods = usable_methods(experiment.errors)
+    calibrations = tuple(calibrate(experiment, method) for method in methods)
+    recorded = advise_on_recordings(recordings, truck) if recordings else ()
+    return Assessment(experiment, calibrations, (*recorded, *advise(experiment)))

@@ -1,0 +1,174 @@
+"""One UMBmark experiment with one truck, from any source of runs, and its calibration by each method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, get_args
+
+from omnimate.calib.apply import corrected_truck
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.recordings import check_one_robot
+from omnimate.calib.umbmark.exact import solve_exact, solve_weighted, square_returns
+from omnimate.calib.umbmark.printed import Correction, Method, solve_printed
+from omnimate.calib.umbmark.recordings import square_runs
+from omnimate.calib.umbmark.return_errors import ReturnErrors
+from omnimate.calib.umbmark.runs import SquareRun, return_errors
+from omnimate.calib.umbmark.table import read_table
+from omnimate.vehicle.se2 import wrap
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from omnimate.vehicle.parameters import Truck, TruckName
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+
+METHODS: tuple[Method, ...] = get_args(Method)
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """Return errors, the parameters that they were calculated with, and the runs where they are known.
+
+    Attributes:
+        source: File or folder that the data come from.
+        truck: Parameters that the odometry used.
+        errors: Return errors of the runs.
+        runs: The runs; empty for a tape-measured table.
+    """
+
+    source: str
+    truck: Truck
+    errors: ReturnErrors
+    runs: tuple[SquareRun, ...] = ()
+
+    def evaluate(self, truck: Truck) -> ReturnErrors:
+        """Return the errors that the same wheel turns give with other parameters.
+
+        The odometry is calculated anew where the runs are known; otherwise the exact chain of the square
+        stands for it.
+        """
+        side, source = self.errors.side, self.errors.source
+        if self.runs:
+            return return_errors(self.runs, truck, side, source)
+        cw, ccw = square_returns(self.truck, truck, side)
+        return ReturnErrors(_less(self.errors.cw, cw), _less(self.errors.ccw, ccw), side, source)
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """The calibration of a truck from one experiment by one method.
+
+    Attributes:
+        experiment: The experiment that the calibration rests on.
+        correction: The correction alpha, beta, E_b, E_d.
+        truck: The corrected parameters.
+        errors: Return errors of the experiment with the corrected parameters.
+    """
+
+    experiment: Experiment
+    correction: Correction
+    truck: Truck
+    errors: ReturnErrors
+
+    @property
+    def c_left(self) -> float:
+        """Factor of the left wheel's diameter, U (4.33); (4.31) where both were equal."""
+        return self.truck.wheel_diameter_left / self.experiment.truck.wheel_diameter_left
+
+    @property
+    def c_right(self) -> float:
+        """Factor of the right wheel's diameter, U (4.33); (4.32) where both were equal."""
+        return self.truck.wheel_diameter_right / self.experiment.truck.wheel_diameter_right
+
+
+def usable_methods(errors: ReturnErrors) -> tuple[Method, ...]:
+    """Return the methods that the data allow; some need headings, one needs a scatter for its weights."""
+    wanting = set[Method]() if errors.has_headings else {"heading", "weighted"}
+    if len(errors.cw) + len(errors.ccw) < 3:
+        wanting.add("weighted")
+    return tuple(method for method in METHODS if method not in wanting)
+
+
+def calibrate(experiment: Experiment, method: Method = "exact") -> Calibration:
+    """Return the calibration of a truck by one method.
+
+    Raises:
+        CalibrationError: The method cannot explain the errors.
+    """
+    errors, truck = experiment.errors, experiment.truck
+    if method == "exact":
+        correction = solve_exact(errors, truck)
+    elif method == "weighted":
+        correction = solve_weighted(errors, truck)
+    else:
+        correction = solve_printed(errors, truck.wheelbase, method)
+    corrected = corrected_truck(truck, correction.e_b, correction.e_d)
+    return Calibration(experiment, correction, corrected, experiment.evaluate(corrected))
+
+
+def experiment_of_recordings(
+    recordings: Sequence[Recording], name: TruckName = "a", side: float | None = None
+) -> Experiment:
+    """Return the experiment of one truck from the cw and ccw laps of one robot's recordings.
+
+    Args:
+        recordings: One or more recordings of the same robot.
+        name: Name of the truck, a or b.
+        side: Length of each side of the square [m]; None takes it from run.toml.
+
+    Raises:
+        CalibrationError: Laps, fixes or a direction are missing, or the recordings are of different robots.
+    """
+    source = ", ".join(recording.source for recording in recordings)
+    check_one_robot(recordings)
+    truck = recordings[0].vehicle.trucks.get(name)
+    for recording in recordings[1:]:
+        if recording.vehicle.trucks.get(name) != truck:
+            raise CalibrationError(
+                recording.source,
+                f"truck {name} differs from that of {recordings[0].source}; expected one robot with one "
+                "vehicle.toml: leave out those from before a calibration, or give one for all as --vehicle",
+            )
+    if truck is None:
+        raise CalibrationError(source, f"the robot has no truck {name}")
+    runs = tuple(run for recording in recordings for run in square_runs(recording, name))
+    return experiment_of_runs(source, truck, _side(recordings) if side is None else side, runs)
+
+
+def experiment_of_table(path: Path | str, truck: Truck, side: float) -> Experiment:
+    """Return the experiment of a table of return errors, for the nominal truck and the side [m].
+
+    Raises:
+        ReturnTableError: The table cannot be read.
+        DirectionError: A direction is missing, or cw and ccw are swapped.
+    """
+    return Experiment(str(path), truck, read_table(path, side))
+
+
+def experiment_of_runs(source: str, truck: Truck, side: float, runs: tuple[SquareRun, ...]) -> Experiment:
+    """Return the experiment of runs, each checked to be a square of `side` [m].
+
+    Raises:
+        DirectionError: A direction is missing, or a run is not one square.
+    """
+    for run in runs:
+        run.check(truck, side)
+    return Experiment(source, truck, return_errors(runs, truck, side, source), runs)
+
+
+def _side(recordings: Sequence[Recording]) -> float:
+    """Return the side [m] that all recordings state."""
+    stated = {recording.run.side for recording in recordings if recording.run is not None}
+    sides = [side for side in stated if side is not None]
+    if len(sides) != 1:
+        raise CalibrationError(recordings[0].source, "run.toml states no side, or not the same one; give it")
+    return sides[0]
+
+
+def _less(runs: Array, expected: Array) -> Array:
+    """Return the errors `(n, 3)` minus the expected error `(3,)`."""
+    rest = runs - expected
+    rest[:, 2] = wrap(rest[:, 2])
+    return rest

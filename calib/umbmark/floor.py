@@ -1,0 +1,39 @@
+"""The roughness of the floor from the scatter of the return positions."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from omnimate.calib.distributions import chi2_quantile
+from omnimate.calib.umbmark.roughness import Roughness, square_covariance
+from omnimate.calib.umbmark.uncertainty import Interval
+
+if TYPE_CHECKING:
+    from omnimate.calib.umbmark.return_errors import ReturnErrors
+
+
+def floor_roughness(
+    errors: ReturnErrors, wheelbase: float, fix_sigma: float = 0.0, confidence: float = 0.95
+) -> Interval:
+    """Return the roughness k of the floor [m/sqrt(m)], taken the same under both wheels; nan for 1 + 1 runs.
+
+    Its limits are those of a chi^2 distribution with as many degrees of freedom as the scatter has. The drift
+    of the heading correlates x and y, so that the true number of degrees of freedom is a little smaller.
+
+    Args:
+        errors: Return errors of the runs.
+        wheelbase: Wheelbase of the truck [m].
+        fix_sigma: Standard deviation of x and of y of one absolute fix [m]; each run has two.
+        confidence: Probability that the interval contains the roughness.
+    """
+    unit = square_covariance(errors.side, wheelbase, Roughness(1.0, 1.0))
+    freedom = len(errors.cw) + len(errors.ccw) - 2
+    variance = errors.scatter**2
+    limits = (
+        [freedom * variance / chi2_quantile(0.5 + half * confidence, freedom) for half in (0.5, -0.5)]
+        if freedom
+        else [math.nan, math.nan]
+    )
+    k, low, high = (math.sqrt(max(0.0, v - 2.0 * fix_sigma**2) / unit[0, 0]) for v in (variance, *limits))
+    return Interval(k, low, high)

@@ -1,0 +1,124 @@
+"""The return errors of a set of square runs, which UMBmark measures, and their summary, U (3.1)-(3.4)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.errors import CalibrationError, DirectionError
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.se2 import Array
+
+# Clusters farther off their diagonals than along them by this factor, and by this many standard errors, are
+# not there by chance.
+_SWAPPED_RATIO = 3.0
+_SWAPPED_SEM = 4.0
+_SQRT_HALF = math.sqrt(0.5)
+
+
+@dataclass(frozen=True, slots=True)
+class ReturnErrors:
+    """Absolute minus calculated pose at the end of each run, U (3.1), in the frame of the run's start.
+
+    Attributes:
+        cw: Return errors x [m], y [m], theta [rad] of the clockwise runs, shape `(n, 3)`; theta is nan where
+            it was not measured.
+        ccw: Return errors of the counter-clockwise runs, shape `(m, 3)`, with the same columns.
+        side: Length of each side of the square [m].
+        source: File or folder that the errors come from, for messages.
+
+    Raises:
+        CalibrationError: The side is not a length, or a position is not a number.
+        DirectionError: A direction has no run.
+    """
+
+    cw: Array
+    ccw: Array
+    side: float
+    source: str = "return errors"
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.side) and self.side > 0.0):
+            raise CalibrationError(
+                self.source, f"side {self.side} of the square; expected a length in metres"
+            )
+        for direction, runs in (("cw", self.cw), ("ccw", self.ccw)):
+            if len(runs) == 0:
+                raise DirectionError(
+                    self.source,
+                    f"no {direction} run; one direction alone cannot separate wheelbase from diameters: "
+                    "drive the square in both",
+                )
+            if not np.isfinite(runs[:, :2]).all():
+                raise CalibrationError(self.source, f"a {direction} run has a position that is not a number")
+            runs.flags.writeable = False
+
+    @property
+    def centres(self) -> Array:
+        """Centres of gravity `(2, 3)`, cw then ccw, U (3.2)."""
+        return np.stack([self.cw.mean(axis=0), self.ccw.mean(axis=0)])
+
+    @property
+    def has_headings(self) -> bool:
+        """Whether the heading of every run was measured."""
+        return bool(np.isfinite(self.cw[:, 2]).all() and np.isfinite(self.ccw[:, 2]).all())
+
+    @property
+    def radii(self) -> Array:
+        """Distances `(2,)` of the two centres of gravity from the origin [m], U (3.3)."""
+        return np.asarray(np.hypot(self.centres[:, 0], self.centres[:, 1]), np.float64)
+
+    @property
+    def e_max_syst(self) -> float:
+        """The measure of odometric accuracy for systematic errors [m], U (3.4)."""
+        return float(self.radii.max())
+
+    @property
+    def worst(self) -> float:
+        """The largest distance of any single run from the origin [m]."""
+        return float(max(np.hypot(runs[:, 0], runs[:, 1]).max() for runs in (self.cw, self.ccw)))
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of one return position per axis [m], over both clusters; nan for 1 + 1 runs."""
+        deviations = [(runs - runs.mean(axis=0))[:, :2] for runs in (self.cw, self.ccw)]
+        freedom = 2 * (len(self.cw) + len(self.ccw) - 2)
+        if freedom == 0:
+            return math.nan
+        return math.sqrt(sum(float(np.sum(part * part)) for part in deviations) / freedom)
+
+    @property
+    def sem(self) -> float:
+        """Standard error of the mean per axis [m] of the smaller cluster, U section V."""
+        return self.scatter / math.sqrt(min(len(self.cw), len(self.ccw)))
+
+    @property
+    def second_pass_helps(self) -> bool | None:
+        """Whether E_max,syst exceeds 3 SEM, U section V; None where the scatter is unknown."""
+        return None if math.isnan(self.sem) else self.e_max_syst > 3.0 * self.sem
+
+
+def check_directions(errors: ReturnErrors) -> None:
+    """Refuse errors whose clusters lie on each other's diagonals.
+
+    By U (4.17), (4.18) and their y counterparts the cw cluster lies on y = x and the ccw cluster on y = -x;
+    with the labels swapped, or y taken to the right, it is the other way round.
+
+    Raises:
+        DirectionError: Both clusters lie there by more than the scatter of the runs explains.
+    """
+    (cw_x, cw_y, _), (ccw_x, ccw_y, _) = errors.centres
+    along = _SQRT_HALF * math.hypot(cw_x + cw_y, ccw_x - ccw_y)
+    off = _SQRT_HALF * math.hypot(cw_x - cw_y, ccw_x + ccw_y)
+    sem = 0.0 if math.isnan(errors.sem) else errors.sem
+    if off > _SWAPPED_RATIO * along and off > _SWAPPED_SEM * sem:
+        raise DirectionError(
+            errors.source,
+            f"the cw runs return to ({1e3 * cw_x:.0f}, {1e3 * cw_y:.0f}) mm and the ccw runs to "
+            f"({1e3 * ccw_x:.0f}, {1e3 * ccw_y:.0f}) mm; expected x = y for cw and x = -y for ccw: "
+            "cw and ccw are swapped, or y was measured to the right instead of the left",
+        )

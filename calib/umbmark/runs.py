@@ -1,0 +1,119 @@
+"""One drive around the square: the end measured from outside, and the turns of the wheels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from omnimate.calib.errors import CalibrationError, DirectionError, FrozenChannelError
+from omnimate.calib.umbmark.return_errors import ReturnErrors
+from omnimate.vehicle.arcs import arc, integrate
+from omnimate.vehicle.se2 import Array, wrap
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.vehicle.parameters import Truck
+
+SquareDirection = Literal["cw", "ccw"]
+
+_TURN_TOLERANCE = math.radians(45.0)  # tolerance of the total rotation: half a corner
+_FROZEN = 0.05  # [m] travel of a wheel from which on a standing other wheel is frozen
+_LENGTH_TOLERANCE = 0.15  # relative tolerance of the total length
+
+
+@dataclass(frozen=True, slots=True)
+class SquareRun:
+    """One run between two absolute fixes.
+
+    Attributes:
+        direction: Direction in which the square was driven.
+        absolute: Pose of the second fix seen from the first: x [m], y [m], theta [rad] (nan if unknown),
+            shape `(3,)`.
+        wheel_angles: Angle by which the left and the right wheel turned in each step [rad], shape `(N, 2)`.
+        source: Name of the run, for messages.
+    """
+
+    direction: SquareDirection
+    absolute: Array
+    wheel_angles: Array
+    source: str
+
+    def path(self, truck: Truck) -> Array:
+        """Return the poses `(N+1, 3)` by dead reckoning with a truck's parameters, from (0, 0, 0)."""
+        left = self.wheel_angles[:, 0] * (0.5 * truck.wheel_diameter_left)
+        right = self.wheel_angles[:, 1] * (0.5 * truck.wheel_diameter_right)
+        return integrate(arc(left, right, truck.wheelbase))
+
+    def return_error(self, truck: Truck) -> Array:
+        """Return absolute minus calculated pose `(3,)`, U (3.1)."""
+        error = self.absolute - self.path(truck)[-1]
+        return np.array([error[0], error[1], wrap(error[2])])
+
+    def check(self, truck: Truck, side: float) -> None:
+        """Refuse a run that by its wheels is not one square of `side` [m] in the stated direction.
+
+        Raises:
+            FrozenChannelError: A wheel does not count while the other one turns.
+            DirectionError: The total rotation of the odometry is not -360 degrees (cw) or +360 degrees (ccw).
+            CalibrationError: The path is not four sides long.
+        """
+        self._check_frozen(truck)
+        self._check_rotation(truck)
+        travel = self.wheel_angles * (0.5 * np.array([truck.wheel_diameter_left, truck.wheel_diameter_right]))
+        length = float(np.abs(travel.mean(axis=1)).sum())
+        if abs(length - 4.0 * side) > _LENGTH_TOLERANCE * 4.0 * side:
+            raise CalibrationError(
+                self.source,
+                f"by its wheels this run is {length:.2f} m long; expected 4 x {side:g} m; "
+                "check the side (one leg, not the whole path) and the diameters",
+            )
+
+    def _check_frozen(self, truck: Truck) -> None:
+        radii = 0.5 * np.array([truck.wheel_diameter_left, truck.wheel_diameter_right])
+        travel = np.abs(self.wheel_angles) * radii
+        for wheel, other, name in ((0, 1, "left"), (1, 0, "right")):
+            stands = travel[:, wheel] == 0.0
+            alone = float(np.bincount(np.cumsum(~stands), weights=travel[:, other] * stands).max())
+            if alone > _FROZEN:
+                raise FrozenChannelError(
+                    self.source,
+                    f"{name} wheel:",
+                    f"it did not count while the other one rolled {alone:.2f} m; in a square both turn: "
+                    "check its encoder, its cable and its cob_id",
+                )
+
+    def _check_rotation(self, truck: Truck) -> None:
+        expected = -2.0 * math.pi if self.direction == "cw" else 2.0 * math.pi
+        turned = float(self.path(truck)[-1, 2])
+        if abs(turned - expected) <= _TURN_TOLERANCE:
+            return
+        if abs(turned + expected) <= _TURN_TOLERANCE:
+            advice = "the other way round: cw and ccw, or the left and the right wheel, are swapped"
+        elif abs(turned - 0.75 * expected) <= _TURN_TOLERANCE:
+            advice = "the last turn is missing: UMBmark needs all four, and the fix after them"
+        else:
+            advice = "not one square: check the lap's start and end and its fixes"
+        raise DirectionError(
+            self.source,
+            f"by its wheels this {self.direction} run turned {math.degrees(turned):+.0f} degrees; "
+            f"expected {math.degrees(expected):+.0f}; {advice}",
+        )
+
+
+def return_errors(runs: Sequence[SquareRun], truck: Truck, side: float, source: str) -> ReturnErrors:
+    """Return the return errors of runs, dead-reckoned with a truck's parameters; `side` in metres.
+
+    Raises:
+        DirectionError: a direction is missing.
+    """
+    by_direction = {
+        direction: np.array(
+            [run.return_error(truck) for run in runs if run.direction == direction], np.float64
+        ).reshape(-1, 3)
+        for direction in ("cw", "ccw")
+    }
+    return ReturnErrors(by_direction["cw"], by_direction["ccw"], side, source)

@@ -1,0 +1,99 @@
+"""The end of a square in closed form, and its derivatives by the wheel diameters and the wheelbase.
+
+One leg with its corner is one pose increment, z turned by phi; four of them end at z (1 + u + u^2 + u^3)
+with u = exp(i phi), headed 4 phi. Leg and corner are exact arcs, U (2.5)-(2.15) without small angles.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from omnimate.vehicle.arcs import sinc, sinc_slope
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from omnimate.vehicle.parameters import Truck
+    from omnimate.vehicle.se2 import Array
+
+    Complex = NDArray[np.complex128]
+
+
+class _Arc(NamedTuple):
+    """Chord (x + i y) and turn of an arc, and their slopes `(..., 3)` by both scales and the wheelbase."""
+
+    chord: Complex
+    turn: Array
+    chord_slopes: Complex
+    turn_slopes: Array
+
+
+SIGNS = np.array([-1.0, 1.0])  # cw, ccw
+
+
+def square_ends(truck: Truck, side: float, scales: Array) -> tuple[Array, Array]:
+    """Return where squares end `(..., 2, 3)`, cw then ccw, and the derivatives `(..., 2, 3, 3)` by `scales`.
+
+    Args:
+        truck: Parameters that the odometry uses.
+        side: Length of each side of the square [m].
+        scales: Actual over assumed left diameter, right diameter and wheelbase, shape `(..., 3)`.
+    """
+    left, right, base = (scales[..., None, column] for column in range(3))
+    zero = np.zeros_like(left * SIGNS)
+    corner = 0.25 * math.pi * truck.wheelbase  # travel of each wheel in a quarter turn on the spot
+    leg = _arc(left, right, base * truck.wheelbase, side + zero, side + zero)
+    spot = _arc(left, right, base * truck.wheelbase, zero - SIGNS * corner, zero + SIGNS * corner)
+    by_scales = [1.0, 1.0, truck.wheelbase]
+    leg_slopes, spot_slopes = leg.turn_slopes * by_scales, spot.turn_slopes * by_scales
+    spin = np.exp(1j * leg.turn)
+    step = leg.chord + spin * spot.chord
+    spot_chord_slopes = spot.chord_slopes * by_scales + 1j * leg_slopes * spot.chord[..., None]
+    step_slopes = leg.chord_slopes * by_scales + spin[..., None] * spot_chord_slopes
+    phi, phi_slopes = leg.turn + spot.turn, leg_slopes + spot_slopes
+    powers = np.exp(1j * phi[..., None] * np.arange(4))
+    place = step * powers.sum(axis=-1)
+    bend = step * (1j * np.arange(4) * powers).sum(axis=-1)
+    slopes = step_slopes * powers.sum(axis=-1)[..., None] + bend[..., None] * phi_slopes
+    ends = np.stack([place.real, place.imag, 4.0 * phi - 2.0 * math.pi * SIGNS], axis=-1)
+    return ends, np.stack([slopes.real, slopes.imag, 4.0 * phi_slopes], axis=-2)
+
+
+def _arc(left: Array, right: Array, wheelbase: Array, go_left: Array, go_right: Array) -> _Arc:
+    """Return the arc of wheels that believe to go so far, with the scales of their diameters."""
+    far_left, far_right = left * go_left, right * go_right
+    turn = (far_right - far_left) / wheelbase
+    half = 0.5 * turn
+    ratio = sinc(half)
+    mean, direction = 0.5 * (far_left + far_right), np.exp(1j * half)
+    by_turn = mean * direction * (0.5 * sinc_slope(half) + 0.5j * ratio)
+    by_mean = ratio * direction
+    turn_slopes = np.stack([-go_left / wheelbase, go_right / wheelbase, -turn / wheelbase], axis=-1)
+    mean_slopes = np.stack([0.5 * go_left, 0.5 * go_right, np.zeros_like(turn)], axis=-1)
+    chord_slopes = by_turn[..., None] * turn_slopes + by_mean[..., None] * mean_slopes
+    return _Arc(mean * by_mean, turn, chord_slopes, turn_slopes)
+
+
+def factor_scales(truck: Truck, logs: Array) -> tuple[Array, Array]:
+    """Return the scales `(..., 3)` that log E_b, log E_d `(..., 2)` mean, and their slopes `(..., 3, 2)`.
+
+    The mean diameter is held, U (4.28), also where the believed wheels are unequal.
+    """
+    e_b, e_d = np.exp(logs[..., 0]), np.exp(logs[..., 1])
+    ratio = truck.wheel_diameter_right / truck.wheel_diameter_left
+    left = (ratio + 1.0) / (e_d * ratio + 1.0)
+    right = e_d * left
+    share = e_d * ratio / (e_d * ratio + 1.0)  # of the right wheel in the sum of the diameters
+    zero = np.zeros_like(left)
+    slopes = np.stack(
+        [
+            np.stack([zero, -left * share], axis=-1),
+            np.stack([zero, right * (1.0 - share)], axis=-1),
+            np.stack([e_b, zero], axis=-1),
+        ],
+        axis=-2,
+    )
+    return np.stack([left, right, e_b], axis=-1), slopes

@@ -1,0 +1,148 @@
+"""The uncertainty of a calibration: standard errors and confidence intervals, by the delta method.
+
+The scatter of the runs, pooled over both directions, is multiplied by the derivatives of the method.
+Intervals are those of Student's t; its degrees of freedom are the number of runs minus two centres.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.apply import corrected_truck
+from omnimate.calib.distributions import student_quantile
+from omnimate.calib.umbmark.exact import position_weights, scatter_weights
+from omnimate.calib.umbmark.printed import angles_of, factors_of
+from omnimate.calib.umbmark.scatter import scatter_of
+from omnimate.calib.umbmark.square_fit import fit_factors
+
+if TYPE_CHECKING:
+    from omnimate.calib.umbmark.experiment import Calibration, Experiment
+    from omnimate.calib.umbmark.printed import Method
+    from omnimate.vehicle.parameters import Truck
+    from omnimate.vehicle.se2 import Array
+
+_STEP = 1e-5  # [sides of the square, rad] step of the numerical derivatives
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """An estimate with its confidence interval; the limits are nan where there are too few runs.
+
+    Attributes:
+        value: The estimate.
+        low: Lower limit of the interval.
+        high: Upper limit of the interval.
+    """
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def half(self) -> float:
+        """Half of the interval's width, for `value +- half`."""
+        return 0.5 * (self.high - self.low)
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """The uncertainty of a calibration.
+
+    Attributes:
+        covariance: Covariance of E_b and E_d, shape `(2, 2)`.
+        freedom: Degrees of freedom of the scatter.
+        confidence: Probability that an interval contains the true value.
+        e_b: Interval of E_b.
+        e_d: Interval of E_d.
+        wheelbase: Interval of the wheelbase [m].
+        diameter_left: Interval of the left wheel's diameter [m].
+        diameter_right: Interval of the right wheel's diameter [m].
+    """
+
+    covariance: Array
+    freedom: int
+    confidence: float
+    e_b: Interval
+    e_d: Interval
+    wheelbase: Interval
+    diameter_left: Interval
+    diameter_right: Interval
+
+
+def uncertainty_of(calibration: Calibration, confidence: float = 0.95) -> Uncertainty:
+    """Return standard errors and Student t intervals of a calibration by the delta method.
+
+    With a single run in each direction they are nan, because the scatter of the runs is unknown.
+    """
+    experiment, method = calibration.experiment, calibration.correction.method
+    errors = experiment.errors
+    scatter = scatter_of(errors)
+    covariance = np.full((2, 2), np.nan)
+    half = np.full(2, np.nan)
+    if scatter.freedom > 0:
+        slopes = factor_slopes(experiment, method)
+        centres = scatter.of_centres((len(errors.cw), len(errors.ccw)))
+        used = slopes.any(axis=0)  # headings that no run has are not numbers
+        covariance = slopes @ np.where(np.outer(used, used), centres, 0.0) @ slopes.T
+        half = student_quantile(0.5 + 0.5 * confidence, scatter.freedom) * np.sqrt(np.diag(covariance))
+    middle = np.array([calibration.correction.e_b, calibration.correction.e_d])
+    return between_limits(calibration, covariance, scatter.freedom, confidence, middle - half, middle + half)
+
+
+def between_limits(
+    calibration: Calibration, covariance: Array, freedom: int, confidence: float, low: Array, high: Array
+) -> Uncertainty:
+    """Return the uncertainty with limits `(2,)` of E_b and E_d; wheelbase and diameters follow from them."""
+    truck = calibration.experiment.truck
+    least, most = _truck_or_none(truck, low), _truck_or_none(truck, high)
+
+    def interval(name: str) -> Interval:
+        ends = [math.nan if end is None else float(getattr(end, name)) for end in (least, most)]
+        return Interval(getattr(calibration.truck, name), min(ends), max(ends))
+
+    correction = calibration.correction
+    return Uncertainty(
+        covariance,
+        freedom,
+        confidence,
+        Interval(correction.e_b, float(low[0]), float(high[0])),
+        Interval(correction.e_d, float(low[1]), float(high[1])),
+        interval("wheelbase"),
+        interval("wheel_diameter_left"),
+        interval("wheel_diameter_right"),
+    )
+
+
+def _truck_or_none(truck: Truck, factors: Array) -> Truck | None:
+    if not (np.isfinite(factors).all() and (factors > 0.0).all()):
+        return None
+    return corrected_truck(truck, float(factors[0]), float(factors[1]))
+
+
+def factors_at(
+    experiment: Experiment, method: Method, centres: Array, start: tuple[float, float] = (0.0, 0.0)
+) -> Array:
+    """Return E_b, E_d `(..., 2)` by a method from centres `(..., 2, 3)` in place of the measured ones.
+
+    The weights of "weighted" stay those of the experiment.
+    """
+    errors, truck = experiment.errors, experiment.truck
+    if method in {"exact", "weighted"}:
+        weights = position_weights(errors) if method == "exact" else scatter_weights(errors)
+        return np.exp(fit_factors(centres, weights, truck, errors.side, start)[0])
+    return factors_of(angles_of(centres, errors.side, method), errors.side, truck.wheelbase, method)
+
+
+def factor_slopes(experiment: Experiment, method: Method) -> Array:
+    """Return the derivatives `(2, 6)` of E_b and E_d by the centres' x, y [m], theta [rad], cw then ccw."""
+    errors = experiment.errors
+    step = _STEP * np.tile([errors.side, errors.side, 1.0], 2)
+    centres = np.nan_to_num(errors.centres).reshape(6)
+    moved = np.stack([centres + np.diag(step), centres - np.diag(step)]).reshape(2, 6, 2, 3)
+    forward, backward = factors_at(experiment, method, moved)
+    slopes = ((forward - backward) / (2.0 * step[:, None])).T
+    return np.where(np.abs(slopes) < 1e-9 * np.abs(slopes).max(), 0.0, slopes)

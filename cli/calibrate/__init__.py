@@ -1,0 +1,1 @@
+"""`omnimate calibrate`: its call, and the tables and sentences that it prints."""

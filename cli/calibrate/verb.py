@@ -1,0 +1,197 @@
+"""`omnimate calibrate`: any drive with absolute poses, or a linkage -> better parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from omnimate.cli.calibrate.tables import factors_table, noise_sentences, quantities_table, scores_table
+from omnimate.cli.choices import TruckChoice
+from omnimate.cli.console import out, warn
+from omnimate.cli.tables import show
+
+if TYPE_CHECKING:
+    from omnimate.calib.estimation.estimates import Estimate
+    from omnimate.calib.paths.least_squares import PathCalibration, Quantity
+    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.recording import Recording
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What to estimate beside the truck, and what not.
+
+    Attributes:
+        reference_offset: Whether to estimate where the reference sits on the truck.
+        time_offset: Whether to estimate the delay of the reference's clock.
+        hold: Names of the coordinates that stay nominal.
+        spacing: Time between two absolute poses that are used [s].
+    """
+
+    reference_offset: bool
+    time_offset: bool
+    hold: tuple[str, ...]
+    spacing: float
+
+
+def calibrate(
+    sources: Annotated[
+        list[Path] | None, typer.Argument(help="Recording folders of one robot.", exists=True)
+    ] = None,
+    truck: Annotated[
+        TruckChoice | None, typer.Option(help="Calibrate this truck only; else each one that has poses.")
+    ] = None,
+    reference_offset: Annotated[
+        bool, typer.Option("--reference-offset", help="Estimate where the reference sits on the truck.")
+    ] = False,
+    time_offset: Annotated[
+        bool, typer.Option("--time-offset", help="Estimate the delay of the reference's clock.")
+    ] = False,
+    linkage: Annotated[
+        bool, typer.Option("--linkage", help="Calibrate joint and link biases too; drive with turns.")
+    ] = False,
+    hold: Annotated[
+        list[str] | None, typer.Option(help="Keep this coordinate nominal; may be repeated.")
+    ] = None,
+    spacing: Annotated[
+        float, typer.Option(help="Time between absolute poses that are used [s]; 0 takes all.", min=0.0)
+    ] = 2.0,
+    out_file: Annotated[
+        Path | None, typer.Option("--out", help="Write the calibrated vehicle.toml here.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the first drive before and after: .png, .svg or .pdf.")
+    ] = None,
+    profile: Annotated[
+        tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the trucks there under this name.")
+    ] = None,
+    optiodom: Annotated[
+        Path | None,
+        typer.Option(help="Root of the OptiOdom data: calibrate on its squares, score on all.", exists=True),
+    ] = None,
+) -> None:
+    """Calibrate from any drive with absolute poses, by least squares; or a linkage from its own readings."""
+    if optiodom is not None:
+        _score(optiodom)
+    if not sources:
+        if optiodom is None:
+            raise typer.BadParameter("give recording folders, or --optiodom ROOT")
+        return
+    from omnimate.figures.files import check_format
+    from omnimate.logs.folder import load_recording
+
+    if plot is not None:
+        check_format(plot)
+    recordings = [load_recording(source) for source in sources]
+    if not linkage:
+        _warn_of_frozen(recordings)
+    choice: TruckName | None = truck.value if truck is not None else None
+    options = Options(reference_offset, time_offset, tuple(hold or ()), spacing)
+    names = _trucks(recordings, choice, linkage=linkage)
+    trucks = {name: _truck(recordings, name, options) for name in names}
+    if linkage:
+        _linkage(recordings, trucks, out_file)
+    elif out_file is not None:
+        _write(recordings[0], trucks, out_file)
+    if profile is not None:
+        _keep(trucks, *profile)
+    if plot is not None:
+        _draw(recordings[0], trucks, plot)
+
+
+def _warn_of_frozen(recordings: list[Recording]) -> None:
+    from omnimate.calib.monitoring.channels import frozen_linkage
+
+    for recording in recordings:
+        for advice in frozen_linkage(recording):
+            warn(f"{advice}; the trucks are calibrated without it")
+
+
+def _trucks(recordings: list[Recording], choice: TruckName | None, *, linkage: bool) -> list[TruckName]:
+    """Return the truck asked for, or those with two poses or more; a linkage can do without any."""
+    if choice is not None:
+        return [choice]
+    known: list[TruckName] = []
+    for name in recordings[0].vehicle.trucks:
+        poses = [recording.poses.of(name) for recording in recordings if recording.poses is not None]
+        if any(len(fixes.time) > 1 for fixes in poses):
+            known.append(name)
+    return known if known or linkage else ["a"]
+
+
+def _truck(recordings: list[Recording], name: TruckName, options: Options) -> PathCalibration:
+    from omnimate.calib.paths.least_squares import calibrate_truck
+
+    calibration = calibrate_truck(
+        recordings,
+        name,
+        with_offset=options.reference_offset,
+        with_time=options.time_offset,
+        hold=options.hold,
+        spacing=options.spacing,
+    )
+    _print(f"Truck {name}, {calibration.source}", calibration.quantities, calibration.estimate)
+    return calibration
+
+
+def _linkage(
+    recordings: list[Recording], trucks: dict[TruckName, PathCalibration], out_file: Path | None
+) -> None:
+    from omnimate.calib.linkage.calibration import calibrate_linkage, corrected_linkage
+    from omnimate.vehicle.file import save_vehicle
+
+    calibration = calibrate_linkage(recordings, trucks=trucks)
+    _print(f"Linkage, {calibration.source}", calibration.quantities, calibration.estimate)
+    if out_file is not None:
+        save_vehicle(corrected_linkage(recordings[0].vehicle, calibration), out_file)
+        out.print(f"calibrated: {out_file}", soft_wrap=True)
+
+
+def _print(title: str, quantities: tuple[Quantity, ...], estimate: Estimate) -> None:
+    show(quantities_table(title, quantities))
+    show(factors_table(estimate))
+    for sentence in noise_sentences(estimate):
+        out.print(sentence, soft_wrap=True)
+
+
+def _write(recording: Recording, calibrations: dict[TruckName, PathCalibration], path: Path) -> None:
+    from omnimate.calib.apply import corrected_vehicle
+    from omnimate.vehicle.file import save_vehicle
+
+    trucks = {name: calibration.truck for name, calibration in calibrations.items()}
+    save_vehicle(corrected_vehicle(recording.vehicle, trucks), path)
+    out.print(f"calibrated: {path}", soft_wrap=True)
+
+
+def _keep(calibrations: dict[TruckName, PathCalibration], path: Path, name: str) -> None:
+    from omnimate.calib.profiles import save_profile
+
+    save_profile(path, name, {truck: calibration.truck for truck, calibration in calibrations.items()})
+    out.print(f"profile {name}: {path}", soft_wrap=True)
+
+
+def _draw(recording: Recording, calibrations: dict[TruckName, PathCalibration], path: Path) -> None:
+    """Draw the first drive of the first truck, from its first pose."""
+    from omnimate.calib.paths.drives import drives_of
+    from omnimate.calib.paths.kinematics import Differential
+    from omnimate.calib.paths.reference import dead_reckoned
+    from omnimate.figures.floor_plan import Track, plot_floor_plan
+
+    name, calibration = next(iter(calibrations.items()))
+    drive = drives_of([recording], name)[0]
+    before = dead_reckoned(drive, Differential(recording.vehicle.trucks[name]))
+    after = dead_reckoned(drive, calibration.kinematics)
+    tracks = [Track("odometry before", before), Track("odometry calibrated", after, dashed=True)]
+    plot_floor_plan(tracks, path, title=f"truck {name}", fixes=drive.pose)
+    out.print(f"figure: {path}", soft_wrap=True)
+
+
+def _score(root: Path) -> None:
+    from omnimate.importers.optiodom.scores import score_optiodom
+
+    for robot in score_optiodom(root):
+        _print(f"{robot.kind}, all squares", robot.calibration.quantities, robot.calibration.estimate)
+        show(scores_table(robot))

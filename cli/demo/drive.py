@@ -1,0 +1,88 @@
+"""One drive of the demo: UMBmark on a virtual bus, configured, driven and recorded by the real driver."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.cli.console import out
+from omnimate.cli.driver_reports import show_configuration, show_report
+from omnimate.cli.driving import drive_program
+from omnimate.cli.simulated import simulated_robot
+from omnimate.logs.folder import load_recording
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.reference import reference_vehicle
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from omnimate.motion.drive import Moment
+    from omnimate.vcan_sim.faults import DeviceFault
+    from omnimate.vcan_sim.plant import Plant
+    from omnimate.vcan_sim.truth import Truth
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is driven.
+
+    Attributes:
+        side: Side of the square [m].
+        runs: Squares in each direction.
+        speed: Speed of the wheels [m/s].
+    """
+
+    side: float
+    runs: int
+    speed: float
+
+
+def drive(
+    vehicle: VehicleParameters,
+    truth: Truth,
+    settings: Settings,
+    folder: Path,
+    faults: tuple[DeviceFault, ...] = (),
+) -> tuple[Recording, Array]:
+    """Drive UMBmark on a virtual bus; return the recording and the true path of truck a `(N, 3)`."""
+    assert vehicle.linkage is not None  # the reference vehicle has two trucks
+    program = umbmark(settings.side, settings.runs, speed=settings.speed, link_length=vehicle.linkage.length)
+    if folder.exists():
+        shutil.rmtree(folder)
+    with simulated_robot(vehicle, truth, folder, program, faults) as robot:
+        configured = robot.driver.configure()
+        if vehicle.trucks == reference_vehicle().trucks:
+            show_configuration(configured)
+        else:
+            out.print(f"  {len(configured.nodes)} encoders found and configured as before")
+        path = _TruePath(robot.plant)
+        drive_program(robot.driver, program, robot.recorder, robot.plant.fix, path.watch)
+        show_report(robot.driver.report())
+    return load_recording(folder), path.poses
+
+
+class _TruePath:
+    """The true path of truck a over the first square each way."""
+
+    EVERY = 10  # samples
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant, self._count = plant, 0
+        self._poses: list[Array] = []
+
+    def watch(self, moment: Moment) -> None:
+        """Look at a moment of the drive."""
+        self._count += 1
+        if moment.lap in {0, 1} and self._count % self.EVERY == 0:
+            self._poses.append(self._plant.pose("a"))
+
+    @property
+    def poses(self) -> Array:
+        """The path so far, `(N, 3)`."""
+        return np.array(self._poses)

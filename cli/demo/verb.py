@@ -1,0 +1,103 @@
+"""`omnimate demo`: a simulated OmniMate drives UMBmark on a virtual bus, is calibrated, and drives again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from omnimate.cli.console import out
+from omnimate.cli.robots import truth_of
+
+if TYPE_CHECKING:
+    from omnimate.calib.umbmark.experiment import Calibration
+    from omnimate.cli.demo.drive import Settings
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.recording import Recording
+
+OTHER_SEED = 1000  # added to the seed, so that the second drive meets another roughness of the floor
+
+
+def demo(
+    folder: Annotated[
+        Path, typer.Option("--out", help="Folder for recordings, vehicle.toml and figures.")
+    ] = Path("demo-out"),
+    side: Annotated[float, typer.Option(help="Side of the square [m].", min=0.5, max=20.0)] = 4.0,
+    runs: Annotated[int, typer.Option(help="Squares in each direction.", min=1, max=50)] = 5,
+    speed: Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.05, max=0.5)] = 0.4,
+    seed: Annotated[
+        int, typer.Option(help="Seed of the floor's roughness and the sonar's noise.", min=0)
+    ] = 1,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Fault of a device in the first drive, such as reboot:node=2,at=30; may be repeated."
+        ),
+    ] = None,
+) -> None:
+    """Drive UMBmark with a simulated OmniMate on a virtual CAN bus, calibrate it, and drive again."""
+    from omnimate.cli.demo.drive import Settings, drive
+    from omnimate.cli.demo.results import draw_clusters, draw_paths, result_table
+    from omnimate.cli.tables import show
+    from omnimate.vcan_sim.fault_text import parse_fault
+    from omnimate.vcan_sim.reference import reference_vehicle
+
+    settings = Settings(side, runs, speed)
+    faults = tuple(parse_fault(text) for text in fault or ())
+    nominal = reference_vehicle()
+    truth = truth_of(nominal, None, (), seed)
+    second_day = replace(truth, seed=seed + OTHER_SEED)
+    folder.mkdir(parents=True, exist_ok=True)
+    _introduce(nominal, settings)
+    out.rule("1  the robot as its owner believes it to be", align="left")
+    before, path = drive(nominal, truth, settings, folder / "before", faults)
+    calibrations = _calibrations(before)
+    calibrated = _save(nominal, calibrations, folder / "vehicle.toml")
+    out.rule("2  the same robot, calibrated", align="left")
+    after, _ = drive(calibrated, second_day, settings, folder / "after")
+    again = _calibrations(after)
+    out.rule("result", align="left")
+    show(result_table(calibrations, again, truth))
+    draw_clusters(calibrations, again, folder / "umbmark.png")
+    draw_paths(before, path, folder / "path.png")
+    for name, what in (
+        ("before/ and after/", "the two recordings: candump log, fixes, laps, vehicle.toml"),
+        ("vehicle.toml", "the calibrated robot"),
+        ("umbmark.png", "return errors before and after, as U Fig. 11"),
+        ("path.png", "one square each way: where it went, and where it believed to be"),
+    ):
+        out.print(f"  {folder}/{name:<20} {what}", soft_wrap=True)
+
+
+def _introduce(vehicle: VehicleParameters, settings: Settings) -> None:
+    """Print what the demo is about to do."""
+    out.print(
+        f"A simulated {vehicle.name} on a virtual CAN bus: two trucks on a compliant linkage, "
+        f"{len(vehicle.encoders)} CANopen encoders, {len(vehicle.drives)} drives.\n"
+        f"UMBmark, {settings.side:g} m squares, {settings.runs} each way at {settings.speed:g} m/s, read and "
+        "driven through the bus alone. Its wheelbases and\nwheels are not what vehicle.toml says: the return "
+        "errors say by how much. Then once more, calibrated.\n",
+        soft_wrap=True,
+    )
+
+
+def _calibrations(recording: Recording) -> dict[TruckName, Calibration]:
+    from omnimate.calib.umbmark.experiment import calibrate, experiment_of_recordings
+
+    return {
+        truck: calibrate(experiment_of_recordings([recording], truck)) for truck in recording.vehicle.trucks
+    }
+
+
+def _save(
+    vehicle: VehicleParameters, calibrations: dict[TruckName, Calibration], path: Path
+) -> VehicleParameters:
+    from omnimate.calib.apply import corrected_vehicle
+    from omnimate.vehicle.file import save_vehicle
+
+    trucks = {name: calibration.truck for name, calibration in calibrations.items()}
+    calibrated = corrected_vehicle(vehicle, trucks)
+    save_vehicle(calibrated, path)
+    return calibrated

@@ -1,0 +1,93 @@
+"""What the driver found and what happened, as tables."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from omnimate.cli.console import out
+
+if TYPE_CHECKING:
+    from omnimate.driver.configuration import ConfigurationReport
+    from omnimate.driver.report import DriverReport
+
+MOST_SHOWN = 40  # events, and gaps
+COUNTERS = {
+    "received": "PDOs",
+    "missing": "missing",
+    "late": "late",
+    "duplicate": "double",
+    "wrong_length": "wrong length",
+    "unknown": "unknown",
+    "jumps": "jumps",
+    "restarts": "restarts",
+    "emergencies": "EMCY",
+}
+
+
+def show_configuration(report: ConfigurationReport, *, verbose: bool = False) -> None:
+    """Print the bus load, what was changed at each node, and what to read; all that was found if verbose."""
+    out.print(report.load.in_words(), soft_wrap=True)
+    table = Table("node", "channel", "", "what", box=SIMPLE_HEAD)
+    for node in report.nodes:
+        kinds = [("found", node.read if verbose else ()), ("changed", node.changed), ("remark", node.remarks)]
+        lines = [(kind, line) for kind, lines in kinds for line in lines] or [("", "as it must be")]
+        for number, (kind, line) in enumerate(lines):
+            first = (str(node.node), ", ".join(node.names)) if number == 0 else ("", "")
+            table.add_row(*first, kind, Text(line))
+    out.print(table)
+
+
+def show_report(report: DriverReport) -> None:
+    """Print the frames of each node and what happened, or that nothing did."""
+    if report.is_clean:
+        out.print(f"  {report.syncs} SYNCs, each answered by every node in time")
+        return
+    out.print(_node_table(report))
+    _show_events(report)
+    _show_gaps(report)
+    for identifier, what, frames in report.unknown_frames:
+        out.print(f"  not of this vehicle: {identifier} {what}: {frames} frames", soft_wrap=True)
+
+
+def _node_table(report: DriverReport) -> Table:
+    """Return the table of the nodes, with the counters that are not all zero."""
+    nodes = report.nodes
+    heads = {name: head for name, head in COUNTERS.items() if any(getattr(node, name) for node in nodes)}
+    table = Table(box=SIMPLE_HEAD, title=f"{report.syncs} SYNCs", title_justify="left")
+    for head in ("node", "what", "state"):
+        table.add_column(head, no_wrap=True)
+    for head in heads.values():
+        table.add_column(head, justify="right")
+    for node in report.nodes:
+        numbers = [str(getattr(node, name)) for name in heads]
+        table.add_row(str(node.node), ", ".join(node.names), node.state, *numbers)
+    return table
+
+
+def _show_events(report: DriverReport) -> None:
+    """Print what happened, timed from the first SYNC."""
+    for event in report.events[:MOST_SHOWN]:
+        node = f"node {event.node}" if event.node is not None else "bus"
+        until = event.last - report.started
+        often = f" ({event.count} times until {until:.2f} s)" if event.count > 1 else ""
+        at = event.time - report.started
+        out.print(f"  {at:9.3f} s  {node:<8} {event.what}{often}", soft_wrap=True)
+    hidden = max(0, len(report.events) - MOST_SHOWN) + report.events_dropped
+    if hidden:
+        out.print(f"  and {hidden} more events")
+
+
+def _show_gaps(report: DriverReport) -> None:
+    """Print the gaps, those of several channels at the same time in one line."""
+    same: dict[tuple[float, float, str], list[str]] = {}
+    for gap in report.gaps:
+        same.setdefault((gap.start, gap.end, gap.reason), []).append(gap.channel)
+    for (start, end, reason), channels in list(same.items())[:MOST_SHOWN]:
+        when = f"{start - report.started:9.3f} to {end - report.started:.3f} s"
+        out.print(f"  gap: {when}, {', '.join(channels)} ({reason})", soft_wrap=True)
+    if len(same) > MOST_SHOWN:
+        out.print(f"  and {len(same) - MOST_SHOWN} more gaps")

@@ -1,0 +1,1 @@
+"""`omnimate import`: one verb for each kind of source, and what they say of the recordings."""

@@ -1,0 +1,150 @@
+"""`omnimate import`: recording folders from what people have: public data sets, CSV files, ROS bags."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.progress import Progress
+
+from omnimate.cli.console import err, warn
+from omnimate.cli.errors import CallError
+from omnimate.cli.import_.reports import report_recording, save_set, show_topics
+
+if TYPE_CHECKING:
+    from omnimate.importers.rosbag.plan import Plan
+    from omnimate.vehicle.parameters import VehicleParameters
+
+app = typer.Typer(
+    help="Make recording folders from public data sets, CSV files or ROS bags.", no_args_is_help=True
+)
+
+Out = Annotated[Path, typer.Argument(help="Recording folder to write.")]
+OutSet = Annotated[Path, typer.Argument(help="Folder to write the recording folders into.")]
+Vehicle = Annotated[Path | None, typer.Option(help="vehicle.toml of the robot; else the mapping's own.")]
+
+
+@app.command()
+def optiodom(
+    source: Annotated[Path, typer.Argument(help="A set, or a folder of sets, of the differential robot.")],
+    to: OutSet,
+) -> None:
+    """Take the runs of OptiOdom's differential robot: dense poses, one recording folder each."""
+    from omnimate.importers.optiodom.recordings import differential_sets, each_run
+
+    save_set(each_run(source), to)
+    others = differential_sets(source)[1]
+    if others:
+        warn(
+            f"{len(others)} set(s) of the tricycle left out: recording folders hold differential drives only"
+        )
+
+
+@app.command()
+def labyrinth(
+    source: Annotated[Path, typer.Argument(help="Folder with Indoor_UWB_Input.txt and Indoor_UWB_GT.txt.")],
+    to: OutSet,
+) -> None:
+    """Take the drive of TU Chemnitz's Labyrinth as its readme describes it, which is known to be wrong."""
+    from omnimate.importers.labyrinth import recordings_of
+
+    save_set((("run-01", recording) for recording in recordings_of(source)), to)
+
+
+@app.command()
+def husky(
+    source: Annotated[Path, typer.Argument(help="Folder with husky_windows.npz.")],
+    to: OutSet,
+) -> None:
+    """Take the DRIVE data of a Clearpath Husky: a recording folder for each window of two seconds."""
+    from omnimate.importers.husky import each_window
+
+    save_set(each_window(source), to)
+
+
+@app.command()
+def csv(
+    source: Annotated[Path, typer.Argument(help="CSV file of times, counts and poses.")],
+    to: Out,
+    mapping: Annotated[
+        Path, typer.Option(help="TOML file that says which column is what: docs/how-to/csv-file.md.")
+    ],
+    vehicle: Vehicle = None,
+) -> None:
+    """Take a CSV file by a mapping of its columns."""
+    from omnimate.importers.csv_file.importer import read_csv
+    from omnimate.logs.folder import save_recording
+
+    with err.status("reading"):
+        recording = read_csv(source, mapping, _vehicle(vehicle))
+        save_recording(recording, to)
+    report_recording(recording, to)
+
+
+@app.command()
+def rosbag(
+    source: Annotated[Path, typer.Argument(help="A ROS 1 bag, a ROS 2 bag, or an MCAP file.")],
+    to: Annotated[Path | None, typer.Argument(help="Recording folder to write.")] = None,
+    mapping: Annotated[Path | None, typer.Option(help="TOML file: topics of channels and poses.")] = None,
+    channel: Annotated[
+        list[str] | None, typer.Option(help="CHANNEL=TOPIC[:JOINT or FIELD[:UNIT]], once for each channel.")
+    ] = None,
+    pose: Annotated[list[str] | None, typer.Option(help="TRUCK=TOPIC[:FRAME].")] = None,
+    vehicle: Vehicle = None,
+    show: Annotated[
+        bool, typer.Option("--list", help="Only show the topics, and a mapping by guess.")
+    ] = False,
+) -> None:
+    """Take wheel positions or ticks, joints and poses from a ROS 1 or ROS 2 bag or an MCAP file."""
+    from omnimate.importers.rosbag.importer import read_bag
+    from omnimate.logs.folder import save_recording
+
+    if show:
+        show_topics(source, _vehicle(vehicle))
+        return
+    if to is None:
+        raise CallError("import rosbag needs the recording folder to write; --list shows what is in the bag")
+    plan, robot = _plan(source, mapping, channel or [], pose or [], _vehicle(vehicle))
+    with Progress(console=err, transient=True) as progress:
+        task = progress.add_task("reading", total=None)
+        imported = read_bag(
+            source, plan, robot, lambda done, of: progress.update(task, completed=done, total=of)
+        )
+    for note in imported.notes:
+        warn(note)
+    save_recording(imported.recording, to)
+    report_recording(imported.recording, to)
+
+
+def _plan(
+    source: Path,
+    mapping: Path | None,
+    channels: list[str],
+    poses: list[str],
+    vehicle: VehicleParameters | None,
+) -> tuple[Plan, VehicleParameters]:
+    """Return what of a bag is what, by a mapping, by options, or by guess, and the robot."""
+    from omnimate.importers.rosbag.guess import as_toml, guess
+    from omnimate.importers.rosbag.plan import plan_of_options, read_plan
+    from omnimate.importers.rosbag.reader import topics_of
+
+    if mapping is not None and (channels or poses):
+        raise CallError("--mapping says what --channel and --pose say; give one of the two")
+    if mapping is not None:
+        return read_plan(mapping, vehicle)
+    if vehicle is None:
+        raise CallError("import rosbag needs --vehicle, or a --mapping that names the robot")
+    if channels:
+        return plan_of_options(channels, poses), vehicle
+    guessed = guess(topics_of(source), vehicle.channels)
+    stated = plan_of_options(channels, poses).poses
+    plan = type(guessed)(guessed.channels, stated or guessed.poses)
+    warn("no mapping given; by the names in the bag:\n" + as_toml(plan))
+    return plan, vehicle
+
+
+def _vehicle(path: Path | None) -> VehicleParameters | None:
+    from omnimate.vehicle.file import load_vehicle
+
+    return None if path is None else load_vehicle(path)

@@ -1,0 +1,82 @@
+"""Rows of numbers as CSV or JSON lines."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from omnimate.ipec.tracker import Row
+
+
+class RowFileError(OmnimateError):
+    """A file for rows that cannot be written.
+
+    Attributes:
+        path: Path of the file.
+    """
+
+    def __init__(self, path: Path, error: OSError) -> None:
+        super().__init__(f"{path}: cannot be written: {error.strerror}; choose another file")
+        self.path = path
+
+
+@dataclass
+class RowWriter:
+    """Writes each row to the files that were asked for, and flushes it, so that others can follow.
+
+    Attributes:
+        csv_file: Receives the rows as a table; None where none is wanted.
+        json_file: Receives the rows as JSON lines; None where none are wanted.
+        leaves_stdout: Whether standard output is free for words.
+    """
+
+    csv_file: TextIO | None
+    json_file: TextIO | None
+    leaves_stdout: bool
+    _has_head: bool = field(default=False, init=False)
+
+    def write(self, row: Row) -> None:
+        """Write one row."""
+        values = row.as_dict()
+        if self.json_file is not None:
+            self.json_file.write(json.dumps(values, allow_nan=False) + "\n")
+            self.json_file.flush()
+        if self.csv_file is None:
+            return
+        table = csv.writer(self.csv_file, lineterminator="\n")
+        if not self._has_head:
+            table.writerow(values)
+            self._has_head = True
+        table.writerow("" if value is None else repr(value) for value in values.values())
+        self.csv_file.flush()
+
+
+@contextlib.contextmanager
+def open_rows(csv_path: Path | None, jsonl: str | None) -> Iterator[RowWriter]:
+    """Open the files of rows; `-` is standard output.
+
+    Raises:
+        RowFileError: one of them cannot be written.
+    """
+    with contextlib.ExitStack() as stack:
+        table = stack.enter_context(_create(csv_path)) if csv_path is not None else None
+        lines: TextIO | None = None
+        if jsonl is not None:
+            lines = sys.stdout if jsonl == "-" else stack.enter_context(_create(Path(jsonl)))
+        yield RowWriter(table, lines, leaves_stdout=jsonl != "-")
+
+
+def _create(path: Path) -> TextIO:
+    try:
+        return path.open("w", encoding="utf-8", newline="")
+    except OSError as error:
+        raise RowFileError(path, error) from error

@@ -1,0 +1,107 @@
+"""`omnimate track`: plain odometry, IPEC and the filter side by side, live from a bus or over a recording."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from omnimate.cli.console import err
+from omnimate.cli.errors import CallError
+from omnimate.cli.track.rows import RowWriter, open_rows
+from omnimate.cli.track.words import disturbance_in_words, show_summary
+
+if TYPE_CHECKING:
+    from omnimate.ipec.filter.prior import Prior
+    from omnimate.ipec.tracker import Tracker
+
+
+def track(
+    recording: Annotated[
+        Path | None, typer.Argument(help="Recording folder; else the robot on --bus is followed.")
+    ] = None,
+    bus: Annotated[
+        str | None,
+        typer.Option(
+            help="socketcan://can0, socketcand://host:port/can0, slcan:///dev/ttyACM0@500000 or virtual://name."
+        ),
+    ] = None,
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(help="vehicle.toml of the robot on the bus; else the reference robot."),
+    ] = None,
+    listen_only: Annotated[
+        bool, typer.Option("--listen-only", help="Send nothing; another device must produce SYNC.")
+    ] = False,
+    seconds: Annotated[
+        float | None, typer.Option(help="End after so many seconds; else at Ctrl-C.", min=0.1)
+    ] = None,
+    uncalibrated: Annotated[
+        bool,
+        typer.Option("--uncalibrated", help="vehicle.toml holds nominal values: let the filter learn more."),
+    ] = False,
+    csv: Annotated[Path | None, typer.Option(help="File for one row every --every seconds.")] = None,
+    jsonl: Annotated[
+        str | None, typer.Option(help="File for the same rows as JSON lines; - for standard output.")
+    ] = None,
+    every: Annotated[float, typer.Option(help="Seconds between rows; 0 for every sample.", min=0.0)] = 0.1,
+) -> None:
+    """Show where the robot is by odometry, IPEC and the filter, with what was corrected and why."""
+    from omnimate.cli.robots import nominal_vehicle
+    from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL
+    from omnimate.ipec.tracker import Tracker
+
+    if (recording is None) == (bus is None):
+        raise CallError(
+            "track follows either a robot (--bus URL) or a recording (its folder); give one of them"
+        )
+    prior = NOMINAL if uncalibrated else CALIBRATED
+    with open_rows(csv, jsonl) as writer:
+        if recording is not None:
+            _track_recording(recording, prior, writer, every)
+        elif bus is not None:
+            tracker = Tracker(nominal_vehicle(vehicle), prior=prior)
+            _track_bus(bus, tracker, writer, seconds=seconds, every=every, listen_only=listen_only)
+
+
+def _track_recording(folder: Path, prior: Prior, writer: RowWriter, every: float) -> None:
+    from omnimate.calib.monitoring.channels import check_frozen
+    from omnimate.ipec.tracker import track_recording
+    from omnimate.logs.folder import load_recording
+
+    with err.status("reading"):
+        recording = load_recording(folder)
+        check_frozen(recording)
+    with err.status("tracking"):
+        rows, estimate = track_recording(recording, every, prior=prior)
+        last = None
+        for last in rows:
+            writer.write(last)
+    for disturbance in estimate.disturbances:
+        sentence = disturbance_in_words(disturbance, recording.time[0], recording.vehicle)
+        err.print(sentence, markup=False, soft_wrap=True)
+    if last is not None:
+        show_summary(last, estimate.slow, to_stdout=writer.leaves_stdout)
+
+
+def _track_bus(
+    bus: str,
+    tracker: Tracker,
+    writer: RowWriter,
+    *,
+    seconds: float | None,
+    every: float,
+    listen_only: bool,
+) -> None:
+    from omnimate.cli.track.live import follow
+    from omnimate.driver.opening import open_driver
+    from omnimate.driver.passive import PassiveReader
+
+    robot = tracker.vehicle
+    reader = PassiveReader(robot, bus) if listen_only else open_driver(robot, bus)[0]
+    with reader, contextlib.suppress(KeyboardInterrupt):
+        follow(reader.samples(), tracker, writer, seconds=seconds, every=every)
+    if tracker.started:
+        show_summary(tracker.row(), tracker.slow, to_stdout=writer.leaves_stdout)

@@ -1,0 +1,105 @@
+"""`omnimate umbmark`: return errors -> wheelbase and wheel diameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from omnimate.cli.choices import Format, MethodChoice, TruckChoice
+from omnimate.cli.console import out
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.parameters import TruckName
+
+
+def umbmark(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Recording folders, a CSV table of return errors, or OptiOdom folders.", exists=True
+        ),
+    ],
+    truck: Annotated[
+        TruckChoice | None, typer.Option(help="Calibrate this truck only; else each one that has fixes.")
+    ] = None,
+    side: Annotated[float | None, typer.Option(help="Side of the square [m]; a table needs it.")] = None,
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(help="vehicle.toml that the odometry was calculated with; a table needs it."),
+    ] = None,
+    out_file: Annotated[
+        Path | None, typer.Option("--out", help="Write the calibrated vehicle.toml here.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the return errors before and after: .png, .svg or .pdf.")
+    ] = None,
+    method: Annotated[
+        MethodChoice, typer.Option(help="Method whose result --out, --plot and --profile take.")
+    ] = MethodChoice.exact,
+    check: Annotated[
+        bool, typer.Option("--check", help="Check my numbers: print every step, formula by formula.")
+    ] = False,
+    tape: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="A straight: MEASURED CALCULATED [m]; their ratio is E_s."),
+    ] = None,
+    previous: Annotated[
+        Path | None,
+        typer.Option(help="vehicle.toml before the first pass: print the factors of all passes together."),
+    ] = None,
+    bumps: Annotated[
+        list[Path] | None,
+        typer.Option(help="Recording of squares with bumps: the extended UMBmark.", exists=True),
+    ] = None,
+    profile: Annotated[
+        tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the result there under this name.")
+    ] = None,
+    export_as: Annotated[
+        Format | None, typer.Option("--export", help="Print the result in this format, and nothing else.")
+    ] = None,
+    wheel_width: Annotated[
+        float | None, typer.Option(help="Width of a wheel [m], which a VDA 5050 factsheet states.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Use a result that the checks refuse.")] = False,
+) -> None:
+    """Calibrate wheelbase and wheel diameters from squares driven cw and ccw (UMBmark)."""
+    from omnimate.calib.profiles import save_profile
+    from omnimate.calib.scale import scale_from_tape
+    from omnimate.cli.umbmark.outputs import calibrated_trucks, calibrated_vehicle, export
+    from omnimate.cli.umbmark.report import draw, extended, report
+    from omnimate.cli.umbmark.results import heed_advice, result_of
+    from omnimate.cli.umbmark.sentences import say, show_worksheet
+    from omnimate.cli.umbmark.sources import load_cases
+    from omnimate.cli.umbmark.tables import METHOD_WORDS
+    from omnimate.vehicle.file import load_vehicle, save_vehicle
+
+    if plot is not None:
+        from omnimate.figures.files import check_format
+
+        check_format(plot)
+    name: TruckName | None = truck.value if truck is not None else None
+    cases, robot = load_cases(sources, name, side, load_vehicle(vehicle) if vehicle is not None else None)
+    for case in cases if check else ():
+        show_worksheet(case)
+    e_s = 1.0 if tape is None else scale_from_tape([tape[0]], [tape[1]]).e_s
+    results = [result_of(case, method.value, e_s) for case in cases]
+    calibrated = calibrated_vehicle(results, robot) if out_file is not None else None
+    if export_as is not None:
+        text = export(export_as, results, robot, wheel_width)
+        heed_advice(results, force=force)
+        out.print(text, end="", soft_wrap=True)
+    else:
+        report(results, e_s, load_vehicle(previous) if previous is not None else None)
+        for folder in bumps or ():
+            extended(cases, folder, side)
+        heed_advice(results, force=force)
+    if plot is not None:
+        draw(results, plot)
+    if out_file is not None and calibrated is not None:
+        save_vehicle(calibrated, out_file)
+        say(f"calibrated ({METHOD_WORDS[method.value]}): {out_file}")
+    if profile is not None:
+        save_profile(profile[0], profile[1], calibrated_trucks(results))
+        say(f"profile {profile[1]}: {profile[0]}")

@@ -1,0 +1,143 @@
+"""Configures one CiA 402 drive by SDO: its RPDO, its status word, and heartbeats both ways."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from omnimate.driver.configuration import NodeConfiguration
+from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
+from omnimate.driver.heartbeat import set_heartbeat
+from omnimate.driver.identity import check_identity
+from omnimate.driver.network import NMT_PRE_OPERATIONAL
+from omnimate.driver.notes import Notes
+from omnimate.driver.pdo_mapping import Entry
+from omnimate.driver.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdos, switch_off, write_pdo
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
+
+    from omnimate.driver.sdo import Sdo
+    from omnimate.vehicle.parameters import Drive
+
+TARGET_VELOCITY = Entry(0x60FF, 0, 32)
+STATUS_WORD = Entry(0x6041, 0, 16)
+ON_RECEPTION = 255  # transmission type: a target counts as soon as it comes
+BY_EVENT = 254  # transmission types from here on are sent at every change
+STATUS_INHIBIT = 1000  # [100 us] between two status words
+HEARTBEAT_TIMEOUT_MS = 500  # after which a drive misses the driver's heartbeat, where it can
+QUICK_STOP = 3  # abort connection option code 6007h
+
+
+def configure_drive(
+    sdo: Sdo,
+    drive: Drive,
+    driver_node: int,
+    encoder_cob_ids: Collection[int],
+    nmt: Callable[[int, int], None],
+) -> tuple[NodeConfiguration, tuple[int, ...]]:
+    """Map the RPDO of a drive, limit the rate of its status word, and set heartbeats both ways.
+
+    The node is left pre-operational.
+
+    Args:
+        sdo: Objects of the drive's node.
+        drive: Drive as `vehicle.toml` describes it.
+        driver_node: Node id under which the driver sends its heartbeat.
+        encoder_cob_ids: COB-IDs of the encoders' PDOs, which are left alone.
+        nmt: Sends an NMT command to a node: command specifier, node id.
+
+    Returns:
+        What was read and changed, and the COB-IDs of the TPDOs that begin with the status word 6041h.
+
+    Raises:
+        NodeMissing: The node does not answer.
+        MappingImpossible: The drive has no RPDO, or cannot map the target velocity.
+        NotTaken: The node confirmed a value and kept another one.
+        SdoRefused: The node aborts a transfer.
+        SdoSilent: The node stops answering.
+    """
+    names, notes = (f"drive of {drive.wheel}",), Notes()
+    check_identity(sdo, names, None, notes)
+    nmt(NMT_PRE_OPERATIONAL, drive.node)
+    _map_target(sdo, drive, notes)
+    status_words = _limit_status_words(sdo, encoder_cob_ids, notes)
+    heartbeat = set_heartbeat(sdo, notes)
+    _watch_driver(sdo, driver_node, notes)
+    configuration = NodeConfiguration(
+        drive.node,
+        names,
+        tuple(notes.read),
+        tuple(notes.changed),
+        tuple(notes.remarks),
+        heartbeat=heartbeat,
+    )
+    return configuration, status_words
+
+
+def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> None:
+    """Have an RPDO take the target velocity 60FFh under the drive's COB-ID."""
+    settings = read_pdos(sdo, RPDO)
+    notes.read += [setting.in_words() for setting in settings]
+    if not settings:
+        raise MappingImpossible(
+            drive.node,
+            f"it has no RPDO (1400h to 1403h); expected one for COB-ID {drive.cob_id:03X}h",
+            "check node and cob_id of the [[drive]] in vehicle.toml, or use a drive with RPDOs",
+        )
+    old = next((setting for setting in settings if setting.cob_id == drive.cob_id), settings[0])
+    if not _is_right(old, drive):
+        written = write_pdo(sdo, old, drive.cob_id, ON_RECEPTION, ((TARGET_VELOCITY,),))
+        notes.changed.append(written.in_words())
+
+
+def _is_right(setting: PdoSetting, drive: Drive) -> bool:
+    return (
+        setting.is_valid
+        and setting.cob_id == drive.cob_id
+        and setting.transmission == ON_RECEPTION
+        and setting.entries == (TARGET_VELOCITY,)
+    )
+
+
+def _limit_status_words(sdo: Sdo, encoder_cob_ids: Collection[int], notes: Notes) -> tuple[int, ...]:
+    """Limit the rate of TPDOs that begin with the status word; return their COB-IDs. Others stay."""
+    status_words = []
+    for setting in read_pdos(sdo, TPDO):
+        if not setting.is_valid or setting.cob_id in encoder_cob_ids:
+            continue
+        if setting.entries[:1] == (STATUS_WORD,):
+            status_words.append(setting.cob_id)
+            _inhibit(sdo, setting, notes)
+        else:
+            notes.remarks.append(f"{setting.in_words()}; its frames count as unknown")
+    return tuple(status_words)
+
+
+def _inhibit(sdo: Sdo, setting: PdoSetting, notes: Notes) -> None:
+    """Keep a status word that changes with every command from filling the bus; faults come by EMCY too."""
+    if setting.inhibit is None or setting.inhibit >= STATUS_INHIBIT or setting.transmission < BY_EVENT:
+        return
+    switch_off(sdo, setting)
+    try:
+        sdo.put(setting.base, 3, STATUS_INHIBIT)
+    except (SdoRefused, NotTaken) as error:
+        notes.remarks.append(f"inhibit time of {setting.name} stays: {error.problem}")
+    else:
+        notes.changed.append(
+            f"inhibit time of {setting.name}: {setting.inhibit} to {STATUS_INHIBIT} x 100 us"
+        )
+    sdo.write(setting.base, 1, setting.raw)
+
+
+def _watch_driver(sdo: Sdo, driver_node: int, notes: Notes) -> None:
+    """Have the drive stop by itself when the driver's heartbeat ends, where it can."""
+    for index, subindex, value in (
+        (0x1016, 1, driver_node << 16 | HEARTBEAT_TIMEOUT_MS),
+        (0x6007, 0, QUICK_STOP),
+    ):
+        try:
+            sdo.put(index, subindex, value)
+        except (SdoRefused, NotTaken) as error:
+            notes.remarks.append(f"the drive's own watchdog is incomplete: {error.problem}")
+        else:
+            notes.changed.append(f"{index:04X}h:{subindex:02X} = {value:X}h")

@@ -1,0 +1,146 @@
+"""The bus as the driver uses it: every frame sent or received passes here, in order, and is recorded."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from typing import TYPE_CHECKING, Protocol
+
+import can
+from canopen import Network
+
+from omnimate.driver.dictionary import standard_dictionary
+from omnimate.driver.errors import BusLost
+from omnimate.driver.sdo import Sdo
+from omnimate.driver.sdo_client import PumpedSdoClient
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from canopen.objectdictionary import ObjectDictionary
+
+    from omnimate.driver.clock import Clock
+    from omnimate.vehicle.parameters import VehicleParameters
+
+SYNC_ID = 0x080
+NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
+
+# What canopen logs is raised here as an error of the driver, with the node and the words.
+logging.getLogger("canopen").addHandler(logging.NullHandler())
+
+
+class FrameSink(Protocol):
+    """Where frames go to be recorded; called from several threads, one at a time."""
+
+    def use(self, vehicle: VehicleParameters) -> None:
+        """Take the vehicle as its encoders describe it."""
+        ...
+
+    def frame(self, at: float, message: can.Message) -> None:
+        """Take a frame as it was sent or received at `at` [s]."""
+        ...
+
+
+class BusNetwork(Network):
+    """canopen's network on a bus with a clock and a recorder, without a thread that reads in the background.
+
+    Args:
+        bus: Bus to send to and to receive from.
+        clock: The recording's clock.
+        recorder: Gets every frame that is sent or received; None for none.
+
+    Attributes:
+        can_bus: Bus to send to and to receive from.
+        clock: The recording's clock.
+        recorder: Gets every frame that is sent or received; None for none.
+        handler: Gets every frame that `pump` reads, with its monotonic arrival time [s].
+        arrival: Monotonic time at which the last frame was received [s].
+    """
+
+    def __init__(self, bus: can.BusABC, clock: Clock, recorder: FrameSink | None = None) -> None:
+        super().__init__(bus)
+        self.can_bus = bus
+        self.clock = clock
+        self.recorder = recorder
+        self.handler: Callable[[can.Message, float], None] = lambda _message, _arrival: None
+        self.arrival = 0.0
+        self._lock = threading.Lock()
+        self._sync = can.Message(arbitration_id=SYNC_ID, is_extended_id=False, is_rx=False)
+
+    def replace_bus(self, bus: can.BusABC) -> None:
+        """Use another bus from now on, after the first was lost."""
+        self.bus = self.can_bus = bus
+
+    def sdo(self, node: int, dictionaries: Mapping[int, ObjectDictionary] | None = None) -> Sdo:
+        """Return the objects of a node; its EDS's dictionary where there is one, else the standard one."""
+        dictionary = (dictionaries or {}).get(node) or standard_dictionary()
+        client = PumpedSdoClient(node, dictionary, self, self.pump)
+        self.subscribe(0x580 + node, client.on_response)
+        return Sdo(node, client)
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        """Send a frame with an 11-bit identifier; canopen sends through this method too.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        self._send(
+            can.Message(
+                arbitration_id=can_id, data=data, is_extended_id=False, is_remote_frame=remote, is_rx=False
+            ),
+            None,
+        )
+
+    def send_sync(self, at: float) -> None:
+        """Send SYNC, whose time is `at` [s].
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        self._send(self._sync, at)
+
+    def nmt_command(self, command: int, node: int) -> None:
+        """Send an NMT command to a node, 0 for all.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        self.send_message(0x000, bytes((command, node)))
+
+    def receive(self, timeout: float) -> can.Message | None:
+        """Return the next frame, or None when `timeout` [s] has passed.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        try:
+            message = self.can_bus.recv(timeout)
+        except (can.CanError, OSError) as error:
+            raise BusLost(error) from error
+        if message is None:
+            return None
+        self.arrival = time.monotonic()
+        if self.recorder is not None:
+            with self._lock:
+                self.recorder.frame(self.clock.now(), message)
+        return message
+
+    def pump(self, timeout: float) -> None:
+        """Receive one frame, if one comes within `timeout` [s], and hand it to `handler`.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        message = self.receive(timeout)
+        if message is not None:
+            self.handler(message, self.arrival)
+
+    def _send(self, message: can.Message, at: float | None) -> None:
+        with self._lock:
+            try:
+                self.can_bus.send(message)
+            except (can.CanError, OSError) as error:
+                raise BusLost(error) from error
+            if self.recorder is not None:
+                self.recorder.frame(self.clock.now() if at is None else at, message)

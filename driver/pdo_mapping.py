@@ -1,0 +1,120 @@
+"""Which objects a PDO must carry, so that the fields of `vehicle.toml` hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from omnimate.driver.errors import MappingImpossible
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.vehicle.parameters import Channel, Encoder
+
+AXIS = 0x800  # distance of the objects of two axes of one CiA 402 device
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An object in a PDO.
+
+    Attributes:
+        index: Index of the object.
+        subindex: Sub-index of the object.
+        bits: Width of the object in the PDO [bit].
+    """
+
+    index: int
+    subindex: int
+    bits: int
+
+    @property
+    def value(self) -> int:
+        """The entry as it stands in the mapping parameters, such as 1A00h:01."""
+        return self.index << 16 | self.subindex << 8 | self.bits
+
+    @classmethod
+    def of(cls, value: int) -> Entry:
+        """Return the entry that a value of the mapping parameters means."""
+        return cls(value >> 16 & 0xFFFF, value >> 8 & 0xFF, value & 0xFF)
+
+    def in_words(self) -> str:
+        """Return the entry as text such as `6004h:00 32 bits`."""
+        return f"{self.index:04X}h:{self.subindex:02X} {self.bits} bits"
+
+
+# What may fill a gap: something that the device has in any case, or else the dummy objects of CiA 301.
+_FILLERS: dict[str, dict[int, tuple[Entry, ...]]] = {
+    "cia406": {
+        16: (Entry(0x6500, 0, 16), Entry(0x0006, 0, 16)),
+        8: (Entry(0x1001, 0, 8), Entry(0x0005, 0, 8)),
+    },
+    "cia402": {
+        16: (Entry(0x6041, 0, 16), Entry(0x0006, 0, 16)),
+        8: (Entry(0x1001, 0, 8), Entry(0x0005, 0, 8)),
+    },
+}
+
+
+def position_objects(encoders: Sequence[Encoder]) -> dict[Channel, Entry]:
+    """Return the position object of each channel of one node, in the order of COB-ID and start bit.
+
+    6004h of a CiA 406 encoder, 6020h:1..n of one with several sensors, 6064h of a CiA 402 drive and 800h
+    further for each further axis.
+    """
+    ordered = sorted(encoders, key=lambda encoder: (encoder.cob_id, encoder.start_bit))
+    objects: dict[Channel, Entry] = {}
+    for number, encoder in enumerate(ordered):
+        if encoder.profile == "cia402":
+            objects[encoder.channel] = Entry(0x6064 + AXIS * number, 0, encoder.bits)
+        elif len(ordered) == 1:
+            objects[encoder.channel] = Entry(0x6004, 0, encoder.bits)
+        else:
+            objects[encoder.channel] = Entry(0x6020, number + 1, encoder.bits)
+    return objects
+
+
+def holds(entries: Sequence[Entry], encoders: Sequence[Encoder], objects: dict[Channel, Entry]) -> bool:
+    """Return whether a mapping has each encoder's object at its start bit, whatever else it carries."""
+    starts, bit = {}, 0
+    for entry in entries:
+        starts[bit] = entry
+        bit += entry.bits
+    return all(starts.get(encoder.start_bit) == objects[encoder.channel] for encoder in encoders)
+
+
+def plan(encoders: Sequence[Encoder], objects: dict[Channel, Entry]) -> tuple[tuple[Entry, ...], ...]:
+    """Return the entries of one PDO in order; each is a tuple of alternatives, the best first.
+
+    Args:
+        encoders: Encoders whose fields the PDO carries.
+        objects: Position object of each channel.
+
+    Raises:
+        MappingImpossible: A gap between two fields is no whole number of bytes.
+    """
+    slots: list[tuple[Entry, ...]] = []
+    bit = 0
+    for encoder in sorted(encoders, key=lambda encoder: encoder.start_bit):
+        slots += _fill(encoder, encoder.start_bit - bit)
+        slots.append((objects[encoder.channel],))
+        bit = encoder.start_bit + encoder.bits
+    return tuple(slots)
+
+
+def _fill(encoder: Encoder, gap: int) -> list[tuple[Entry, ...]]:
+    if gap % 8:
+        raise MappingImpossible(
+            encoder.node,
+            f"start_bit {encoder.start_bit} of {encoder.channel} leaves a gap of {gap} bits in COB-ID "
+            f"{encoder.cob_id:03X}h; expected a multiple of 8",
+            "correct start_bit or bits in vehicle.toml",
+        )
+    fillers = _FILLERS[encoder.profile]
+    return [*[fillers[16]] * (gap // 16), *[fillers[8]] * (gap % 16 // 8)]
+
+
+def length(entries: Sequence[Entry]) -> int:
+    """Return the length of a PDO with these entries [bytes]."""
+    return (sum(entry.bits for entry in entries) + 7) // 8

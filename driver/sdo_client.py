@@ -1,0 +1,78 @@
+"""canopen's SDO client on a bus that no thread reads in the background."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+from canopen.sdo.client import SdoClient
+from canopen.sdo.exceptions import SdoCommunicationError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from canopen import Network
+    from canopen.objectdictionary import ObjectDictionary
+
+MAX_RESPONSES = 64  # of one transfer: no object that is read here is longer
+SEGMENTS = frozenset({0x00, 0x20})  # answers that name no object
+NO_OBJECT = bytes(3)  # in some devices' aborts
+
+
+class PumpedSdoClient(SdoClient):
+    """An SDO client that reads the bus itself while it waits for an answer.
+
+    It does so in the thread that made it. In any other thread it waits until the first one reads the bus.
+    Late answers about another object are dropped; canopen takes them for the answer to its last request.
+
+    Args:
+        node: CANopen node id of the server.
+        dictionary: Object dictionary of the node.
+        network: Network that sends the requests.
+        pump: Reads and handles one frame, waiting for it at most so many seconds.
+
+    Attributes:
+        responses_left: How many answers are still accepted in the current transfer.
+        object: Index and sub-index of the current transfer as they stand in a frame, 3 bytes.
+    """
+
+    def __init__(
+        self, node: int, dictionary: ObjectDictionary, network: Network, pump: Callable[[float], None]
+    ) -> None:
+        super().__init__(0x600 + node, 0x580 + node, dictionary)  # type: ignore[no-untyped-call]  # canopen
+        self.network = network
+        self._pump = pump
+        self._thread = threading.get_ident()
+        self.responses_left = MAX_RESPONSES
+        self.object = b""
+
+    def begin(self, index: int, subindex: int) -> None:
+        """Expect answers about one object from now on, at most `MAX_RESPONSES`."""
+        self.responses_left = MAX_RESPONSES
+        self.object = index.to_bytes(2, "little") + bytes((subindex,))
+
+    def on_response(self, can_id: int, data: bytes | bytearray, timestamp: float) -> None:
+        """Take an answer of 8 bytes, unless it is a late one about another object."""
+        about = bytes(data[1:4])
+        if data[0] & 0xE0 in SEGMENTS or about in {self.object, NO_OBJECT}:
+            super().on_response(can_id, data, timestamp)  # type: ignore[no-untyped-call]  # canopen
+
+    def read_response(self) -> bytes:
+        """Return the next answer.
+
+        Raises:
+            SdoAbortedError: The node refuses.
+            SdoCommunicationError: The node does not answer in time, or does not stop answering.
+        """
+        self.responses_left -= 1
+        if self.responses_left < 0:
+            raise SdoCommunicationError("the answer does not end")
+        if threading.get_ident() == self._thread:
+            end = time.monotonic() + self.RESPONSE_TIMEOUT
+            while self.responses.empty():
+                left = end - time.monotonic()
+                self._pump(max(0.0, left))
+                if left <= 0.0 and self.responses.empty():
+                    raise SdoCommunicationError("no answer")
+        return super().read_response()  # type: ignore[no-any-return, no-untyped-call]  # canopen

@@ -1,0 +1,53 @@
+"""A new effect: a tyre that grows while it warms up. Simulate it, and see what it does to odometry.
+
+Usage: python 08_new_effect.py
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+import omnimate
+from omnimate.motion import paths
+from omnimate.vcan_sim.effects.block import Block, wheel_number
+from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter, Stage
+from omnimate.vehicle.odometry import dead_reckon
+
+
+@dataclass(frozen=True, slots=True)
+class TyreWarming(Effect):
+    """A wheel's radius grows towards a final value, as the tyre warms up.
+
+    Attributes:
+        growth: Final relative growth of the radius.
+        time_constant: Time after which 63 % of the growth is reached [s].
+    """
+
+    growth: float = 0.0
+    time_constant: float = 60.0
+
+    name: ClassVar[str] = "tyre_warming"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("growth", "1", null=0.0, scale=1e-3, low=-0.05, high=0.05),
+        Parameter("time_constant", "s", null=None, scale=60.0, low=1.0, high=3600.0),
+    )
+
+    def act(self, block: Block, state: float | None = None) -> tuple[Block, float]:
+        """Lengthen the travel of the wheel; the state is the time of the first sample."""
+        wheel = wheel_number(self.component)
+        start = float(block.time[0]) if state is None else state
+        growth = self.growth * (1.0 - np.exp(-(block.time - start) / self.time_constant))
+        return block.with_travel(wheel, block.travel[:, wheel] * (1.0 + growth)), start
+
+
+drive = paths.figure_eight(laps=2)
+for growth in (0.0, 0.002):
+    effect = TyreWarming("a.left", growth=growth)
+    recording = omnimate.simulate(program=drive, effects=[effect], seed=1)
+    x, y, _ = dead_reckon(recording, "a")[-1] - recording.poses.of("a").pose[-1]
+    print(f"growth {growth:.1%}: odometry ends {1e3 * np.hypot(x, y):.0f} mm from the measured pose")

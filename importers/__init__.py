@@ -1,0 +1,1 @@
+"""Recordings from other sources: public data sets, CSV files, ROS bags."""

@@ -1,0 +1,1 @@
+"""CSV files with a mapping that says which column holds which quantity."""

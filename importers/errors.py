@@ -1,0 +1,30 @@
+"""The errors of the importers: sources that cannot become a recording, and why."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class SourceError(OmnimateError):
+    """A file or a bag that cannot become a recording.
+
+    Attributes:
+        source: The file, with line and column where they are known, or the topic of a bag.
+    """
+
+    def __init__(self, source: str | Path, problem: str) -> None:
+        super().__init__(f"{source}: {problem}")
+        self.source = str(source)
+
+
+class MappingError(SourceError):
+    """A mapping that does not say which column or topic holds which quantity."""
+
+
+class OptiOdomError(SourceError):
+    """A folder that is not the OptiOdom set that was expected, or a damaged file in it."""

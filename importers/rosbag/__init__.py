@@ -1,0 +1,1 @@
+"""ROS bags with a plan that says which topic holds which quantity."""

@@ -1,1 +1,0 @@
-"""Recording folders out of what people have: public data sets, CSV files, ROS bags."""

@@ -1,0 +1,146 @@
+"""The smoother's adjoint state, and its way back through the filter's updates and predictions; compiled.
+
+Modified Bryson-Frazier form (Bierman, 1973): the adjoint r and its information L run backward through the
+filter's own steps, and the smoothed estimate is x + P r, with covariance P - P L P. No matrix is inverted.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, FilterState
+from omnimate.vehicle.compiled import Array, compiled
+
+MOVING = JOINT_BIAS - LINK  # states that the next step depends on, from the link's heading on
+
+
+class Adjoint:
+    """What runs backward.
+
+    Attributes:
+        vector: Adjoint r, shape `(15,)`.
+        information: Information L of the adjoint, shape `(15, 15)`.
+        change: Transition without its unit matrix, shape `(6, 10)`; working memory.
+        drawn: Product of `change` and the information, shape `(10, 15)`; working memory.
+        carried: One row of a product, shape `(15,)`; working memory.
+    """
+
+    vector: Annotated[Array, 15]
+    information: Annotated[Array, (15, 15)]
+    change: Annotated[Array, (6, 10)]
+    drawn: Annotated[Array, (10, 15)]
+    carried: Annotated[Array, 15]
+
+
+@compiled
+def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
+    """Take the adjoint back through a scalar update.
+
+    Args:
+        adjoint: Adjoint after the update; changed to that before it.
+        row: Derivative of the reading by the states, shape `(15,)`.
+        gain: Gain of the update as in `FilterState`, shape `(17,)`.
+    """
+    push, weight = gain[STATES], gain[STATES + 1]
+    vector, information = adjoint.vector, adjoint.information
+    along = 0.0
+    carried = np.zeros(STATES)
+    for i in range(STATES):
+        along += gain[i] * vector[i]
+        for j in range(STATES):
+            carried[i] += information[i, j] * gain[j]
+    total = 0.0
+    for i in range(STATES):
+        total += gain[i] * carried[i]
+    total = weight * (1.0 + weight * total)
+    for i in range(STATES):
+        vector[i] += row[i] * (push - weight * along)
+        for j in range(STATES):
+            information[i, j] += row[i] * row[j] * total - weight * (
+                row[i] * carried[j] + carried[i] * row[j]
+            )
+
+
+@compiled
+def undo_reading(adjoint: Adjoint, number: int, gain: Array) -> None:
+    """Take the adjoint back through an update by the linkage, whose reading is true value plus bias.
+
+    Args:
+        adjoint: Adjoint after the update; changed to that before it.
+        number: 0 for joint_a, 1 for joint_b, 2 for the link.
+        gain: Gain of the update as in `FilterState`, shape `(17,)`.
+    """
+    push, weight = gain[STATES], gain[STATES + 1]
+    vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
+    along, total = 0.0, 0.0
+    for i in range(STATES):
+        drawn = 0.0
+        for j in range(STATES):
+            drawn += information[i, j] * gain[j]
+        carried[i] = weight * drawn
+        along += gain[i] * vector[i]
+        total += gain[i] * carried[i]
+    total = weight * (1.0 + total)
+    for read in (JOINT_A + number, JOINT_BIAS + number):
+        vector[read] += push - weight * along
+        for j in range(STATES):
+            information[read, j] -= carried[j]
+            information[j, read] -= carried[j]
+        information[read, JOINT_A + number] += total
+        information[read, JOINT_BIAS + number] += total
+
+
+@compiled
+def undo_linkage(adjoint: Adjoint, step: FilterState) -> None:
+    """Take the adjoint back through the updates by link, joint_b and joint_a."""
+    for number in range(2, -1, -1):
+        if step.updated[number]:
+            undo_reading(adjoint, number, step.gain[number])
+
+
+@compiled
+def undo_step(adjoint: Adjoint, transition: Array) -> None:
+    """Take the adjoint back through one prediction: F' r and F' L F.
+
+    With F = 1 + N they are r + N' r and L + H + H' + H N, where H = N' L. N has the rows of `POSE` and the
+    columns from the link's heading to the wheelbases: neither place nor biases move anything.
+
+    Args:
+        adjoint: Adjoint after the prediction; changed to that before it.
+        transition: First rows of F, shape `(6, 15)`.
+    """
+    vector, information = adjoint.vector, adjoint.information
+    change, drawn, pull = adjoint.change, adjoint.drawn, adjoint.carried
+    drawn[:] = 0.0
+    pull[:] = 0.0
+    for row in range(POSE):
+        for column in range(MOVING):
+            change[row, column] = transition[row, LINK + column]
+        if row >= LINK:
+            change[row, row - LINK] -= 1.0
+        for column in range(MOVING):
+            factor = change[row, column]
+            pull[column] += factor * vector[row]
+            if factor != 0.0:
+                for j in range(STATES):
+                    drawn[column, j] += factor * information[row, j]
+    for column in range(MOVING):
+        vector[LINK + column] += pull[column]
+    _add_to_information(adjoint)
+
+
+@compiled
+def _add_to_information(adjoint: Adjoint) -> None:
+    """Add H + H' + H N to L, the last term by halves, so that L stays symmetric; H is `drawn`."""
+    information, change, drawn, whole = adjoint.information, adjoint.change, adjoint.drawn, adjoint.carried
+    for row in range(MOVING):
+        whole[:] = drawn[row]
+        for middle in range(POSE):
+            factor = 0.5 * drawn[row, middle]
+            for column in range(MOVING):
+                whole[LINK + column] += factor * change[middle, column]
+        for column in range(STATES):
+            information[LINK + row, column] += whole[column]
+            information[column, LINK + row] += whole[column]

@@ -1,0 +1,108 @@
+"""Absolute poses as the filter takes them, live and over a recording; compiled."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from omnimate.ipec.filter.poses import fill_pose_rows, look
+from omnimate.ipec.filter.records import STATES, FilterState
+from omnimate.vehicle.compiled import Array, Record, compiled, layout
+from omnimate.vehicle.compiled_se2 import wrap
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.recording import Poses, Recording
+
+SMALLEST_SIGMA = 1e-7  # [m], [rad] of a fix: one that were exact would leave nothing to invert
+
+
+class Fix:
+    """An absolute pose, taken after the linkage of a sample.
+
+    Attributes:
+        sample: Number of the sample after which it is taken.
+        truck: 0 for truck a, 1 for truck b.
+        pose: Measured pose [m, m, rad]; nan for a coordinate that was not measured.
+        sigma: Standard deviations of the pose [m, m, rad].
+        row: Derivative of each coordinate by the states, at the mean at which the filter took it.
+        gain: Gain of each coordinate, as in `FilterState`.
+    """
+
+    sample: int
+    truck: int
+    pose: Annotated[Array, 3]
+    sigma: Annotated[Array, 3]
+    row: Annotated[Array, (3, 15)]
+    gain: Annotated[Array, (3, 17)]
+
+
+def fix_records(recording: Recording, fixes: Poses | None) -> Record:
+    """Return the fixes in the form that the compiled loops take, `(K,)` records of `Fix` in order of time."""
+    if fixes is None:
+        return np.zeros(0, layout(Fix))
+    known = np.flatnonzero(np.isfinite(fixes.pose).any(axis=1))
+    records = np.zeros(len(known), layout(Fix))
+    places = np.searchsorted(recording.time, fixes.time[known], side="right") - 1
+    records["sample"] = np.clip(places, 0, len(recording) - 1)
+    records["truck"] = fixes.body[known] == "b"
+    records["pose"] = fixes.pose[known]
+    records["sigma"] = np.maximum(fixes.sigma[known], SMALLEST_SIGMA)
+    return records[np.argsort(records["sample"], kind="stable")]
+
+
+@compiled
+def fix_coordinate(
+    state: FilterState, truck: int, axis: int, value: float, sigma: float, gain: Array
+) -> None:
+    """Take one coordinate of an absolute pose, a scalar Kalman update.
+
+    Args:
+        state: Estimate, changed in place.
+        truck: 0 for truck a, 1 for truck b.
+        axis: 0 for x, 1 for y, 2 for the heading.
+        value: Measured coordinate [m] or [rad]; with nan nothing changes.
+        sigma: Its standard deviation [m] or [rad]; with nan nothing changes.
+        gain: Filled with the gain as in `FilterState`, shape `(17,)`; all zero where nothing changed.
+    """
+    row, pose, sigmas = np.empty((3, STATES)), np.empty(3), np.empty(3)
+    look(state.mean, state.covariance, truck, pose, sigmas)
+    fill_pose_rows(state.mean, truck, row)
+    offset = value - pose[axis]
+    gain[:] = 0.0
+    if math.isnan(offset) or math.isnan(sigma):
+        return
+    if axis == 2:
+        offset = wrap(offset)
+    for i in range(STATES):
+        for j in range(STATES):
+            gain[i] += state.covariance[i, j] * row[axis, j]
+    variance = sigma * sigma
+    for i in range(STATES):
+        variance += row[axis, i] * gain[i]
+    gain[STATES], gain[STATES + 1] = offset / variance, 1.0 / variance
+    for i in range(STATES):
+        state.mean[i] += gain[i] * offset / variance
+        for j in range(STATES):
+            state.covariance[i, j] -= gain[i] * gain[j] / variance
+
+
+@compiled
+def take_fix(states: Record, truck: int, pose: Array, sigma: Array) -> None:
+    """Take an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
+    gain = np.empty(STATES + 2)
+    for axis in range(3):
+        fix_coordinate(states[0], truck, axis, pose[axis], sigma[axis], gain)
+
+
+@compiled
+def take_fixes(state: FilterState, fixes: Record, sample: int, following: int) -> int:
+    """Take the fixes of a sample, in order; return the number of the next fix."""
+    while following < len(fixes) and fixes[following].sample <= sample:
+        fix = fixes[following]
+        for axis in range(3):
+            fill_pose_rows(state.mean, fix.truck, fix.row)
+            fix_coordinate(state, fix.truck, axis, fix.pose[axis], fix.sigma[axis], fix.gain[axis])
+        following += 1
+    return following

@@ -1,0 +1,115 @@
+"""What a reading in steps says about a true value: the value lies within the step, and no more.
+
+A joint that stays within its step along a whole straight line gives its angle a single time, not anew in
+every sample. A filter that takes the resolution as white noise would average it away. So a reading cuts off
+that part of the estimate's distribution which lies outside of its step, and mean and variance of the rest
+are kept; where almost nothing lies outside, the reading changes nothing.
+"""
+
+import math
+
+import numpy as np
+
+from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, STATES, FilterSettings, FilterState
+from omnimate.vehicle.compiled import Array, compiled
+from omnimate.vehicle.compiled_se2 import wrap
+
+NOTHING_NEW = 0.9  # part inside of the step from which on a reading says nothing new
+IMPOSSIBLE = 1e-6  # part inside below which the centre of the step is taken instead
+
+
+@compiled
+def density(value: float) -> float:
+    """Return the standard normal density at a value."""
+    return math.exp(-0.5 * value * value) / math.sqrt(2.0 * math.pi)
+
+
+@compiled
+def part_below(value: float) -> float:
+    """Return the probability of a standard normal variable below a value."""
+    return 0.5 * math.erfc(-value / math.sqrt(2.0))
+
+
+@compiled
+def cut(offset: float, variance: float, half: float) -> tuple[float, float]:
+    """Return what remains of a normal distribution within a step: shift / variance, and information.
+
+    The first is the shift of the mean divided by the variance, the second the decrease of the variance
+    divided by the variance squared; both are 0 where the step says nothing new.
+
+    Args:
+        offset: Centre of the step minus the mean.
+        variance: Variance of the distribution before the reading.
+        half: Half the width of the step.
+    """
+    sigma = math.sqrt(variance)
+    low, high = (offset - half) / sigma, (offset + half) / sigma
+    inside = part_below(high) - part_below(low)
+    if inside > NOTHING_NEW:
+        return 0.0, 0.0
+    if inside < IMPOSSIBLE:
+        total = variance + half * half / 3.0
+        return offset / total, 1.0 / total
+    shift = (density(low) - density(high)) / inside
+    kept = 1.0 + (low * density(low) - high * density(high)) / inside - shift * shift
+    return shift / sigma, (1.0 - kept) / variance
+
+
+@compiled
+def innovation(state: FilterState, number: int) -> float:
+    """Return reading minus prediction of joint_a (0), joint_b (1) or the link (2) [rad] or [m]."""
+    expected: float = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
+    if number < 2:
+        return wrap(state.joint[number] - expected)
+    return state.length - expected
+
+
+@compiled
+def update(settings: FilterSettings, state: FilterState, number: int, shares: Array) -> None:
+    """Take one reading of the linkage; keep its gain and the estimates of the lost travel in the state.
+
+    Args:
+        settings: Settings of the filter.
+        state: Predicted estimate; changed in place.
+        number: 0 for joint_a, 1 for joint_b, 2 for the link.
+        shares: Covariance of each wheel's lost travel with the states, shape `(4, 15)`; changed in place.
+    """
+    true, bias = JOINT_A + number, JOINT_BIAS + number
+    covariance, gain = state.covariance, state.gain[number]
+    for row in range(STATES):
+        gain[row] = covariance[row, true] + covariance[row, bias]
+    variance = gain[true] + gain[bias] + settings.blur[number]
+    push, information = cut(innovation(state, number), variance, settings.half[number])
+    gain[STATES], gain[STATES + 1] = push, information
+    state.updated[number] = 1 if information > 0.0 else 0
+    if information <= 0.0:
+        return
+    for row in range(STATES):
+        state.mean[row] += gain[row] * push
+        factor = gain[row] * information
+        for column in range(STATES):
+            covariance[row, column] -= factor * gain[column]
+    for wheel in range(4):
+        if state.alert[wheel] > 0.0:
+            share = shares[wheel, true] + shares[wheel, bias]
+            state.lost[wheel] += share * push
+            for row in range(STATES):
+                shares[wheel, row] -= share * information * gain[row]
+
+
+@compiled
+def spread(settings: FilterSettings, state: FilterState) -> Array:
+    """Return the covariance `(3, 3)` of the three innovations, with each step taken as uniform noise."""
+    out = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            a, b = JOINT_A + i, JOINT_BIAS + i
+            c, d = JOINT_A + j, JOINT_BIAS + j
+            out[i, j] = (
+                state.covariance[a, c]
+                + state.covariance[a, d]
+                + state.covariance[b, c]
+                + state.covariance[b, d]
+            )
+        out[i, i] += settings.half[i] ** 2 / 3.0 + settings.blur[i]
+    return out

@@ -1,0 +1,58 @@
+"""The poses of both trucks and their uncertainty, read from the filter's mean and covariance; compiled."""
+
+import math
+
+from omnimate.ipec.filter.records import JOINT_A, LENGTH, LINK, X, Y
+from omnimate.vehicle.compiled import Array, compiled
+
+
+@compiled
+def look(mean: Array, covariance: Array, truck: int, pose: Array, sigma: Array) -> None:
+    """Fill the pose of a truck and its standard deviations.
+
+    Args:
+        mean: Mean of at least the first six states.
+        covariance: Covariance of at least the first six states.
+        truck: 0 for truck a, 1 for truck b.
+        pose: Filled with x, y, heading [m, m, rad], shape `(3,)`.
+        sigma: Filled with their standard deviations [m, m, rad], shape `(3,)`.
+    """
+    joint = JOINT_A + truck
+    pose[0], pose[1], pose[2] = mean[X], mean[Y], mean[LINK] + mean[joint]
+    cos = sin = 0.0  # by length of the link, for truck b
+    if truck == 1:
+        cos, sin = math.cos(mean[LINK]), math.sin(mean[LINK])
+    ahead, aside = mean[LENGTH] * cos, mean[LENGTH] * sin
+    pose[0] -= ahead
+    pose[1] -= aside
+    sigma[0] = spread_along(covariance, X, aside, -cos)
+    sigma[1] = spread_along(covariance, Y, -ahead, -sin)
+    heading = covariance[LINK, LINK] + 2.0 * covariance[LINK, joint] + covariance[joint, joint]
+    sigma[2] = math.sqrt(max(heading, 0.0))
+
+
+@compiled
+def spread_along(covariance: Array, axis: int, by_link: float, by_length: float) -> float:
+    """Return the standard deviation of a coordinate of a truck [m].
+
+    Args:
+        covariance: Covariance of at least the first six states.
+        axis: X or Y.
+        by_link: Derivative of the coordinate by the link's heading [m/rad].
+        by_length: Derivative of the coordinate by the link's length.
+    """
+    total = covariance[axis, axis]
+    total += 2.0 * (by_link * covariance[axis, LINK] + by_length * covariance[axis, LENGTH])
+    total += by_link * (by_link * covariance[LINK, LINK] + 2.0 * by_length * covariance[LINK, LENGTH])
+    return math.sqrt(max(total + by_length * by_length * covariance[LENGTH, LENGTH], 0.0))
+
+
+@compiled
+def fill_pose_rows(mean: Array, truck: int, rows: Array) -> None:
+    """Fill the derivatives `(3, 15)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
+    rows[:] = 0.0
+    rows[0, X] = rows[1, Y] = rows[2, LINK] = rows[2, JOINT_A + truck] = 1.0
+    if truck == 1:
+        cos, sin = math.cos(mean[LINK]), math.sin(mean[LINK])
+        rows[0, LENGTH], rows[0, LINK] = -cos, mean[LENGTH] * sin
+        rows[1, LENGTH], rows[1, LINK] = -sin, -mean[LENGTH] * cos

@@ -1,0 +1,60 @@
+"""The filter's compiled loop over a whole recording, with the absolute fixes that belong to it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from omnimate.ipec.filter.fixes import take_fixes
+from omnimate.ipec.filter.poses import look
+from omnimate.ipec.filter.step import advance
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+BLOCK = 1024  # samples after which the filter's state is kept
+
+
+@compiled
+def trace_filter(
+    settings: Record,
+    states: Record,
+    counts: IntArray,
+    present: NDArray[np.bool_],
+    fixes: Record,
+    marks: Record,
+    poses: Array,
+    sigmas: Array,
+    lost: Array,
+    alert: Array,
+    nis: Array,
+) -> None:
+    """Run the filter over all samples, and keep its state before each block of `BLOCK` samples.
+
+    Args:
+        settings: One record `(1,)` of `FilterSettings`.
+        states: One record `(1,)` of `FilterState`; changed to the estimate after the last sample.
+        counts: Counts in the order of `CHANNELS`, shape `(N, 7)`.
+        present: Whether each count was read, shape `(N, 7)`.
+        fixes: Absolute poses in order of time, `(K,)` records of `Fix`.
+        marks: Filled with the state before each block, `(N / BLOCK,)` records of `FilterState`.
+        poses: Filled with the poses of truck a and b [m, m, rad], shape `(2, N, 3)`.
+        sigmas: Filled with their standard deviations, shape `(2, N, 3)`.
+        lost: Filled with the travel that each wheel lost [m], shape `(N, 4)`.
+        alert: Filled with the travel for which each wheel stays distrusted [m], shape `(N, 4)`.
+        nis: Filled with the normalised innovation squared, shape `(N,)`.
+    """
+    state, following = states[0], 0
+    for sample in range(len(counts)):
+        if sample % BLOCK == 0:
+            marks[sample // BLOCK] = state
+        advance(settings[0], state, counts[sample], present[sample])
+        following = take_fixes(state, fixes, sample, following)
+        for truck in range(2):
+            look(state.mean, state.covariance, truck, poses[truck, sample], sigmas[truck, sample])
+        if not state.placed:
+            poses[1, sample], sigmas[1, sample] = math.nan, math.nan
+        lost[sample], alert[sample], nis[sample] = state.lost, state.alert, state.nis

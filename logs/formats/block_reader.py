@@ -1,0 +1,69 @@
+"""Files that may be gzipped, read in blocks, as far as they are whole."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+_GZIP = b"\x1f\x8b"
+_PIECE = 1 << 14  # bytes unpacked at a time: what an error in the packed data costs
+_LONGEST_LINE = 1 << 20  # bytes
+_AUTO_HEADER = 32 + zlib.MAX_WBITS  # zlib's wbits: expect a gzip header
+
+
+@dataclass(slots=True)
+class BlockReader:
+    """The content of a file, unpacked; what a damaged or unfinished gzip file still yields is kept.
+
+    Attributes:
+        path: Path of the file.
+        size: Number of bytes read at a time.
+        damaged: Whether a gzip file turned out to end early or to be corrupt.
+    """
+
+    path: Path
+    size: int = 1 << 21
+    damaged: bool = False
+
+    def __iter__(self) -> Iterator[bytes]:
+        with self.path.open("rb") as file:
+            packed = file.read(2) == _GZIP
+            file.seek(0)
+            size = self.size // 8 if packed else self.size
+            blocks = iter(lambda: file.read(size), b"")
+            yield from self._unpack(blocks) if packed else blocks
+
+    def lines(self) -> Iterator[bytes]:
+        """Yield blocks of whole lines; the last one may lack its newline, and may be empty."""
+        rest = bytearray()
+        for block in self:
+            rest += block
+            end = rest.rfind(b"\n") + 1 if len(rest) >= self.size else 0
+            if end:
+                yield bytes(rest[:end])
+                del rest[:end]
+            elif len(rest) > self.size + _LONGEST_LINE:
+                del rest[_LONGEST_LINE:]  # no log has lines of this length: what is cut off is garbage too
+        end = rest.rfind(b"\n") + 1
+        if end:
+            yield bytes(rest[:end])
+        yield bytes(rest[end:])
+
+    def _unpack(self, blocks: Iterator[bytes]) -> Iterator[bytes]:
+        unpacker = zlib.decompressobj(_AUTO_HEADER)
+        try:
+            for block in blocks:
+                packed = block
+                while packed:
+                    if unpacker.eof:  # several gzip files in one, as `cat` makes them
+                        unpacker = zlib.decompressobj(_AUTO_HEADER)
+                    yield unpacker.decompress(packed, _PIECE)
+                    packed = unpacker.unused_data if unpacker.eof else unpacker.unconsumed_tail
+        except zlib.error:
+            self.damaged = True
+        self.damaged = self.damaged or not unpacker.eof

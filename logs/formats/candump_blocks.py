@@ -1,0 +1,234 @@
+"""`candump -L` logs of millions of frames, parsed column by column with numpy.
+
+The lines of a block are grouped by their length. The first line of a group gives its shape: the columns
+in which the digits stand. All lines of this shape are then read at once; whatever does not fit it
+(another interface, a remote frame, garbage) is the next round's, or is read by the careful line parser.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from omnimate.logs.formats.candump_lines import LOG_LINE, STAMP, parse_line
+from omnimate.logs.frames import DEFAULT_CHANNEL, EXTENDED, RECEIVED, SENT, Frames
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from omnimate.logs.frames import Frame
+
+_NEWLINE = 10
+_FEW = 8  # lines: below this the careful parser is quicker
+_ROUNDS = 16  # shapes tried per line length
+_MAX_CHANNELS = 256
+_LONGEST = 80  # bytes of the longest regular line: no need to look for columns in others
+_TEXT = 80  # characters of a skipped line that are kept
+
+# What a character is worth as a hexadecimal digit; 255 for no digit.
+_NIBBLE = np.full(256, 255, np.uint8)
+_NIBBLE[np.frombuffer(b"0123456789ABCDEF", np.uint8)] = np.arange(16)
+_NIBBLE[np.frombuffer(b"abcdef", np.uint8)] = np.arange(10, 16)
+
+
+class SkippedLine(NamedTuple):
+    """A line that was left out.
+
+    Attributes:
+        line: Number of the line, from 1.
+        text: Beginning of the line.
+        reason: Why the line was left out.
+    """
+
+    line: int
+    text: str
+    reason: str
+
+
+class _Shape(NamedTuple):
+    """Where the digits of a line stand; every other character is the same in all lines of the shape."""
+
+    stamp: NDArray[np.intp]
+    divisor: float
+    identifier: slice
+    data: slice
+    constant: NDArray[np.intp]
+    channel: str
+    flags: int
+
+
+@dataclass(slots=True)
+class BlockParser:
+    """Reads a log block by block; a block is whole lines, the last newline included.
+
+    Attributes:
+        channels: Names of the interfaces so far, with their numbers.
+        lines: Number of lines read so far.
+        stamp_width: Number of characters of the first time in the log; 0 before it.
+        skipped: Lines that hold no frame.
+    """
+
+    channels: dict[str, int] = field(default_factory=dict)
+    lines: int = 0
+    stamp_width: int = 0
+    skipped: list[SkippedLine] = field(default_factory=list)
+
+    def parse(self, block: bytes) -> Frames:
+        """Return the frames of a block."""
+        characters = np.frombuffer(block, np.uint8)
+        ends = np.flatnonzero(characters == _NEWLINE)
+        starts = np.concatenate(([0], ends[:-1] + 1))
+        table = _Table(len(ends))
+        lengths = ends - starts
+        for length in np.flatnonzero(np.bincount(lengths)).tolist():
+            self._parse_group(block, characters, starts, np.flatnonzero(lengths == length), length, table)
+        if not self.stamp_width and (first := STAMP.search(block)):
+            self.stamp_width = len(first[1])
+        self.lines += len(ends)
+        return table.frames(tuple(self.channels))
+
+    def _parse_group(
+        self,
+        block: bytes,
+        characters: NDArray[np.uint8],
+        starts: NDArray[np.intp],
+        group: NDArray[np.intp],
+        length: int,
+        table: _Table,
+    ) -> None:
+        """Fill in the lines `group`, which are all of one length."""
+        for _ in range(_ROUNDS):
+            if len(group) < _FEW or length > _LONGEST:
+                break
+            first = int(starts[group[0]])
+            shape = _shape_of(block[first : first + length])
+            if shape is None or self._number(shape.channel) is None:
+                self._parse_lines(block, starts, group[:1], length, table)
+                group = group[1:]
+                continue
+            rows = sliding_window_view(characters, length)[starts[group]]
+            group = group[~table.fill(group, rows, shape, self.channels[shape.channel])]
+        self._parse_lines(block, starts, group, length, table)
+
+    def _parse_lines(
+        self, block: bytes, starts: NDArray[np.intp], group: NDArray[np.intp], length: int, table: _Table
+    ) -> None:
+        for row, start in zip(group.tolist(), starts[group].tolist(), strict=True):
+            line = block[start : start + length]
+            if line.strip():
+                self._parse_line(line, row, table)
+
+    def _parse_line(self, line: bytes, row: int, table: _Table) -> None:
+        frame = parse_line(line)
+        number = None if isinstance(frame, str) else self._number(frame.channel)
+        if isinstance(frame, str):
+            self.skip(self.lines + row + 1, line, frame)
+        elif number is None:
+            self.skip(self.lines + row + 1, line, f"more than {_MAX_CHANNELS} interfaces in one log")
+        else:
+            table.put(row, frame, number)
+
+    def _number(self, channel: str) -> int | None:
+        """Return an interface's number; None where there are too many."""
+        if channel not in self.channels and len(self.channels) >= _MAX_CHANNELS:
+            return None
+        return self.channels.setdefault(channel, len(self.channels))
+
+    def skip(self, line: int, text: bytes, reason: str) -> None:
+        """Note a line that holds no frame."""
+        self.skipped.append(SkippedLine(line, text[:_TEXT].decode(errors="replace").rstrip(), reason))
+
+
+class _Table:
+    """The frames of a block while it is read, one row per line."""
+
+    def __init__(self, count: int) -> None:
+        self.is_frame = np.zeros(count, bool)
+        self.time = np.empty(count, np.float64)
+        self.can_id = np.empty(count, np.uint32)
+        self.length = np.empty(count, np.uint8)
+        self.data = np.zeros((count, 8), np.uint8)
+        self.flags = np.empty(count, np.uint8)
+        self.channel = np.empty(count, np.uint8)
+
+    def fill(
+        self, group: NDArray[np.intp], rows: NDArray[np.uint8], shape: _Shape, channel: int
+    ) -> NDArray[np.bool_]:
+        """Read the lines `rows` (K, L) that have a shape, and say which have it, `(K,)`."""
+        stamp, identifier, data = (
+            rows[:, shape.stamp] - 48,
+            _NIBBLE[rows[:, shape.identifier]],
+            _NIBBLE[rows[:, shape.data]],
+        )
+        can_id = identifier.astype(np.float64) @ 16.0 ** np.arange(identifier.shape[1] - 1, -1, -1)
+        fits: NDArray[np.bool_] = _all_of_row(rows[:, shape.constant] == rows[0, shape.constant])
+        fits &= _all_of_row(stamp < 10) & _all_of_row(data < 16) & _all_of_row(identifier < 16)
+        fits &= can_id <= (0x1FFFFFFF if shape.flags & EXTENDED else 0x7FF)
+        time = stamp.astype(np.float64) @ 10.0 ** np.arange(stamp.shape[1] - 1, -1, -1) / shape.divisor
+        pairs = data[:, ::2] << 4 | data[:, 1::2]
+        if not fits.all():
+            group, time, can_id, pairs = group[fits], time[fits], can_id[fits], pairs[fits]
+        self.is_frame[group] = True
+        self.time[group] = time
+        self.can_id[group] = can_id
+        self.data[group, : pairs.shape[1]] = pairs
+        self.length[group], self.flags[group], self.channel[group] = pairs.shape[1], shape.flags, channel
+        return fits
+
+    def put(self, row: int, frame: Frame, channel: int) -> None:
+        """Fill in one line."""
+        self.is_frame[row] = True
+        self.time[row], self.can_id[row] = frame.time, frame.can_id
+        self.length[row] = len(frame.data) if frame.length is None else frame.length
+        self.data[row, : len(frame.data)] = np.frombuffer(frame.data, np.uint8)
+        self.flags[row], self.channel[row] = frame.flags, channel
+
+    def frames(self, channels: tuple[str, ...]) -> Frames:
+        """Return the lines that hold frames."""
+        frames = Frames(
+            self.time,
+            self.can_id,
+            self.length,
+            self.data,
+            self.flags,
+            self.channel,
+            channels or (DEFAULT_CHANNEL,),
+        )
+        return frames if self.is_frame.all() else frames.select(self.is_frame)
+
+
+def _all_of_row(right: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which rows are right in every column; as a rule all of them are, which is quicker to see."""
+    return np.ones(len(right), bool) if right.all() else np.asarray(right.all(axis=1))
+
+
+def _shape_of(line: bytes) -> _Shape | None:
+    """Return the shape of a regular line; None where it holds anything but two digits per byte."""
+    match = LOG_LINE.fullmatch(line)
+    if match is None:
+        return None
+    identifier, data = slice(*match.span(3)), slice(*match.span(4))
+    size = data.stop - data.start
+    if (
+        match.end(3) - match.start(3) not in {3, 8}
+        or size > 16
+        or size % 2
+        or b"." in match[4]
+        or b"_" in match[4]
+    ):
+        return None
+    point = match.start(1) + match[1].index(b".")
+    stamp = np.r_[match.start(1) : point, point + 1 : match.end(1)]
+    variable = np.r_[stamp, identifier, data]
+    return _Shape(
+        stamp,
+        10.0 ** (match.end(1) - point - 1),
+        identifier,
+        data,
+        np.setdiff1d(np.arange(len(line)), variable),
+        match[2].decode(errors="replace"),
+        (EXTENDED if len(match[3]) == 8 else 0) | {b"R": RECEIVED, b"T": SENT}.get(match[5], 0),
+    )

@@ -1,0 +1,143 @@
+"""CAN frames as they were seen on a bus: one by one, and a whole log as named arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+# Bits of `flags`.
+EXTENDED = 1  # 29-bit identifier
+REMOTE = 2  # remote transmission request: a length without data
+ERROR = 4  # error frame of the adapter, not of the bus
+RECEIVED = 16  # the log says that the recorder received it
+SENT = 32  # the log says that the recorder sent it itself
+
+DEFAULT_CHANNEL = "can0"
+
+
+class Frame(NamedTuple):
+    """One classical CAN frame.
+
+    Attributes:
+        time: Time at which the frame was seen on the bus [s].
+        can_id: Identifier without flag bits.
+        data: 0 to 8 bytes; empty in a remote frame.
+        flags: Sum of EXTENDED, REMOTE, ERROR, RECEIVED and SENT, where they apply.
+        length: Number of bytes of data, or asked for by a remote frame; None takes it from the data.
+        channel: Name of the interface.
+    """
+
+    time: float
+    can_id: int
+    data: bytes = b""
+    flags: int = 0
+    length: int | None = None
+    channel: str = DEFAULT_CHANNEL
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """A log, in the order in which it was written.
+
+    Attributes:
+        time: Time of each frame [s], shape `(N,)`.
+        can_id: Identifiers without flag bits, shape `(N,)`.
+        length: Number of bytes of data, or asked for by a remote frame, shape `(N,)`.
+        data: Data padded with zeros, shape `(N, 8)`.
+        flags: Sums of EXTENDED, REMOTE, ERROR, RECEIVED and SENT, shape `(N,)`.
+        channel: Interface of each frame as an index into `channels`, shape `(N,)`.
+        channels: Names of the interfaces.
+    """
+
+    time: NDArray[np.float64]
+    can_id: NDArray[np.uint32]
+    length: NDArray[np.uint8]
+    data: NDArray[np.uint8]
+    flags: NDArray[np.uint8]
+    channel: NDArray[np.uint8]
+    channels: tuple[str, ...] = (DEFAULT_CHANNEL,)
+
+    def __post_init__(self) -> None:
+        count = len(self.time)
+        arrays = (self.can_id, self.length, self.data, self.flags, self.channel)
+        if any(len(array) != count for array in arrays) or self.data.shape != (count, 8):
+            raise ValueError(f"arrays of {[array.shape for array in arrays]} do not belong to {count} frames")
+        for array in (self.time, *arrays):
+            array.flags.writeable = False
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __iter__(self) -> Iterator[Frame]:
+        rows = zip(
+            self.time.tolist(),
+            self.can_id.tolist(),
+            self.length.tolist(),
+            self.flags.tolist(),
+            self.channel.tolist(),
+            strict=True,
+        )
+        data = self.data.tobytes()
+        for index, (time, can_id, length, flags, channel) in enumerate(rows):
+            payload = b"" if flags & REMOTE else data[8 * index : 8 * index + length]
+            yield Frame(time, can_id, payload, flags, length, self.channels[channel])
+
+    def select(self, rows: NDArray[np.generic] | slice) -> Frames:
+        """Return the frames of a mask (N,), of indices (K,), or of a slice."""
+        return Frames(
+            self.time[rows],
+            self.can_id[rows],
+            self.length[rows],
+            self.data[rows],
+            self.flags[rows],
+            self.channel[rows],
+            self.channels,
+        )
+
+    def words(self) -> NDArray[np.uint64]:
+        """Return the data as one little-endian number per frame, `(N,)`, as CiA 301 packs PDOs."""
+        return np.ascontiguousarray(self.data).view("<u8").reshape(-1)
+
+    def backwards(self) -> NDArray[np.int64]:
+        """Return the indices of the frames whose clock stands before that of the frame before, `(K,)`."""
+        return np.flatnonzero(np.diff(self.time) < 0) + 1
+
+
+def frames_of(rows: Iterable[Frame]) -> Frames:
+    """Return frames as arrays."""
+    rows = list(rows)
+    channels = tuple(dict.fromkeys(row.channel for row in rows)) or (DEFAULT_CHANNEL,)
+    number = {name: index for index, name in enumerate(channels)}
+    return Frames(
+        np.array([row.time for row in rows], np.float64),
+        np.array([row.can_id for row in rows], np.uint32),
+        np.array([len(row.data) if row.length is None else row.length for row in rows], np.uint8),
+        np.frombuffer(b"".join(row.data.ljust(8, b"\0") for row in rows), np.uint8).reshape(-1, 8).copy(),
+        np.array([row.flags for row in rows], np.uint8),
+        np.array([number[row.channel] for row in rows], np.uint8),
+        channels,
+    )
+
+
+def concatenate(logs: Sequence[Frames]) -> Frames:
+    """Return the frames of all logs, one after the other; channels are matched by name."""
+    channels = tuple(dict.fromkeys(name for log in logs for name in log.channels)) or (DEFAULT_CHANNEL,)
+    number = [np.array([channels.index(name) for name in log.channels], np.uint8) for log in logs]
+    if not logs:
+        return frames_of(())
+    return Frames(
+        np.concatenate([log.time for log in logs]),
+        np.concatenate([log.can_id for log in logs]),
+        np.concatenate([log.length for log in logs]),
+        np.concatenate([log.data for log in logs]),
+        np.concatenate([log.flags for log in logs]),
+        np.concatenate([numbers[log.channel] for numbers, log in zip(number, logs, strict=True)]),
+        channels,
+    )

@@ -1,0 +1,41 @@
+"""What the raw counts in a PDO mean: angle of a wheel or joint [rad], length of the link [m]."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.parameters import Drive, Encoder, VehicleParameters
+
+
+class Conversion(NamedTuple):
+    """physical = offset + factor * raw.
+
+    Attributes:
+        factor: Physical value of one count [unit per count].
+        offset: Physical value at 0 counts [unit].
+        unit: Unit of the physical value: `rad`, `m`, or `rad/s`.
+    """
+
+    factor: float
+    offset: float
+    unit: str
+
+    def __call__(self, raw: float) -> float:
+        """Return the physical value of raw counts."""
+        return self.offset + self.factor * raw
+
+
+def encoder_conversion(encoder: Encoder, vehicle: VehicleParameters) -> Conversion:
+    """Return what the counts of an encoder mean, before they are unwrapped."""
+    if encoder.channel == "link":
+        length = vehicle.linkage.length if vehicle.linkage else 0.0
+        return Conversion(encoder.scale, length - encoder.zero * encoder.scale, "m")
+    zero = encoder.zero if encoder.channel in {"joint_a", "joint_b"} else 0
+    return Conversion(encoder.scale, 0.0 - zero * encoder.scale, "rad")
+
+
+def drive_conversion(drive: Drive) -> Conversion:
+    """Return what the target velocity (60FFh) of a drive means: the speed of its wheel, forward positive."""
+    return Conversion(drive.sign * 2.0 * math.pi / drive.counts_per_turn, 0.0, "rad/s")

@@ -1,0 +1,94 @@
+"""`poses.csv`: absolute poses measured from outside, one per line, unknown values left empty."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.parameters import TRUCKS
+from omnimate.vehicle.recording import Poses
+from omnimate.vehicle.se2 import wrap
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from pathlib import Path
+
+HEADER = "t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"
+_NAMES = HEADER.split(",")
+_ROUNDING = 1e-5  # [rad] by which pi, written with four digits, exceeds itself
+
+
+def parse_poses(text: str, source: Path | str, trucks: Collection[str] = TRUCKS) -> Poses:
+    """Return the poses of a `poses.csv`.
+
+    Args:
+        text: Text of the file.
+        source: Name of the file, for messages.
+        trucks: Names of the trucks that the robot has.
+
+    Raises:
+        RecordingError: A line is not as the header says; the error names file and line.
+    """
+    lines = text.splitlines()
+    if not lines or lines[0].strip() != HEADER:
+        raise RecordingError(f"{source}:1", f"expected the header `{HEADER}`")
+    rows = [
+        _row(line, f"{source}:{number}", trucks)
+        for number, line in enumerate(lines[1:], start=2)
+        if line.strip()
+    ]
+    values = np.array([row[1] for row in rows], np.float64).reshape(-1, 7)
+    pose = values[:, 1:4].copy()
+    pose[:, 2] = wrap(pose[:, 2])
+    return Poses(values[:, 0].copy(), np.array([row[0] for row in rows], "U1"), pose, values[:, 4:7].copy())
+
+
+def format_poses(poses: Poses) -> str:
+    """Return the text of a `poses.csv`, with every digit that the numbers have.
+
+    Headings that went round are wrapped.
+    """
+    pose = poses.pose.copy()
+    round_about = np.abs(pose[:, 2]) > math.pi
+    pose[round_about, 2] = wrap(pose[round_about, 2])
+    numbers = np.column_stack((poses.time, pose, poses.sigma)).tolist()
+    lines = [HEADER]
+    for body, (time, *values) in zip(poses.body.tolist(), numbers, strict=True):
+        cells = ["" if math.isnan(value) else repr(value) for value in values]
+        lines.append(",".join([repr(time), body, *cells]))
+    return "\n".join(lines) + "\n"
+
+
+def _row(line: str, place: str, trucks: Collection[str]) -> tuple[str, list[float]]:
+    """Return the body and the seven numbers of a line."""
+    cells = [cell.strip() for cell in line.split(",")]
+    if len(cells) != len(_NAMES):
+        raise RecordingError(place, f"{len(cells)} columns; expected the {len(_NAMES)} of `{HEADER}`")
+    if cells[1] not in trucks:
+        raise RecordingError(place, f"body {cells[1]!r}; this robot has {' and '.join(sorted(trucks))}")
+    if not cells[0]:
+        raise RecordingError(place, "t is empty; every pose has its time")
+    values = [_number(cell, name, place) for name, cell in zip(_NAMES, cells, strict=True) if name != "body"]
+    if abs(values[3]) > math.pi + _ROUNDING:
+        raise RecordingError(place, f"theta {cells[4]} is outside (-pi, pi]; it is an angle in radians")
+    if any(value < 0 for value in values[4:]):
+        raise RecordingError(place, "a negative standard deviation; leave the cell empty where it is unknown")
+    return cells[1], values
+
+
+def _number(cell: str, name: str, place: str) -> float:
+    """Return a cell's number; nan where it is empty."""
+    if not cell:
+        return math.nan
+    try:
+        value = float(cell)
+    except ValueError:
+        raise RecordingError(place, f"{name} {cell!r} is not a number") from None
+    if not math.isfinite(value):
+        raise RecordingError(
+            place, f"{name} {cell!r} is not finite; leave the cell empty where it is unknown"
+        )
+    return value

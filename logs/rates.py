@@ -1,0 +1,36 @@
+"""How often each identifier was on the bus."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from omnimate.logs.decoding import FrameDecoder
+    from omnimate.logs.frames import Frames
+
+_HEADER = f"{'interface':<10} {'id':>8} {'frames':>9} {'Hz':>10} {'bytes':>5}  name"
+
+
+def rate_lines(frames: Frames, decoder: FrameDecoder) -> Iterator[str]:
+    """Yield a table: per interface and identifier the frames, their mean rate [Hz], length and name."""
+    yield _HEADER
+    kind = (frames.flags & (EXTENDED | REMOTE | ERROR)).astype(np.uint64)
+    key = frames.channel.astype(np.uint64) << np.uint64(40) | kind << np.uint64(32) | frames.can_id
+    order = np.argsort(key, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(key[order])) + 1) if len(frames) else ():
+        first, last = int(rows[0]), int(rows[-1])
+        span = float(frames.time[last] - frames.time[first])
+        rate = f"{(len(rows) - 1) / span:.3f}" if span > 0 else "-"
+        low, high = int(frames.length[rows].min()), int(frames.length[rows].max())
+        size = f"{low}" if low == high else f"{low}-{high}"
+        flags, can_id = int(frames.flags[first]), int(frames.can_id[first])
+        identifier = f"{can_id:08X}" if flags & EXTENDED else f"{can_id:03X}"
+        name = decoder.name(can_id, flags, frames.data[first, : int(frames.length[first])].tobytes())
+        channel = frames.channels[int(frames.channel[first])]
+        yield f"{channel:<10} {identifier:>8} {len(rows):>9} {rate:>10} {size:>5}  {name}"

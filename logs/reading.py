@@ -1,0 +1,131 @@
+"""Bus logs of every format that people have, recognised by their content.
+
+candump (`-L` and `-ta`, gzipped or not), Vector `.asc` and `.blf`, PEAK `.trc`, IXXAT MiniMon. What cannot
+be read is left out and reported line by line; a log that was cut off is read up to there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.logs.formats import minimon, python_can_logs
+from omnimate.logs.formats.block_reader import BlockReader
+from omnimate.logs.formats.candump_blocks import BlockParser, SkippedLine
+from omnimate.logs.formats.candump_lines import STAMP_WIDTH, parse_line
+from omnimate.logs.frames import Frame, Frames, concatenate, frames_of
+from omnimate.vehicle.errors import LogError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_HEAD = 4096  # bytes in which a format shows itself
+
+
+@dataclass(frozen=True, slots=True)
+class LogReadResult:
+    """A log, as far as it can be read.
+
+    Attributes:
+        source: Path of the file.
+        frames: The frames in the order of the file.
+        skipped: Lines that were left out, and why.
+        truncated: Whether the file ends in the middle of a line or of its compressed data.
+        stamp_width: Number of characters of a time in the log, with which it is printed again.
+    """
+
+    source: Path
+    frames: Frames
+    skipped: tuple[SkippedLine, ...] = ()
+    truncated: bool = False
+    stamp_width: int = STAMP_WIDTH
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every line was read to the end of the file."""
+        return not self.skipped and not self.truncated
+
+    def problems(self) -> Iterator[str]:
+        """Yield in words what was left out, and where the clock runs backwards."""
+        for line in self.skipped:
+            yield f"{self.source}:{line.line}: skipped: {line.reason}: {line.text!r}"
+        if self.truncated:
+            yield f"{self.source}: the log ends early; it was read up to there"
+        jumps = self.frames.backwards().tolist()
+        if jumps:
+            before, after = self.frames.time[jumps[0] - 1 : jumps[0] + 1].tolist()
+            where = f"first at frame {jumps[0] + 1} from {before:.6f} s to {after:.6f} s"
+            yield f"{self.source}: the clock goes back {len(jumps)} times, {where}"
+
+
+def read_log(path: Path | str, *, strict: bool = False) -> LogReadResult:
+    """Return the frames of a log file of any known format.
+
+    Args:
+        path: Path of the file; its content decides on the format, not its suffix.
+        strict: Whether a log is refused that cannot be read completely.
+
+    Raises:
+        LogError: There is no such file, it holds no frame, or `strict` is set and a line was left out.
+    """
+    path = Path(path)
+    try:
+        result = _read(path)
+    except OSError as error:
+        raise LogError(path, None, f"cannot be read: {error.strerror or error}") from error
+    if len(result.frames) == 0:
+        empty = SkippedLine(1, "", "it ends before the first" if result.truncated else "it is empty")
+        first = result.skipped[0] if result.skipped else empty
+        raise LogError(path, first.line, f"no CAN frame in the whole file; {first.reason}: {first.text!r}")
+    if strict and not result.is_whole:
+        line = result.skipped[0].line if result.skipped else None
+        raise LogError(path, line, next(result.problems()).removeprefix(f"{path}:"))
+    return result
+
+
+def _read(path: Path) -> LogReadResult:
+    head = b"".join(itertools.islice(BlockReader(path, _HEAD), 1))
+    form = python_can_logs.format_of(head)
+    if form is None and not head.startswith(minimon.SIGNATURE):
+        return _read_candump(path)
+    reader = BlockReader(path)
+    content = b"".join(reader)
+    if form == "blf":
+        frames, skipped, truncated = python_can_logs.read_blf(content)
+        return LogReadResult(path, frames_of(frames), tuple(skipped), truncated or reader.damaged)
+    text = content.decode("utf-8-sig", errors="replace")
+    frames, skipped = python_can_logs.read_lines(text, form) if form else minimon.read_trace(text)
+    cut = not text.endswith("\n") and bool(skipped) and skipped[-1].line == len(text.splitlines())
+    return LogReadResult(path, frames_of(frames), tuple(skipped), reader.damaged or cut)
+
+
+def _read_candump(path: Path) -> LogReadResult:
+    parser, reader = BlockParser(), BlockReader(path)
+    pieces: list[Frames] = []
+    last = b""
+    for block in reader.lines():
+        if block.endswith(b"\n"):
+            pieces.append(parser.parse(block))
+        else:
+            last = block
+    truncated = reader.damaged
+    if last.strip():
+        frame = parse_line(last)
+        if isinstance(frame, str) or not _looks_complete(frame, pieces):
+            reason = frame if isinstance(frame, str) else "its data end early"
+            parser.skip(parser.lines + 1, last, f"the last line was cut off; {reason}")
+            truncated = True
+        else:
+            pieces.append(frames_of([frame]))
+    width = parser.stamp_width or STAMP_WIDTH
+    return LogReadResult(path, concatenate(pieces), tuple(parser.skipped), truncated, width)
+
+
+def _looks_complete(last: Frame, pieces: list[Frames]) -> bool:
+    """Say whether the last frame, whose line has no newline, is as long as one of its kind before it."""
+    kind = np.concatenate([piece.length[piece.can_id == last.can_id] for piece in pieces] or [[]])
+    return len(kind) == 0 or bool(np.any(kind == last.length))

@@ -1,0 +1,179 @@
+"""Driving the MuJoCo robot: the motion that contacts make of the controller's wheel speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from omnimate.proof.mujoco.control import Controller
+from omnimate.proof.mujoco.model import model_xml
+from omnimate.proof.mujoco.robot import FEET, WHEELS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from omnimate.proof.mujoco.control import Nominal
+    from omnimate.proof.mujoco.floor import Floor
+    from omnimate.proof.mujoco.paths import Program
+    from omnimate.proof.mujoco.robot import Robot
+
+    Hook = Callable[["Scene", float], None]
+
+SUBSTEPS = 10
+RESOLUTION = 1.5e-4  # of the readings that the controller sees [rad, m]
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What happened in a drive, with a row for each SYNC.
+
+    Attributes:
+        time: Time since the first SYNC [s], shape `(N,)`.
+        wheels: Angles of the four wheels [rad], shape `(N, 4)`.
+        joints: Angles of both joints [rad], shape `(N, 2)`.
+        link: Length of the link [m], shape `(N,)`.
+        poses: True poses of both trucks [m, m, rad], shape `(N, 2, 3)`.
+        heights: Heights of the four wheel hubs [m], shape `(N, 4)`.
+        crossings: Contacts with cables, each as (cable, first row, last row).
+    """
+
+    time: NDArray[np.float64]
+    wheels: NDArray[np.float64]
+    joints: NDArray[np.float64]
+    link: NDArray[np.float64]
+    poses: NDArray[np.float64]
+    heights: NDArray[np.float64]
+    crossings: tuple[tuple[int, int, int], ...]
+
+
+@dataclass(slots=True)
+class Scene:
+    """The running world, which hooks may change in the middle of a drive.
+
+    Attributes:
+        model: MuJoCo's model.
+        data: MuJoCo's state.
+        feet: Geoms of FEET, the wheels and castors.
+        grip: Friction of each contact pair at the start.
+        notes: Numbers that a hook keeps from step to step, by name.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    feet: NDArray[np.int64]
+    grip: NDArray[np.float64]
+    notes: dict[str, list[float]] = field(default_factory=dict)
+
+    def pair(self, foot: str) -> int:
+        """Return the number of the contact pair of a wheel or castor with its floor."""
+        return FEET.index(foot)
+
+
+def drive(
+    robot: Robot,
+    floor: Floor,
+    program: Program,
+    nominal: Nominal,
+    hooks: tuple[Hook, ...] = (),
+    weave: float = 0.0,
+) -> Drive:
+    """Return the robot's drive of a program.
+
+    Args:
+        robot: The robot as it is built.
+        floor: The floor under its wheels and castors.
+        program: What to drive.
+        nominal: The robot as the controller knows it.
+        hooks: Functions of the scene and the time [s] that are called before every control period.
+        weave: Amplitude with which the following truck swings about the link [rad].
+
+    Raises:
+        FloatingPointError: The contacts became unstable.
+    """
+    scene = _scene(robot)
+    model, data = scene.model, scene.data
+    dt, joints = robot.timestep * SUBSTEPS, ("joint_a", "joint_b", "link")
+    where = np.array([model.joint(name).qposadr[0] for name in (*WHEELS, *joints)])
+    bodies = [model.body(name).id for name in ("a", "b")]
+    hubs = [model.body(name).id for name in WHEELS]
+    for _ in range(60):
+        _settle(scene, floor)
+    controller = Controller(nominal, dt, weave)
+    controller.pose[1, 0] = -nominal.link
+    rows, poses, heights, touches = [], [], [], []
+    leader = 0
+    for row in range(len(program.v)):
+        readings = data.qpos[where] * (1, 1, 1, 1, -1, 1, 1)
+        readings[6] += robot.link
+        rows.append(readings)
+        poses.append(_poses(data, bodies))
+        heights.append(data.xpos[hubs, 2])
+        touches.append(_touched(scene, len(robot.cables)))
+        if (new := 0 if program.leader[row] == "a" else 1) != leader:
+            leader = new
+            controller.switch(leader)
+        seen = np.floor(readings / RESOLUTION) * RESOLUTION
+        data.ctrl[:4] = controller.speeds(
+            program.v[row], program.w[row], leader, seen[:4], seen[4:6], seen[6]
+        )
+        for hook in hooks:
+            hook(scene, row * dt)
+        for _ in range(2):
+            floor.lay(scene.feet, data)
+            mujoco.mj_step(model, data, SUBSTEPS // 2)
+            mujoco.mj_kinematics(model, data)  # after a step, positions are those of its beginning
+    if data.warning.number.any():
+        raise FloatingPointError(
+            "MuJoCo warns that the contacts became unstable, so this drive is not valid; take another seed"
+        )
+    table = np.array(rows, dtype=np.float64)
+    time = np.arange(len(rows), dtype=np.float64) * dt
+    crossed = _crossings(np.array(touches))
+    places = np.array(poses), np.array(heights)
+    return Drive(time, table[:, :4], table[:, 4:6], table[:, 6], *places, crossed)
+
+
+def _scene(robot: Robot) -> Scene:
+    model = mujoco.MjModel.from_xml_string(model_xml(robot))
+    feet = np.array([model.geom(name).id for name in FEET])
+    return Scene(model, mujoco.MjData(model), feet, model.pair_friction[:, 0].copy())
+
+
+def _settle(scene: Scene, floor: Floor) -> None:
+    mujoco.mj_kinematics(scene.model, scene.data)
+    floor.lay(scene.feet, scene.data)
+    mujoco.mj_step(scene.model, scene.data, SUBSTEPS)
+    mujoco.mj_kinematics(scene.model, scene.data)
+
+
+def _poses(data: mujoco.MjData, bodies: list[int]) -> NDArray[np.float64]:
+    """Return x, y, theta of both trucks' axle centres."""
+    turn = data.xmat[bodies]
+    return np.column_stack([data.xpos[bodies, :2], np.arctan2(turn[:, 3], turn[:, 0])])
+
+
+def _touched(scene: Scene, cables: int) -> NDArray[np.bool_]:
+    out = np.zeros(cables, bool)
+    if cables:
+        first = scene.model.geom("cable 0").id
+        for pair in scene.data.contact.geom:
+            for geom in pair:
+                if first <= geom < first + cables:
+                    out[geom - first] = True
+    return out
+
+
+def _crossings(touches: NDArray[np.bool_]) -> tuple[tuple[int, int, int], ...]:
+    """Return the contacts with cables; touches within half a second are one crossing."""
+    out: list[tuple[int, int, int]] = []
+    for cable in range(touches.shape[1] if touches.ndim == 2 else 0):
+        rows = np.flatnonzero(touches[:, cable])
+        if len(rows):
+            parts = np.split(rows, np.flatnonzero(np.diff(rows) > 33) + 1)
+            out.extend((cable, int(part[0]), int(part[-1]) + 1) for part in parts)
+    return tuple(sorted(out, key=lambda crossing: crossing[1]))

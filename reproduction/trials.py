@@ -1,0 +1,133 @@
+"""UMBmark experiments by Monte Carlo: exact squares whose runs scatter with a known covariance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.apply import corrected_truck
+from omnimate.calib.umbmark.bootstrap import weighted_factors
+from omnimate.calib.umbmark.bound import factor_bound
+from omnimate.calib.umbmark.exact import square_returns
+from omnimate.calib.umbmark.experiment import Experiment, calibrate
+from omnimate.calib.umbmark.return_errors import ReturnErrors
+from omnimate.calib.umbmark.roughness import Roughness, square_covariance
+from omnimate.calib.umbmark.scatter import MIRROR, weights_of
+from omnimate.calib.umbmark.square_fit import fit_factors
+from omnimate.calib.umbmark.uncertainty import uncertainty_of
+from omnimate.vehicle.parameters import Truck
+
+if TYPE_CHECKING:
+    from omnimate.calib.umbmark.printed import Method
+    from omnimate.vehicle.se2 import Array
+
+LABMATE = Truck(wheelbase=0.340, wheel_diameter_left=0.150, wheel_diameter_right=0.150)  # U V
+HEADING = math.radians(0.55)  # [rad] scatter of the heading on a floor that scatters the position by 25 mm
+
+
+def plain_covariance(position: float, heading: float = HEADING) -> Array:
+    """Return the covariance `(3, 3)` of independent x, y [m] and theta [rad]."""
+    return np.diag([position**2, position**2, heading**2])
+
+
+def floor_covariance(position: float, truck: Truck = LABMATE, side: float = 4.0) -> Array:
+    """Return the covariance `(3, 3)` on a floor so rough that x and y scatter by `position` [m]."""
+    unit = square_covariance(side, truck.wheelbase, Roughness(1.0, 1.0))
+    return np.asarray(unit * (position**2 / unit[0, 0]), np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A robot, its square, and the scatter of its runs.
+
+    Attributes:
+        e_b: True factor of the wheelbase, U (2.4).
+        e_d: True factor of the ratio of wheel diameters, U (2.3).
+        covariance: Covariance of the return error x, y [m], theta [rad] of one ccw run, shape `(3, 3)`.
+        runs: Number of runs in each direction.
+        truck: The nominal truck.
+        side: Length of each side of the square [m].
+    """
+
+    e_b: float
+    e_d: float
+    covariance: Array
+    runs: int = 5
+    truck: Truck = LABMATE
+    side: float = 4.0
+
+    @property
+    def actual(self) -> Truck:
+        """The truck as it is."""
+        return corrected_truck(self.truck, self.e_b, self.e_d)
+
+    def runs_of(
+        self, chance: np.random.Generator, direction: int, count: int, believed: Truck | None = None
+    ) -> Array:
+        """Return the return errors `(count, runs, 3)` of `count` experiments in a direction: 0 cw, 1 ccw."""
+        end = square_returns(believed or self.truck, self.actual, self.side)[direction]
+        noise = chance.multivariate_normal(
+            np.zeros(3), self.covariance, (count, self.runs), method="cholesky"
+        )
+        return np.asarray(end + noise * (MIRROR if direction == 0 else 1.0), np.float64)
+
+    def drive(self, chance: np.random.Generator, believed: Truck | None = None) -> Experiment:
+        """Return an experiment of a robot whose odometry uses `believed`, or the nominal truck."""
+        cw, ccw = (self.runs_of(chance, direction, 1, believed)[0] for direction in (0, 1))
+        return Experiment("trial", believed or self.truck, ReturnErrors(cw, ccw, self.side, "trial"))
+
+
+def after_calibration(trial: Trial, count: int, method: Method = "printed", seed: int = 0) -> Array:
+    """Return E_max,syst [m] `(count,)` of robots calibrated once and driven again, as in U Table I."""
+    chance = np.random.default_rng(seed)
+    trucks = (calibrate(trial.drive(chance), method).truck for _ in range(count))
+    return np.array([trial.drive(chance, truck).errors.e_max_syst for truck in trucks])
+
+
+def left_over(trial: Trial, count: int, method: Method, seed: int = 0) -> Array:
+    """Return E_max,syst [m] `(count,)` that robots calibrated once would have without any scatter."""
+    chance = np.random.default_rng(seed)
+    sizes = []
+    for _ in range(count):
+        calibrated = calibrate(trial.drive(chance), method).truck
+        ends = square_returns(calibrated, trial.actual, trial.side)
+        sizes.append(float(np.hypot(ends[:, 0], ends[:, 1]).max()))
+    return np.array(sizes)
+
+
+def efficiency(trial: Trial, count: int, *, estimated_weights: bool = True, seed: int = 0) -> Array:
+    """Return the mean square errors of E_b and E_d `(2,)` of the weighted fit over their Cramer-Rao bounds.
+
+    Args:
+        trial: The robot, its square and its scatter.
+        count: Number of experiments.
+        estimated_weights: Whether the weights come from the scatter of the runs, as on a robot, or from the
+            true covariance.
+        seed: Seed of the random scatter.
+    """
+    chance = np.random.default_rng(seed)
+    cw, ccw = (trial.runs_of(chance, direction, count) for direction in (0, 1))
+    if estimated_weights:
+        factors = weighted_factors(trial.truck, trial.side, cw, ccw)
+    else:
+        weights = weights_of(np.sqrt(np.diag(trial.covariance)), (trial.runs, trial.runs), trial.side)
+        centres = np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
+        factors = np.exp(fit_factors(centres, weights, trial.truck, trial.side)[0])
+    square = np.mean((factors - [trial.e_b, trial.e_d]) ** 2, axis=0)
+    runs = (trial.runs, trial.runs)
+    bound = factor_bound(trial.truck, (trial.e_b, trial.e_d), trial.side, runs, trial.covariance)
+    return np.asarray(square / np.diag(bound), np.float64)
+
+
+def coverage(trial: Trial, count: int, method: Method, confidence: float = 0.95, seed: int = 0) -> Array:
+    """Return the share `(2,)` of the delta method's intervals of E_b and E_d that contain the truth."""
+    chance = np.random.default_rng(seed)
+    held = []
+    for _ in range(count):
+        known = uncertainty_of(calibrate(trial.drive(chance), method), confidence)
+        e_b, e_d = known.e_b, known.e_d
+        held.append((e_b.low <= trial.e_b <= e_b.high, e_d.low <= trial.e_d <= e_d.high))
+    return np.asarray(np.mean(held, axis=0), np.float64)

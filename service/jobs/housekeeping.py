@@ -1,0 +1,44 @@
+"""What every service does regularly for all services on its database.
+
+It takes back the work of services that have died, ends unused sessions, and forgets old answers.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from sqlalchemy import delete, select, update
+
+from omnimate.service.jobs.queue import give_back
+from omnimate.service.store.tables import AnswerRow, JobRow, SessionRow
+from omnimate.service.umbmark.leases import interrupt_orphans
+from omnimate.service.umbmark.session_states import OPEN_STATES
+
+if TYPE_CHECKING:
+    from omnimate.service.store.database import Database
+
+ANSWERS_KEPT = 86400.0  # [s] in which a request with an Idempotency-Key may be repeated
+
+
+def keep_house(database: Database) -> list[str]:
+    """Do all of it once; return the ids of the sessions that were interrupted."""
+    now = time.time()
+    _give_back_orphans(database, now)
+    with database.writing() as db:
+        orphans = interrupt_orphans(db)
+        unused = SessionRow.state.in_(OPEN_STATES) & (SessionRow.state != "driving")
+        db.execute(update(SessionRow).where(unused & (SessionRow.expires < now)).values(state="expired"))
+        db.execute(delete(AnswerRow).where(AnswerRow.created < now - ANSWERS_KEPT))
+    return orphans
+
+
+def _give_back_orphans(database: Database, now: float) -> None:
+    """Queue the jobs again whose service has died."""
+    orphaned = (JobRow.state == "running") & (JobRow.lease < now)
+    with database.reading() as db:
+        if db.scalar(select(JobRow.id).where(orphaned).limit(1)) is None:
+            return
+    with database.writing() as db:
+        for row in db.scalars(select(JobRow).where(orphaned).with_for_update()):
+            give_back(row, "the service that worked on it has ended")

@@ -1,0 +1,68 @@
+// UMBmark sessions: the form that starts a session, and the list of all sessions.
+
+import { get, list, post } from "./api.js";
+import { $, attempt, el, pages, row, say, show } from "./dom.js";
+import { squareDrawing } from "./drawings.js";
+import { on } from "./stream.js";
+import { number, read, when } from "./units.js";
+
+export const STATES = {
+  collecting: "collecting runs", driving: "driving", measuring: "waits to be measured", interrupted: "interrupted",
+  solved: "solved", accepted: "accepted", aborted: "aborted", failed: "failed", expired: "expired",
+};
+
+export function setUpSessionList() {
+  $("squares").append(squareDrawing("cw"), squareDrawing("ccw"));
+  $("start").addEventListener("submit", (event) => {
+    event.preventDefault();
+    attempt($("start-send"), $("start-message"), begin);
+  });
+  on("session", () => $("calibrate").hidden || listSessions());
+}
+
+export async function openSessionList() {
+  try {
+    const items = await list("/v1/vehicles");
+    $("start-vehicle").replaceChildren(...items.map(({ name, version }) => el("option", { value: name }, `${name} (version ${version})`)));
+    say($("start-message"));
+  } catch (problem) {
+    show($("start-message"), problem);
+  }
+  await listSessions();
+}
+
+async function begin() {
+  const how = new FormData($("start")).get("how");
+  const session = await post("/v1/umbmark/sessions", {
+    vehicle: $("start-vehicle").value,
+    side: read($("start-side")),
+    runs: read($("start-runs")),
+    how,
+  });
+  location.hash = `#calibrate/${session.id}`;
+}
+
+async function listSessions() {
+  try {
+    await pages(
+      (after) => get(`/v1/umbmark/sessions?limit=10${after ? `&after=${encodeURIComponent(after)}` : ""}`),
+      $("sessions"), sessionRow, $("no-sessions"), $("more-sessions"),
+    );
+    say($("sessions-message"));
+  } catch (problem) {
+    show($("sessions-message"), problem);
+  }
+}
+
+function sessionRow(session) {
+  const { counts, runs } = session;
+  const going = ["collecting", "driving", "measuring", "interrupted", "solved"].includes(session.state);
+  return row(
+    when(session.created),
+    `${session.vehicle}, version ${session.vehicle_version}`,
+    `${number(session.side, session.side % 1 ? 2 : 0)} m`,
+    `cw ${counts.cw}, ccw ${counts.ccw} of ${runs}`,
+    el("span", { class: `chip ${session.state}` }, STATES[session.state]),
+    el("a", { href: `#calibrate/${session.id}`, class: "open", "data-testid": `open-${session.id}` }, going ? "Go on" : "Look", el("span", { class: "unseen" }, ` with the session of ${when(session.created)}`)),
+  );
+}

@@ -1,0 +1,91 @@
+"""The connection to the robot: its bus, opened by its URL, or a simulated robot in this process."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.driver.driver import Driver
+from omnimate.service.robot.paced_clock import PacedClock
+from omnimate.vcan_sim.coupled_bus import CoupledBus
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.truth import Truth, uncalibrated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from omnimate.motion.drive import Fix
+    from omnimate.service.robot.frame_feed import FrameFeed
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.se2 import Array
+
+TAPE_SIGMA = np.array([0.005, 0.005, 0.01])  # [m, m, rad], of a pose that a person measures
+
+
+@dataclass(frozen=True, slots=True)
+class RobotConnection:
+    """A robot whose bus is open.
+
+    Attributes:
+        driver: The driver, which reads and commands the robot through the bus.
+        fix: Measures the absolute pose of a truck; None where only a person can.
+        clock: The clock of a simulated robot, whose pace may be changed; None for a real one.
+    """
+
+    driver: Driver
+    fix: Fix | None = None
+    clock: PacedClock | None = None
+
+    def set_pace(self, pace: float) -> None:
+        """Let the time of a simulated robot pass `pace` times as fast as real time."""
+        if self.clock is not None:
+            self.clock.pace = pace
+
+
+@contextmanager
+def connected(
+    vehicle: VehicleParameters, bus: str | None, plant: Plant | None, frame_feed: FrameFeed
+) -> Iterator[RobotConnection]:
+    """Open the robot's bus, configure its encoders, and close the bus with the block.
+
+    Args:
+        vehicle: The parameters of the robot.
+        bus: The URL of the robot's bus; None for a simulated robot.
+        plant: The simulated robot; None for a real one.
+        frame_feed: Receives every frame of the bus.
+
+    Raises:
+        DriverError: the bus cannot be opened, or a node cannot be configured.
+    """
+    if plant is None:
+        assert bus is not None  # there is a bus or a plant
+        with Driver(vehicle, bus, recorder=frame_feed) as driver:
+            driver.configure()
+            yield RobotConnection(driver)
+        return
+    clock = PacedClock(vehicle.bus.sync_period, time.time())
+    with (
+        CoupledBus(vehicle, plant) as coupled,
+        Driver(vehicle, coupled, clock=clock, recorder=frame_feed) as driver,
+    ):
+        driver.configure()
+        yield RobotConnection(driver, _fix_of(plant), clock)
+
+
+def simulated_plant(nominal: VehicleParameters) -> Plant:
+    """Return a simulated robot with the errors of U Fig. 11 against its nominal parameters."""
+    return Plant(Truth(uncalibrated(nominal), seed=1), nominal)
+
+
+def _fix_of(plant: Plant) -> Fix:
+    """Return what measures a simulated robot: its sonar, or a tape measure where the sonar sees no wall."""
+
+    def fix(truck: TruckName) -> tuple[Array, Array]:
+        pose, sigma = plant.fix(truck)
+        return (pose, sigma) if np.isfinite(pose).all() else (plant.pose(truck), TAPE_SIGMA)
+
+    return fix

@@ -1,0 +1,60 @@
+"""Every frame of the bus, handed on to the recording of a drive and to the clients that read along."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+from typing import TYPE_CHECKING
+
+from omnimate.logs.formats.candump_lines import format_frame
+from omnimate.logs.frames import Frame
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import can
+
+    from omnimate.driver.recorder import Recorder
+    from omnimate.vehicle.parameters import VehicleParameters
+
+QUEUED_LINES = 5000  # that a slow reader may be behind; it misses what comes after them
+
+
+class FrameFeed:
+    """Stands in the place of the driver's recorder.
+
+    Attributes:
+        recorder: The recorder of the lap that is being driven; None between laps.
+        frames: The number of frames so far.
+    """
+
+    def __init__(self) -> None:
+        self.recorder: Recorder | None = None
+        self.frames = 0
+        self._readers: tuple[queue.Queue[str], ...] = ()
+
+    def use(self, vehicle: VehicleParameters) -> None:
+        """Hand on the vehicle parameters, in which the driver has completed the encoders' ranges."""
+        if self.recorder is not None:
+            self.recorder.use(vehicle)
+
+    def frame(self, at: float, message: can.Message) -> None:
+        """Hand on a frame that was on the bus at a time [s]."""
+        self.frames += 1
+        if self.recorder is not None:
+            self.recorder.frame(at, message)
+        if self._readers:
+            line = format_frame(Frame(at, message.arbitration_id, bytes(message.data)))
+            for reader in self._readers:
+                with contextlib.suppress(queue.Full):
+                    reader.put_nowait(line)
+
+    @contextlib.contextmanager
+    def reader(self) -> Iterator[queue.Queue[str]]:
+        """Yield a queue that receives every frame as a line of `candump -L`, until the block ends."""
+        lines: queue.Queue[str] = queue.Queue(QUEUED_LINES)
+        self._readers = (*self._readers, lines)
+        try:
+            yield lines
+        finally:
+            self._readers = tuple(reader for reader in self._readers if reader is not lines)

@@ -1,0 +1,102 @@
+"""Where the robot is: plain odometry from the start, IPEC and the filter once they are loaded."""
+
+from __future__ import annotations
+
+import gc
+import threading
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimate.motion.reading import LinkReader
+from omnimate.vehicle.odometry import Odometer
+from omnimate.vehicle.parameters import WHEELS
+from omnimate.vehicle.se2 import wrap
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.ipec.tracker import Tracker
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.sample import Sample
+
+LOADING_SAMPLES = 3  # after which everything that a tracker calls has been loaded
+
+
+class Localization:
+    """Localizes a robot from its samples; only one thread may call it.
+
+    The tracker's compiled code is loaded in another thread, which on a new machine takes half a minute.
+    Until then there is plain odometry, and no sample is delayed.
+    """
+
+    def __init__(self, vehicle: VehicleParameters) -> None:
+        self._vehicle = vehicle
+        self._odometers = {truck: Odometer(vehicle, truck) for truck in vehicle.trucks}
+        self._link = LinkReader(vehicle)
+        self._joints: tuple[float, float, float] | None = None
+        self._tracker: Tracker | None = None
+        self._first_samples: list[Sample] | None = [] if vehicle.linkage is not None else None
+
+    def step(self, sample: Sample) -> None:
+        """Take a sample."""
+        for odometer in self._odometers.values():
+            odometer.step(sample)
+        self._joints = self._link.read(sample.counts)
+        if self._tracker is not None:
+            self._tracker.step(sample)
+        elif self._first_samples is not None and all(sample.present):
+            self._first_samples.append(sample)
+            if len(self._first_samples) == LOADING_SAMPLES:
+                samples, self._first_samples = self._first_samples, None
+                threading.Thread(
+                    target=self._load_tracker, args=(samples,), name="loading the tracker", daemon=True
+                ).start()
+
+    def _load_tracker(self, samples: list[Sample]) -> None:
+        from omnimate.ipec.tracker import Tracker
+
+        trial = Tracker(self._vehicle)
+        for sample in samples:
+            trial.step(sample)
+        pose = self._odometers["a"].pose
+        self._tracker = Tracker(self._vehicle, pose)
+        gc.freeze()  # a garbage collection of everything that was loaded would take a tenth of a second
+
+    def as_event(self) -> dict[str, Any]:
+        """Return the part of the stream's `state` event that says where the robot is."""
+        tracker = self._tracker
+        row = tracker.row() if tracker is not None and tracker.started else None
+        return {
+            "plain": _pose(self._odometers["a"].pose),
+            "ipec": None if row is None else _pose(row.ipec),
+            "filter": None if row is None else _pose(row.filtered),
+            "sigma": None if row is None else _pose(row.sigma),
+            "follower": _follower(None if row is None else row.follower, self._odometers),
+            "joints": _joints(self._joints),
+            "corrections": None if row is None else dict(zip("ab", row.corrections.tolist(), strict=True)),
+            "lost": None if row is None else dict(zip(WHEELS, row.lost.tolist(), strict=True)),
+        }
+
+
+def _joints(read: tuple[float, float, float] | None) -> dict[str, float] | None:
+    if read is None:
+        return None
+    return {"a": float(wrap(read[0])), "b": float(wrap(read[1])), "length": read[2]}
+
+
+def _pose(pose: Sequence[float] | np.ndarray[Any, Any]) -> dict[str, float] | None:
+    """Return a pose, or None where a part of it is not known."""
+    if not np.isfinite(pose).all():
+        return None
+    x, y, theta = (round(float(value), 6) for value in pose)
+    return {"x": x, "y": y, "theta": theta}
+
+
+def _follower(
+    filtered: np.ndarray[Any, Any] | None, odometers: dict[TruckName, Odometer]
+) -> dict[str, float] | None:
+    """Return the pose of truck b by the filter, or by its odometry before there is a filter."""
+    if filtered is not None:
+        return _pose(filtered)
+    return _pose(odometers["b"].pose) if "b" in odometers else None

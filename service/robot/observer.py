@@ -1,0 +1,85 @@
+"""What the service sees of the robot: counted, localized, and published as events."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from omnimate.service.robot.localization import Localization
+
+if TYPE_CHECKING:
+    from omnimate.driver.driver import Driver
+    from omnimate.driver.report import DriverReport
+    from omnimate.service.event_stream import EventStream
+    from omnimate.service.robot.reservation import Reservation
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.sample import Sample
+
+STATE_PERIOD = 0.1  # [s] between two `state` events
+NODES_PERIOD = 1.0  # [s] between two `nodes` events
+
+
+class Observer:
+    """Takes every sample of the robot's thread.
+
+    Attributes:
+        state: The last `state` event.
+        report: The driver's last report of the bus; None before the first one.
+        samples: The number of samples so far.
+        incomplete: The number of samples in which a reading was missing.
+    """
+
+    def __init__(self, mode: str, reservation: Reservation, events: EventStream) -> None:
+        self.state: dict[str, Any] = {}
+        self.report: DriverReport | None = None
+        self.samples = 0
+        self.incomplete = 0
+        self._mode, self._reservation, self._events = mode, reservation, events
+        self._localization: Localization | None = None
+        self._state_sent = self._nodes_sent = 0.0
+
+    def begin(self, vehicle: VehicleParameters) -> None:
+        """Localize the robot from its first sample on, with these parameters."""
+        self._localization = Localization(vehicle)
+
+    def observe(self, sample: Sample, driver: Driver) -> None:
+        """Take a sample, and publish events that are due."""
+        assert self._localization is not None  # begin() was called
+        self.samples += 1
+        self.incomplete += not all(sample.present)
+        self._localization.step(sample)
+        now = time.monotonic()
+        if now - self._state_sent >= STATE_PERIOD:
+            self._state_sent = now
+            self.state = self._state_event(sample.time, driver.drives.speeds)
+            self._events.publish("state", self.state)
+        if now - self._nodes_sent >= NODES_PERIOD:
+            self._nodes_sent = now
+            self.report = driver.report()
+            self._events.publish("nodes", nodes_event(self.report))
+
+    def publish_problem(self) -> None:
+        """Publish that the robot cannot be read, and why."""
+        self._events.publish("state", self._state_event(None))
+
+    def _state_event(self, at: float | None, wheels: tuple[float, ...] = ()) -> dict[str, Any]:
+        poses = {} if self._localization is None else self._localization.as_event()
+        used = self._reservation
+        return {
+            "time": at, "mode": self._mode, "problem": used.problem, "driving": used.session,
+            "lap": used.lap, "wheels": list(wheels), **poses,
+        }  # fmt: skip
+
+
+def nodes_event(report: DriverReport) -> dict[str, Any]:
+    """Return the stream's `nodes` event."""
+    return {
+        "nodes": [
+            {
+                "node": node.node, "names": list(node.names), "state": node.state,
+                "received": node.received, "missing": node.missing, "restarts": node.restarts,
+                "emergencies": node.emergencies, "ok": node.is_well,
+            }
+            for node in report.nodes
+        ]
+    }  # fmt: skip

@@ -1,0 +1,118 @@
+"""The session that the robot is reserved for, and whether it may go on."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from omnimate.service.errors import StateError, UnavailableError
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from omnimate.service.umbmark.fields import Direction
+
+
+class StoppedError(OmnimateError):
+    """The robot was stopped, or no client asks for the session any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveOrder:
+    """The squares that the robot is to drive for a session.
+
+    Attributes:
+        session: The id of the session.
+        side: The side of the square [m].
+        speed: The speed of the wheels [m/s].
+        lifeline: The time without any client after which the robot stops [s]; None never stops it.
+    """
+
+    session: str
+    side: float
+    speed: float
+    lifeline: float | None
+
+
+class Reservation:
+    """Which session the robot drives for; its methods may be called from any thread.
+
+    Attributes:
+        problem: Why the robot cannot drive; None where it can.
+        session: The id of the session that the robot is reserved for; None where it is free.
+        order: What the robot drives; None before the session has begun.
+        lap: The direction of the lap that is being driven; None between laps.
+        stop_reason: Why the robot has to stop; None where it need not.
+    """
+
+    def __init__(self) -> None:
+        self.problem: str | None = "starting"
+        self.session: str | None = None
+        self.order: DriveOrder | None = None
+        self.lap: Direction | None = None
+        self.stop_reason: str | None = None
+        self._lock = threading.Lock()
+        self._last_contact = 0.0
+
+    def reserve(self, session: str) -> None:
+        """Reserve the robot for a session that is going to be driven; nothing moves yet.
+
+        Raises:
+            UnavailableError: the robot cannot drive.
+            StateError: the robot is reserved for another session.
+        """
+        with self._lock:
+            if self.problem is not None:
+                raise UnavailableError(f"the robot is not available: {self.problem}")
+            if self.session is not None:
+                raise StateError(
+                    f"the robot drives for session {self.session}; abort it, or wait for its end"
+                )
+            self.session, self.stop_reason = session, None
+
+    def release(self, session: str) -> None:
+        """Cancel the reservation of a session that has not begun."""
+        with self._lock:
+            if self.session == session and self.order is None:
+                self.session = None
+
+    def begin(self, order: DriveOrder) -> None:
+        """Have the robot drive, if it is still reserved for the order's session."""
+        with self._lock:
+            self._last_contact = time.monotonic()
+            if self.session == order.session:
+                self.order = order
+
+    def stop(self, reason: str) -> None:
+        """Stop the robot at the next sample; a session that has not begun loses its reservation."""
+        with self._lock:
+            self.stop_reason = reason
+            if self.order is None:
+                self.session = None
+
+    def end(self) -> str | None:
+        """End the reservation; return the id of the session that had it."""
+        with self._lock:
+            session = self.session
+            self.session = self.order = self.lap = self.stop_reason = None
+        return session
+
+    def note_client(self, session: str | None = None) -> None:
+        """Note that a client asked for a session just now; None stands for the one that is driven."""
+        if session is None or session == self.session:
+            self._last_contact = time.monotonic()
+
+    def require_wanted(self, order: DriveOrder) -> None:
+        """Check that the robot may go on.
+
+        Raises:
+            StoppedError: the robot was stopped, or no client asked for the session in time.
+        """
+        if self.stop_reason is not None:
+            raise StoppedError(self.stop_reason)
+        silence = time.monotonic() - self._last_contact
+        if order.lifeline is not None and silence > order.lifeline:
+            raise StoppedError(
+                f"no client asked for the session for {order.lifeline:g} s; the robot was stopped"
+            )

@@ -1,0 +1,123 @@
+"""The robot's thread: reads the bus all the time, and drives when a session is reserved and begun."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
+from omnimate.service.robot.connection import RobotConnection, connected
+from omnimate.service.robot.frame_feed import FrameFeed
+from omnimate.service.robot.observer import Observer
+from omnimate.service.robot.reservation import Reservation
+from omnimate.service.robot.session_drive import SessionDriver
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from omnimate.service.event_stream import EventStream
+    from omnimate.service.robot.session_reporter import SessionReporter
+    from omnimate.vcan_sim.plant import Plant
+
+RENEW_PERIOD = 2.0  # [s] between two renewals of a session's lease
+RETRY_PERIOD = 2.0  # [s] before the bus is opened again after a failure
+_log = logging.getLogger(__name__)
+
+
+class RobotThread:
+    """The robot on the bus; its methods may be called from any thread.
+
+    Attributes:
+        mode: "simulated" or "bus".
+        reservation: The session that the robot drives for.
+        observer: What was seen of the robot and its bus.
+        frame_feed: Every frame of the bus.
+    """
+
+    def __init__(
+        self,
+        bus: str | None,
+        plant: Plant | None,
+        pace: float,
+        events: EventStream,
+        reporter: SessionReporter,
+    ) -> None:
+        self.mode = "simulated" if bus is None else "bus"
+        self.reservation = Reservation()
+        self.observer = Observer(self.mode, self.reservation, events)
+        self.frame_feed = FrameFeed()
+        self._bus, self._plant, self._reporter = bus, plant, reporter
+        self._executor = ThreadPoolExecutor(2, "session reports")
+        self._session_driver = SessionDriver(
+            self.reservation, self.observer, reporter, events, self.frame_feed, self._executor, pace
+        )
+        self._ending, self._reloading = threading.Event(), threading.Event()
+        self._thread = threading.Thread(target=self._run, name="robot", daemon=True)
+        self._lease_thread = threading.Thread(target=self._renew_leases, name="lease", daemon=True)
+
+    @property
+    def problem(self) -> str | None:
+        """Why the robot cannot be read; None where it can."""
+        return self.reservation.problem
+
+    def start(self) -> None:
+        """Start the threads."""
+        self._thread.start()
+        self._lease_thread.start()
+
+    def close(self) -> None:
+        """Stop the robot and end the threads."""
+        self.reservation.stop("the service was stopped")
+        self._ending.set()
+        if self._thread.is_alive():
+            self._thread.join(10.0)
+        self._executor.shutdown()
+
+    def reload(self) -> None:
+        """Take the vehicle's newest parameters as soon as the robot does not drive."""
+        self._reloading.set()
+
+    def _renew_leases(self) -> None:
+        """Renew the lease of the session that is driven, even while the robot's thread is busy."""
+        while not self._ending.wait(RENEW_PERIOD):
+            session = self.reservation.session
+            if session is not None:
+                try:
+                    self._reporter.renew(session)
+                except Exception:  # noqa: BLE001  # another service may take the session; this one must go on
+                    _log.exception("the lease of session %s was not renewed", session)
+
+    def _run(self) -> None:
+        while not self._ending.is_set():
+            try:
+                self._reloading.clear()
+                with connected(
+                    self._reporter.vehicle(), self._bus, self._plant, self.frame_feed
+                ) as connection:
+                    self._read_and_drive(connection)
+            except OmnimateError as error:
+                self._lose_robot(str(error))
+            except Exception as error:  # noqa: BLE001  # without this thread, no client could stop the robot
+                _log.exception("the robot's thread failed")
+                self._lose_robot(f"an error in the service itself: {error}")
+
+    def _lose_robot(self, problem: str) -> None:
+        """Report that there is no robot, and wait before the next attempt."""
+        self.reservation.problem = problem
+        session = self.reservation.end()
+        if session is not None:
+            self._reporter.interrupted(session, problem)
+        self.observer.publish_problem()
+        self._ending.wait(RETRY_PERIOD)
+
+    def _read_and_drive(self, connection: RobotConnection) -> None:
+        driver, reservation = connection.driver, self.reservation
+        self.observer.begin(driver.vehicle)
+        reservation.problem = None
+        while not (self._ending.is_set() or self._reloading.is_set()):
+            self.observer.observe(driver.cycle(), driver)
+            if reservation.stop_reason is not None:
+                driver.stop()
+                reservation.stop_reason = None
+            if reservation.order is not None:
+                self._session_driver.run(connection, reservation.order)

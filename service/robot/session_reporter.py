@@ -1,0 +1,157 @@
+"""What the robot's thread reports about a session, written to the database."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from omnimate.logs.folder import load_recording
+from omnimate.service.recording_zip import make_row, pack
+from omnimate.service.store import vehicles
+from omnimate.service.umbmark.leases import drives_for, end_lease, renew_lease
+from omnimate.service.umbmark.samples import add_sample
+from omnimate.service.umbmark.session_views import count_samples, session_view
+from omnimate.service.umbmark.sessions import find_session
+from omnimate.service.umbmark.solving import vehicle_of
+from omnimate.vehicle.errors import OmnimateError
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.se2 import between
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from omnimate.service.event_stream import EventStream
+    from omnimate.service.store.database import Database
+    from omnimate.service.store.tables import SessionRow
+    from omnimate.service.umbmark.fields import Direction
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+
+
+class LapError(OmnimateError):
+    """A lap from which no return error can be calculated, or that its session does not want."""
+
+
+class SessionReporter:
+    """Reports on the sessions that this service's robot drives for; each call is one transaction.
+
+    Args:
+        database: The database of the sessions.
+        events: Publishes each change of a session.
+        vehicle: The name of the robot on the bus.
+        instance: The id of this service among those that share the database.
+    """
+
+    def __init__(self, database: Database, events: EventStream, vehicle: str, instance: str) -> None:
+        self._database, self._events = database, events
+        self._vehicle, self._instance = vehicle, instance
+
+    def vehicle(self) -> VehicleParameters:
+        """Return the robot's newest parameters."""
+        with self._database.reading() as db:
+            return vehicles.parameters_of(vehicles.newest(db, self._vehicle))
+
+    def next_direction(self, session: str) -> Direction | None:
+        """Return the direction that has fewer runs, cw first; None when all runs are driven.
+
+        Raises:
+            LapError: the session does not want this robot to drive any more.
+        """
+        with self._database.reading() as db:
+            row = find_session(db, session)
+            self._require_driving(row)
+            counts = count_samples(db, [session])[session]
+        if min(counts.cw, counts.ccw) >= row.runs:
+            return None
+        return "cw" if counts.cw <= counts.ccw else "ccw"
+
+    def lap_done(self, session: str, direction: Direction, folder: Path) -> None:
+        """Keep a lap's recording, and its return errors where fixes were measured.
+
+        Without fixes the session waits for a person to measure where the robot stands.
+
+        Raises:
+            LapError: the lap gives no return error, or the session does not want it any more.
+            CalibrationError: the lap is not a square with a fix before and after it.
+        """
+        recording = replace(load_recording(folder), source=f"the {direction} square")
+        content = pack(folder)
+        with self._database.writing() as db:
+            row = find_session(db, session, for_change=True)
+            self._require_driving(row)
+            kept = make_row(f"session {session}, {direction}", content, recording)
+            db.add(kept)
+            if recording.poses is None:
+                _wait_for_measurement(row, direction, recording)
+            else:
+                errors = _return_errors(recording, vehicle_of(db, row), row.side)
+                add_sample(db, row, direction, errors, "driven", kept.id)
+            row.changed = time.time()
+        self.announce(session)
+
+    def finished(self, session: str) -> None:
+        """Note that all runs are driven."""
+        self._end(session, "collecting", "all squares are driven: solve")
+
+    def interrupted(self, session: str, reason: str) -> None:
+        """Note that driving has ended before all runs were driven."""
+        self._end(session, "interrupted", f"interrupted: {reason}"[:1000])
+
+    def renew(self, session: str) -> None:
+        """Note that this service still drives for the session."""
+        with self._database.writing() as db:
+            row = find_session(db, session, for_change=True)
+            if drives_for(row, self._instance):
+                renew_lease(row)
+
+    def announce(self, session: str) -> None:
+        """Publish that a session has changed."""
+        self._events.announce("session", session, self._view)
+
+    def _end(self, session: str, state: str, detail: str) -> None:
+        with self._database.writing() as db:
+            row = find_session(db, session, for_change=True)
+            if drives_for(row, self._instance):
+                end_lease(row, state, detail)
+        self.announce(session)
+
+    def _require_driving(self, row: SessionRow) -> None:
+        if not drives_for(row, self._instance):
+            raise LapError(f"session {row.id} is {row.state}")
+
+    def _view(self, session: str) -> dict[str, Any]:
+        with self._database.reading() as db:
+            row = find_session(db, session)
+            view = session_view(row, count_samples(db, [session])[session])
+        return view.model_dump(exclude={"samples"})
+
+
+def _wait_for_measurement(row: SessionRow, direction: Direction, recording: Recording) -> None:
+    """Keep where odometry ended, until a person measures where the robot stands."""
+    assert recording.run is not None  # it was driven by a program
+    lap = recording.run.laps[-1]
+    inside = recording.between(lap.start, lap.end)
+    ends = {}
+    for truck in recording.vehicle.trucks:
+        path = dead_reckon(recording, truck)[inside]
+        ends[truck] = between(path[0], path[-1]).tolist()
+    row.pending = json.dumps({"direction": direction, "calculated": ends})
+    detail = f"one {direction} square is driven: measure where the robot stands, and post it as a sample"
+    end_lease(row, "measuring", detail)
+
+
+def _return_errors(recording: Recording, vehicle: VehicleParameters, side: float) -> dict[TruckName, Array]:
+    """Return the return error `(3,)` of a lap for each truck."""
+    from omnimate.calib.umbmark.recordings import square_runs
+
+    errors: dict[TruckName, Array] = {}
+    for name, truck in vehicle.trucks.items():
+        for run in square_runs(recording, name)[-1:]:
+            run.check(truck, side)
+            errors[name] = run.return_error(truck)
+    if not errors:
+        raise LapError("the lap has no fixes before and after it")
+    return errors

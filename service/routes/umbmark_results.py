@@ -1,0 +1,104 @@
+"""The result of a UMBmark session over REST: solved, read, drawn, accepted."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter
+from fastapi import Path as PathParameter
+from fastapi.responses import Response
+from sqlalchemy.orm import Session as Db
+
+from omnimate.service.calls import Operating, Reading
+from omnimate.service.idempotency import Answer
+from omnimate.service.problems import documented
+from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
+from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
+from omnimate.service.umbmark.requests import Accept, Solve
+from omnimate.service.umbmark.responses import Result, Session
+from omnimate.service.umbmark.session_views import samples_of, session_with_samples
+from omnimate.service.umbmark.sessions import extend_lifetime, find_session, session_for
+from omnimate.service.umbmark.solving import accept_result, last_result, solve_session, vehicle_of
+
+router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
+
+
+@router.post(
+    "/{session_id}/solve",
+    operation_id="solveSession",
+    response_model=Result,
+    responses=documented(404, 410),
+)
+def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> Response:
+    """Solve the session with the runs that it has. More runs may be added, and the session solved again."""
+
+    def act(db: Db) -> Answer:
+        row = session_for(db, session_id, "solve")
+        result = solve_session(db, row, (body or Solve()).method)
+        extend_lifetime(row, call.components.settings.lifetime)
+        return Answer(result, 200, {"ETag": etag(result.revision)})
+
+    response = call.change(body, act)
+    call.components.reporter.announce(session_id)
+    return response
+
+
+@router.get(
+    "/{session_id}/result", operation_id="getResult", response_model=Result, responses=documented(404)
+)
+def get_result(session_id: SessionId, call: Reading, response: Response) -> Result:
+    """Return the result of the last solve."""
+    with call.components.database.reading() as db:
+        result = last_result(find_session(db, session_id))
+    response.headers["ETag"] = etag(result.revision)
+    return result
+
+
+@router.get(
+    "/{session_id}/plot.{kind}",
+    operation_id="getPlot",
+    response_class=Response,
+    responses={
+        **documented(404),
+        200: {"content": {"image/svg+xml": {"schema": {"type": "string"}}, "image/png": {}}},
+    },
+)
+def plot(
+    session_id: SessionId, kind: Annotated[str, PathParameter(pattern="^(svg|png)$")], call: Reading
+) -> Response:
+    """Return a figure of the return errors before and after calibration, like U Fig. 11."""
+    from omnimate.figures.clusters import cluster_figure
+    from omnimate.figures.files import rendered
+    from omnimate.service.umbmark.experiments import experiments_of
+    from omnimate.service.umbmark.result import cluster_panels
+
+    with call.components.database.reading() as db:
+        row = find_session(db, session_id)
+        result = last_result(row)
+        experiments = experiments_of(row, samples_of(db, row), vehicle_of(db, row))
+    picture = rendered(cluster_figure(cluster_panels(experiments, result)), kind)
+    return Response(picture, media_type="image/svg+xml" if kind == "svg" else "image/png")
+
+
+@router.post(
+    "/{session_id}/accept",
+    operation_id="acceptResult",
+    response_model=Session,
+    responses=documented(404, 410, 412, 428),
+)
+def accept(session_id: SessionId, call: Operating, if_match: IfMatch, body: Accept | None = None) -> Response:
+    """Make the result the newest version of the vehicle. The former versions stay."""
+    revision = expected_version(if_match)
+    force = (body or Accept()).force
+
+    def act(db: Db) -> Answer:
+        row = session_for(db, session_id, "accept")
+        version = accept_result(db, row, revision, force=force)
+        extend_lifetime(row, call.components.settings.lifetime)
+        headers = {"Location": f"/v1/vehicles/{row.vehicle}", "ETag": etag(version.version)}
+        return Answer(session_with_samples(db, row), 200, headers)
+
+    response = call.change(body, act)
+    call.components.robot.reload()
+    call.components.reporter.announce(session_id)
+    return response

@@ -1,0 +1,127 @@
+"""The runs of a UMBmark session over REST: added from fixes or from a recording, and removed."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+from fastapi import APIRouter
+from fastapi import Path as PathParameter
+from fastapi.responses import Response
+from sqlalchemy.orm import Session as Db
+
+from omnimate.service.calls import Call, Operating
+from omnimate.service.errors import InvalidValueError, NotFoundError
+from omnimate.service.idempotency import Answer
+from omnimate.service.problems import documented
+from omnimate.service.recording_zip import load_rows
+from omnimate.service.routes.common import ALWAYS, Done
+from omnimate.service.routes.session_drives import SessionDrives
+from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
+from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow
+from omnimate.service.umbmark.fields import Direction
+from omnimate.service.umbmark.requests import SampleGiven, SampleOfFixes
+from omnimate.service.umbmark.responses import Sample
+from omnimate.service.umbmark.samples import add_measured_sample, add_sample, remove_sample
+from omnimate.service.umbmark.session_views import count_samples, sample_view
+from omnimate.service.umbmark.sessions import extend_lifetime, session_for
+from omnimate.service.umbmark.solving import vehicle_of
+from omnimate.vehicle.parameters import TruckName
+from omnimate.vehicle.se2 import Array
+
+router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
+
+
+@router.post(
+    "/{session_id}/samples",
+    operation_id="addSample",
+    status_code=201,
+    response_model=Sample,
+    responses=documented(404, 410),
+)
+def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
+    """Add a run by its fixes, or all runs of a recording. A run that was answered with 201 is not lost."""
+    drives = SessionDrives(call.components)
+
+    def act(db: Db) -> Answer:
+        row = session_for(db, session_id, "sample")
+        was_measuring = row.state == "measuring"
+        if isinstance(body, SampleOfFixes):
+            sample = add_measured_sample(db, row, body)
+        else:
+            sample = _add_recording(call, db, row, body.recording)[-1]
+        extend_lifetime(row, call.components.settings.lifetime)
+        db.flush()
+        if was_measuring:
+            _continue_driving(db, row, drives)
+        location = f"{PREFIX}/{session_id}/samples/{sample.number}"
+        return Answer(sample_view(sample), 201, {"Location": location})
+
+    response = drives.begin_after(lambda: call.change(body, act))
+    call.components.reporter.announce(session_id)
+    return response
+
+
+def _continue_driving(db: Db, row: SessionRow, drives: SessionDrives) -> None:
+    """Drive the next square after a person has measured the last one, unless all are driven."""
+    counts = count_samples(db, [row.id])[row.id]
+    if min(counts.cw, counts.ccw) >= row.runs:
+        row.state, row.detail = "collecting", "all squares are driven: solve"
+    else:
+        drives.prepare(row)
+
+
+def _add_recording(call: Call, db: Db, row: SessionRow, recording_id: str) -> list[SampleRow]:
+    """Add every square of an uploaded recording.
+
+    Raises:
+        NotFoundError: there is no such recording.
+        InvalidValueError: the recording is of another robot, or holds no square.
+        CalibrationError: a lap of the recording is no square, or has no fix before or after it.
+    """
+    from omnimate.calib.recordings import has_fixes
+    from omnimate.calib.umbmark.recordings import square_runs
+
+    stored = db.get(RecordingRow, recording_id)
+    if stored is None:
+        raise NotFoundError("recording", recording_id)
+    if stored.vehicle != row.vehicle:
+        raise InvalidValueError(
+            "recording", f"it is of the robot {stored.vehicle!r}; this session is of {row.vehicle!r}"
+        )
+    vehicle = vehicle_of(db, row)
+    with tempfile.TemporaryDirectory() as place:
+        (recording,) = load_rows([stored], Path(place), call.components.settings.unpacked)
+    squares: list[tuple[Direction, dict[TruckName, Array]]] = []
+    for name, truck in vehicle.trucks.items():
+        for number, run in enumerate(square_runs(recording, name) if has_fixes(recording, name) else ()):
+            run.check(truck, row.side)
+            if number == len(squares):
+                squares.append((run.direction, {}))
+            squares[number][1][name] = run.return_error(truck)
+    if not squares:
+        raise InvalidValueError("recording", "no square with fixes before and after it (run.toml, poses.csv)")
+    return [add_sample(db, row, direction, errors, stored.name, stored.id) for direction, errors in squares]
+
+
+@router.delete(
+    "/{session_id}/samples/{number}",
+    operation_id="removeSample",
+    response_model=Done,
+    responses=documented(404, 410),
+)
+def remove(
+    session_id: SessionId, number: Annotated[int, PathParameter(ge=1, le=1_000_000)], call: Operating
+) -> Response:
+    """Remove a run from the session."""
+
+    def act(db: Db) -> Answer:
+        row = session_for(db, session_id, "remove")
+        remove_sample(db, row, number)
+        extend_lifetime(row, call.components.settings.lifetime)
+        return Answer(Done(done=f"run {number} is removed"))
+
+    response = call.change(None, act)
+    call.components.reporter.announce(session_id)
+    return response

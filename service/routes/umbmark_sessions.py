@@ -1,0 +1,107 @@
+"""UMBmark sessions over REST: started, listed, resumed, aborted."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from fastapi import Path as PathParameter
+from fastapi.responses import Response
+from sqlalchemy.orm import Session as Db
+
+from omnimate.service.calls import Operating, Reading
+from omnimate.service.idempotency import Answer
+from omnimate.service.problems import documented
+from omnimate.service.routes.common import ALWAYS, After, Limit, Page
+from omnimate.service.routes.session_drives import SessionDrives
+from omnimate.service.store.lists import read_page
+from omnimate.service.store.tables import SessionRow
+from omnimate.service.umbmark.fields import Id, State
+from omnimate.service.umbmark.leases import end_lease
+from omnimate.service.umbmark.requests import SessionStart
+from omnimate.service.umbmark.responses import Session
+from omnimate.service.umbmark.session_views import count_samples, session_view, session_with_samples
+from omnimate.service.umbmark.sessions import extend_lifetime, find_session, session_for, start_session
+
+PREFIX = "/v1/umbmark/sessions"
+SessionId = Annotated[Id, PathParameter(description="The id of the session.")]
+router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
+
+
+@router.post(
+    "", operation_id="startSession", status_code=201, response_model=Session, responses=documented(404)
+)
+def start(body: SessionStart, call: Operating) -> Response:
+    """Start a session. With `how: drive` the robot begins to drive."""
+    components, drives = call.components, SessionDrives(call.components)
+
+    def act(db: Db) -> Answer:
+        vehicle = body.vehicle or components.vehicle
+        row = start_session(db, body, vehicle, components.settings.lifetime)
+        if body.how == "drive":
+            drives.prepare(row)
+        return Answer(session_with_samples(db, row), 201, {"Location": f"{PREFIX}/{row.id}"})
+
+    return drives.begin_after(lambda: call.change(body, act))
+
+
+@router.get("", operation_id="listSessions", response_model=Page[Session], responses=documented(404))
+def list_sessions(
+    call: Reading, limit: Limit = 50, after: After = None, state: Annotated[State | None, Query()] = None
+) -> Page[Session]:
+    """Return the sessions, newest first, without their samples."""
+    with call.components.database.reading() as db:
+        where = () if state is None else (SessionRow.state == state,)
+        rows, next_page = read_page(db, SessionRow, limit, after, *where)
+        counts = count_samples(db, [row.id for row in rows])
+        return Page(items=[session_view(row, counts[row.id]) for row in rows], next=next_page)
+
+
+@router.get("/{session_id}", operation_id="getSession", response_model=Session, responses=documented(404))
+def get_session(session_id: SessionId, call: Reading) -> Session:
+    """Return a session with its samples."""
+    call.components.robot.reservation.note_client(session_id)
+    with call.components.database.reading() as db:
+        return session_with_samples(db, find_session(db, session_id))
+
+
+@router.post(
+    "/{session_id}/resume",
+    operation_id="resumeSession",
+    response_model=Session,
+    responses=documented(404, 410),
+)
+def resume(session_id: SessionId, call: Operating) -> Response:
+    """Drive the runs that are still missing, after an interruption."""
+    drives = SessionDrives(call.components)
+
+    def act(db: Db) -> Answer:
+        row = session_for(db, session_id, "resume")
+        extend_lifetime(row, call.components.settings.lifetime)
+        drives.prepare(row)
+        return Answer(session_with_samples(db, row))
+
+    return drives.begin_after(lambda: call.change(None, act))
+
+
+@router.post(
+    "/{session_id}/abort",
+    operation_id="abortSession",
+    response_model=Session,
+    responses=documented(404, 410),
+)
+def abort(session_id: SessionId, call: Operating) -> Response:
+    """End a session. A robot that drives for this session stops."""
+    reservation = call.components.robot.reservation
+    if reservation.session == session_id:
+        reservation.stop("the session was aborted")
+
+    def act(db: Db) -> Answer:
+        row = session_for(db, session_id, "abort")
+        end_lease(row, "aborted", "aborted")
+        extend_lifetime(row, call.components.settings.lifetime)
+        return Answer(session_with_samples(db, row))
+
+    response = call.change(None, act)
+    call.components.reporter.announce(session_id)
+    return response

@@ -1,0 +1,77 @@
+"""A session's result: calculated from its runs, read, and accepted as the vehicle's newest version."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from omnimate.service.errors import ModifiedError, StateError
+from omnimate.service.store import vehicles
+from omnimate.service.umbmark.responses import Result
+from omnimate.service.umbmark.session_states import possible_calls
+from omnimate.service.umbmark.session_views import samples_of
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session as Db
+
+    from omnimate.service.store.tables import SessionRow, VehicleRow
+    from omnimate.service.umbmark.fields import Method
+    from omnimate.vehicle.parameters import VehicleParameters
+
+
+def solve_session(db: Db, row: SessionRow, method: Method) -> Result:
+    """Solve a session with the runs that it has.
+
+    Raises:
+        StateError: the runs of a direction are missing.
+        InvalidValueError: the runs do not allow the method.
+    """
+    from omnimate.service.umbmark.result import make_result  # imports scipy.stats, which takes a second
+
+    result = make_result(row, samples_of(db, row), vehicle_of(db, row), method)
+    row.state, row.result, row.detail = "solved", result.model_dump_json(), ""
+    return result
+
+
+def last_result(row: SessionRow) -> Result:
+    """Return the result of the last solve.
+
+    Raises:
+        StateError: the session has no result.
+    """
+    if row.result is None:
+        raise StateError(f"session {row.id} has no result", possible_calls(row, time.time()))
+    return Result.model_validate_json(row.result)
+
+
+def accept_result(db: Db, row: SessionRow, revision: str | None, *, force: bool) -> VehicleRow:
+    """Make a session's result the newest version of its vehicle.
+
+    Args:
+        db: The open transaction.
+        row: The session.
+        revision: The revision of the result that the caller has seen; None accepts any revision.
+        force: Whether to accept a result of which a check reports an error.
+
+    Raises:
+        ModifiedError: the result has another revision, or the vehicle has a newer version.
+        StateError: a check of the result reports an error, and `force` is not set.
+    """
+    from omnimate.service.umbmark.result import calibrated_vehicle
+
+    result = last_result(row)
+    if revision is not None and revision != result.revision:
+        raise ModifiedError(
+            f"the result has the revision {result.revision}, not {revision}; get the result again"
+        )
+    if not result.usable and not force:
+        raise StateError("a check of this result reports an error (see advice); send force to use it anyway")
+    vehicle = calibrated_vehicle(vehicle_of(db, row), result)
+    version = vehicles.add_version(db, vehicle, f"session {row.id}", row.vehicle_version)
+    row.state, row.detail = "accepted", f"vehicle {row.vehicle} is now at version {version.version}"
+    return version
+
+
+def vehicle_of(db: Db, row: SessionRow) -> VehicleParameters:
+    """Return the parameters of the vehicle that the session calibrates."""
+    return vehicles.parameters_of(vehicles.version(db, row.vehicle, row.vehicle_version))

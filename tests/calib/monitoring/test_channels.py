@@ -1,0 +1,57 @@
+"""Encoders that stand still."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from omnimate.calib.errors import FrozenChannelError
+from omnimate.calib.monitoring.channels import frozen_linkage
+from omnimate.calib.umbmark.experiment import experiment_of_recordings
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.recording import Recording
+
+VEHICLE = reference_vehicle()
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return simulate(VEHICLE, Truth(VEHICLE, seed=1), umbmark(2.0, 1, link_length=1.0))
+
+
+def frozen(recording: Recording, channel: str, start: float = 0.0) -> Recording:
+    """Return the recording with a channel that stops counting after a part of it."""
+    counts = recording.counts.copy()
+    column, first = VEHICLE.channels.index(channel), int(start * len(counts))  # type: ignore[arg-type]  # the channels
+    counts[first:, column] = counts[first, column]
+    return replace(recording, counts=counts)
+
+
+def test_a_healthy_recording_has_no_frozen_channel(recording: Recording) -> None:
+    """Joints and link move in squares, if only a little."""
+    assert frozen_linkage(recording) == ()
+
+
+@pytest.mark.parametrize("channel", ["joint_a", "joint_b", "link"])
+def test_a_frozen_channel_of_the_linkage_is_named(recording: Recording, channel: str) -> None:
+    """One error for the one that stands still."""
+    (advice,) = frozen_linkage(frozen(recording, channel))
+    assert advice.severity == "error"
+    assert f"{channel} is frozen" in advice.what
+
+
+@pytest.mark.parametrize(("channel", "wheel"), [("a.left", "left wheel"), ("a.right", "right wheel")])
+@pytest.mark.parametrize("start", [0.0, 0.6])
+def test_a_frozen_wheel_is_named(recording: Recording, channel: str, wheel: str, start: float) -> None:
+    """From the beginning or in the middle; it is not mistaken for a lap that is no square."""
+    with pytest.raises(FrozenChannelError, match=f"{wheel}.*did not count.*check its encoder"):
+        experiment_of_recordings([frozen(recording, channel, start)])
+
+
+def test_a_robot_that_stands_has_no_frozen_channel(recording: Recording) -> None:
+    """Nothing moves, nothing is missed."""
+    still = replace(recording, counts=np.tile(recording.counts[:1], (len(recording), 1)))
+    assert frozen_linkage(still) == ()

@@ -1,0 +1,80 @@
+"""Recordings in order of time: a robot that wore out is distinguished from one that did not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.monitoring.drift import ENOUGH, watch_drift
+from omnimate.motion.paths import rounded_rectangle, umbmark
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth, with_errors
+
+ROBOT = reference_vehicle()
+WORN = with_errors(ROBOT, {"a": 1.01}, {"a": 1.003})
+
+
+def squares(seed, true=ROBOT, day=0, robot=ROBOT, runs=8):
+    truth = Truth(true, floor=Floor(), seed=seed)
+    link = None if robot.linkage is None else robot.linkage.length
+    program = umbmark(1.5, runs, speed=0.4, link_length=link)
+    return simulate(robot, truth, program, start_time=1.7e9 + 86400.0 * day)
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return [squares(1), squares(2, day=1)]
+
+
+def test_a_robot_that_wore_out_is_reported_with_the_lap_from_which_on(healthy):
+    """16 laps in each direction, then 8 of the worn robot; the order in which they are given is no matter."""
+    worn = squares(3, WORN, day=2)
+    report = watch_drift([worn, *healthy])
+    assert report.alarms
+    assert report.alarms[0].name.startswith("return")
+    assert "truck a" in report.alarms[0].name
+    assert abs(report.alarms[0].since - 17) <= 2
+    before, after = report.alarms[0].means
+    assert abs(after - before) > 0.01
+
+
+def test_a_healthy_robot_raises_no_alarm(healthy):
+    report = watch_drift(healthy)
+    assert (report.alarms, report.has_enough_values, report.used, report.left_out) == ((), True, 2, 0)
+
+
+def test_what_was_before_the_last_calibration_is_left_out(healthy):
+    calibrated = WORN
+    report = watch_drift([*healthy, squares(3, WORN, day=2, robot=calibrated, runs=1)])
+    assert (report.used, report.left_out, report.has_enough_values, report.alarms) == (1, 2, False, ())
+
+
+def test_working_days_without_fixes_show_drift_by_what_the_filter_learns():
+    """Two numbers a truck from each recording; after 8 healthy days, 8 with a wheelbase 1 % wider."""
+    path = rounded_rectangle(3.0, 2.0, ["ccw"])
+    days = []
+    for day in range(2 * ENOUGH + 4):
+        true = ROBOT if day < ENOUGH + 2 else WORN
+        truth = Truth(true, floor=Floor(), seed=day)
+        recording = simulate(ROBOT, truth, path, start_time=1.7e9 + 86400.0 * day)
+        days.append(replace(recording, poses=None, run=None))
+    report = watch_drift(days[: ENOUGH + 2])
+    assert {len(quantity.values) for quantity in report.quantities} == {ENOUGH + 2}
+    assert report.has_enough_values
+    assert not report.alarms
+    assert len(report.quantities) == 4
+    found = watch_drift(days).alarms[0]
+    assert found.name == "wheelbase of truck a beside the file, by the linkage"
+    assert abs(found.since - (ENOUGH + 3)) <= 2
+    assert np.diff(found.means) == pytest.approx(0.01, rel=0.25)
+
+
+def test_recordings_of_two_robots_are_refused(healthy):
+    single = reference_single()
+    with pytest.raises(CalibrationError, match="give recordings of one robot at a time"):
+        watch_drift([healthy[0], squares(1, single, day=1, robot=single, runs=1)])
+    with pytest.raises(CalibrationError, match="no recording given"):
+        watch_drift([])

@@ -1,0 +1,35 @@
+"""What is asked of which tool, and that tools and refusals are plain values that other processes take."""
+
+import pickle
+
+import pytest
+
+from omnimate.evaluation.questions import ablations, answered, baselines
+from omnimate.mismatch import Diagnosis
+from omnimate.proof.cases import Case
+from omnimate.proof.corpus import make
+from omnimate.vehicle.errors import OmnimateError
+
+
+def test_a_tool_is_given_all_recordings_of_a_case_and_answers_in_json(tmp_path):
+    make(tmp_path, Case("null", (), "squares", "mocap", trucks=1, note="short"), 3)
+    answer = answered((tmp_path, lambda recordings: Diagnosis("agreement", f"{len(recordings)} seen")))
+    assert (answer["verdict"], answer["says"], answer["findings"]) == ("agreement", "1 seen", [])
+
+
+@pytest.mark.parametrize("tools", [baselines, ablations])
+def test_tools_go_to_other_processes(tools):
+    for name, tool in tools().items():
+        assert pickle.loads(pickle.dumps(tool)).keywords == tool.keywords, name
+
+
+def test_recordings_that_are_refused_are_an_answer_too(tmp_path):
+    def refuse(_recordings):
+        raise OmnimateError("no poses")
+
+    assert answered((tmp_path, refuse)) == {
+        "verdict": "error",
+        "says": "no poses",
+        "findings": [],
+        "fit": None,
+    }

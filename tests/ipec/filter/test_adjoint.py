@@ -1,0 +1,60 @@
+"""The smoother's short cuts give what whole matrices give."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omnimate.ipec.filter.adjoint import Adjoint, undo_reading, undo_step, undo_update
+from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES
+from omnimate.vehicle.compiled import compiled, record
+
+
+@compiled
+def step_back(adjoints, transition):
+    undo_step(adjoints[0], transition)
+
+
+@compiled
+def reading_back(adjoints, number, gain):
+    undo_reading(adjoints[0], number, gain)
+
+
+@compiled
+def update_back(adjoints, row, gain):
+    undo_update(adjoints[0], row, gain)
+
+
+def adjoint_by(chance):
+    """Return an adjoint of chance: a vector and a positive symmetric information."""
+    adjoint, root = record(Adjoint), chance.normal(size=(STATES, STATES))
+    adjoint["vector"], adjoint["information"] = chance.normal(size=STATES), root @ root.T
+    return adjoint
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_step_back_is_the_product_of_whole_matrices(seed):
+    chance = np.random.default_rng(seed)
+    adjoint = adjoint_by(chance)
+    whole = np.eye(STATES)
+    whole[:POSE, LINK:JOINT_BIAS] += chance.normal(size=(POSE, JOINT_BIAS - LINK))
+    vector = whole.T @ adjoint["vector"][0]
+    information = whole.T @ adjoint["information"][0] @ whole
+    step_back(adjoint, np.ascontiguousarray(whole[:POSE]))
+    assert adjoint["vector"][0] == pytest.approx(vector, rel=1e-9, abs=1e-9)
+    assert adjoint["information"][0] == pytest.approx(information, rel=1e-9, abs=1e-9)
+    assert np.array_equal(adjoint["information"][0], adjoint["information"][0].T)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), number=st.integers(0, 2))
+def test_a_reading_back_is_an_update_by_its_whole_row(seed, number):
+    chance = np.random.default_rng(seed)
+    short = adjoint_by(chance)
+    long, gain, row = short.copy(), chance.normal(size=STATES + 2), np.zeros(STATES)
+    row[JOINT_A + number] = row[JOINT_BIAS + number] = 1.0
+    reading_back(short, number, gain)
+    update_back(long, row, gain)
+    assert short["vector"] == pytest.approx(long["vector"], rel=1e-9, abs=1e-9)
+    assert short["information"] == pytest.approx(long["information"], rel=1e-9, abs=1e-9)

@@ -1,0 +1,72 @@
+"""The test for disturbed wheels: what a wheel's loss explains is a part of the innovations, never more."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omnimate.ipec.filter.disturbed_wheels import explain, inverted
+from omnimate.ipec.filter.records import JOINT_A, FilterState
+from omnimate.vehicle.compiled import compiled, record
+
+many = settings(max_examples=60, deadline=None)
+seeds, wheels = st.integers(0, 2**32 - 1), st.integers(0, 3)
+
+
+@compiled
+def explained(states, wheel, information, pull):
+    return explain(states[0], wheel, information, pull)
+
+
+def positive(chance):
+    root = chance.normal(size=(3, 3))
+    return root @ root.T + 0.1 * np.eye(3)
+
+
+def predicted(chance, travel=0.01):
+    states = record(FilterState)
+    states["inputs"][0] = chance.normal(size=(6, 6))
+    states["travel"][0] = travel * np.sign(chance.normal(size=4))
+    return states
+
+
+@many
+@given(seeds)
+def test_the_inverse_of_a_covariance_is_its_inverse_and_symmetric(seed):
+    matrix = positive(np.random.default_rng(seed))
+    assert inverted(matrix) @ matrix == pytest.approx(np.eye(3), abs=1e-8)
+    assert np.array_equal(inverted(matrix), inverted(matrix).T)
+
+
+@many
+@given(seeds, wheels)
+def test_a_wheel_explains_at_most_the_whole_squared_innovation(seed, wheel):
+    chance = np.random.default_rng(seed)
+    states, information, offsets = predicted(chance), positive(chance), chance.normal(size=3)
+    pull = information @ offsets
+    score = explained(states, wheel, information, pull)
+    assert 0.0 <= score <= offsets @ pull * (1.0 + 1e-9)
+
+
+@many
+@given(seeds, wheels, st.floats(1e-4, 1.0))
+def test_innovations_that_a_loss_makes_are_explained_by_it_wholly_and_by_a_gain_not_at_all(seed, wheel, lost):
+    chance = np.random.default_rng(seed)
+    states, information = predicted(chance), positive(chance)
+    direction = states["inputs"][0, JOINT_A : JOINT_A + 3, wheel]
+    by_loss = -lost * np.sign(states["travel"][0, wheel]) * direction
+    pull = information @ by_loss
+    assert explained(states, wheel, information, pull) == pytest.approx(by_loss @ pull, rel=1e-9)
+    assert explained(states, wheel, information, -pull) == 0.0
+
+
+@many
+@given(seeds, wheels)
+def test_a_wheel_that_stands_or_is_distrusted_already_explains_nothing(seed, wheel):
+    chance = np.random.default_rng(seed)
+    information = positive(chance)
+    pull = information @ chance.normal(size=3)
+    standing, distrusted = predicted(chance, travel=0.0), predicted(chance)
+    distrusted["alert"] = 0.05
+    assert explained(standing, wheel, information, pull) == 0.0
+    assert explained(distrusted, wheel, information, pull) == 0.0

@@ -1,0 +1,109 @@
+"""Absolute poses in the filter: Kalman's update, whatever is not measured stays."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omnimate.ipec.filter.fixes import fix_records, take_fix
+from omnimate.ipec.filter.poses import fill_pose_rows, look
+from omnimate.ipec.filter.records import LENGTH, STATES, FilterState
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.compiled import record
+from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.se2 import wrap
+
+many = settings(max_examples=40, deadline=None)
+seeds, trucks = st.integers(0, 2**32 - 1), st.integers(0, 1)
+
+
+def state_by(seed):
+    chance = np.random.default_rng(seed)
+    states, root = record(FilterState), chance.normal(size=(STATES, STATES))
+    states["mean"][0] = 0.1 * chance.normal(size=STATES)
+    states["mean"][0, LENGTH] = 1.0
+    states["covariance"][0] = 1e-3 * root @ root.T
+    states["placed"] = 1
+    return states
+
+
+def pose_of(states, truck):
+    pose, sigma = np.empty(3), np.empty(3)
+    look(states["mean"][0], states["covariance"][0], truck, pose, sigma)
+    return pose, sigma
+
+
+def fix(states, truck, pose, sigma):
+    after = states.copy()
+    take_fix(after, truck, np.asarray(pose, float), np.asarray(sigma, float))
+    return after
+
+
+@many
+@given(seeds, trucks, st.integers(0, 2))
+def test_one_coordinate_is_kalmans_update(seed, truck, axis):
+    states = state_by(seed)
+    pose, _ = pose_of(states, truck)
+    rows = np.empty((3, STATES))
+    fill_pose_rows(states["mean"][0], truck, rows)
+    measured, sigma = np.full(3, np.nan), np.full(3, 0.02)
+    measured[axis] = pose[axis] + 0.01
+    after = fix(states, truck, measured, sigma)
+    covariance, row = states["covariance"][0], rows[axis]
+    gain = covariance @ row / (row @ covariance @ row + 0.02**2)
+    assert after["mean"][0] == pytest.approx(states["mean"][0] + 0.01 * gain, abs=1e-9)
+    updated = covariance - np.outer(gain, row @ covariance)
+    assert after["covariance"][0] == pytest.approx(updated, rel=1e-6, abs=1e-12)
+
+
+@many
+@given(seeds, trucks)
+def test_a_fix_never_makes_a_state_less_certain_and_keeps_the_covariance_symmetric(seed, truck):
+    states = state_by(seed)
+    after = fix(states, truck, (0.0, 0.0, 0.0), (0.01, 0.01, 0.01))
+    before, covariance = states["covariance"][0], after["covariance"][0]
+    assert np.all(np.diag(covariance) <= np.diag(before) * (1.0 + 1e-9))
+    assert covariance == pytest.approx(covariance.T, abs=1e-12)
+    assert np.linalg.eigvalsh(covariance).min() > -1e-9
+
+
+@many
+@given(seeds, trucks)
+def test_a_fix_without_a_measurement_changes_nothing(seed, truck):
+    states = state_by(seed)
+    for pose, sigma in (([np.nan] * 3, [0.1] * 3), ([0.0] * 3, [np.nan] * 3)):
+        assert fix(states, truck, pose, sigma).tobytes() == states.tobytes()
+
+
+@many
+@given(seeds, st.integers(-3, 3))
+def test_a_heading_is_the_same_after_whole_turns(seed, turns):
+    states = state_by(seed)
+    measured = np.array([np.nan, np.nan, 0.3])
+    here = fix(states, 0, measured, [0.1] * 3)
+    there = fix(states, 0, measured + 2.0 * np.pi * turns, [0.1] * 3)
+    assert there["mean"] == pytest.approx(here["mean"], abs=1e-9)
+
+
+@many
+@given(seeds)
+def test_a_nearly_exact_fix_of_truck_a_is_its_pose_afterwards(seed):
+    pose, sigma = pose_of(fix(state_by(seed), 0, (1.0, 2.0, 0.5), [1e-7] * 3), 0)
+    assert pose[:2] == pytest.approx([1.0, 2.0], abs=1e-4)
+    assert wrap(pose[2] - 0.5) == pytest.approx(0.0, abs=1e-4)
+    assert sigma.max() < 1e-4
+
+
+@many
+@given(st.lists(st.floats(-1.0, 11.0), max_size=10), seeds)
+def test_each_fix_belongs_to_the_last_sample_before_it_and_unmeasured_ones_are_left_out(times, seed):
+    robot, count = reference_vehicle(), len(times)
+    recording = Recording(robot, np.arange(10.0), np.zeros((10, 7), np.int64), np.ones((10, 7), bool))
+    chance = np.random.default_rng(seed)
+    pose = np.where(chance.random((count, 1)) < 0.3, np.nan, chance.normal(size=(count, 3)))
+    fixes = Poses(np.array(times), np.array(["a"] * count), pose, np.zeros((count, 3)))
+    records = fix_records(recording, fixes)
+    known = [time for time, row in zip(times, pose, strict=True) if not np.isnan(row).all()]
+    expected = sorted(min(max(int(np.floor(time)), 0), 9) for time in known)
+    assert records["sample"].tolist() == expected
+    assert (records["sigma"] > 0.0).all()

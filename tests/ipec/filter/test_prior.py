@@ -1,0 +1,46 @@
+"""The prior's covariance says of scale, ratio, wheelbases and biases what the prior says."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, Prior
+
+sigmas = st.floats(1e-6, 0.1)
+priors = st.builds(Prior, sigmas, sigmas, sigmas, sigmas, sigmas)
+
+
+def deviation(prior, direction):
+    """Return the standard deviation of a linear function of the nine parameters."""
+    return np.sqrt(direction @ prior.covariance @ direction)
+
+
+@given(priors)
+def test_mean_and_ratio_of_a_trucks_wheels_are_as_uncertain_as_the_prior_says(prior):
+    for left, right in ((0, 1), (2, 3)):
+        mean, ratio = np.zeros(9), np.zeros(9)
+        mean[[left, right]], ratio[[left, right]] = 0.5, [-1.0, 1.0]
+        assert deviation(prior, mean) == pytest.approx(prior.scale)
+        assert deviation(prior, ratio) == pytest.approx(prior.ratio)
+
+
+@given(priors)
+def test_the_rest_is_independent(prior):
+    covariance = prior.covariance
+    rest = [prior.wheelbase] * 2 + [prior.joint] * 2 + [prior.link]
+    assert covariance[4:, 4:] == pytest.approx(np.diag(np.square(rest)))
+    assert not covariance[:4, 4:].any()
+    assert not covariance[:2, 2:4].any()
+
+
+@given(priors)
+def test_it_is_a_covariance(prior):
+    covariance = prior.covariance
+    assert np.array_equal(covariance, covariance.T)
+    assert np.linalg.eigvalsh(covariance).min() >= -1e-15 * covariance.max()
+
+
+def test_a_data_sheet_leaves_more_uncertain_than_a_calibration():
+    for name in ("scale", "ratio", "wheelbase", "joint", "link"):
+        assert getattr(NOMINAL, name) > getattr(CALIBRATED, name)

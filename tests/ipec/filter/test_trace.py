@@ -1,0 +1,51 @@
+"""The loop over a recording: its marks are the filter's states, from which each block runs again alike."""
+
+import numpy as np
+import pytest
+
+from omnimate.ipec.filter.forward import run_forward
+from omnimate.ipec.filter.live import Filter
+from omnimate.ipec.filter.records import FilterState
+from omnimate.ipec.filter.smoothing import run_block
+from omnimate.ipec.filter.trace import BLOCK
+from omnimate.motion.paths import out_and_back
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.compiled import layout
+
+ZERO = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def run():
+    """A run over two blocks and a bit, with fixes."""
+    robot = reference_vehicle()
+    recording = simulate(robot, Truth(robot, seed=1), out_and_back(8.0, 1, link_length=1.0))
+    assert 2 * BLOCK < len(recording) < 4 * BLOCK
+    return run_forward(recording, ZERO, ZERO, recording.poses, None, None)
+
+
+def test_there_is_a_mark_before_each_block_and_the_first_is_the_start(run):
+    count = len(run.counts)
+    assert len(run.marks) == -(-count // BLOCK)
+    start = Filter(reference_vehicle()).start().record
+    assert run.marks[0]["mean"].tolist() == start["mean"][0].tolist()
+    assert run.marks[0]["placed"] == 0
+
+
+def test_each_block_runs_again_to_the_mark_behind_it(run):
+    for number in range(len(run.marks) - 1):
+        steps = np.zeros(BLOCK, layout(FilterState))
+        mark = run.marks[number : number + 1].copy()
+        run_block(run.settings, mark, run.counts, run.present, run.fixes, steps, number * BLOCK)
+        for name in ("mean", "covariance", "alert", "counts"):
+            assert np.array_equal(steps[-1][name], run.marks[number + 1][name])
+
+
+def test_a_block_runs_again_to_the_poses_of_the_estimate(run):
+    steps = np.zeros(BLOCK, layout(FilterState))
+    run_block(run.settings, run.marks[1:2].copy(), run.counts, run.present, run.fixes, steps, BLOCK)
+    place = slice(BLOCK, 2 * BLOCK)
+    assert np.array_equal(steps["mean"][:, :2], run.estimate.pose_a[place, :2])
+    assert steps["nis"] == pytest.approx(run.estimate.nis[place], nan_ok=True)

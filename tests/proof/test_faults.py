@@ -1,0 +1,51 @@
+"""The faults: one of no strength changes nothing, and one of some strength changes the recording."""
+
+import numpy as np
+import pytest
+
+from omnimate.proof.cases import Case
+from omnimate.proof.scene import scene
+from omnimate.proof.vocabulary import RATIOS, SIZES, UNNAMED, components
+
+SEED = 11
+PLACES = [
+    (effect, component) for effect in SIZES for component in (components(effect)[0], components(effect)[-1])
+]
+
+
+def setting_of(effect, component, drive="squares", note="short"):
+    return scene(Case("single", ((effect, component),), drive, "none", note=note), SEED)
+
+
+def without_strength(effect, fault):
+    (name,) = SIZES[effect]
+    strength = fault[name]
+    nothing = 1.0 if effect in RATIOS else 0.0
+    return {**fault.parameters, name: [nothing] * len(strength) if isinstance(strength, list) else nothing}
+
+
+@pytest.mark.parametrize(("effect", "component"), PLACES)
+def test_a_fault_of_no_strength_changes_nothing(effect, component):
+    setting = setting_of(effect, component)
+    nothing = setting.fault(effect, component, without_strength(effect, setting.faults[0]))
+    healthy, driven = setting.driven([]), setting.driven([nothing])
+    assert np.array_equal(healthy.counts, driven.counts)
+    assert np.array_equal(healthy.poses, driven.poses)
+
+
+@pytest.mark.parametrize("kind", UNNAMED)
+def test_physics_without_a_name_and_without_strength_changes_nothing(kind):
+    setting = scene(Case("null", (), "squares", "none", note="short"), SEED)
+    parameters = {"kind": kind, "size": 0.0, "pitch": 1.0, "times": [setting.start + 3.0]}
+    nothing = setting.fault("unknown", UNNAMED[kind][0], parameters)
+    healthy, driven = setting.driven([]), setting.driven([nothing])
+    assert np.array_equal(healthy.counts, driven.counts)
+    assert np.array_equal(healthy.poses, driven.poses)
+
+
+@pytest.mark.parametrize("effect", SIZES)
+def test_a_fault_of_the_size_of_the_corpus_changes_the_recording(effect):
+    setting = setting_of(effect, components(effect)[0], drive="shuttle", note="")
+    healthy, driven = setting.driven([]), setting.driven(setting.faults)
+    same = np.array_equal(healthy.counts, driven.counts) and np.array_equal(healthy.poses, driven.poses)
+    assert not same

@@ -1,0 +1,48 @@
+"""The components of the application: what the robot's file does to the database when a service starts."""
+
+from dataclasses import replace
+
+import pytest
+
+from omnimate.service.components import make_components
+from omnimate.service.settings import Settings
+from omnimate.service.store import vehicles
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.file import save_vehicle
+
+ROBOT = reference_vehicle()
+CHANGED = replace(ROBOT, trucks={**ROBOT.trucks, "a": replace(ROBOT.trucks["a"], wheelbase=0.35)})
+
+
+@pytest.fixture
+def versions(tmp_path):
+    """Return a function that starts a service with a robot, and returns the robot's versions afterwards."""
+
+    def start(vehicle):
+        path = tmp_path / "vehicle.toml"
+        save_vehicle(vehicle, path)
+        settings = Settings(database=f"sqlite:///{tmp_path}/service.db", vehicle=path)
+        components = make_components(settings)
+        with components.database.reading() as db:
+            rows = vehicles.versions(db, vehicle.name)
+            kept = [vehicles.parameters_of(row) for row in rows]
+        components.close()
+        return kept[::-1]
+
+    return start
+
+
+def test_a_new_robot_gets_its_first_version(versions):
+    assert versions(ROBOT) == [ROBOT]
+
+
+def test_a_changed_file_adds_a_version_and_an_unchanged_one_adds_none(versions):
+    assert versions(ROBOT) == versions(ROBOT)
+    assert versions(CHANGED) == [ROBOT, CHANGED]
+    assert versions(CHANGED) == [ROBOT, CHANGED]
+
+
+def test_a_file_that_equals_a_former_version_adds_none(versions):
+    versions(ROBOT)
+    versions(CHANGED)
+    assert versions(ROBOT) == [ROBOT, CHANGED]

@@ -1,0 +1,65 @@
+"""A diagnosis in its own process, as its parent sees it: progress, a result, an error, or a death."""
+
+import multiprocessing
+
+import pytest
+
+from omnimate.service.jobs.diagnosis_process import DiagnosisProcess, diagnosing
+
+
+class Process:
+    """A process that has ended."""
+
+    exitcode = -9
+
+    def is_alive(self):
+        return False
+
+    def join(self, _seconds):
+        pass
+
+
+def outcome_of(messages, go_on=lambda _message: True, *, close=True):
+    """Return the outcome of a process that sent messages and ended."""
+    ours, theirs = multiprocessing.Pipe()
+    for message in messages:
+        theirs.send(message)
+    if close:
+        theirs.close()
+    return DiagnosisProcess(Process(), ours).outcome(go_on)
+
+
+def test_the_last_message_is_the_outcome():
+    assert outcome_of([{"progress": 0.5, "doing": "fitting"}, {"verdict": "agreement"}]) == {
+        "verdict": "agreement"
+    }
+
+
+def test_each_report_of_progress_is_handed_on():
+    reports = []
+    messages = [{"progress": 0.1, "doing": "a"}, {"progress": 0.2, "doing": "b"}, {"error": "too short"}]
+    outcome_of(messages, lambda message: reports.append(message) or True)
+    assert reports == messages[:2]
+
+
+def test_a_diagnosis_that_is_not_wanted_any_more_has_no_outcome():
+    assert outcome_of([{"progress": 0.1, "doing": "a"}, {"error": "x"}], lambda _message: False) is None
+
+
+@pytest.mark.parametrize("close", [True, False])
+def test_a_process_that_ends_without_a_result_has_died(close):
+    messages = [{"progress": 0.1, "doing": "a"}]
+    assert outcome_of(messages, close=close) == {"died": "its process ended with code -9"}
+
+
+def test_a_folder_that_is_no_recording_is_an_error_with_its_reason(tmp_path):
+    with diagnosing([("lap", str(tmp_path))]) as process:
+        outcome = process.outcome(lambda _message: True)
+    assert "vehicle.toml" in outcome["error"]
+
+
+def test_a_process_ends_with_its_block(tmp_path):
+    before = set(multiprocessing.active_children())
+    with diagnosing([("lap", str(tmp_path))]):
+        assert len(set(multiprocessing.active_children()) - before) == 1
+    assert set(multiprocessing.active_children()) == before

@@ -1,0 +1,45 @@
+"""The robot's faults in the formats of fleet managers."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from omnimate.driver.report import NodeReport
+from omnimate.service.robot.faults import open_rmf, vda5050
+
+WELL = NodeReport(1, ("a.left",), "operational", 10, 0, 0, 0, 0, 0, 0, 0, 0)
+DRIVE = replace(WELL, node=9, names=("drive of a.left",), state="pre-operational")
+
+
+def report(*nodes):
+    return SimpleNamespace(nodes=nodes)
+
+
+@pytest.mark.parametrize("words", [vda5050, open_rmf])
+@pytest.mark.parametrize("bus", [None, report(WELL, DRIVE)])
+def test_a_robot_without_faults_has_an_empty_list(words, bus):
+    assert list(words(None, bus).values()) == [[]]
+
+
+def test_a_lost_bus_is_fatal():
+    (error,) = vda5050("no adapter", None)["errors"]
+    assert (error["errorLevel"], error["errorDescription"]) == ("FATAL", "no adapter")
+    assert open_rmf("no adapter", None) == {
+        "issues": [{"category": "odometry bus lost", "detail": "no adapter"}]
+    }
+
+
+@pytest.mark.parametrize(
+    ("node", "description"),
+    [
+        (replace(WELL, is_lost=True), "node 1 (a.left): its heartbeat is lost"),
+        (replace(WELL, state="stopped"), "node 1 (a.left): stopped"),
+        (replace(DRIVE, is_lost=True), "node 9 (drive of a.left): its heartbeat is lost"),
+    ],
+)
+def test_a_faulty_node_is_a_warning_that_names_it(node, description):
+    (error,) = vda5050(None, report(WELL, node))["errors"]
+    assert (error["errorLevel"], error["errorDescription"]) == ("WARNING", description)
+    assert error["errorReferences"] == [{"referenceKey": "nodeId", "referenceValue": str(node.node)}]
+    assert open_rmf(None, report(node))["issues"][0]["detail"] == description

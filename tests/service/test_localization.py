@@ -1,0 +1,78 @@
+"""The localization of the live robot: plain odometry from the first sample, the tracker once it is loaded."""
+
+import math
+
+import numpy as np
+import pytest
+
+from omnimate.motion.paths import umbmark
+from omnimate.service.robot.localization import LOADING_SAMPLES, Localization
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.sample import Sample
+
+UNKNOWN = ("ipec", "filter", "sigma", "corrections", "lost")
+
+
+@pytest.fixture(scope="module")
+def recording():
+    """A small square each way."""
+    vehicle = reference_vehicle()
+    program = umbmark(0.3, 1, speed=0.4, link_length=vehicle.linkage.length)
+    return simulate(vehicle, Truth(vehicle, seed=3), program)
+
+
+def samples_of(recording):
+    nothing = (math.nan,) * recording.counts.shape[1]
+    for index, counts in enumerate(recording.counts):
+        present = tuple(map(bool, recording.present[index]))
+        yield Sample(index, recording.time[index], tuple(map(int, counts)), present, nothing, nothing)
+
+
+@pytest.fixture
+def tracker_at_once(monkeypatch):
+    """Load the tracker in the thread of the samples, so that a test knows when it is there."""
+    load = Localization._load_tracker
+    loading = []
+    monkeypatch.setattr(Localization, "_load_tracker", lambda self, samples: loading.append((self, samples)))
+    return lambda: [load(*arguments) for arguments in loading]
+
+
+def test_plain_odometry_is_that_of_the_whole_recording(recording, tracker_at_once):
+    localization = Localization(recording.vehicle)
+    for sample in samples_of(recording):
+        localization.step(sample)
+    event = localization.as_event()
+    for name, truck in (("plain", "a"), ("follower", "b")):
+        x, y, theta = dead_reckon(recording, truck)[-1]
+        assert [event[name][axis] for axis in ("x", "y", "theta")] == pytest.approx([x, y, theta], abs=1e-6)
+    assert all(event[name] is None for name in UNKNOWN)
+
+
+def test_once_the_tracker_is_loaded_it_goes_on_from_where_odometry_is(recording, tracker_at_once):
+    localization = Localization(recording.vehicle)
+    samples = list(samples_of(recording))
+    half = len(samples) // 2
+    for sample in samples[:half]:
+        localization.step(sample)
+    before = localization.as_event()["plain"]
+    tracker_at_once()
+    localization.step(samples[half])
+    localization.step(samples[half + 1])
+    event = localization.as_event()
+    assert all(event[name] is not None for name in UNKNOWN)
+    for estimate in ("ipec", "filter"):
+        away = [event[estimate][axis] - before[axis] for axis in ("x", "y")]
+        assert np.hypot(*away) < 0.05
+
+
+def test_a_tracker_is_loaded_after_a_few_complete_samples_and_only_once(recording, monkeypatch):
+    loaded = []
+    monkeypatch.setattr(Localization, "_load_tracker", lambda _self, samples: loaded.append(len(samples)))
+    monkeypatch.setattr("threading.Thread.start", lambda thread: thread.run())
+    localization = Localization(recording.vehicle)
+    for sample, _ in zip(samples_of(recording), range(10 * LOADING_SAMPLES), strict=False):
+        localization.step(sample)
+    assert loaded == [LOADING_SAMPLES]

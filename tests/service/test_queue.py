@@ -1,0 +1,146 @@
+"""The queue of diagnoses: each job is worked on by one service at a time, and ends."""
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
+
+from omnimate.service.errors import NotFoundError, StateError
+from omnimate.service.jobs.housekeeping import keep_house
+from omnimate.service.jobs.queue import (
+    ENDED_STATES,
+    MOST_ATTEMPTS,
+    add_job,
+    cancel_job,
+    claim_job,
+    find_job,
+    finish_job,
+    has_queued,
+    job_of,
+    job_view,
+)
+from omnimate.service.store.tables import JobRow, RecordingRow
+
+SUCCESS = {"verdict": "agreement", "says": "fine", "result": "{}", "report": "<html>"}
+OUTCOMES = [SUCCESS, {"error": "too short"}, {"died": "its process ended with code -9"}, None]
+
+
+def recording():
+    return RecordingRow(
+        id="rec", name="rec", vehicle="omnimate", samples=1, seconds=1.0, laps=0, poses=0, size=1,
+        created=0.0, content=b"x",
+    )  # fmt: skip
+
+
+@pytest.fixture
+def empty(database):
+    """The database without jobs, and with a recording."""
+    with database.writing() as db:
+        db.query(JobRow).delete()
+        db.query(RecordingRow).delete()
+        db.add(recording())
+    return database
+
+
+def test_a_job_needs_recordings_that_are_there(empty):
+    with empty.writing() as db, pytest.raises(NotFoundError, match="recording 'none'"):
+        add_job(db, ["rec", "none"])
+
+
+def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
+    with empty.writing() as db:
+        job_id = add_job(db, ["rec"]).id
+    for attempt in range(1, MOST_ATTEMPTS + 1):
+        with empty.writing() as db:
+            assert claim_job(db, "this") == job_id
+            finish_job(job_of(db, job_id, "this"), {"died": "its process ended with code -9"})
+            view = job_view(find_job(db, job_id))
+        assert view.attempts == attempt
+    assert view.state == "failed"
+    assert view.error == "given up after 3 attempts: its process ended with code -9"
+
+
+def test_a_job_of_another_service_is_not_touched(empty):
+    with empty.writing() as db:
+        job_id = add_job(db, ["rec"]).id
+        claim_job(db, "this")
+        assert job_of(db, job_id, "another") is None
+
+
+class Queue(RuleBasedStateMachine):
+    """Two services on one queue, under any sequence of what can happen to its jobs."""
+
+    database = None
+
+    @initialize()
+    def begin(self):
+        with self.database.writing() as db:
+            db.query(JobRow).delete()
+        self.claimed = {}
+        self.ended = {}
+
+    @rule()
+    def add(self):
+        with self.database.writing() as db:
+            add_job(db, ["rec"])
+
+    @rule(instance=st.sampled_from(["this", "another"]))
+    def claim(self, instance):
+        with self.database.writing() as db:
+            queued = has_queued(db)
+            job_id = claim_job(db, instance)
+        assert (job_id is not None) == queued
+        if job_id is not None:
+            assert job_id not in self.claimed
+            self.claimed[job_id] = instance
+
+    @rule(data=st.data(), outcome=st.sampled_from(OUTCOMES))
+    def finish(self, data, outcome):
+        if self.claimed:
+            job_id = data.draw(st.sampled_from(sorted(self.claimed)))
+            with self.database.writing() as db:
+                finish_job(job_of(db, job_id, self.claimed.pop(job_id)), outcome)
+
+    @rule(data=st.data())
+    def cancel(self, data):
+        with self.database.reading() as db:
+            jobs = sorted(row.id for row in db.query(JobRow))
+        if jobs:
+            job_id = data.draw(st.sampled_from(jobs))
+            with self.database.writing() as db:
+                if find_job(db, job_id).state in ENDED_STATES:
+                    with pytest.raises(StateError, match="already"):
+                        cancel_job(db, job_id)
+                else:
+                    cancel_job(db, job_id)
+                    self.claimed.pop(job_id, None)
+
+    @rule(data=st.data())
+    def a_service_dies(self, data):
+        if self.claimed:
+            job_id = data.draw(st.sampled_from(sorted(self.claimed)))
+            with self.database.writing() as db:
+                find_job(db, job_id).lease = 0.0
+            keep_house(self.database)
+            self.claimed.pop(job_id)
+
+    @invariant()
+    def every_job_is_consistent(self):
+        with self.database.reading() as db:
+            rows = list(db.query(JobRow))
+            views = [job_view(row) for row in rows]
+        assert {view.id for view in views if view.state == "running"} == set(self.claimed)
+        for view in views:
+            assert view.attempts <= MOST_ATTEMPTS
+            assert (view.error is not None) == (view.state == "failed")
+            assert (view.verdict is not None) == (view.state == "done")
+            assert self.ended.setdefault(view.id, view.state) == view.state or view.id not in self.ended
+            if view.state not in ENDED_STATES:
+                del self.ended[view.id]
+
+
+def test_no_sequence_of_events_loses_a_job_or_gives_it_to_two_services(empty):
+    Queue.database = empty
+    machine = Queue.TestCase
+    machine.settings = settings(max_examples=15, stateful_step_count=15, deadline=None)
+    machine().runTest()

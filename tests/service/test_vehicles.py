@@ -1,0 +1,67 @@
+"""Vehicles and their versions in the database: versions are added in order and never changed."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omnimate.service.errors import ModifiedError, NotFoundError, StateError
+from omnimate.service.store import vehicles
+from omnimate.service.store.tables import VehicleRow
+from omnimate.vcan_sim.reference import reference_vehicle
+
+ROBOT = replace(reference_vehicle(), name="robot")
+
+
+def wider(millimetres):
+    """Return the robot with another wheelbase of truck a."""
+    truck = replace(ROBOT.trucks["a"], wheelbase=0.34 + 0.001 * millimetres)
+    return replace(ROBOT, trucks={**ROBOT.trucks, "a": truck})
+
+
+@settings(max_examples=30, deadline=None)
+@given(changes=st.lists(st.tuples(st.integers(0, 20), st.none() | st.integers(1, 6)), max_size=6))
+def test_a_change_adds_a_version_exactly_where_the_newest_one_was_expected(database, changes):
+    with database.writing() as db:
+        db.query(VehicleRow).filter(VehicleRow.name == "robot").delete()
+        vehicles.create(db, ROBOT, "test")
+    kept = [ROBOT]
+    for width, expected in changes:
+        with database.writing() as db:
+            if expected in {None, len(kept)}:
+                row = vehicles.add_version(db, wider(width), "test", expected)
+                kept.append(wider(width))
+                assert row.version == len(kept)
+            else:
+                with pytest.raises(ModifiedError, match=f"is at version {len(kept)}, not {expected}"):
+                    vehicles.add_version(db, wider(width), "test", expected)
+    with database.reading() as db:
+        rows = vehicles.versions(db, "robot")
+        assert [row.version for row in rows] == list(range(len(kept), 0, -1))
+        assert [vehicles.parameters_of(row) for row in rows] == kept[::-1]
+        assert vehicles.newest(db, "robot").version == len(kept)
+
+
+def test_a_name_is_given_once(database):
+    with database.writing() as db, pytest.raises(StateError, match="exists already"):
+        vehicles.create(db, reference_vehicle(), "test")
+
+
+def test_the_newest_versions_of_all_vehicles_are_in_the_order_of_their_names(database):
+    with database.writing() as db:
+        for name in ("zebra", "ant"):
+            vehicles.create(db, replace(ROBOT, name=name), "test")
+        vehicles.add_version(db, replace(ROBOT, name="ant"), "test", 1)
+    with database.reading() as db:
+        rows = [(row.name, row.version) for row in vehicles.newest_of_all(db) if row.name != "robot"]
+    assert rows == [("ant", 2), ("omnimate", 1), ("zebra", 1)]
+
+
+def test_what_is_not_there_is_not_found(database):
+    with database.reading() as db:
+        for find in (vehicles.newest, vehicles.versions):
+            with pytest.raises(NotFoundError, match="vehicle 'none'"):
+                find(db, "none")
+        with pytest.raises(NotFoundError, match="version of vehicle omnimate: '9'"):
+            vehicles.version(db, "omnimate", 9)

@@ -1,0 +1,38 @@
+"""The messages for broken input, whole and word for word, as the tables under `tests/data/` have them."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from omnimate.vcan_sim.bump_text import parse_bump
+from omnimate.vcan_sim.effects.file import parse_effects
+from omnimate.vcan_sim.errors import BumpError, EffectsFileError, FaultError, ProtocolError
+from omnimate.vcan_sim.fault_text import parse_fault
+from omnimate.vcan_sim.socketcand import parse_send
+
+DATA = Path(__file__).parents[1] / "data" / "vcan_sim"
+
+
+def parse_file(text):
+    return parse_effects(text, "robot/effects.toml")
+
+
+def cases(table, parse, error):
+    broken = tomllib.loads((DATA / table).read_text(encoding="utf-8"))["case"]
+    return [pytest.param(parse, error, case["input"], case["message"], id=case["message"]) for case in broken]
+
+
+@pytest.mark.parametrize(
+    ("parse", "error", "text", "message"),
+    [
+        *cases("broken_faults.toml", parse_fault, FaultError),
+        *cases("broken_bumps.toml", parse_bump, BumpError),
+        *cases("broken_effects.toml", parse_file, EffectsFileError),
+        *cases("broken_sends.toml", parse_send, ProtocolError),
+    ],
+)
+def test_broken_input_is_answered_with_its_message(parse, error, text, message):
+    with pytest.raises(error) as caught:
+        parse(text)
+    assert str(caught.value) == message

@@ -1,0 +1,64 @@
+"""Which device gets which frame of the bus: NMT, SDO requests, heartbeats, and RPDOs by their COB-IDs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.vcan_sim.nodes.device import Device
+    from omnimate.vcan_sim.nodes.pdo import Rpdo
+
+
+class Router:
+    """Gives the frames of the bus to the devices that they are for; SYNC is not its business."""
+
+    def __init__(self, devices: Sequence[Device]) -> None:
+        self._devices = devices
+        self._by_node = {device.node: device for device in devices}
+        self._routes: dict[int, list[tuple[Device, Rpdo]]] | None = None
+
+    def forget_routes(self) -> None:
+        """Look the RPDOs up again at the next frame, because a device may have been configured anew."""
+        self._routes = None
+
+    def receive(self, can_id: int, data: bytes, now: float) -> None:
+        """Give a frame, received at a time [s], to all devices that take it."""
+        if can_id == 0x000:
+            self._on_nmt(data, now)
+        elif 0x600 < can_id <= 0x67F:
+            self._on_sdo(can_id - 0x600, data, now)
+        elif 0x700 < can_id <= 0x77F:
+            for device in self._devices:
+                device.on_heartbeat(can_id - 0x700, now)
+        else:
+            self._on_rpdo(can_id, data, now)
+
+    def _on_nmt(self, data: bytes, now: float) -> None:
+        if len(data) == 2:
+            for device in self._devices:
+                if data[1] in {0, device.node}:
+                    device.on_nmt(data[0], now)
+        self.forget_routes()
+
+    def _on_sdo(self, node: int, data: bytes, now: float) -> None:
+        device = self._by_node.get(node)
+        if device is not None:
+            device.on_sdo(data, now)
+            self.forget_routes()
+
+    def _on_rpdo(self, can_id: int, data: bytes, now: float) -> None:
+        if self._routes is None:
+            self._routes = self._find_routes()
+        for device, rpdo in self._routes.get(can_id, ()):
+            device.on_rpdo(rpdo, data, now)
+
+    def _find_routes(self) -> dict[int, list[tuple[Device, Rpdo]]]:
+        """Return the receivers of each COB-ID, by the present configuration."""
+        routes: dict[int, list[tuple[Device, Rpdo]]] = {}
+        for device in self._devices:
+            for rpdo in device.rpdos:
+                if rpdo.valid:
+                    routes.setdefault(rpdo.cob_id, []).append((device, rpdo))
+        return routes

@@ -1,0 +1,112 @@
+"""Exact circular arcs: the path of a truck whose wheels turn at constant speeds during one step.
+
+A truck that rolls to a chord of length c and turns by an angle on the way ends at c sinc(h) along its mean
+heading, where h is half of the turn. The array functions serve whole recordings, `advance` one step of a
+live stream; `compiled_se2` has the same for compiled code.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.vehicle.se2 import rotate
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from omnimate.vehicle.se2 import Array
+
+SMALL = 1e-6  # [rad] below this half angle sin(h)/h is 1 - h^2/6 to rounding
+SMALL_SLOPE = 1e-4  # [rad] likewise (cos(h) - sin(h)/h) / h, whose difference cancels, is -h/3
+
+PoseTuple = tuple[float, float, float]
+
+
+def sinc(half: ArrayLike) -> Array:
+    """Return sin(h)/h for angles h of any shape [rad]: an arc's chord over its length, h half its turn."""
+    half = np.asarray(half, np.float64)
+    small = np.abs(half) < SMALL
+    ratio = np.sin(half) / np.where(small, 1.0, half)
+    return np.asarray(np.where(small, 1.0 - half * half / 6.0, ratio), np.float64)
+
+
+def sinc_of(half: float) -> float:
+    """Return sin(h)/h for one angle h [rad]: `sinc` for a plain float."""
+    return 1.0 - half * half / 6.0 if abs(half) < SMALL else math.sin(half) / half
+
+
+def sinc_slope(half: ArrayLike) -> Array:
+    """Return the derivative of sin(h)/h by h for angles h of any shape [rad]."""
+    half = np.asarray(half, np.float64)
+    small = np.abs(half) < SMALL_SLOPE
+    slope = (np.cos(half) - sinc(half)) / np.where(small, 1.0, half)
+    return np.asarray(np.where(small, -half / 3.0, slope), np.float64)
+
+
+def arc(left: ArrayLike, right: ArrayLike, wheelbase: float) -> Array:
+    """Return the pose increments `(..., 3)` of a truck, in its own frame, along exact circular arcs.
+
+    Args:
+        left: Travel of the left wheel [m], shape `(...)`.
+        right: Travel of the right wheel [m], shape `(...)`.
+        wheelbase: Distance between the contact points of the two drive wheels [m].
+    """
+    left, right = np.asarray(left, np.float64), np.asarray(right, np.float64)
+    turn = (right - left) / wheelbase
+    half = 0.5 * turn
+    chord = 0.5 * (left + right) * sinc(half)
+    return np.stack([chord * np.cos(half), chord * np.sin(half), turn], axis=-1)
+
+
+def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+    """Return the poses `(N+1, 3)` that N increments `(N, 3)`, each in the frame before it, lead to."""
+    increments, start = np.asarray(increments, np.float64), np.asarray(start, np.float64)
+    heading = np.cumsum(np.concatenate(([start[2]], increments[:, 2])))
+    x, y = np.moveaxis(rotate(heading[:-1], increments[:, :2]), -1, 0)
+    x = np.cumsum(np.concatenate(([start[0]], x)))
+    y = np.cumsum(np.concatenate(([start[1]], y)))
+    return np.stack([x, y, heading], axis=-1)
+
+
+def integrate_twists(twists: Array, heading: Array, start: Array) -> Array:
+    """Return the poses `(N, 3)` along N - 1 arcs with sideways motion.
+
+    Args:
+        twists: Way forward and way to the left on each arc [m], shape `(N - 1, 2)` or more columns.
+        heading: Heading at the ends of the arcs [rad], shape `(N,)`.
+        start: First pose, of which x and y are used, shape `(3,)`.
+    """
+    half = 0.5 * np.diff(heading)
+    gone = rotate(heading[:-1] + half, twists[:, :2]) * sinc(half)[:, np.newaxis]
+    place = np.concatenate((np.zeros((1, 2)), np.cumsum(gone, axis=0)))
+    return np.column_stack([start[:2] + place, heading])
+
+
+def twists_along(path: Array) -> Array:
+    """Return the twists `(N - 1, ..., 3)` that lead along a path `(N, ..., 3)` on exact arcs.
+
+    A twist is the way forward [m], the way to the left [m] and the turn [rad]; `integrate_twists` undoes it.
+    """
+    yaw = np.diff(path[..., 2], axis=0)
+    middle = path[:-1, ..., 2] + 0.5 * yaw
+    gone = np.diff(path[..., :2], axis=0) / sinc(0.5 * yaw)[..., np.newaxis]
+    return np.concatenate([rotate(-middle, gone), yaw[..., np.newaxis]], axis=-1)
+
+
+def advance(pose: PoseTuple, left: float, right: float, wheelbase: float) -> PoseTuple:
+    """Return the pose after one exact arc: `arc` and `integrate` for a single step of plain floats.
+
+    Args:
+        pose: X [m], y [m] and theta [rad] before the step.
+        left: Travel of the left wheel [m].
+        right: Travel of the right wheel [m].
+        wheelbase: Distance between the contact points of the two drive wheels [m].
+    """
+    turn = (right - left) / wheelbase
+    half = 0.5 * turn
+    chord = 0.5 * (left + right) * sinc_of(half)
+    x, y, theta = pose
+    return x + chord * math.cos(theta + half), y + chord * math.sin(theta + half), theta + turn

@@ -1,0 +1,67 @@
+"""Machine code on disk, keyed by content.
+
+There is one folder for each content and signature: another content has another folder, so that nothing stale
+is ever read, and processes that write at the same time write the same. Where nothing can be written there is
+no disk cache. The folders are in the user's cache, or where NUMBA_CACHE_DIR says.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numba
+
+from omnimate.vehicle.code_digest import digest_of
+
+if TYPE_CHECKING:
+    from types import FunctionType
+
+COMPILING = threading.RLock()  # held while a function is prepared or compiled
+_CONFIG: Any = numba.config
+
+
+def keep_by_content(dispatcher: Any, function: FunctionType) -> None:  # noqa: ANN401  # numba has no types
+    """Let numba's dispatcher of a function look for machine code on disk before it compiles a signature."""
+    compile_signature = dispatcher.compile
+
+    def compile_or_load(signature: object) -> object:
+        with COMPILING:
+            folder = _folder_of(f"{digest_of(function)} {numba.__version__} {signature}")
+            if folder is not None and Path(function.__code__.co_filename).is_file():
+                _keep_in(folder, dispatcher)
+            return compile_signature(signature)
+
+    dispatcher.compile = compile_or_load
+
+
+def _folder_of(content: str) -> Path | None:
+    """Return the folder for a content; None where it cannot be written."""
+    name = hashlib.sha256(content.encode()).hexdigest()
+    try:
+        folder = _base() / name[:2] / name[2:]
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except (OSError, RuntimeError):  # not writable, or a user without a home
+        return None
+
+
+def _base() -> Path:
+    if _CONFIG.CACHE_DIR:
+        return Path(_CONFIG.CACHE_DIR)
+    caches = os.environ.get("XDG_CACHE_HOME") or Path("~", ".cache").expanduser()
+    return Path(caches) / "omnimate" / "compiled"
+
+
+def _keep_in(folder: Path, dispatcher: Any) -> None:  # noqa: ANN401
+    configured = _CONFIG.CACHE_DIR
+    _CONFIG.CACHE_DIR = str(folder)
+    try:
+        dispatcher.enable_caching()
+    finally:
+        _CONFIG.CACHE_DIR = configured
