@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.proof.mujoco.labels import creep, downhill, kicks, label, lost_in, rolling_ratios
+from omnimate.proof.mujoco.labels import label
 from omnimate.proof.mujoco.model import HOLD
 from omnimate.proof.mujoco.setting import FaultyRobot, pull, with_truck, with_tyre, yielding
+from omnimate.proof.true_motion import creep, downhill, kicks, lost_in, rolling_ratios
 
 if TYPE_CHECKING:
-    from omnimate.proof.mujoco.drive import Drive, Scene
+    from omnimate.proof.mujoco.drive import Scene
     from omnimate.proof.mujoco.setting import Setting
+    from omnimate.proof.true_motion import Drive
 
 
 # The share of the rolled distance, in both halves of a drive, from which creep looks like a smaller wheel.

@@ -13,23 +13,10 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from omnimate.proof.true_motion import Nominal
+
 WEAVING = 9.0  # [s] in which the following truck turns to one side of the link and the other
 KX, KY, KTHETA, KLINK, KJOINT = 1.0, 6.0, 2.5, 1.5, 1.5
-
-
-@dataclass(frozen=True, slots=True)
-class Nominal:
-    """The robot as its `vehicle.toml` describes it.
-
-    Attributes:
-        radii: Rolling radii in the order of WHEELS [m], shape `(4,)`.
-        tracks: Track of each truck [m], shape `(2,)`.
-        link: Length of the linkage at rest [m].
-    """
-
-    radii: NDArray[np.float64]
-    tracks: NDArray[np.float64]
-    link: float
 
 
 @dataclass(slots=True)

@@ -15,22 +15,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.proof.mujoco import contact, forces, geometry, sensors
-from omnimate.proof.mujoco.calibrate import above_noise, calibrate, residuals
-from omnimate.proof.mujoco.control import Nominal
 from omnimate.proof.mujoco.drive import drive
 from omnimate.proof.mujoco.floor import Floor
 from omnimate.proof.mujoco.paths import Pace, eight, rounded, shuttle, square
 from omnimate.proof.mujoco.recording import random_encoders, readings, write_recording
 from omnimate.proof.mujoco.robot import WHEELS, random_robot
 from omnimate.proof.mujoco.setting import Setting, yielding
+from omnimate.proof.true_motion import Nominal, above_noise, calibrate, residuals
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from omnimate.proof.mujoco.drive import Drive
     from omnimate.proof.mujoco.paths import Program
     from omnimate.proof.mujoco.robot import Robot
     from omnimate.proof.mujoco.setting import FaultyRobot, Values
+    from omnimate.proof.true_motion import Drive
 
 FAULTS: dict[str, Callable[[Setting], FaultyRobot]] = {
     "wheel_diameter": geometry.wheel_diameter,

@@ -11,44 +11,22 @@ import numpy as np
 from omnimate.proof.mujoco.control import Controller
 from omnimate.proof.mujoco.model import model_xml
 from omnimate.proof.mujoco.robot import FEET, WHEELS
+from omnimate.proof.true_motion import Drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from omnimate.proof.mujoco.control import Nominal
     from omnimate.proof.mujoco.floor import Floor
     from omnimate.proof.mujoco.paths import Program
     from omnimate.proof.mujoco.robot import Robot
+    from omnimate.proof.true_motion import Nominal
 
     Hook = Callable[["Scene", float], None]
 
 SUBSTEPS = 10
 RESOLUTION = 1.5e-4  # of the readings that the controller sees [rad, m]
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """What happened in a drive, with a row for each SYNC.
-
-    Attributes:
-        time: Time since the first SYNC [s], shape `(N,)`.
-        wheels: Angles of the four wheels [rad], shape `(N, 4)`.
-        joints: Angles of both joints [rad], shape `(N, 2)`.
-        link: Length of the link [m], shape `(N,)`.
-        poses: True poses of both trucks [m, m, rad], shape `(N, 2, 3)`.
-        heights: Heights of the four wheel hubs [m], shape `(N, 4)`.
-        crossings: Contacts with cables, each as (cable, first row, last row).
-    """
-
-    time: NDArray[np.float64]
-    wheels: NDArray[np.float64]
-    joints: NDArray[np.float64]
-    link: NDArray[np.float64]
-    poses: NDArray[np.float64]
-    heights: NDArray[np.float64]
-    crossings: tuple[tuple[int, int, int], ...]
 
 
 @dataclass(slots=True)

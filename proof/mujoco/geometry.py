@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.proof.mujoco.labels import crossings, label
+from omnimate.proof.mujoco.labels import label
 from omnimate.proof.mujoco.robot import WHEELS, Cable
 from omnimate.proof.mujoco.setting import FaultyRobot, with_truck, with_tyre
+from omnimate.proof.true_motion import crossings
 
 if TYPE_CHECKING:
-    from omnimate.proof.mujoco.drive import Drive
     from omnimate.proof.mujoco.robot import Robot
     from omnimate.proof.mujoco.setting import Setting
+    from omnimate.proof.true_motion import Drive
 
 
 def healthy(at: Setting) -> FaultyRobot:

@@ -14,9 +14,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from omnimate.proof.mujoco.control import Nominal
-    from omnimate.proof.mujoco.drive import Drive
     from omnimate.proof.mujoco.paths import Program
+    from omnimate.proof.true_motion import Drive, Nominal
 
 CHANNELS = (*WHEELS, "joint_a", "joint_b", "link")
 GROUPS = (("a.left", "a.right"), ("b.left", "b.right"), ("joint_a", "joint_b"), ("link",))

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from omnimate.proof.mujoco.control import Nominal
-    from omnimate.proof.mujoco.drive import Drive, Hook, Scene
+    from omnimate.proof.mujoco.drive import Hook, Scene
     from omnimate.proof.mujoco.recording import Encoder
+    from omnimate.proof.true_motion import Drive, Nominal
 
     Values = dict[str, NDArray[np.float64]]
     Labels = Callable[[Drive], list[dict[str, Any]]]

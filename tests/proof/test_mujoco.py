@@ -9,14 +9,13 @@ import pytest
 pytest.importorskip("mujoco", reason="mujoco is not installed: the extra `mujoco`")
 
 from omnimate.logs.folder import load_recording
-from omnimate.proof.mujoco.calibrate import calibrate, motion, residuals
 from omnimate.proof.mujoco.corpus import FAULTS, corpus, nominal_by_geometry, write
 from omnimate.proof.mujoco.drive import drive
 from omnimate.proof.mujoco.floor import Floor
 from omnimate.proof.mujoco.geometry import nodding
-from omnimate.proof.mujoco.labels import crossings
 from omnimate.proof.mujoco.paths import Pace, eight, rounded, shuttle, square
 from omnimate.proof.mujoco.robot import WHEELS, Cable, random_robot
+from omnimate.proof.true_motion import calibrate, crossings, motion, residuals
 
 PACE = Pace(0.015, 0.3)
 FLAT = Floor(np.random.default_rng(0), 0.0)
