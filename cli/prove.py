@@ -1,4 +1,4 @@
-"""`omnimate prove`: conceal effects in recordings, ask the mismatch tool, and print how often it is right."""
+"""`omnimate prove`: ask the mismatch tool about recordings of known truth; print how often it is right."""
 
 from __future__ import annotations
 
@@ -11,63 +11,67 @@ import typer
 
 from omnimate.cli.console import out, progress_bar
 from omnimate.cli.studies import check_checkout
+from omnimate.cli.tables import show
 
 
 def prove(
+    world: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A world to ask about: engine, mujoco, concealed, concealed2, contact or bullet. "
+            "All of them where none is named."
+        ),
+    ] = None,
+    cases: Annotated[
+        int | None,
+        typer.Option(help="Cases of each world, drawn by chance where it has more.", min=1),
+    ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="A small part of the corpus, as CI runs it.")
+        bool, typer.Option("--quick", help="A small part of each world, as CI runs it.")
     ] = False,
-    contact: Annotated[
-        bool,
-        typer.Option("--contact/--no-contact", help="Also the robot in MuJoCo, where that is installed."),
-    ] = True,
     folder: Annotated[
         Path | None,
         typer.Option(
-            "--out", help="Keep recordings, labels and answers here; a run that was stopped goes on."
+            "--out",
+            help="Keep recordings, labels, answers and the table (proof.json) here; a run that was stopped "
+            "goes on.",
         ),
     ] = None,
-    real: Annotated[
-        Path, typer.Option(help="Folder of real recordings; its part is left out where it is absent.")
-    ] = Path("../shared/data/real"),
+    data: Annotated[
+        Path, typer.Option(help="Folder of labelled sets and real recordings; what is absent is left out.")
+    ] = Path("../shared/data"),
     real_only: Annotated[bool, typer.Option("--real-only", help="Only the real recordings.")] = False,
     figures: Annotated[
-        Path | None, typer.Option(help="Folder for figures of the real recordings.", exists=True)
-    ] = None,
-    jobs: Annotated[int, typer.Option(help="Processes that work at once.", min=1)] = 2,
-    seed: Annotated[int, typer.Option(help="Seed of the corpus.", min=0)] = 1,
-    part: Annotated[
-        float,
-        typer.Option(help="Share of the independent engine's cases, drawn by chance.", min=0.001, max=1.0),
-    ] = 1.0,
-    baselines: Annotated[
-        bool | None,
-        typer.Option("--baselines/--no-baselines", help="Also plain methods; with --quick on a few cases."),
-    ] = None,
-    ablations: Annotated[
-        bool | None,
-        typer.Option("--ablations/--no-ablations", help="Also the tool without each of its parts; likewise."),
-    ] = None,
-    leave_one_out: Annotated[
-        bool | None,
+        Path | None,
         typer.Option(
-            "--leave-one-out/--no-leave-one-out",
-            help="Also the tool without the effect that is concealed; likewise.",
+            help="Folder for the reliability diagrams and the real recordings' figures.", exists=True
         ),
     ] = None,
+    jobs: Annotated[int, typer.Option(help="Processes that work at once.", min=1)] = 2,
+    seed: Annotated[int, typer.Option(help="Seed of everything that is drawn by chance.", min=0)] = 1,
+    baselines: Annotated[
+        bool, typer.Option("--baselines", help="Also plain methods, in the engine's world.")
+    ] = False,
+    ablations: Annotated[
+        bool, typer.Option("--ablations", help="Also the tool without each of its parts, likewise.")
+    ] = False,
+    leave_one_out: Annotated[
+        bool, typer.Option("--leave-one-out", help="Also the tool without what is concealed, likewise.")
+    ] = False,
 ) -> None:
-    """Prove the mismatch tool on recordings in which engines that share no code with it conceal effects."""
+    """Prove the mismatch tool on recordings of known truth, from many worlds that share no code with it."""
     check_checkout("prove", "evaluation")
-    from omnimate.evaluation.corpora import Request
     from omnimate.evaluation.real import real_part
     from omnimate.evaluation.study import Comparisons, study
+    from omnimate.evaluation.worlds.registry import chosen
+    from omnimate.evaluation.worlds.world import Request
 
     if not real_only:
-        request = Request(quick=quick, contact=contact, seed=seed, part=part)
+        asked, request = chosen(data, world or ()), Request(seed, cases, quick)
         comparisons = Comparisons(baselines, ablations, leave_one_out)
         with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
-            for result in study(Path(place), request, comparisons, jobs, progress_bar):
-                out.print(result, soft_wrap=isinstance(result, str))
-    if real_only or not quick:
-        for result in real_part(real, figures, progress_bar):
+            for result in study(Path(place), asked, request, comparisons, jobs, progress_bar, figures):
+                show(result) if not isinstance(result, str) else out.print(result, soft_wrap=True)
+    if real_only or not (quick or world):
+        for result in real_part(data / "real", figures, progress_bar):
             out.print(result, soft_wrap=isinstance(result, str))

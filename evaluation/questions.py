@@ -1,97 +1,47 @@
-"""Asking the mismatch tool, the tool without one of its parts, and plainer methods about a corpus."""
+"""What is asked about one case, and the tools that can be asked: ours, parts of it, plainer ones."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from omnimate.logs.folder import load_recording
 from omnimate.mismatch import Diagnosis, diagnose
 from omnimate.mismatch.baselines import baseline
 from omnimate.mismatch.parts import ABLATIONS
 from omnimate.mismatch.sparse import METHODS
-from omnimate.proof import run
-from omnimate.proof.audit import audited, questions
-from omnimate.proof.cases import cases
-from omnimate.proof.leave_one_out import concealing
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.recording import Recording
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from omnimate.evaluation.corpora import Corpus, Request
-    from omnimate.evaluation.progress import Progress
-    from omnimate.proof.audit import Audit
-
-Tool = Callable[[Sequence[Recording]], Diagnosis]
+Question = tuple[Path, dict[str, Any]]  # the folder of a case, and its label, of which no tool sees the truth
 Answer = dict[str, Any]
-Answers = Mapping[str, Answer]
+Tool = Callable[[Sequence[Recording]], Diagnosis]
 
 
-def answered(question: tuple[Path, Tool]) -> Answer:
+def recordings_of(question: Question) -> list[Recording]:
+    """Return the recordings of a case.
+
+    Raises:
+        OmnimateError: One of them cannot be read.
+    """
+    folder, label = question
+    return [load_recording(folder / name) for name in label["recordings"]]
+
+
+def answered(question: Question, tool: Tool = diagnose) -> Answer:
     """Return a tool's answer to all recordings of a case, as JSON; a refusal is an answer too."""
-    folder, tool = question
-    recordings = [place for place in sorted(folder.iterdir()) if place.is_dir()]
     try:
-        return tool([load_recording(recording) for recording in recordings]).as_json()
+        return tool(recordings_of(question)).as_json()
     except OmnimateError as error:
         return {"verdict": "error", "says": str(error), "findings": [], "fit": None}
 
 
-def ask_tool(
-    corpora: Sequence[Corpus], jobs: int, progress: Progress, kept: Path | None = None
-) -> dict[str, Answer]:
-    """Return the tool's answers to all cases of all corpora, by case.
-
-    Args:
-        corpora: The corpora.
-        jobs: How many processes answer at once.
-        progress: Is shown how many cases are answered.
-        kept: File that receives every answer at once; what it holds is not asked again.
-    """
-    wanted = {case: (corpus.folder / case, diagnose) for corpus in corpora for case in corpus.labels}
-    with progress("diagnosing") as report:
-        return run.ask_all(answered, wanted, jobs, report, kept)
-
-
-def ask_others(
-    doing: str, corpus: Corpus, tools: Mapping[str, Tool], jobs: int, progress: Progress
-) -> dict[str, Answers]:
-    """Return the answers of other tools to all cases of a corpus, by tool and case."""
-    wanted = {
-        f"{name} {case}": (corpus.folder / case, tool)
-        for name, tool in tools.items()
-        for case in corpus.labels
-    }
-    with progress(doing) as report:
-        answers = run.ask_all(answered, wanted, jobs, report)
-    return {name: {case: answers[f"{name} {case}"] for case in corpus.labels} for name in tools}
-
-
-def ask_without(corpus: Corpus, jobs: int, progress: Progress) -> dict[str, Answer]:
-    """Return what the tool answers to each case without the effect that is concealed in it."""
-    wanted = {
-        case: (corpus.folder / case, partial(diagnose, without=(effect,)))
-        for case, effect in concealing(corpus.labels).items()
-    }
-    with progress("leaving out what is concealed") as report:
-        return run.ask_all(answered, wanted, jobs, report)
-
-
-def ask_engine(
-    corpus: Corpus, answers: Answers, jobs: int, request: Request, progress: Progress
-) -> list[Audit]:
-    """Return how far the names reported in the truth's place lead when the engine drives them."""
-    wanted = {
-        question.name: question
-        for question in questions(corpus.labels, answers, cases(request.quick), request.seed)
-    }
-    if not wanted:
-        return []
-    with progress("driving what was reported") as report:
-        return list(run.ask_all(audited, wanted, jobs, report).values())
+def answered_by(wanted: tuple[Tool, Question]) -> Answer:
+    """Do as `answered`, in one argument."""
+    tool, question = wanted
+    return answered(question, tool)
 
 
 def baselines() -> dict[str, Tool]:

@@ -1,4 +1,4 @@
-"""The study: corpora written, tools asked, and what their answers are worth, a table after the other."""
+"""The study: worlds made or found, the tool asked about each, and what its answers are worth in one table."""
 
 from __future__ import annotations
 
@@ -7,30 +7,29 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.evaluation import tables
-from omnimate.evaluation.corpora import has_contact_engine, seal, write_corpora
-from omnimate.evaluation.questions import (
-    ablations,
-    ask_engine,
-    ask_others,
-    ask_tool,
-    ask_without,
-    baselines,
-)
+from omnimate.evaluation.asking import ask_engine, ask_others, ask_tool, ask_without
+from omnimate.evaluation.questions import ablations, baselines
+from omnimate.evaluation.scores import Score, pooled, scored
+from omnimate.evaluation.worlds.world import AbsentError
+from omnimate.figures.reliability import plot_reliability
+from omnimate.proof.judging import reported_instead
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from rich.table import Table
 
-    from omnimate.evaluation.corpora import Corpus, Request
+    from omnimate.evaluation.asking import Answers
     from omnimate.evaluation.progress import Progress
-    from omnimate.evaluation.questions import Answers, Tool
+    from omnimate.evaluation.worlds.world import Corpus, Request, World
+
+RESULT, RELIABILITY = "proof.json", "reliability.png"
 
 
 @dataclass(frozen=True, slots=True)
 class Comparisons:
-    """What is asked beside the tool itself: True all cases, False none, None a few where little is wanted.
+    """What is asked about the engine's cases beside the tool itself.
 
     Attributes:
         baselines: Whether plain methods are asked.
@@ -38,77 +37,90 @@ class Comparisons:
         leave_one_out: Whether the tool is asked without the effect that is concealed.
     """
 
-    baselines: bool | None
-    ablations: bool | None
-    leave_one_out: bool | None
+    baselines: bool = False
+    ablations: bool = False
+    leave_one_out: bool = False
 
 
 def study(
-    place: Path, request: Request, comparisons: Comparisons, jobs: int, progress: Progress
+    place: Path,
+    worlds: Sequence[World],
+    request: Request,
+    comparisons: Comparisons,
+    jobs: int,
+    progress: Progress,
+    figures: Path | None = None,
 ) -> Iterator[Table | str]:
     """Carry the study out in a folder, and yield its tables and sentences as they are known.
 
+    Args:
+        place: Folder that keeps recordings, labels, answers and the table.
+        worlds: The worlds; one that is not here is left out, and that is said.
+        request: How much of each.
+        comparisons: What is asked beside the tool itself.
+        jobs: How many processes work at once.
+        progress: Is shown how far the study is.
+        figures: Folder for the reliability diagrams; None for none.
+
     Raises:
-        OmnimateError: The folder holds another corpus, or one that was not finished.
+        OmnimateError: The folder holds another corpus.
+        PlotError: A figure cannot be written.
     """
-    corpora = []
-    for corpus in write_corpora(place, request, jobs, progress):
-        corpora.append(corpus)
-        yield f"labels of the {corpus.title}: {len(corpus.labels)}, SHA-256 {seal(corpus)}"
-    if request.contact and not has_contact_engine():
-        yield "MuJoCo is not installed (pip install 'omnimate[mujoco]'): its part of the corpus is left out"
-    answers = ask_tool(corpora, jobs, progress, place / "answers.jsonl")
-    _write(place / "answers.json", answers)
-    yield from _worth(corpora, answers)
-    for corpus in corpora:
-        if corpus.name == "own":
+    place.mkdir(parents=True, exist_ok=True)
+    scores: list[Score] = []
+    asked: list[tuple[Corpus, Answers]] = []
+    answers: Answers
+    for world in worlds:
+        try:
+            corpus = world.corpus(place, request, jobs, progress)
+        except AbsentError as absent:
+            yield str(absent)
+            continue
+        yield f"labels of {world.name}: {len(corpus.labels)}, SHA-256 {corpus.digest}"
+        answers = ask_tool(corpus, jobs, progress, place / f"{world.name}.answers.jsonl")
+        yield from _refused(answers)
+        scores.append(scored(corpus, answers))
+        asked.append((corpus, answers))
+    if not scores:
+        return
+    columns = [*scores, *pooled(asked)]
+    _write(place / RESULT, {"worlds": {score.name: score.as_json() for score in columns}})
+    yield tables.worlds(columns)
+    if figures is not None:
+        plot_reliability({score.title: score.reliability for score in scores}, figures / RELIABILITY)
+    for corpus, answers in asked:
+        if reported := reported_instead(corpus.labels, answers):
+            yield tables.instead(corpus.world.title, reported)
+        if corpus.world.name == "engine":
             audits = ask_engine(corpus, answers, jobs, request, progress)
-            yield tables.redriven(corpus.title, audits)
-    plain = {"Baselines": (comparisons.baselines, baselines), "Ablations": (comparisons.ablations, ablations)}
-    for title, (wanted, tools) in plain.items():
-        for corpus in _portion(corpora, quick=request.quick, wanted=wanted):
-            yield _compare(title, tools(), answers, corpus, place, jobs, progress)
-    for corpus in _portion(corpora, quick=request.quick, wanted=comparisons.leave_one_out):
-        unnamed = ask_without(corpus, jobs, progress)
-        _write(place / f"leave-one-out-{corpus.name}.json", unnamed)
-        yield tables.missed(f"Leave one out: {corpus.title}", corpus.labels, unnamed)
+            yield tables.redriven(corpus.world.title, audits)
+            yield from _compared(corpus, answers, comparisons, place, jobs, progress)
 
 
-def _worth(corpora: Sequence[Corpus], answers: Answers) -> Iterator[Table | str]:
-    """Yield how often the tool is right about each corpus."""
+def _refused(answers: Answers) -> Iterator[str]:
+    """Yield how many cases were refused."""
     refused = [
         f"{name}: {answer['says']}" for name, answer in answers.items() if answer["verdict"] == "error"
     ]
     if refused:
         yield f"{len(refused)} of {len(answers)} cases were refused as bad input; the first: {refused[0]}"
-    for corpus in corpora:
-        yield tables.shown(corpus.title, corpus.labels, answers, corpus.ease)
-        yield tables.instead(corpus.title, corpus.labels, answers)
 
 
-def _portion(corpora: Sequence[Corpus], *, quick: bool, wanted: bool | None) -> Sequence[Corpus]:
-    """Return what to ask more about: everything, nothing, or a few cases where little time is to be spent."""
-    if wanted is None and quick:
-        return [corpora[0].few()]
-    return [] if wanted is False else corpora
+def _compared(
+    corpus: Corpus, answers: Answers, comparisons: Comparisons, place: Path, jobs: int, progress: Progress
+) -> Iterator[Table]:
+    """Yield what other tools' answers are worth beside the tool's."""
+    plain = {"Baselines": (comparisons.baselines, baselines), "Ablations": (comparisons.ablations, ablations)}
+    for title, (wanted, tools) in plain.items():
+        if wanted:
+            others = ask_others(title.lower(), corpus, tools(), jobs, progress)
+            _write(place / f"{title.lower()}.json", others)
+            yield tables.compared(title, corpus.labels, {"diagnose": answers, **others})
+    if comparisons.leave_one_out:
+        unnamed = ask_without(corpus, jobs, progress)
+        _write(place / "leave-one-out.json", unnamed)
+        yield tables.missed("Leave one out", corpus.labels, unnamed)
 
 
-def _compare(
-    title: str,
-    tools: Mapping[str, Tool],
-    answers: Answers,
-    corpus: Corpus,
-    place: Path,
-    jobs: int,
-    progress: Progress,
-) -> Table:
-    """Return what other tools' answers are worth beside the tool's."""
-    others = ask_others(title.lower(), corpus, tools, jobs, progress)
-    _write(place / f"{title.lower()}-{corpus.name}.json", others)
-    return tables.compared(
-        f"{title}: {corpus.title}", corpus.labels, {"diagnose": answers, **others}, corpus.ease
-    )
-
-
-def _write(path: Path, answers: object) -> None:
-    path.write_text(json.dumps(answers), encoding="utf-8")
+def _write(path: Path, content: object) -> None:
+    path.write_text(json.dumps(content, indent=1), encoding="utf-8")

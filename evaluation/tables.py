@@ -2,53 +2,47 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
+from rich.text import Text
 
 from omnimate.proof.leave_one_out import OUTCOMES, left_out_rows
-from omnimate.proof.score import reported_instead, rows
+from omnimate.proof.score import rows
 
 if TYPE_CHECKING:
+    from collections import Counter
     from collections.abc import Mapping, Sequence
 
-    from omnimate.evaluation.questions import Answers
+    from omnimate.evaluation.asking import Answers
+    from omnimate.evaluation.scores import Score
     from omnimate.proof.audit import Audit
-    from omnimate.proof.score import Row
+    from omnimate.proof.score import Line
 
 
-def shown(title: str, labels: Mapping[str, Any], answers: Answers, ease: float = 1.0) -> Table:
-    """Return a table of what a tool's answers are worth; `ease` is a factor on the targets."""
-    table = Table(title=title)
-    for heading in ("what", "share", "95 %", "of", "target", ""):
-        table.add_column(heading, justify="left" if heading in {"what", ""} else "right")
-    for row in rows(labels, answers, ease):
-        table.add_row(*_cells(row), style="" if row.verdict != "NOT REACHED" else "bold")
+def worlds(scores: Sequence[Score]) -> Table:
+    """Return the one table: a line for each figure, a column for each world; bold is what is not reached."""
+    table = Table(title="The mismatch tool in every world", caption="bold: the target is not reached")
+    table.add_column("what")
+    table.add_column("wanted", justify="right")
+    for score in scores:
+        table.add_column(f"{score.title}\n{score.cases} cases", justify="right")
+    for lines in zip(*(score.lines for score in scores), strict=True):
+        table.add_row(lines[0].name, _target(lines[0]), *map(_cell, lines))
     return table
 
 
-def _cells(row: Row) -> tuple[str, ...]:
-    if math.isnan(row.share):
-        return row.name, "-", "", "0", "", row.note
-    low, high = row.interval
-    return (
-        row.name,
-        f"{row.share:.3f}",
-        f"{low:.2f}-{high:.2f}",
-        str(row.of),
-        _target(row),
-        f"{row.verdict} {row.note}".strip(),
-    )
+def _cell(line: Line) -> Text:
+    return Text(line.text, style="bold" if line.is_missed else "")
 
 
-def instead(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
+def instead(title: str, reported: Counter[tuple[str, str]]) -> Table:
     """Return a table of the names that counted as right in the truth's place, for who judges otherwise."""
     table = Table(title=f"{title}: counted as right, as the drive cannot tell them apart")
     for heading in ("truth", "reported first", "cases"):
         table.add_column(heading, justify="right" if heading == "cases" else "left")
-    for (truth, reported), cases in reported_instead(labels, answers).most_common():
-        table.add_row(truth, reported, str(cases))
+    for (truth, name), cases in reported.most_common():
+        table.add_row(truth, name, str(cases))
     return table
 
 
@@ -68,24 +62,18 @@ def redriven(title: str, audits: Sequence[Audit]) -> Table:
     return table
 
 
-def compared(
-    title: str, labels: Mapping[str, Any], answers: Mapping[str, Answers], ease: float = 1.0
-) -> Table:
+def compared(title: str, labels: Mapping[str, Any], answers: Mapping[str, Answers]) -> Table:
     """Return a table of what the answers of several tools are worth, a column for each."""
     table = Table(title=title)
     for heading in ("what", "wanted", *answers):
         table.add_column(heading, justify="left" if heading == "what" else "right")
-    for line in zip(*(rows(labels, each, ease) for each in answers.values()), strict=True):
-        table.add_row(line[0].name, _target(line[0]), *map(_share, line))
+    for lines in zip(*(rows(labels, each) for each in answers.values()), strict=True):
+        table.add_row(lines[0].name, _target(lines[0]), *map(_cell, lines))
     return table
 
 
-def _target(row: Row) -> str:
-    return "" if row.target is None else f"{'<=' if row.most else '>='} {row.target:.2f}"
-
-
-def _share(row: Row) -> str:
-    return f"{row.share:.2f} of {row.of}" if row.of else "-"
+def _target(line: Line) -> str:
+    return "" if line.target is None else f"{'<=' if line.most else '>='} {line.target:.2f}"
 
 
 def missed(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +45,14 @@ def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
         "kind": case.kind, "verdict": verdict, "poses": case.poses, "recordings": ["1"], "effects": labels,
         "engine": "own", "drive": case.drive, "note": case.note,
     }  # fmt: skip
+
+
+def write_case(wanted: tuple[Path, Case, int]) -> dict[str, Any]:
+    """Do as `make`, in one argument and over what an earlier run left unfinished."""
+    folder, case, seed = wanted
+    if folder.exists():
+        shutil.rmtree(folder)
+    return make(folder, case, seed)
 
 
 def main() -> None:

@@ -6,12 +6,12 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from omnimate.proof.score import ASSERTED, asserted, wrong
+from omnimate.proof.judging import ASSERTED, asserted, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from omnimate.proof.score import Answer, Label
+    from omnimate.proof.judging import Answer, Label
 
 Outcome = Literal["unknown", "acceptable", "wrong name", "nothing"]
 OUTCOMES: tuple[Outcome, ...] = ("unknown", "acceptable", "wrong name", "nothing")

@@ -28,7 +28,9 @@ NOTES = {
     "diagnose": "`--report` is for people, `--json` [for programs](diagnosis.md), `--effects-out` [for "
     "the simulator](effects.md). [The mismatch method](../explanation/mismatch.md) explains "
     "it.",
-    "prove": "`--quick` takes a few minutes; `--real-only` shows the real recordings. [What was "
+    "prove": "It prints one table with a column for each world, and `--out` keeps it as `proof.json`. Labels "
+    "are sealed before the tool is asked, answers are kept as they come, and a run that was stopped goes on. "
+    "`--quick` takes a few minutes; `--real-only` shows the real recordings. [What was "
     "proven](../explanation/proven.md) has the results.",
     "track": "Live or over a recording, with what was corrected and why: "
     "[IPEC](../explanation/ipec.md), [the filter](../explanation/filter.md).",

@@ -1,10 +1,13 @@
-"""`omnimate prove`: which tools are asked about which cases, and that their tables are printed."""
+"""`omnimate prove`: which worlds are asked about, and that one table, its JSON and its figure come out."""
+
+import json
 
 import pytest
 
 from omnimate.proof.cases import cases
 
 ANSWER = {"verdict": "agreement", "findings": [], "fit": None}
+KINDS = ("concealed", "concealed2", "contact")
 
 
 @pytest.fixture
@@ -12,16 +15,12 @@ def asked(monkeypatch):
     """Let nothing be driven and nothing be diagnosed; return the names of all questions, a list a bar."""
     questions = []
 
-    def corpus(folder, _jobs, _tell, **kinds):
-        folder.mkdir(parents=True)
-        found = cases(kinds["quick"])
-        return {f"own-{number:04d}": label(case) for number, case in enumerate(found)}
-
-    def answers(_ask, wanted, _jobs, _tell, _kept=None):
+    def answers(ask, wanted, _jobs, _tell, _kept=None):
+        if ask.__name__ == "write_case":
+            return {name: label(case) for name, (_, case, _) in wanted.items()}
         questions.append(list(wanted))
         return dict.fromkeys(wanted, ANSWER)
 
-    monkeypatch.setattr("omnimate.proof.run.write_corpus", corpus)
     monkeypatch.setattr("omnimate.proof.run.ask_all", answers)
     return questions
 
@@ -31,34 +30,75 @@ def label(case):
         {"effect": effect, "component": component, "intervals": [], "parameters": {}, "acceptable": []}
         for effect, component in case.effects
     ]
-    return {"kind": case.kind, "effects": effects}
+    return {"kind": case.kind, "effects": effects, "recordings": ["1"]}
 
 
-def test_quick_asks_more_about_a_few_cases_only(omnimate, asked):
-    shown = omnimate("prove", "--quick", "--no-contact").out
-    assert [len(names) for names in asked] == [len(cases(quick=True)), 3 * 3, 3 * 4, 1]
-    for title in ("Baselines", "Ablations", "Leave one out"):
-        assert title in shown
+@pytest.fixture
+def data(tmp_path):
+    """Return a folder with three labelled sets."""
+    for number, kind in enumerate(KINDS, start=1):
+        folder = tmp_path / "data" / kind
+        folder.mkdir(parents=True)
+        healthy = {"kind": "null", "effects": [], "recordings": ["1"]}
+        labels = {f"{kind}-{case}": healthy for case in range(number)}
+        (folder / "labels.json").write_text(json.dumps(labels))
+    return tmp_path / "data"
 
 
-def test_recordings_that_are_refused_are_no_silent_misses(omnimate, asked, monkeypatch):
+def test_one_table_has_a_column_for_each_world_that_is_asked_for(omnimate, asked, data):
+    shown = omnimate("prove", "--world", "concealed", "--world", "contact", "--data", data).out
+    assert [len(names) for names in asked] == [1, 3]
+    assert "false alarm on a null" in shown
+    assert "0 of 1" in shown
+    assert "0 of 3" in shown
+    assert "foreign, pooled" in shown
+    assert "concealed2" not in shown
+
+
+def test_a_world_that_is_not_there_is_left_out_and_that_is_said(omnimate, asked, tmp_path):
+    shown = omnimate("prove", "--world", "concealed", "--data", tmp_path)
+    assert shown.code == 0
+    assert "concealed is left out" in shown.out
+
+
+def test_labels_are_sealed_before_the_tool_is_asked(omnimate, asked, data):
+    assert (
+        "labels of concealed2: 2, SHA-256 " in omnimate("prove", "--world", "concealed2", "--data", data).out
+    )
+
+
+def test_the_table_is_written_as_json_and_drawn(omnimate, asked, data, tmp_path):
+    kept, figures = tmp_path / "kept", tmp_path / "drawn"
+    figures.mkdir()
+    omnimate("prove", "--world", "concealed", "--data", data, "--out", kept, "--figures", figures)
+    written = json.loads((kept / "proof.json").read_text())
+    assert written["worlds"]["concealed"]["lines"][0]["name"] == "false alarm on a null"
+    assert (figures / "reliability.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_recordings_that_are_refused_are_no_silent_misses(omnimate, asked, data, monkeypatch):
     refused = {"verdict": "error", "says": "can.log:1: no CAN frame", "findings": [], "fit": None}
     monkeypatch.setattr(
         "omnimate.proof.run.ask_all",
         lambda _ask, wanted, _jobs, _tell, _kept=None: dict.fromkeys(wanted, refused),
     )
-    shown = omnimate(
-        "prove", "--quick", "--no-contact", "--no-baselines", "--no-ablations", "--no-leave-one-out"
-    )
-    count = len(cases(quick=True))
-    assert f"{count} of {count} cases were refused" in shown.out
+    shown = omnimate("prove", "--world", "contact", "--data", data)
+    assert "3 of 3 cases were refused" in shown.out
     assert "can.log:1: no CAN frame" in shown.out
 
 
-def test_every_case_is_asked_about_on_request(omnimate, asked):
-    shown = omnimate(
-        "prove", "--quick", "--no-contact", "--baselines", "--no-ablations", "--leave-one-out"
-    ).out
+def test_quick_asks_about_a_small_part_of_the_engine(omnimate, asked):
+    assert "own engine" in omnimate("prove", "--quick", "--world", "engine").out
+    assert [len(names) for names in asked] == [len(cases(quick=True))]
+
+
+def test_as_many_cases_are_asked_about_as_are_wanted(omnimate, asked):
+    omnimate("prove", "--cases", "7", "--world", "engine")
+    assert [len(names) for names in asked] == [7]
+
+
+def test_other_tools_are_asked_about_the_engines_cases_on_request(omnimate, asked):
+    shown = omnimate("prove", "--quick", "--world", "engine", "--baselines", "--leave-one-out").out
     whole = cases(quick=True)
     alone = [one for one in whole if one.kind in {"single", "masked"} and len(one.effects) == 1]
     assert [len(names) for names in asked] == [len(whole), 3 * len(whole), len(alone)]
@@ -66,35 +106,14 @@ def test_every_case_is_asked_about_on_request(omnimate, asked):
     assert "Ablations" not in shown
 
 
-def test_the_full_run_asks_about_everything(omnimate, asked, tmp_path):
-    omnimate("prove", "--no-contact", "--real", tmp_path)
-    whole = len(cases(quick=False))
-    assert [len(names) for names in asked][:3] == [whole, 3 * whole, 4 * whole]
-
-
-def test_the_answers_of_all_tools_are_kept(omnimate, asked, tmp_path):
-    omnimate("prove", "--quick", "--no-contact", "--out", tmp_path / "kept")
-    kept = {path.name for path in (tmp_path / "kept").glob("*.json")}
-    assert kept == {
-        *("own.json", "corpus.json", "answers.json", "baselines-own.json", "ablations-own.json"),
-        "leave-one-out-own.json",
-    }
-
-
-def test_a_run_that_was_stopped_goes_on_with_the_same_corpus_and_no_other(
-    omnimate, asked, tmp_path, monkeypatch
-):
+def test_a_study_that_was_stopped_goes_on_with_the_same_cases_and_no_others(omnimate, asked, tmp_path):
     kept = tmp_path / "kept"
-    omnimate("prove", "--quick", "--no-contact", "--out", kept)
-    monkeypatch.setattr("omnimate.proof.run.write_corpus", None)
-    assert "independent engine" in omnimate("prove", "--quick", "--no-contact", "--out", kept).out
-    refused = omnimate("prove", "--quick", "--no-contact", "--seed", "2", "--out", kept)
-    assert refused.code != 0
+    omnimate("prove", "--quick", "--world", "engine", "--out", kept)
+    assert "own engine" in omnimate("prove", "--quick", "--world", "engine", "--out", kept).out
+    refused = omnimate("prove", "--quick", "--world", "engine", "--seed", "2", "--out", kept)
+    assert refused.code == 1
     assert "a folder of its own" in refused.err
 
 
-def test_a_corpus_that_was_not_finished_is_not_mistaken_for_one(omnimate, asked, tmp_path):
-    (tmp_path / "kept" / "own").mkdir(parents=True)
-    refused = omnimate("prove", "--quick", "--no-contact", "--out", tmp_path / "kept")
-    assert refused.code != 0
-    assert "not finished" in refused.err
+def test_a_world_of_no_known_name_is_refused(omnimate, asked):
+    assert "no world 'husky'; expected engine" in omnimate("prove", "--world", "husky").err

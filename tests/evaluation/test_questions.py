@@ -4,16 +4,17 @@ import pickle
 
 import pytest
 
-from omnimate.evaluation.questions import ablations, answered, baselines
+from omnimate.evaluation.questions import ablations, answered, answered_by, baselines
 from omnimate.mismatch import Diagnosis
 from omnimate.proof.cases import Case
 from omnimate.proof.corpus import make
 from omnimate.vehicle.errors import OmnimateError
 
 
-def test_a_tool_is_given_all_recordings_of_a_case_and_answers_in_json(tmp_path):
-    make(tmp_path, Case("null", (), "squares", "mocap", trucks=1, note="short"), 3)
-    answer = answered((tmp_path, lambda recordings: Diagnosis("agreement", f"{len(recordings)} seen")))
+def test_a_tool_is_given_the_recordings_that_the_label_names_and_answers_in_json(tmp_path):
+    label = make(tmp_path, Case("null", (), "squares", "mocap", trucks=1, note="short"), 3)
+    (tmp_path / "labels of something else").mkdir()
+    answer = answered((tmp_path, label), lambda recordings: Diagnosis("agreement", f"{len(recordings)} seen"))
     assert (answer["verdict"], answer["says"], answer["findings"]) == ("agreement", "1 seen", [])
 
 
@@ -27,7 +28,7 @@ def test_recordings_that_are_refused_are_an_answer_too(tmp_path):
     def refuse(_recordings):
         raise OmnimateError("no poses")
 
-    assert answered((tmp_path, refuse)) == {
+    assert answered_by((refuse, (tmp_path, {"recordings": []}))) == {
         "verdict": "error",
         "says": "no poses",
         "findings": [],

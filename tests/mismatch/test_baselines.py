@@ -11,7 +11,8 @@ from omnimate.mismatch.signals import signals_of
 from omnimate.mismatch.sparse import METHODS
 from omnimate.mismatch.terms import smooth_terms
 from omnimate.mismatch.windows import windows_of
-from omnimate.proof.score import first_right, fits, rows
+from omnimate.proof.judging import first_right, fits
+from omnimate.proof.score import rows
 
 LABEL = {
     "kind": "single",
@@ -41,7 +42,7 @@ def test_a_worn_wheel_is_among_the_findings_of_an_answer_that_is_scored_as_the_t
     truth = LABEL["effects"][0]
     assert any(fits(one["effect"], one["component"], truth) for one in answer["findings"])
     table = {row.name: row for row in rows({"worn": LABEL}, {"worn": answer})}
-    assert table["single: right first"].hits == first_right(LABEL, answer)
+    assert table["one effect: right first"].hits == first_right(LABEL, answer)
     assert name == "lasso" or first_right(LABEL, answer)  # which shares it among what looks alike
     assert table["held-out residual after <= 1.05"].of == 0
 

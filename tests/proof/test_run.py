@@ -4,8 +4,7 @@ import json
 
 import pytest
 
-from omnimate.proof.cases import cases
-from omnimate.proof.run import ask_all, write_corpus
+from omnimate.proof.run import ask_all
 
 
 def half(number):
@@ -34,31 +33,3 @@ def test_a_line_that_a_stop_left_half_written_is_asked_for_again(tmp_path):
     answers = ask_all(half, {"two": 2, "four": 4}, 1, quiet, kept)
     assert answers == {"two": {"half": "known"}, "four": {"half": 2.0}}
     assert dict(json.loads(line) for line in kept.read_text().splitlines()) == answers
-
-
-def test_a_part_of_the_corpus_is_drawn_by_the_seed(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        "omnimate.proof.run.make", lambda _folder, case, seed: {"kind": case.kind, "seed": seed}
-    )
-    monkeypatch.setattr("omnimate.proof.run.ProcessPoolExecutor", InThisOne)
-    drawn = [
-        write_corpus(tmp_path / name, 1, quiet, quick=False, seed=seed, part=0.1)
-        for name, seed in (("one", 1), ("again", 1), ("other", 2))
-    ]
-    assert drawn[0].keys() == drawn[1].keys() != drawn[2].keys()
-    assert len(drawn[0]) == round(0.1 * len(cases(quick=False)))
-
-
-class InThisOne:
-    """A pool of no other process."""
-
-    map = staticmethod(map)
-
-    def __init__(self, _jobs, **_how):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass

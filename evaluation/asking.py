@@ -1,0 +1,77 @@
+"""Asking tools about all cases of a corpus, in several processes."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from omnimate.evaluation.questions import Answer, answered_by
+from omnimate.mismatch import diagnose
+from omnimate.proof import run
+from omnimate.proof.audit import audited, questions
+from omnimate.proof.cases import cases
+from omnimate.proof.leave_one_out import concealing
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from omnimate.evaluation.progress import Progress
+    from omnimate.evaluation.questions import Tool
+    from omnimate.evaluation.worlds.world import Corpus, Request
+    from omnimate.proof.audit import Audit
+
+    Answers = Mapping[str, Answer]
+
+
+def ask_tool(corpus: Corpus, jobs: int, progress: Progress, kept: Path | None = None) -> dict[str, Answer]:
+    """Return the tool's answers to all cases of a corpus, by case.
+
+    Args:
+        corpus: The corpus.
+        jobs: How many processes answer at once.
+        progress: Is shown how many cases are answered.
+        kept: File that receives every answer at once; what it holds is not asked again.
+    """
+    wanted = {case: corpus.question(case) for case in corpus.labels}
+    with progress(f"{corpus.world.name}: diagnosing") as report:
+        answers = run.ask_all(corpus.world.ask, wanted, jobs, report, kept)
+    return {case: answers[case] for case in wanted}
+
+
+def ask_others(
+    doing: str, corpus: Corpus, tools: Mapping[str, Tool], jobs: int, progress: Progress
+) -> dict[str, Answers]:
+    """Return the answers of other tools to all cases of a corpus, by tool and case."""
+    wanted = {
+        f"{name} {case}": (tool, corpus.question(case))
+        for name, tool in tools.items()
+        for case in corpus.labels
+    }
+    with progress(f"{corpus.world.name}: {doing}") as report:
+        answers = run.ask_all(answered_by, wanted, jobs, report)
+    return {name: {case: answers[f"{name} {case}"] for case in corpus.labels} for name in tools}
+
+
+def ask_without(corpus: Corpus, jobs: int, progress: Progress) -> dict[str, Answer]:
+    """Return what the tool answers to each case without the effect that is concealed in it."""
+    wanted: dict[str, tuple[Tool, tuple[Path, dict[str, object]]]] = {
+        case: (partial(diagnose, without=(effect,)), corpus.question(case))
+        for case, effect in concealing(corpus.labels).items()
+    }
+    with progress(f"{corpus.world.name}: leaving out what is concealed") as report:
+        return run.ask_all(answered_by, wanted, jobs, report)
+
+
+def ask_engine(
+    corpus: Corpus, answers: Answers, jobs: int, request: Request, progress: Progress
+) -> list[Audit]:
+    """Return how far the names reported in the truth's place lead when the engine drives them."""
+    wanted = {
+        question.name: question
+        for question in questions(corpus.labels, answers, cases(request.quick), request.seed)
+    }
+    if not wanted:
+        return []
+    with progress("driving what was reported") as report:
+        return list(run.ask_all(audited, wanted, jobs, report).values())

@@ -1,0 +1,57 @@
+"""Worlds that the project's own studies make: the engine of `proof`, MuJoCo, and PyBullet."""
+
+from __future__ import annotations
+
+import random
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from omnimate.evaluation.worlds.world import AbsentError, Label, Request
+from omnimate.proof import run
+from omnimate.proof.cases import cases, seed_of
+from omnimate.proof.corpus import write_case
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from omnimate.evaluation.progress import Report
+
+QUICK_CONTACTS, CONTACTS = 6, 46  # cases of an engine with contacts, quick and in whole
+
+
+def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
+    """Write the cases of the independent engine."""
+    wanted = cases(request.quick)
+    count = len(wanted) if request.cases is None else min(request.cases, len(wanted))
+    numbers = sorted(random.Random(request.seed).sample(range(len(wanted)), count))  # noqa: S311  # no secret
+    made = {
+        f"own-{number:04d}": (folder / f"own-{number:04d}", wanted[number], seed_of(request.seed, number))
+        for number in numbers
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    return run.ask_all(write_case, made, jobs, report, folder / "labels.jsonl")
+
+
+def write_mujoco(folder: Path, request: Request, _jobs: int, _report: Report) -> Mapping[str, Label]:
+    """Write the cases of the two-truck robot in MuJoCo."""
+    return _with_contacts("mujoco", folder, request)
+
+
+def write_bullet(folder: Path, request: Request, _jobs: int, _report: Report) -> Mapping[str, Label]:
+    """Write the cases of foreign robots in PyBullet."""
+    return _with_contacts("bullet", folder, request)
+
+
+def _with_contacts(engine: str, folder: Path, request: Request) -> Mapping[str, Label]:
+    """Write the cases of `proof.ENGINE.corpus`: its `write(folder, corpus(count), seed)` gives labels."""
+    library = {"mujoco": "mujoco", "bullet": "pybullet"}[engine]
+    if find_spec(library) is None:
+        raise AbsentError(f"{library} is not installed (pip install {library}): {engine} is left out")
+    if find_spec(f"omnimate.proof.{engine}") is None:
+        raise AbsentError(f"proof/{engine} is not there: {engine} is left out")
+    corpus = import_module(f"omnimate.proof.{engine}.corpus")
+    count = request.cases or (QUICK_CONTACTS if request.quick else CONTACTS)
+    labels: Mapping[str, Label] = corpus.write(folder, corpus.corpus(count), request.seed)
+    return labels

@@ -1,0 +1,39 @@
+"""All worlds, by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from omnimate.evaluation.worlds.engines import write_bullet, write_engine, write_mujoco
+from omnimate.evaluation.worlds.world import LabelledWorld, World, WrittenWorld
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+
+def worlds(data: Path) -> dict[str, World]:
+    """Return all worlds by name; `data` is the folder of labelled sets and of real recordings."""
+    every: tuple[World, ...] = (
+        WrittenWorld("engine", "own engine", write_engine),
+        WrittenWorld("mujoco", "MuJoCo", write_mujoco),
+        LabelledWorld("concealed", "concealed", data / "concealed", foreign=True),
+        LabelledWorld("concealed2", "concealed2", data / "concealed2", foreign=True),
+        LabelledWorld("contact", "contact", data / "contact", foreign=True),
+        WrittenWorld("bullet", "PyBullet", write_bullet, foreign=True),
+    )
+    return {world.name: world for world in every}
+
+
+def chosen(data: Path, names: Sequence[str]) -> list[World]:
+    """Return the worlds of these names, all of them where none is given.
+
+    Raises:
+        OmnimateError: There is no world of a name.
+    """
+    every = worlds(data)
+    for name in names:
+        if name not in every:
+            raise OmnimateError(f"no world {name!r}; expected {', '.join(every)}")
+    return [every[name] for name in names or every]
