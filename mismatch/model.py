@@ -10,7 +10,7 @@ import numpy as np
 from omnimate.mismatch.signals import signals_of
 from omnimate.mismatch.windows import pushed
 from omnimate.vcan_sim.effects.ageing import AgedSamples
-from omnimate.vcan_sim.effects.stages import replay, stage_of
+from omnimate.vcan_sim.effects.stages import replay
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,7 +70,7 @@ def _age_poses(windows: Windows, effects: Sequence[Effect], offset: Array) -> No
     """Let poses be of an earlier time than they say."""
     signals = windows.signals
     for effect in effects:
-        if not isinstance(effect, AgedSamples) or stage_of(effect) != "poses":
+        if not isinstance(effect, AgedSamples) or effect.acts_at() != "poses":
             continue
         for truck in range(len(signals.trucks)):
             for axis in range(3):

@@ -104,6 +104,7 @@ def signals_of(
         acceleration=acceleration,
         wheelbase=wheelbase,
         heading=0.5 * (path[1:, :, 2] + path[:-1, :, 2]),
+        place=0.5 * (path[1:, :, :2] + path[:-1, :, :2]),
         travel=travel,
         twist=np.zeros((len(period), len(wheelbase), 3)),
         reading=(readings_foreseen(path, known, time) if foreseen else reading)[1:],

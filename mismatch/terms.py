@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -173,7 +174,7 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
         present -= {"poses"}
     moved = moving_channels(signals)
     terms = []
-    for kind in EFFECTS:
+    for kind in filter(attrgetter("searched"), EFFECTS):
         for component in kind.components:
             if component not in present or kind.name in SCANNED:
                 continue

@@ -110,7 +110,12 @@ class AlteredPath:
     def _block(self, state: Record, speed_before: Array, period: float) -> Block:
         """Return a block of the step that the wheels have just turned."""
         robot, wheels = state[0], 2 * self._trucks
-        speed = robot["speed"][:wheels]
+        speed, travel = robot["speed"][:wheels], robot["travel"][:wheels]
+        wheelbase = self._constants["wheelbase"][: self._trucks]
+        pose = robot["pose"][: self._trucks]
+        heading = pose[:, 2] + 0.5 * (travel[1::2] - travel[0::2]) / wheelbase
+        ahead = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+        place = pose[:, :2] + 0.25 * (travel[0::2] + travel[1::2])[:, None] * ahead
         return Block(
             time=np.array([self.time]),
             period=np.array([period]),
@@ -118,9 +123,10 @@ class AlteredPath:
             turned=robot["turned"][None, :wheels].copy(),
             speed=(self._radius * speed)[None],
             acceleration=(self._radius * (speed - speed_before) / period)[None],
-            wheelbase=self._constants["wheelbase"][: self._trucks],
-            heading=robot["pose"][None, : self._trucks, 2].copy(),
-            travel=robot["travel"][None, :wheels].copy(),
+            wheelbase=wheelbase,
+            heading=heading[None],
+            place=place[None],
+            travel=travel[None].copy(),
             twist=np.zeros((1, self._trucks, 3)),
             reading=self._reading(state),
             rest=self._rest,
@@ -167,7 +173,7 @@ class AlteredPath:
             move(self._constants, robot)
             return block
         arcs = replace(block, travel=robot["travel"][None, : 2 * self._trucks].copy()).rolled()
-        heading = arcs.heading + 0.5 * arcs.twist[:, :, 2]
+        heading = robot["pose"][None, : self._trucks, 2] + 0.5 * arcs.twist[:, :, 2]
         glide(self._constants, robot, self._act("body", replace(arcs, heading=heading)).twist[0])
         return block
 

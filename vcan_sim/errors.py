@@ -39,6 +39,20 @@ class BumpError(SimulationError):
         self.text = text
 
 
+class ExpressionError(SimulationError):
+    """A text that is no formula.
+
+    Attributes:
+        text: Formula as it was written.
+        column: Place in the text at which it cannot be read, from 1.
+    """
+
+    def __init__(self, text: str, column: int, problem: str) -> None:
+        super().__init__(f"formula {text[:200]!r}, column {column}: {problem}")
+        self.text = text
+        self.column = column
+
+
 class EffectsFileError(SimulationError):
     """An effects file that cannot be read or describes no effect.
 

@@ -1,4 +1,4 @@
-"""The table of effects, from the effects themselves: it stands where a page has the line `[[effects]]`."""
+"""The tables of effects and of the variables of laws, where a page has `[[effects]]` or `[[variables]]`."""
 
 from __future__ import annotations
 
@@ -6,26 +6,38 @@ import sys
 from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.effects import EFFECTS
+from omnimate.vcan_sim.effects.variables import VARIABLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from omnimate.vcan_sim.effects.effect import Effect, Parameter
 
-PLACE = "[[effects]]"
-
 
 def on_page_markdown(markdown: str, **_: object) -> str:
-    """Put the table into the page that asks for it."""
-    return markdown.replace(PLACE, "".join(_table())) if PLACE in markdown else markdown
+    """Put the tables into the page that asks for them."""
+    for place, table in (("[[effects]]", _effects), ("[[variables]]", _variables)):
+        if place in markdown:
+            markdown = markdown.replace(place, "".join(table()))
+    return markdown
 
 
-def _table() -> Iterator[str]:
+def _variables() -> Iterator[str]:
+    yield "| variable | unit | what it is |\n| --- | --- | --- |\n"
+    yield from (
+        f"| `{name}` | {variable.unit} | {variable.about} |\n" for name, variable in VARIABLES.items()
+    )
+
+
+def _effects() -> Iterator[str]:
     for kind in EFFECTS:
         yield f"### `{kind.name}`\n\n{_doc(kind)}\n\n"
-        yield f"Stage: {kind.stage}. Components: {', '.join(f'`{name}`' for name in kind.components)}.\n\n"
+        stages = dict.fromkeys(kind(component).acts_at() for component in kind.components)
+        components = ", ".join(f"`{name}`" for name in kind.components)
+        yield f"Stage: {', '.join(stages)}. Components: {components}.\n\n"
         yield "| parameter | unit | no effect | from | to |\n| --- | --- | --- | --- | --- |\n"
         yield from (_row(parameter) for parameter in kind.parameters)
+        yield "".join(f"\n`{text.name}`: {text.about}.\n" for text in kind.texts)
         yield "\n"
 
 

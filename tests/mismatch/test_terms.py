@@ -56,3 +56,7 @@ def test_only_one_size_of_an_effect_is_tolerated_in_every_robot(signals):
     own = [one for one in smooth_terms([signals]) if one.key == ("latency", "a.left")]
     assert len(own) > 1
     assert sum(one.tolerance > 0.0 for one in own) == 1
+
+
+def test_a_law_is_no_candidate(signals):
+    assert not [one for one in smooth_terms([signals]) if one.effect == "law"]

@@ -52,6 +52,7 @@ def weak(kind, component):
         "bump": {"times": (52.0,), "lost": (2e-3,)},
         "radius_step": {"ratio": 1.01, "time": 52.0},
         "clock_drift": {"rate": 0.01},
+        "law": {"formula": "0.02 * (1 + abs(speed))"},
     }
     values = {parameter.name: (parameter.null or 0.0) + parameter.scale for parameter in kind.parameters}
     if kind.name == "slip_patch":
@@ -153,6 +154,7 @@ def _block(vehicle, reading):
         acceleration=none,
         wheelbase=np.array([0.34, 0.34]),
         heading=none[:, :2],
+        place=np.zeros((steps, 2, 2)),
         travel=none,
         twist=np.zeros((steps, 2, 3)),
         reading=reading,

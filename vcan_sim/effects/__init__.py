@@ -19,6 +19,7 @@ from omnimate.vcan_sim.effects.joint_bias import JointBias
 from omnimate.vcan_sim.effects.joint_eccentricity import JointEccentricity
 from omnimate.vcan_sim.effects.latency import Latency
 from omnimate.vcan_sim.effects.lateral_slip import LateralSlip
+from omnimate.vcan_sim.effects.law import Law
 from omnimate.vcan_sim.effects.link_bias import LinkBias
 from omnimate.vcan_sim.effects.link_eccentricity import LinkEccentricity
 from omnimate.vcan_sim.effects.link_scale import LinkScale
@@ -61,6 +62,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     GearBacklash,
     GearHarmonic,
     ClockDrift,
+    Law,
 )
 
 

@@ -15,6 +15,7 @@ from omnimate.vcan_sim.effects.effect import WHEEL, Effect
 
 if TYPE_CHECKING:
     from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Stage
     from omnimate.vehicle.se2 import Array
 
 
@@ -42,6 +43,12 @@ class AgedSamples(Effect):
     def age(self, time: Array, start: float) -> Array:
         """Return how old samples `(K,)` are [s], at times [s] after a start [s]."""
         raise NotImplementedError
+
+    def acts_at(self) -> Stage:
+        """Return the stage of the channel: a wheel's samples age at its encoder, measured poses outside."""
+        if self.component in WHEEL:
+            return "encoder"
+        return "reading" if self.component in LINKAGE else "poses"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Show the value of an earlier time; before the first sample, the first one."""

@@ -32,6 +32,7 @@ class Block:
         acceleration: Rate of change of the nominal rolling speed, shape `(K, W)` [m/s^2].
         wheelbase: Nominal wheelbase of each truck, shape `(T,)` [m].
         heading: Heading of each truck in the world, in the middle of the step, shape `(K, T)` [rad].
+        place: Position of each truck in the world, in the middle of the step, shape `(K, T, 2)` [m].
         travel: Way of each wheel over the ground in the step, shape `(K, W)` [m].
         twist: Motion of each truck in the step, in its own frame, shape `(K, T, 3)`: way forward [m], creep
             to the left [m], yaw [rad].
@@ -48,6 +49,7 @@ class Block:
     acceleration: Array
     wheelbase: Array
     heading: Array
+    place: Array
     travel: Array
     twist: Array
     reading: Array

@@ -45,8 +45,24 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
+class Text:
+    """What a field of an effect that is no number means.
+
+    Attributes:
+        name: Name of the effect's field.
+        about: What may stand there.
+    """
+
+    name: str
+    about: str
+
+
+@dataclass(frozen=True, slots=True)
 class Effect:
     """An effect on one component; each kind is a subclass in a file of its own.
+
+    `searched` says whether a diagnosis has the kind among its candidates; `texts` are its fields that are no
+    numbers.
 
     Attributes:
         component: Component on which the effect acts: a wheel, "a" or "b", a joint, "link", or "poses".
@@ -58,6 +74,8 @@ class Effect:
     stage: ClassVar[Stage]
     components: ClassVar[tuple[str, ...]]
     parameters: ClassVar[tuple[Parameter, ...]]
+    texts: ClassVar[tuple[Text, ...]] = ()
+    searched: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if self.component not in self.components:
@@ -74,6 +92,10 @@ class Effect:
                     f"{self.name} of {self.component}: {parameter.name} = {value} {parameter.unit}; "
                     f"expected {parameter.low:g} to {parameter.high:g}"
                 )
+
+    def acts_at(self) -> Stage:
+        """Return the stage at which the effect acts on its component."""
+        return self.stage
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401  each effect keeps another state
         """Return the block with the effect in it, and what the next block has to know.

@@ -31,23 +31,24 @@ if TYPE_CHECKING:
 
     from omnimate.vcan_sim.effects.effect import Effect
 
+    Sigmas = Mapping[str, float | Sequence[float]]
 
-def save_effects(
-    path: Path | str, effects: Sequence[Effect], sigmas: Sequence[Mapping[str, float]] = ()
-) -> None:
+
+def save_effects(path: Path | str, effects: Sequence[Effect], sigmas: Sequence[Sigmas] = ()) -> None:
     """Write an effects file, whole or not at all.
 
     Args:
         path: Path of the file.
         effects: Effects in the order in which they act.
-        sigmas: Standard deviations of the parameters of each effect, by name; none by default.
+        sigmas: Standard deviations of the parameters of each effect, by name, or of a law's terms by their
+            text; none by default.
     """
     write_text(Path(path), format_effects(effects, sigmas))
 
 
-def format_effects(effects: Sequence[Effect], sigmas: Sequence[Mapping[str, float]] = ()) -> str:
+def format_effects(effects: Sequence[Effect], sigmas: Sequence[Sigmas] = ()) -> str:
     """Return the text of an effects file; reading it back gives equal effects."""
-    known: Iterable[Mapping[str, float]] = sigmas or [{}] * len(effects)
+    known: Iterable[Sigmas] = sigmas or [{}] * len(effects)
     entries: list[dict[str, Any]] = []
     for effect, sigma in zip(effects, known, strict=True):
         entry = {"name": effect.name, "component": effect.component, **effect.values()}
@@ -118,5 +119,7 @@ def _values(place: str, entry: Mapping[str, Any], kind: type[Effect]) -> dict[st
     }
 
 
-def _as_floats(value: Any) -> Any:  # noqa: ANN401  # a number, or tuples of them
-    return tuple(_as_floats(item) for item in value) if isinstance(value, tuple) else float(value)
+def _as_floats(value: Any) -> Any:  # noqa: ANN401  # a text, a number, or tuples of numbers
+    if isinstance(value, tuple):
+        return tuple(_as_floats(item) for item in value)
+    return value if isinstance(value, str) else float(value)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.effects.effect import JOINT, LINK, POSES, STAGES
+from omnimate.vcan_sim.effects.effect import STAGES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -21,18 +21,11 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.effects.effect import Effect, Stage
 
 
-def stage_of(effect: Effect) -> Stage:
-    """Return the stage at which an effect acts; aged samples act at the stage of their channel."""
-    if effect.stage != "reading" or effect.component in (*JOINT, *LINK):
-        return effect.stage
-    return "poses" if effect.component in POSES else "encoder"
-
-
 def by_stage(effects: Iterable[Effect]) -> dict[Stage, tuple[Effect, ...]]:
     """Return the effects of every stage, the stages in the order of the path, the effects as given."""
     staged: dict[Stage, list[Effect]] = {stage: [] for stage in STAGES}
     for effect in effects:
-        staged[stage_of(effect)].append(effect)
+        staged[effect.acts_at()].append(effect)
     return {stage: tuple(acting) for stage, acting in staged.items()}
 
 

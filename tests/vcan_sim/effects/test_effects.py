@@ -9,7 +9,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.effects import EFFECTS, effect_named
-from omnimate.vcan_sim.effects.stages import stage_of
 from omnimate.vcan_sim.errors import SimulationError
 
 VOCABULARY = {
@@ -17,7 +16,7 @@ VOCABULARY = {
     "traction_slip", "wheelbase", "turn_scrub", "wheel_misalignment", "lateral_slip", "floor_slope",
     "castor_kick", "joint_bias", "joint_eccentricity", "joint_backlash", "link_bias",
     "link_eccentricity", "link_scale", "count_loss", "latency", "gear_backlash", "gear_harmonic",
-    "clock_drift",
+    "clock_drift", "law",
 }  # fmt: skip
 TOUCHED = {
     "encoder": {"angle", "turned"},
@@ -32,6 +31,13 @@ CHOSEN = {
     "radius_step": {"ratio": 1.01, "time": 1002.0},
     "slip_patch": {"fraction": 0.1, "intervals": ((1001.0, 1002.0), (1004.0, 1005.0))},
     "clock_drift": {"rate": 0.05},
+    "law": {
+        "formula": "0.01 * (1 + speed + way) * cos(3 * joint_a)",
+        "over": "heading",
+        "knots": (0.0, 2.0, 4.0),
+        "ordinates": (0.01, 0.02, -0.03),
+        "period": 6.283,
+    },
 }
 NULL = {"bump": {"times": (1001.0,), "lost": (0.0,)}}
 
@@ -78,7 +84,7 @@ def test_an_effect_changes_the_signal_of_its_stage_and_no_other(kind, component,
     effect = strong(kind, component)
     after = acted(effect, block)
     changed = {name for name in after if not np.allclose(after[name], getattr(block, name), atol=1e-9)}
-    assert changed == TOUCHED[stage_of(effect)]
+    assert changed == TOUCHED[effect.acts_at()]
 
 
 @every_effect
@@ -109,7 +115,7 @@ def test_a_block_is_not_changed_in_place(kind, component, block, acted):
 @every_effect
 def test_parameters_state_a_unit_a_scale_and_bounds_that_hold_null(kind, component):
     effect = strong(kind, component)
-    assert set(effect.values()) == {parameter.name for parameter in kind.parameters}
+    assert set(effect.values()) == {field.name for field in (*kind.parameters, *kind.texts)}
     for parameter in kind.parameters:
         assert parameter.unit
         assert parameter.scale > 0.0
@@ -134,7 +140,7 @@ def test_only_encoders_of_wheels_have_something_to_recover(kind, component, bloc
     effect = strong(kind, component)
     recovered, _ = effect.recover(block)
     changed = not np.allclose(recovered.travel, block.travel, atol=1e-12)
-    assert changed == (stage_of(effect) == "encoder")
+    assert changed == (effect.acts_at() == "encoder")
 
 
 @pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)

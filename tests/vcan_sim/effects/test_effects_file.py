@@ -16,10 +16,15 @@ def effects(draw):
     count = draw(st.integers(0, 3))
     for parameter in kind.parameters:
         number = st.floats(parameter.low, parameter.high)
-        if parameter.name in {"times", "lost"}:
+        if parameter.name in {"times", "lost", "ordinates"}:
             number = st.lists(number, min_size=count, max_size=count).map(tuple)
         if parameter.name == "intervals":
             number = st.lists(st.tuples(number, number), max_size=3).map(tuple)
+        if parameter.name == "knots":
+            number = st.just(tuple(float(knot) for knot in range(count)))
+            values["over"] = "speed" if count else ""
+        if parameter.name == "period":
+            number = st.sampled_from([0.0, 7.5])
         values[parameter.name] = draw(number)
     return kind(draw(st.sampled_from(kind.components)), **values)
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from omnimate.vcan_sim.effects import EFFECTS, effect_named
 from omnimate.vcan_sim.effects.effect import STAGES
-from omnimate.vcan_sim.effects.stages import by_stage, replay, stage_of
+from omnimate.vcan_sim.effects.stages import by_stage, replay
 
 ALL = [kind(component) for kind in EFFECTS for component in kind.components]
 CHANGED = ("travel", "twist", "reading")
@@ -26,12 +26,12 @@ def test_every_effect_acts_at_one_stage_and_those_of_a_stage_keep_their_order(ef
     assert tuple(staged) == STAGES
     assert sum(map(len, staged.values())) == len(effects)
     for stage, acting in staged.items():
-        assert list(acting) == [effect for effect in effects if stage_of(effect) == stage]
+        assert list(acting) == [effect for effect in effects if effect.acts_at() == stage]
 
 
 def test_samples_of_a_wheel_age_at_the_encoder_and_those_of_poses_outside():
     latency = effect_named("latency")
-    stages = [stage_of(latency(component)) for component in ("a.left", "joint_a", "link", "poses")]
+    stages = [latency(component).acts_at() for component in ("a.left", "joint_a", "link", "poses")]
     assert stages == ["encoder", "reading", "reading", "poses"]
 
 
