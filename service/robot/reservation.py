@@ -43,7 +43,7 @@ class Reservation:
         session: The id of the session that the robot is reserved for; None where it is free.
         order: What the robot drives; None before the session has begun.
         lap: The direction of the lap that is being driven; None between laps.
-        stop_reason: Why the robot has to stop; None where it need not.
+        stop_reason: Why the session has to stop; None where it need not. It is kept until the session ends.
     """
 
     def __init__(self) -> None:
@@ -69,13 +69,13 @@ class Reservation:
                 raise StateError(
                     f"the robot drives for session {self.session}; abort it, or wait for its end"
                 )
-            self.session, self.stop_reason = session, None
+            self.session = session
 
     def release(self, session: str) -> None:
         """Cancel the reservation of a session that has not begun."""
         with self._lock:
             if self.session == session and self.order is None:
-                self.session = None
+                self.session = self.stop_reason = None
 
     def begin(self, order: DriveOrder) -> None:
         """Have the robot drive, if it is still reserved for the order's session."""
@@ -85,11 +85,13 @@ class Reservation:
                 self.order = order
 
     def stop(self, reason: str) -> None:
-        """Stop the robot at the next sample; a session that has not begun loses its reservation."""
+        """Stop the robot at the next sample; a session that has not begun is stopped before it moves.
+
+        Without a session nothing moves, and nothing is kept that could stop a later one.
+        """
         with self._lock:
-            self.stop_reason = reason
-            if self.order is None:
-                self.session = None
+            if self.session is not None:
+                self.stop_reason = reason
 
     def end(self) -> str | None:
         """End the reservation; return the id of the session that had it."""

@@ -116,8 +116,5 @@ class RobotThread:
         reservation.problem = None
         while not (self._ending.is_set() or self._reloading.is_set()):
             self.observer.observe(driver.cycle(), driver)
-            if reservation.stop_reason is not None:
-                driver.stop()
-                reservation.stop_reason = None
             if reservation.order is not None:
                 self._session_driver.run(connection, reservation.order)

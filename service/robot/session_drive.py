@@ -54,26 +54,38 @@ class SessionDriver:
     pace: float
 
     def run(self, connection: RobotConnection, order: DriveOrder) -> None:
-        """Drive the squares that the session still wants; what stops this interrupts the session."""
-        driver, reporter = connection.driver, self.reporter
+        """Drive the squares that the session still wants; what stops this interrupts the session.
+
+        The robot is free before the session is seen to be over, so that a client may resume it at once.
+        """
+        driver = connection.driver
+        problem: str | None = None
         try:
+            self.reservation.require_wanted(order)
             driver.enable()
             connection.set_pace(self.pace)
-            while direction := self._while_reading(connection, reporter.next_direction, order.session):
-                self.reservation.lap = direction
-                self._drive_lap(connection, order, direction)
-                if connection.fix is None:
-                    break  # a person measures where the robot stands
-            else:
-                self._while_reading(connection, reporter.finished, order.session)
+            all_driven = self._drive_laps(connection, order)
         except OmnimateError as error:
             with contextlib.suppress(OmnimateError):  # a bus that is lost cannot be told to stop
                 driver.stop()
-            reporter.interrupted(order.session, str(error))
+            problem = str(error)
         finally:
-            self.reservation.end()
             connection.set_pace(1.0)
             driver.drives.disable()
+            self.reservation.end()
+        if problem is not None:
+            self.reporter.interrupted(order.session, problem)
+        elif all_driven:
+            self._while_reading(connection, self.reporter.finished, order.session)
+
+    def _drive_laps(self, connection: RobotConnection, order: DriveOrder) -> bool:
+        """Drive lap by lap; return whether all are driven, and not only one that a person has to measure."""
+        while direction := self._while_reading(connection, self.reporter.next_direction, order.session):
+            self.reservation.lap = direction
+            self._drive_lap(connection, order, direction)
+            if connection.fix is None:
+                return False  # a person measures where the robot stands
+        return True
 
     def _drive_lap(self, connection: RobotConnection, order: DriveOrder, direction: Direction) -> None:
         program = _program(connection, order, direction)

@@ -42,15 +42,32 @@ def test_stop_interrupts_and_resume_drives_what_is_left(standing, started, until
     assert standing.post(f"{path}/resume").json()["state"] == "driving"
 
 
+def test_a_stop_before_the_first_sample_of_a_drive_is_not_lost(standing, started, until, monkeypatch):
+    reservation = standing.components.robot.reservation
+    begin = reservation.begin
+
+    def begin_and_stop(order):
+        begin(order)
+        reservation.stop("stopped at once")
+
+    monkeypatch.setattr(reservation, "begin", begin_and_stop)
+    path = started(standing, **DRIVE)
+    for _ in range(2):
+        until(lambda: standing.get(path).json()["state"] != "driving")
+        session = standing.get(path).json()
+        assert (session["state"], session["detail"]) == ("interrupted", "interrupted: stopped at once")
+        assert standing.post(f"{path}/resume").json()["state"] == "driving"
+
+
 def test_a_robot_that_was_stopped_in_mid_square_drives_home_and_goes_on(standing, started, until):
-    path = started(standing, **DRIVE | {"side": 2.0})
+    path = started(standing, **DRIVE | {"runs": 50})  # more than it drives before the stop
+    until(lambda: standing.get(path).json()["counts"]["cw"])
     until(lambda: abs(standing.get("/v1/robot").json()["state"]["plain"]["theta"]) > 1.5)
     standing.post("/v1/robot/stop")
     until(lambda: standing.get(path).json()["state"] == "interrupted")
+    before = sum(standing.get(path).json()["counts"].values())
     standing.post(f"{path}/resume")
-    until(lambda: standing.get(path).json()["state"] != "driving", 0.2)
-    session = standing.get(path).json()
-    assert session["state"] == "collecting", session["detail"]
+    until(lambda: sum(standing.get(path).json()["counts"].values()) > before)
 
 
 def test_only_one_session_drives(standing, started):
@@ -69,7 +86,8 @@ def test_an_aborted_session_stops_the_robot(standing, started, until):
 
 def test_a_robot_that_nobody_asks_for_stops(standing, started, until):
     path = started(standing, **DRIVE | {"side": 50.0, "runs": 50, "lifeline": 1.0})
-    until(lambda: standing.get("/v1/robot").json()["driving"] is None)
+    until(lambda: standing.get("/v1/robot").json()["driving"] is None)  # without asking for the session
+    until(lambda: standing.get(path).json()["state"] == "interrupted")
     assert "no client asked" in standing.get(path).json()["detail"]
 
 

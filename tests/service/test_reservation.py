@@ -54,11 +54,22 @@ def test_a_session_that_has_begun_is_not_released(reservation):
     assert reservation.order is ORDER
 
 
-def test_a_stop_before_the_beginning_takes_the_reservation_away(reservation):
+def test_a_stop_before_the_beginning_stops_the_drive_when_it_begins(reservation):
     reservation.reserve("first")
     reservation.stop("stopped by hand")
     reservation.begin(ORDER)
-    assert reservation.order is None
+    with pytest.raises(StoppedError, match="stopped by hand"):
+        reservation.require_wanted(ORDER)
+
+
+@pytest.mark.parametrize("way_to_end", [Reservation.end, lambda taken: taken.release("first")])
+def test_a_stop_concerns_no_later_session(reservation, way_to_end):
+    reservation.reserve("first")
+    reservation.stop("stopped by hand")
+    way_to_end(reservation)
+    reservation.reserve("first")
+    reservation.begin(ORDER)
+    reservation.require_wanted(ORDER)
 
 
 def test_a_stop_is_the_reason_that_the_drive_ends_with(reservation):
@@ -70,7 +81,7 @@ def test_a_stop_is_the_reason_that_the_drive_ends_with(reservation):
         reservation.require_wanted(ORDER)
 
 
-def test_a_new_reservation_forgets_an_old_stop(reservation):
+def test_a_stop_of_a_free_robot_concerns_no_later_session(reservation):
     reservation.stop("long ago")
     reservation.reserve("first")
     reservation.begin(ORDER)
