@@ -18,7 +18,8 @@ def prove(
     world: Annotated[
         list[str] | None,
         typer.Option(
-            help="A world to ask about: engine, mujoco, concealed, concealed2, contact or bullet. "
+            help="A world to ask about: engine, mujoco, concealed, concealed2, contact, bullet "
+            "or injections. "
             "All of them where none is named."
         ),
     ] = None,

@@ -11,8 +11,10 @@ from omnimate.evaluation.asking import ask_engine, ask_others, ask_tool, ask_wit
 from omnimate.evaluation.questions import ablations, baselines
 from omnimate.evaluation.scores import Score, pooled, scored
 from omnimate.evaluation.worlds.world import AbsentError
+from omnimate.figures.efficiency import plot_efficiency
 from omnimate.figures.reliability import plot_reliability
-from omnimate.proof.judging import reported_instead
+from omnimate.proof.efficiency import efficiency
+from omnimate.proof.judging import beyond_twins, reported_instead
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -87,7 +89,7 @@ def study(
     _write(place / RESULT, {"worlds": {score.name: score.as_json() for score in columns}})
     yield tables.worlds(columns)
     if figures is not None:
-        plot_reliability({score.title: score.reliability for score in scores}, figures / RELIABILITY)
+        _draw(scores, asked, figures)
     for corpus, answers in asked:
         if reported := reported_instead(corpus.labels, answers):
             yield tables.instead(corpus.world.title, reported)
@@ -95,6 +97,14 @@ def study(
             audits = ask_engine(corpus, answers, jobs, request, progress)
             yield tables.redriven(corpus.world.title, audits)
             yield from _compared(corpus, answers, comparisons, place, jobs, progress)
+
+
+def _draw(scores: Sequence[Score], asked: Sequence[tuple[Corpus, Answers]], figures: Path) -> None:
+    plot_reliability({score.title: score.reliability for score in scores}, figures / RELIABILITY)
+    for corpus, answers in asked:
+        if any(label["kind"] == "injected" for label in corpus.labels.values()):
+            found = efficiency(corpus.labels, beyond_twins(corpus.labels, answers))
+            plot_efficiency(found, figures / f"{corpus.world.name}.png", title=corpus.world.title)
 
 
 def _refused(answers: Answers) -> Iterator[str]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.proof.cases import seed_of
-from omnimate.proof.judging import ASSERTED, asserted, first_exact, first_right
+from omnimate.proof.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
 from omnimate.proof.robots import LINKAGE, WHEELS
 from omnimate.proof.scene import scene
 
@@ -87,7 +87,7 @@ def questions(
 
 def _can_be_driven(finding: Mapping[str, Any]) -> bool:
     """Say whether the engine can drive with the effect of a finding."""
-    return bool(finding["effect"] != "unknown" and finding["component"] != "poses")
+    return bool(finding["effect"] not in UNNAMED and finding["component"] != "poses")
 
 
 def audited(question: Question) -> Audit:

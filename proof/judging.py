@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 SURE = 0.9  # probability from which an answer is sure
 ASSERTED = 0.5  # probability from which a finding is an assertion
 SET = 0.95  # probability of a credible set
+UNNAMED = ("unknown", "law")  # names of what the vocabulary has no word for
 
 Label = dict[str, Any]
 Answer = dict[str, Any]
@@ -25,7 +26,7 @@ def fits(effect: str, component: str, truth: Label) -> bool:
     """Say whether an effect on a component is the truth, or one that the drive cannot separate from it."""
     right = {(truth["effect"], truth["component"])}
     right |= {(other["effect"], other["component"]) for other in truth.get("acceptable", ())}
-    if truth["effect"] == "unknown" and effect == "unknown":
+    if truth["effect"] == "unknown" and effect in UNNAMED:
         return True
     return (effect, component) in right
 
@@ -106,10 +107,48 @@ def in_set(truth: Label, answer: Answer) -> bool:
     return any(fits(*name, truth) for finding in answer["findings"] for name in credible(finding))
 
 
+def is_found(label: Label, answer: Answer) -> bool:
+    """Say whether each effect is in the set of a finding that, with its alternatives, is an assertion."""
+    likely = [finding for finding in answer["findings"] if _total(finding) >= ASSERTED]
+    return all(
+        any(fits(*name, truth) for finding in likely for name in credible(finding))
+        for truth in label["effects"]
+    )
+
+
+def _total(finding: dict[str, Any]) -> float:
+    alternatives = sum(other["probability"] for other in finding["alternatives"])
+    return float(finding["probability"] + alternatives)
+
+
+def beyond_twins(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> dict[str, Answer]:
+    """Return answers without the wrong findings that the answer to the untouched twin has as well.
+
+    A real recording may hold physics of its own; what an injection is judged by is what came with it.
+    """
+    return {
+        name: _beyond(answer, labels[name], answers.get(labels[name].get("twin", "")))
+        for name, answer in answers.items()
+        if name in labels
+    }
+
+
+def _beyond(answer: Answer, label: Label, twin: Answer | None) -> Answer:
+    if twin is None:
+        return answer
+    known = {(finding["effect"], finding["component"]) for finding in asserted(twin, ASSERTED)}
+    kept = [
+        finding
+        for finding in answer["findings"]
+        if (finding["effect"], finding["component"]) not in known or not wrong(finding, label)
+    ]
+    return {**answer, "findings": kept}
+
+
 def says_unknown(label: Label, answer: Answer) -> bool:
     """Say whether the first assertion is that something unknown acts."""
     first = asserted(answer, ASSERTED)[:1]
-    return any(finding["effect"] == "unknown" for finding in first) and bool(label["effects"])
+    return any(finding["effect"] in UNNAMED for finding in first) and bool(label["effects"])
 
 
 def events(pairs: Iterable[tuple[Label, Answer]]) -> tuple[list[bool], list[bool]]:

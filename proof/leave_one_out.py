@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from omnimate.proof.judging import ASSERTED, asserted, wrong
+from omnimate.proof.judging import ASSERTED, UNNAMED, asserted, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,7 +47,7 @@ def _conceals_one(label: Label) -> bool:
 def outcome(label: Label, answer: Answer) -> Outcome:
     """Return the outcome of an answer about a missing effect; a wrong name among its assertions decides."""
     assertions = asserted(answer, ASSERTED)
-    named = [finding for finding in assertions if finding["effect"] != "unknown"]
+    named = [finding for finding in assertions if finding["effect"] not in UNNAMED]
     if any(wrong(finding, label) for finding in named):
         return "wrong name"
     if len(named) < len(assertions):

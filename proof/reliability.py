@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from omnimate.proof.intervals import wilson
-from omnimate.proof.judging import wrong
+from omnimate.proof.judging import beyond_twins, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,6 +49,7 @@ class Bin:
 
 def bins(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Bin]:
     """Return the findings about a world in bins of their probability, those that are empty left out."""
+    answers = beyond_twins(labels, answers)
     said = [
         (finding["probability"], not wrong(finding, label))
         for name, label in labels.items()

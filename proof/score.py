@@ -6,18 +6,21 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from omnimate.proof.efficiency import efficiency
 from omnimate.proof.intervals import wilson
 from omnimate.proof.judging import (
     ASSERTED,
     SURE,
     all_right,
     asserted,
+    beyond_twins,
     credible,
     deviations,
     events,
     first_exact,
     first_right,
     in_set,
+    is_found,
     says_unknown,
     wrong,
 )
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from omnimate.proof.judging import Answer, Label
+
+STRONG = 10.0  # standard deviations from which an injected effect is expected to be named
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +127,7 @@ def _wanted(line: Line) -> dict[str, Any]:
 
 
 def _number(value: float) -> float | None:
-    return None if math.isnan(value) else value
+    return value if math.isfinite(value) else None
 
 
 def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Line]:
@@ -132,6 +137,7 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Lin
         labels: Label of each case, as `labels.json` holds it.
         answers: Answer to each case, as `Diagnosis.as_json` gives it; cases without one do not count.
     """
+    answers = beyond_twins(labels, answers)
     pairs = [(label, answers[name]) for name, label in labels.items() if name in answers]
     nulls = [answer for label, answer in pairs if label["kind"] == "null"]
     known = [(label, answer) for label, answer in pairs if label["kind"] in {"single", "masked"}]
@@ -161,7 +167,29 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Lin
         _heldout(fits),
         Row("held-out residual after <= 1.05", sum(fit["after"] <= 1.05 for fit in fits), len(fits), 0.95),
         Row("unknown called unknown", sum(says_unknown(*pair) for pair in unknown), len(unknown), 0.9),
+        *_of_injections(labels, answers),
     ]
+
+
+def _of_injections(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Line]:
+    """Return the lines about effects that were injected into real recordings."""
+    injected = {name: label for name, label in labels.items() if label["kind"] == "injected"}
+    pairs = [(label, answers[name]) for name, label in injected.items() if name in answers]
+    strong = [pair for pair in pairs if pair[0]["strength"] >= STRONG]
+    new = [any(wrong(each, label) for each in asserted(answer, ASSERTED)) for label, answer in pairs]
+    half = efficiency(injected, answers).half
+    return [
+        Row("injected, 10 sigma: right first or in its set", sum(map(_is_led, strong)), len(strong), 0.95),
+        Size("injected: strength found half of the time over 5 sigma", half / 5.0, 1.5),
+        Row("injected: a wrong finding that the twin has not", sum(new), len(new), 0.01, most=True),
+    ]
+
+
+def _is_led(pair: tuple[Label, Answer]) -> bool:
+    """Say whether the first finding is the injected effect, or holds it in its set."""
+    label, answer = pair
+    first = {**answer, "findings": answer["findings"][:1]}
+    return first_right(label, answer) or is_found(label, first)
 
 
 def _heldout(fits: Sequence[Mapping[str, float]]) -> Size:

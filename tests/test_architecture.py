@@ -32,7 +32,9 @@ MAY_IMPORT = {
     },
     # Studies: run from a checkout, and not part of the installed package.
     "proof": set(),
-    "evaluation": {"vehicle", "logs", "calib", "mismatch", "proof", "importers", "figures"},
+    "evaluation": {
+        *("vehicle", "logs", "calib", "vcan_sim", "mismatch", "proof", "importers", "figures"),
+    },
     "reproduction": {"vehicle", "motion", "calib", "ipec", "vcan_sim", "figures"},
 }
 ONLY_IN = {

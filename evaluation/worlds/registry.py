@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from omnimate.evaluation.worlds.engines import write_bullet, write_engine, write_mujoco
+from omnimate.evaluation.worlds.injections import write_injections
 from omnimate.evaluation.worlds.world import LabelledWorld, World, WrittenWorld
 from omnimate.vehicle.errors import OmnimateError
 
@@ -22,6 +24,7 @@ def worlds(data: Path) -> dict[str, World]:
         LabelledWorld("concealed2", "concealed2", data / "concealed2", foreign=True),
         LabelledWorld("contact", "contact", data / "contact", foreign=True),
         WrittenWorld("bullet", "PyBullet", write_bullet, foreign=True),
+        WrittenWorld("injections", "injections", partial(write_injections, data)),
     )
     return {world.name: world for world in every}
 

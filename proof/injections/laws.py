@@ -1,0 +1,223 @@
+"""The laws, backwards: what a robot with an effect would have counted and stamped on the motion driven.
+
+Each law is written from the vocabulary's description of its effect alone. The truth of a recording is its
+motion: `way` of a healthy wheel is the way that it travelled. A wheel with an effect has to roll another way
+to travel the same, and its counter shows that one. Laws of speed are solved by fixed point iteration, because
+the vocabulary means the speed of the wheel as it rolls.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimate.proof.injections.drive import SIDES, Drive, rates
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Parameters = Mapping[str, Any]
+
+ITERATIONS = 6  # of a fixed point; each gains the effect's size, some percent at most
+REVERSED = 1.5  # counts that a wheel rolls back until it has reversed; what jitters by a count has not
+
+
+def altered(drive: Drive, effect: str, component: str, parameters: Parameters) -> Drive:
+    """Return a drive as the recording of a robot with an effect shows it, on the same true motion.
+
+    Args:
+        drive: The untouched drive.
+        effect: Name of the effect in the vocabulary, a key of `OF_WHEELS`, `OF_POSES` or `OF_TRUCK`.
+        component: `a.left`, `a.right`, `poses`, or `a` for the truck or both of its wheels.
+        parameters: Parameters of the effect, by name, in SI units.
+    """
+    if component == "poses":
+        return drive.with_pose_time(OF_POSES[effect](drive, parameters))
+    if effect in OF_TRUCK:
+        return _of_truck(drive, OF_TRUCK[effect], parameters)
+    for wheel, side in enumerate(SIDES):
+        if component in {side, "a"}:
+            drive = drive.with_way(wheel, OF_WHEELS[effect](drive, wheel, parameters))
+    return drive
+
+
+def _from_steps(first: float, steps: Array) -> Array:
+    """Return a way `(N,)` from where it begins, and its steps `(N - 1,)`."""
+    return np.concatenate(([first], first + np.cumsum(steps)))
+
+
+def _rolled(drive: Drive, wheel: int, law: Callable[[Array, Array], Array]) -> Array:
+    """Return the way `(N,)` whose steps are what `law(rolled way, travelled steps)` gives of itself."""
+    travelled = drive.way[:, wheel]
+    steps, way = np.diff(travelled), travelled
+    for _ in range(ITERATIONS):
+        way = _from_steps(travelled[0], law(way, steps))
+    return way
+
+
+def _wheel_diameter(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return _rolled(drive, wheel, lambda _way, steps: steps / parameters["ratio"])
+
+
+def _radius_step(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    ratio = np.where(drive.time[1:] > parameters["time"], parameters["ratio"], 1.0)
+    return _rolled(drive, wheel, lambda _way, steps: steps / ratio)
+
+
+def _slip_patch(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    kept = np.where(inside(drive.time[1:], parameters["intervals"]), 1.0 - parameters["fraction"], 1.0)
+    return _rolled(drive, wheel, lambda _way, steps: steps / kept)
+
+
+def inside(time: Array, intervals: list[list[float]]) -> NDArray[np.bool_]:
+    """Return which times [s] lie in one of the intervals, their starts left out, shape `(N,)`."""
+    within = np.zeros(len(time), bool)
+    for start, end in intervals:
+        within |= (time > start) & (time <= end)
+    return within
+
+
+def _radius_vs_speed(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    def law(way: Array, steps: Array) -> Array:
+        return np.asarray(steps / (1.0 + parameters["slope"] * np.abs(rates(way, drive.time)[0])))
+
+    return _rolled(drive, wheel, law)
+
+
+def _traction_slip(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    period = np.diff(drive.time)
+
+    def law(way: Array, steps: Array) -> Array:
+        speed, acceleration = rates(way, drive.time)
+        return np.asarray(steps + parameters["compliance"] * acceleration * np.abs(speed) * period)
+
+    return _rolled(drive, wheel, law)
+
+
+def _wheel_eccentricity(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return _with_wave(drive, wheel, parameters["amplitude"], 1.0, parameters["phase"] - 0.5 * math.pi)
+
+
+def _gear_harmonic(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return _with_wave(drive, wheel, parameters["amplitude"], parameters["order"], parameters["phase"])
+
+
+def _with_wave(drive: Drive, wheel: int, amplitude: float, order: float, phase: float) -> Array:
+    """Return the rolled way of a wheel that travels amplitude cos(order angle + phase) beyond it."""
+    travelled, radius = drive.way[:, wheel], drive.radius[wheel]
+    way = travelled
+    for _ in range(ITERATIONS):
+        wave = amplitude * np.cos(order * way / radius + phase)
+        way = travelled - (wave - wave[0])
+    return way
+
+
+def _bump(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    travelled, radius = np.diff(drive.way[:, wheel]), float(drive.radius[wheel])
+    more = np.zeros(len(travelled))
+    for time, lost in zip(parameters["times"], parameters["lost"], strict=True):
+        half = half_angle(lost, radius)
+        since = np.cumsum(np.where(drive.time[1:] > time, np.abs(travelled), 0.0))
+        at = np.minimum(np.concatenate(([0.0], since)), 2.0 * radius * math.sin(half))
+        # on the edge a stiff wheel turns about it: travelled R (sin(rolled / R - q) + sin q)
+        rolled = radius * (np.arcsin(at / radius - math.sin(half)) + half)
+        more += np.diff(rolled - at)
+    return _from_steps(drive.way[0, wheel], travelled + np.sign(travelled) * more)
+
+
+def half_angle(lost: float, radius: float) -> float:
+    """Return the angle q [rad] of 2 R (q - sin q) = lost, by Newton's method."""
+    angle = math.cbrt(3.0 * lost / radius)
+    for _ in range(20):
+        angle -= (2.0 * radius * (angle - math.sin(angle)) - lost) / (2.0 * radius * (1.0 - math.cos(angle)))
+    return angle
+
+
+def _count_loss(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    speed, _ = rates(drive.way[:, wheel], drive.time)
+    kept = np.where(np.abs(speed) > parameters["above"], 1.0 - parameters["fraction"], 1.0)
+    return _from_steps(drive.way[0, wheel], kept * np.diff(drive.way[:, wheel]))
+
+
+def _latency(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return np.asarray(np.interp(drive.time - parameters["delay"], drive.time, drive.way[:, wheel]))
+
+
+def _gear_backlash(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    way, reversed_by = drive.way[:, wheel], REVERSED * drive.count[wheel]
+    lead = np.zeros(len(way))  # of the motor, in half widths: +1 where it drives the wheel forward
+    direction, farthest = 0.0, 0
+    for sample in range(1, len(way)):
+        gone = way[sample] - way[farthest]
+        lead[sample] = direction
+        if direction * gone > 0.0:
+            farthest = sample
+        elif abs(gone) > reversed_by:
+            new = math.copysign(1.0, gone)
+            begin = farthest if direction else 0
+            lead[begin : sample + 1] = np.linspace(direction or new, new, sample + 1 - begin)
+            direction, farthest = new, sample
+    return np.asarray(way + 0.5 * parameters["width"] * (lead - lead[0]))
+
+
+def _wheelbase(_drive: Drive, _yaw: Array, parameters: Parameters) -> Array | float:
+    return float(parameters["ratio"])
+
+
+def _turn_scrub(drive: Drive, yaw: Array, parameters: Parameters) -> Array | float:
+    forward = 0.5 * np.diff(drive.way, axis=0).sum(axis=1)
+    across = np.hypot(forward, 0.5 * drive.wheelbase * yaw)
+    curvature = np.divide(np.abs(yaw), across, out=np.zeros_like(yaw), where=across > 0.0)
+    return np.asarray(1.0 + parameters["slope"] * curvature)
+
+
+def _of_truck(
+    drive: Drive, ratio: Callable[[Drive, Array, Parameters], Array | float], parameters: Parameters
+) -> Drive:
+    """Return a drive whose wheels turn the truck over a wheelbase that is `ratio` times as wide.
+
+    The ratio may depend on the turn by the wheels in each step [rad], shape `(N - 1,)`.
+    """
+    left, right = np.diff(drive.way, axis=0).T
+    turned = (right - left) / drive.wheelbase
+    yaw = turned
+    for _ in range(ITERATIONS):
+        yaw = turned * ratio(drive, yaw, parameters)
+    middle, half = 0.5 * (left + right), 0.5 * drive.wheelbase * yaw
+    for wheel, steps in enumerate((middle - half, middle + half)):
+        drive = drive.with_way(wheel, _from_steps(drive.way[0, wheel], steps))
+    return drive
+
+
+def _late(drive: Drive, parameters: Parameters) -> Array:
+    return np.asarray(drive.pose_time + parameters["delay"])
+
+
+def _fast(drive: Drive, parameters: Parameters) -> Array:
+    start = drive.time[0]
+    return np.asarray(start + (drive.pose_time - start) / (1.0 - parameters["rate"]))
+
+
+OF_WHEELS: dict[str, Callable[[Drive, int, Parameters], Array]] = {
+    "wheel_diameter": _wheel_diameter,
+    "radius_step": _radius_step,
+    "wheel_eccentricity": _wheel_eccentricity,
+    "radius_vs_speed": _radius_vs_speed,
+    "slip_patch": _slip_patch,
+    "bump": _bump,
+    "count_loss": _count_loss,
+    "latency": _latency,
+    "gear_backlash": _gear_backlash,
+    "gear_harmonic": _gear_harmonic,
+    "traction_slip": _traction_slip,
+}
+OF_TRUCK: dict[str, Callable[[Drive, Array, Parameters], Array | float]] = {
+    "wheelbase": _wheelbase,
+    "turn_scrub": _turn_scrub,
+}
+OF_POSES: dict[str, Callable[[Drive, Parameters], Array]] = {"latency": _late, "clock_drift": _fast}
