@@ -18,8 +18,8 @@ def prove(
     world: Annotated[
         list[str] | None,
         typer.Option(
-            help="A world to ask about: engine, mujoco, concealed, concealed2, contact, bullet "
-            "or injections. "
+            help="A world to ask about: engine, mujoco, concealed, concealed2, contact, bullet, "
+            "injections or optiodom. "
             "All of them where none is named."
         ),
     ] = None,
@@ -41,7 +41,9 @@ def prove(
     data: Annotated[
         Path, typer.Option(help="Folder of labelled sets and real recordings; what is absent is left out.")
     ] = Path("../shared/data"),
-    real_only: Annotated[bool, typer.Option("--real-only", help="Only the real recordings.")] = False,
+    real_only: Annotated[
+        bool, typer.Option("--real-only", help="Only the two real robots that are described wrongly.")
+    ] = False,
     figures: Annotated[
         Path | None,
         typer.Option(
@@ -74,5 +76,5 @@ def prove(
             for result in study(Path(place), asked, request, comparisons, jobs, progress_bar, figures):
                 show(result) if not isinstance(result, str) else out.print(result, soft_wrap=True)
     if real_only or not (quick or world):
-        for result in real_part(data / "real", figures, progress_bar):
+        for result in real_part(data / "real", figures):
             out.print(result, soft_wrap=isinstance(result, str))

@@ -5,27 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rich.table import Table
-from rich.text import Text
 
 from omnimate.evaluation.real_figures import draw_husky, draw_labyrinth
-from omnimate.evaluation.real_rows import optiodom_rows, robot_row
-from omnimate.figures.position_errors import plot_errors
+from omnimate.evaluation.real_rows import robot_row
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
     from pathlib import Path
 
-    from rich.console import JustifyMethod
-
-    from omnimate.evaluation.progress import Progress
-    from omnimate.evaluation.real_rows import SetRow
     from omnimate.mismatch import Diagnosis
 
-DATA = ("optiodom", "labyrinth_tuc", "drive_ugv")  # the folders of the data
+DATA = ("labyrinth_tuc", "drive_ugv")  # the folders of the data
 HUSKY_EVERY = 6  # one in so many windows is searched; the first look sees all
 
 
-def real_part(folder: Path, figures: Path | None, progress: Progress) -> Iterator[Table | str]:
+def real_part(folder: Path, figures: Path | None) -> Iterator[Table | str]:
     """Yield what the tool finds in the real recordings that are there, and draw it where a folder is given.
 
     Raises:
@@ -35,44 +29,8 @@ def real_part(folder: Path, figures: Path | None, progress: Progress) -> Iterato
     for name in DATA:
         if not (folder / name).is_dir():
             yield f"{folder / name} is not there: left out"
-        elif name == "optiodom":
-            yield _optiodom(folder / name, figures, progress)
         else:
             yield from _robot(folder / name, figures)
-
-
-def _optiodom(folder: Path, figures: Path | None, progress: Progress) -> Table:
-    rows = []
-    with progress("OptiOdom") as report:
-        for row in optiodom_rows(folder):
-            rows.append(row)
-            report(len(rows), 0)
-    if figures is not None:
-        _draw_errors(rows, figures / "optiodom.png")
-    table = Table(title="OptiOdom: the nominal robot against its recordings, every set on its own")
-    headings: dict[str, JustifyMethod] = {
-        "set": "left",
-        "held-out\nresidual": "left",
-        "position, 10 s\nnominal [mm]": "right",
-        "\ncalibrated": "right",
-        "\nfound effects": "right",
-        "first findings": "left",
-    }
-    for heading, justify in headings.items():
-        table.add_column(heading, justify=justify)
-    for row in rows:
-        errors = (f"{1e3 * error:.1f}" for error in (row.nominal, row.calibrated, row.found))
-        table.add_row(Text(row.name), residual(row.diagnosis), *errors, findings(row.diagnosis))
-    return table
-
-
-def _draw_errors(rows: Sequence[SetRow], path: Path) -> None:
-    columns = {
-        "nominal": [row.nominal for row in rows],
-        "calibrated on squares of other sets": [row.calibrated for row in rows],
-        "with the effects found": [row.found for row in rows],
-    }
-    plot_errors([row.name for row in rows], columns, path)
 
 
 def _robot(folder: Path, figures: Path | None) -> Iterator[Table | str]:

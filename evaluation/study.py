@@ -12,6 +12,7 @@ from omnimate.evaluation.questions import ablations, baselines
 from omnimate.evaluation.scores import Score, pooled, scored
 from omnimate.evaluation.worlds.world import AbsentError
 from omnimate.figures.efficiency import plot_efficiency
+from omnimate.figures.position_errors import plot_errors
 from omnimate.figures.reliability import plot_reliability
 from omnimate.proof.efficiency import efficiency
 from omnimate.proof.judging import beyond_twins, reported_instead
@@ -93,6 +94,8 @@ def study(
     for corpus, answers in asked:
         if reported := reported_instead(corpus.labels, answers):
             yield tables.instead(corpus.world.title, reported)
+        if any("open_loop" in answer for answer in answers.values()):
+            yield tables.open_loop(corpus.world.title, corpus.labels, answers)
         if corpus.world.name == "engine":
             audits = ask_engine(corpus, answers, jobs, request, progress)
             yield tables.redriven(corpus.world.title, audits)
@@ -102,9 +105,18 @@ def study(
 def _draw(scores: Sequence[Score], asked: Sequence[tuple[Corpus, Answers]], figures: Path) -> None:
     plot_reliability({score.title: score.reliability for score in scores}, figures / RELIABILITY)
     for corpus, answers in asked:
-        if any(label["kind"] == "injected" for label in corpus.labels.values()):
+        kinds = {label["kind"] for label in corpus.labels.values()}
+        if "calibration" in kinds:
+            _draw_open_loop(corpus, answers, figures / f"{corpus.world.name}.png")
+        if "injected" in kinds:
             found = efficiency(corpus.labels, beyond_twins(corpus.labels, answers))
             plot_efficiency(found, figures / f"{corpus.world.name}.png", title=corpus.world.title)
+
+
+def _draw_open_loop(corpus: Corpus, answers: Answers, path: Path) -> None:
+    cases = [case for case in corpus.labels if "open_loop" in answers[case]]
+    columns = {each: [answers[case]["open_loop"][each] for case in cases] for each in tables.ERRORS}
+    plot_errors(cases, columns, path)
 
 
 def _refused(answers: Answers) -> Iterator[str]:

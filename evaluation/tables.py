@@ -10,6 +10,8 @@ from rich.text import Text
 from omnimate.proof.leave_one_out import OUTCOMES, left_out_rows
 from omnimate.proof.score import rows
 
+ERRORS = ("nominal", "least squares", "found")  # the ways to predict what was not seen
+
 if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Mapping, Sequence
@@ -21,19 +23,38 @@ if TYPE_CHECKING:
 
 
 def worlds(scores: Sequence[Score]) -> Table:
-    """Return the one table: a line for each figure, a column for each world; bold is what is not reached."""
+    """Return the one table: a line for each figure, a column for each world; lines without a case are left out."""
     table = Table(title="The mismatch tool in every world", caption="bold: the target is not reached")
     table.add_column("what")
     table.add_column("wanted", justify="right")
     for score in scores:
         table.add_column(f"{score.title}\n{score.cases} cases", justify="right")
     for lines in zip(*(score.lines for score in scores), strict=True):
-        table.add_row(lines[0].name, _target(lines[0]), *map(_cell, lines))
+        if any(line.text != "-" for line in lines):
+            table.add_row(lines[0].name, _target(lines[0]), *map(_cell, lines))
     return table
 
 
 def _cell(line: Line) -> Text:
     return Text(line.text, style="bold" if line.is_missed else "")
+
+
+def open_loop(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
+    """Return a table of position errors on recordings that were not seen, a row for each case."""
+    table = Table(title=f"{title}: position error on the other half after 10 s of open loop, rms [mm]")
+    table.add_column("case")
+    for heading in ERRORS:
+        table.add_column(heading, justify="right")
+    table.add_column("first findings")
+    for case in labels:
+        errors = answers[case].get("open_loop")
+        shown = ("-",) * len(ERRORS) if errors is None else [f"{1e3 * errors[each]:.1f}" for each in ERRORS]
+        findings = [
+            f"{finding['effect']} {finding['component']} {finding['probability']:.0%}"
+            for finding in answers[case]["findings"][:3]
+        ]
+        table.add_row(case, *shown, "; ".join(findings) or answers[case]["verdict"])
+    return table
 
 
 def instead(title: str, reported: Counter[tuple[str, str]]) -> Table:

@@ -19,6 +19,7 @@ from omnimate.proof.judging import (
     events,
     first_exact,
     first_right,
+    fits,
     in_set,
     is_found,
     says_unknown,
@@ -148,7 +149,7 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Lin
     every = [truth for label, _ in known + multi for truth in label["effects"]]
     sets = [in_set(truth, answer) for label, answer in known + multi for truth in label["effects"]]
     sizes = [len(credible(finding)) for _, answer in known + multi for finding in asserted(answer, ASSERTED)]
-    fits = [answer["fit"]["heldout"] for _, answer in known if answer["fit"]]
+    heldout = [answer["fit"]["heldout"] for _, answer in known if answer["fit"]]
     onset, iou = events(known + multi)
     z = deviations(known + multi)
     alarms = sum(bool(asserted(answer, ASSERTED)) for answer in nulls)
@@ -164,10 +165,16 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Lin
         Row("event onset within two samples", sum(onset), len(onset), 0.9),
         Row("interval overlap of 0.8", sum(iou), len(iou), 0.9),
         Row("parameter within 2 sigma", sum(abs(deviation) <= 2.0 for deviation in z), len(z), 0.95),
-        _heldout(fits),
-        Row("held-out residual after <= 1.05", sum(fit["after"] <= 1.05 for fit in fits), len(fits), 0.95),
+        _heldout(heldout),
+        Row(
+            "held-out residual after <= 1.05",
+            sum(each["after"] <= 1.05 for each in heldout),
+            len(heldout),
+            0.95,
+        ),
         Row("unknown called unknown", sum(says_unknown(*pair) for pair in unknown), len(unknown), 0.9),
         *_of_injections(labels, answers),
+        *_of_calibrations(pairs),
     ]
 
 
@@ -192,9 +199,33 @@ def _is_led(pair: tuple[Label, Answer]) -> bool:
     return first_right(label, answer) or is_found(label, first)
 
 
-def _heldout(fits: Sequence[Mapping[str, float]]) -> Size:
+def _of_calibrations(pairs: Sequence[tuple[Label, Answer]]) -> list[Line]:
+    """Return the lines about real recordings beside plain least squares."""
+    real = [(label, answer) for label, answer in pairs if label["kind"] == "calibration"]
+    told = [
+        any(fits(each["effect"], each["component"], truth) for each in asserted(answer, ASSERTED))
+        for label, answer in real
+        for truth in label["effects"]
+    ]
+    squares: dict[str, list[tuple[float, float]]] = {}
+    for label, answer in real:
+        if "open_loop" in answer:
+            errors = answer["open_loop"]
+            squares.setdefault(label["set"], []).append((errors["found"] ** 2, errors["least squares"] ** 2))
+    ratios = [
+        math.sqrt(sum(found for found, _ in halves) / sum(plain for _, plain in halves))
+        for halves in squares.values()
+    ]
+    return [
+        Row("5 sigma by least squares: asserted", sum(told), len(told), 1.0),
+        Size("open loop over least squares, worst set", max(ratios, default=math.nan), 1.0),
+        Size("open loop over least squares, geometric mean", _geometric(ratios), 0.95),
+    ]
+
+
+def _heldout(residuals: Sequence[Mapping[str, float]]) -> Size:
     """Return the geometric means of held-out residuals, before and after."""
-    before, after = (_geometric([fit[when] for fit in fits]) for when in ("before", "after"))
+    before, after = (_geometric([each[when] for each in residuals]) for when in ("before", "after"))
     return Size("held-out residual, before -> after", after / before, note=f"{before:.2f} -> {after:.2f}")
 
 

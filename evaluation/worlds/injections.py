@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.calib.paths.least_squares import calibrate_truck
+from omnimate.evaluation.worlds.sequence import in_sequence
 from omnimate.evaluation.worlds.world import AbsentError, Label, Request
 from omnimate.importers.optiodom.recordings import differential_sets, recordings_of
 from omnimate.logs.folder import save_recording
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 MOST_RUNS = 6  # of a case
 _WHEELS: tuple[Channel, Channel] = ("a.left", "a.right")
-START, PAUSE = 1_593_000_000.0, 60.0  # [s] the clock of the first run, and from one run to the next
 QUICK, WHOLE = 3, 500  # injected cases, where no number is asked for
 
 
@@ -98,31 +98,6 @@ def calibrated_runs(place: Path) -> list[Recording]:
     recordings = recordings_of(place)
     truck = calibrate_truck(recordings).truck
     return [replace(recording, vehicle=recording.vehicle.with_truck("a", truck)) for recording in recordings]
-
-
-def in_sequence(recordings: Sequence[Recording]) -> list[Recording]:
-    """Return recordings one after the other on one clock, as a robot records that stays switched on."""
-    moved, start = [], START
-    for recording in recordings:
-        by = start - float(recording.time[0])
-        moved.append(_shifted(recording, by))
-        start = float(moved[-1].time[-1]) + PAUSE
-    return moved
-
-
-def _shifted(recording: Recording, by: float) -> Recording:
-    poses, driven = recording.poses, recording.run
-    if driven is not None:
-        laps = (replace(lap, start=lap.start + by, end=lap.end + by) for lap in driven.laps)
-        driven = replace(driven, laps=tuple(laps))
-    gaps = (replace(gap, start=gap.start + by, end=gap.end + by) for gap in recording.gaps)
-    return replace(
-        recording,
-        time=recording.time + by,
-        poses=None if poses is None else replace(poses, time=poses.time + by),
-        run=driven,
-        gaps=tuple(gaps),
-    )
 
 
 def drive_of(recording: Recording) -> Drive:

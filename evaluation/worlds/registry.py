@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.evaluation.worlds.engines import write_bullet, write_engine, write_mujoco
 from omnimate.evaluation.worlds.injections import write_injections
+from omnimate.evaluation.worlds.optiodom import diagnosed_and_driven, write_optiodom
 from omnimate.evaluation.worlds.world import LabelledWorld, World, WrittenWorld
 from omnimate.vehicle.errors import OmnimateError
 
@@ -25,6 +26,7 @@ def worlds(data: Path) -> dict[str, World]:
         LabelledWorld("contact", "contact", data / "contact", foreign=True),
         WrittenWorld("bullet", "PyBullet", write_bullet, foreign=True),
         WrittenWorld("injections", "injections", partial(write_injections, data)),
+        WrittenWorld("optiodom", "OptiOdom", partial(write_optiodom, data), ask=diagnosed_and_driven),
     )
     return {world.name: world for world in every}
 

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.evaluation.open_loop import block_of
-from omnimate.evaluation.worlds.injections import drive_of, in_sequence, with_drive, write_pair
+from omnimate.evaluation.worlds.injections import drive_of, with_drive, write_pair
+from omnimate.evaluation.worlds.sequence import in_sequence
 from omnimate.importers.optiodom.recordings import differential_sets, recordings_of
 from omnimate.importers.robots import single_truck
 from omnimate.logs.folder import load_recording
