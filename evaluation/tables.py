@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def worlds(scores: Sequence[Score]) -> Table:
-    """Return the one table: a line for each figure, a column for each world; lines without a case are left out."""
+    """Return the one table: a line for each figure, a column for each world, empty lines left out."""
     table = Table(title="The mismatch tool in every world", caption="bold: the target is not reached")
     table.add_column("what")
     table.add_column("wanted", justify="right")
