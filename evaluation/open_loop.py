@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.proof.injections.drive import rates
+from omnimate.proof.strength.drive import rates
 from omnimate.vcan_sim.effects.ageing import AgedSamples
 from omnimate.vcan_sim.effects.block import Block
 from omnimate.vcan_sim.effects.stages import replay

@@ -19,9 +19,9 @@ from omnimate.evaluation.worlds.world import AbsentError, Label, Request
 from omnimate.importers.optiodom.recordings import differential_sets, recordings_of
 from omnimate.logs.folder import save_recording
 from omnimate.proof import run
-from omnimate.proof.injections.bound import Ruler
 from omnimate.proof.injections.draw import draw
-from omnimate.proof.injections.drive import Drive
+from omnimate.proof.strength.bound import Ruler
+from omnimate.proof.strength.drive import Drive, Poses
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -114,9 +114,10 @@ def drive_of(recording: Recording) -> Drive:
         counts * scale,
         np.abs(scale),
         np.array([0.5 * vehicle.wheel_diameter(side) for side in _WHEELS]),
-        vehicle.trucks["a"].wheelbase,
-        poses.time[known],
-        pose,
+        np.array([vehicle.trucks["a"].wheelbase]),
+        np.zeros((len(recording), 0)),
+        0.0,
+        {0: Poses(poses.time[known], pose)},
     )
 
 
@@ -132,11 +133,12 @@ def with_drive(recording: Recording, drive: Drive) -> Recording:
         column = vehicle.channels.index(side)
         counts[:, column] = np.rint(drive.way[:, wheel] / vehicle.metres_per_count(side)).astype(np.int64)
     known = np.isfinite(poses.pose).all(axis=1)
-    inside = drive.pose_time <= recording.time[-1]
+    stamps = drive.poses[0].time
+    inside = stamps <= recording.time[-1]
     rows = np.flatnonzero(known)[inside]
     measured = replace(
         poses,
-        time=drive.pose_time[inside],
+        time=stamps[inside],
         body=poses.body[rows],
         pose=poses.pose[rows],
         sigma=poses.sigma[rows],

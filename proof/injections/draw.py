@@ -8,22 +8,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from omnimate.proof.injections.bound import left_of
-from omnimate.proof.injections.drive import SIDES, Drive, rates
-from omnimate.proof.injections.laws import altered
-from omnimate.proof.injections.rivals import rivals
+from omnimate.proof.strength.bound import left_of
+from omnimate.proof.strength.drive import WHEELS, Drive, rates
+from omnimate.proof.strength.laws import altered
+from omnimate.proof.strength.rivals import alike
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.random import Generator
 
-    from omnimate.proof.injections.bound import Ruler
+    from omnimate.proof.strength.bound import Ruler
 
 WEAKEST, STRONGEST = 1.0, 30.0  # standard deviations above the noise, drawn log-uniformly
-# Standard deviations up to which another effect looks like the one that was injected: a likelihood ratio of
-# exp(3^2 / 2) = 90 takes a name out of the 95 % set.
-SEPARATE = 3.0
+SIDES = WHEELS[:2]  # of the one truck that injections know
 MOVING = 0.03  # [m/s]
 ATTEMPTS = 60  # draws of an effect that this drive can show at a size that a robot can have
 
@@ -160,11 +158,8 @@ def draw(drives: Sequence[Drive], ruler: Ruler, chance: Generator) -> Strong | N
         else:
             strength = strength_of(injection, drives, ruler)
             change = ruler.change(injection.into(drives))
-            columns = rivals(injection.effect, injection.more, drives, ruler)
-            apart = {name: left_of(change, own) for name, own in columns.items()}
-            own = (injection.effect, injection.component)
-            alike = {name: left for name, left in apart.items() if name != own and left < SEPARATE}
-            return Strong(injection, strength, alike)
+            others = alike(change, effect, component, injection.more, drives, ruler)
+            return Strong(injection, strength, others)
     return None
 
 
@@ -174,7 +169,7 @@ def strength_of(injection: Injection, drives: Sequence[Drive], ruler: Ruler) -> 
     The three numbers of a calibration are estimated beside it, and the phase of a wave; times, places and
     thresholds are taken as known.
     """
-    beside = ruler.nuisances(injection.effect, injection.component)
+    beside = ruler.nuisances(drives, injection.effect, injection.component)
     if injection.effect in WAVES:
         turned = {**injection.more, "phase": injection.more["phase"] + 0.5 * math.pi}
         beside.append(
@@ -232,14 +227,14 @@ def _stretch(drives: Sequence[Drive], component: str, chance: Generator) -> list
 def _crossed(drives: Sequence[Drive], chance: Generator) -> list[list[float]]:
     """Return the intervals in which the robot is on a round region of the floor, somewhere on its path."""
     drive = drives[int(chance.integers(len(drives)))]
-    centre = drive.pose[int(chance.integers(len(drive.pose))), :2]
+    centre = drive.poses[0].pose[int(chance.integers(len(drive.poses[0].pose))), :2]
     radius = float(chance.uniform(0.15, 0.5))
     intervals = []
-    for each in drives:
-        within = np.hypot(*(each.pose[:, :2] - centre).T) < radius
+    for poses in (each.poses[0] for each in drives):
+        within = np.hypot(*(poses.pose[:, :2] - centre).T) < radius
         edges = np.flatnonzero(np.diff(np.concatenate(([0], within.astype(int), [0]))))
         intervals += [
-            [float(each.pose_time[first]), float(each.pose_time[last - 1])]
+            [float(poses.time[first]), float(poses.time[last - 1])]
             for first, last in edges.reshape(-1, 2)
             if last - first > 1
         ]

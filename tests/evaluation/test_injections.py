@@ -14,7 +14,7 @@ from omnimate.importers.optiodom.recordings import differential_sets, recordings
 from omnimate.importers.robots import single_truck
 from omnimate.logs.folder import load_recording
 from omnimate.proof.injections.draw import RATIOS, SIZES, Injection
-from omnimate.proof.injections.laws import OF_TRUCK, OF_WHEELS
+from omnimate.proof.strength.laws import OF_TRUCKS, OF_WHEELS
 from omnimate.vcan_sim.effects import effect_named
 from omnimate.vcan_sim.effects.stages import replay
 from omnimate.vehicle.parameters import Truck
@@ -89,7 +89,7 @@ def test_the_effect_in_the_altered_counts_gives_back_the_way_that_was_travelled(
     assert np.array_equal(block.travel[:, 1 - wheel], block_of(recording).travel[:, 1 - wheel])
 
 
-@given(st.sampled_from(sorted(OF_TRUCK)), st.integers(0, 99), st.floats(-2.0, 2.0))
+@given(st.sampled_from(sorted(OF_TRUCKS)), st.integers(0, 99), st.floats(-2.0, 2.0))
 def test_a_truck_of_another_wheelbase_turns_as_the_untouched_one_did(effect, seed, part):
     recording = driven(seed)
     size = part * SIZES[effect].usual

@@ -4,16 +4,20 @@ Each law is written from the vocabulary's description of its effect alone. The t
 motion: `way` of a healthy wheel is the way that it travelled. A wheel with an effect has to roll another way
 to travel the same, and its counter shows that one. Laws of speed are solved by fixed point iteration, because
 the vocabulary means the speed of the wheel as it rolls.
+
+Effects that move a truck as no wheel does cannot be put into counts. They become motion that dead reckoning
+lacks, for who asks how strong they would show.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.proof.injections.drive import SIDES, Drive, rates
+from omnimate.proof.strength.drive import LINKAGE, TRUCKS, WHEELS, Drive, Poses, rates, turned
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
 
 ITERATIONS = 6  # of a fixed point; each gains the effect's size, some percent at most
 REVERSED = 1.5  # counts that a wheel rolls back until it has reversed; what jitters by a count has not
+STANDS = 0.005  # [m/s] below which a truck stands
 
 
 def altered(drive: Drive, effect: str, component: str, parameters: Parameters) -> Drive:
@@ -32,18 +37,34 @@ def altered(drive: Drive, effect: str, component: str, parameters: Parameters) -
 
     Args:
         drive: The untouched drive.
-        effect: Name of the effect in the vocabulary, a key of `OF_WHEELS`, `OF_POSES` or `OF_TRUCK`.
-        component: `a.left`, `a.right`, `poses`, or `a` for the truck or both of its wheels.
+        effect: Name of the effect in the vocabulary.
+        component: Component on which it acts; "a" or "b" for both wheels of that truck.
         parameters: Parameters of the effect, by name, in SI units.
     """
     if component == "poses":
-        return drive.with_pose_time(OF_POSES[effect](drive, parameters))
-    if effect in OF_TRUCK:
-        return _of_truck(drive, OF_TRUCK[effect], parameters)
-    for wheel, side in enumerate(SIDES):
-        if component in {side, "a"}:
-            drive = drive.with_way(wheel, OF_WHEELS[effect](drive, wheel, parameters))
+        aged = {
+            truck: Poses(_stamps(drive, poses, effect, parameters), poses.pose)
+            for truck, poses in drive.poses.items()
+        }
+        return replace(drive, poses=aged)
+    if component in LINKAGE:
+        channel = LINKAGE.index(component)
+        return drive.with_reading(channel, OF_LINKAGE[effect](drive, channel, parameters))
+    if effect in OF_TRUCKS:
+        return _wider(drive, TRUCKS.index(component), OF_TRUCKS[effect], parameters)
+    if effect in OF_BODIES:
+        truck = TRUCKS.index(component)
+        return drive.with_more(truck, -OF_BODIES[effect](drive, truck, parameters))
+    for wheel in wheels_of(component):
+        drive = drive.with_way(wheel, OF_WHEELS[effect](drive, wheel, parameters))
     return drive
+
+
+def wheels_of(component: str) -> tuple[int, ...]:
+    """Return the columns of a wheel, or of both wheels of a truck."""
+    if component in WHEELS:
+        return (WHEELS.index(component),)
+    return 2 * TRUCKS.index(component), 2 * TRUCKS.index(component) + 1
 
 
 def _from_steps(first: float, steps: Array) -> Array:
@@ -165,42 +186,112 @@ def _gear_backlash(drive: Drive, wheel: int, parameters: Parameters) -> Array:
     return np.asarray(way + 0.5 * parameters["width"] * (lead - lead[0]))
 
 
-def _wheelbase(_drive: Drive, _yaw: Array, parameters: Parameters) -> Array | float:
+def _wheelbase(_drive: Drive, _truck: int, _yaw: Array, parameters: Parameters) -> Array | float:
     return float(parameters["ratio"])
 
 
-def _turn_scrub(drive: Drive, yaw: Array, parameters: Parameters) -> Array | float:
-    forward = 0.5 * np.diff(drive.way, axis=0).sum(axis=1)
-    across = np.hypot(forward, 0.5 * drive.wheelbase * yaw)
+def _turn_scrub(drive: Drive, truck: int, yaw: Array, parameters: Parameters) -> Array | float:
+    forward = drive.twist(truck)[:, 0]
+    across = np.hypot(forward, 0.5 * drive.wheelbase[truck] * yaw)
     curvature = np.divide(np.abs(yaw), across, out=np.zeros_like(yaw), where=across > 0.0)
     return np.asarray(1.0 + parameters["slope"] * curvature)
 
 
-def _of_truck(
-    drive: Drive, ratio: Callable[[Drive, Array, Parameters], Array | float], parameters: Parameters
+def _wider(
+    drive: Drive,
+    truck: int,
+    ratio: Callable[[Drive, int, Array, Parameters], Array | float],
+    parameters: Parameters,
 ) -> Drive:
-    """Return a drive whose wheels turn the truck over a wheelbase that is `ratio` times as wide.
+    """Return a drive whose wheels turn a truck over a wheelbase that is `ratio` times as wide.
 
     The ratio may depend on the turn by the wheels in each step [rad], shape `(N - 1,)`.
     """
-    left, right = np.diff(drive.way, axis=0).T
-    turned = (right - left) / drive.wheelbase
-    yaw = turned
+    base, wheels = drive.wheelbase[truck], (2 * truck, 2 * truck + 1)
+    left, right = np.diff(drive.way[:, wheels], axis=0).T
+    travelled = (right - left) / base
+    yaw = travelled
     for _ in range(ITERATIONS):
-        yaw = turned * ratio(drive, yaw, parameters)
-    middle, half = 0.5 * (left + right), 0.5 * drive.wheelbase * yaw
-    for wheel, steps in enumerate((middle - half, middle + half)):
+        yaw = travelled * ratio(drive, truck, yaw, parameters)
+    middle, half = 0.5 * (left + right), 0.5 * base * yaw
+    for wheel, steps in zip(wheels, (middle - half, middle + half), strict=True):
         drive = drive.with_way(wheel, _from_steps(drive.way[0, wheel], steps))
     return drive
 
 
-def _late(drive: Drive, parameters: Parameters) -> Array:
-    return np.asarray(drive.pose_time + parameters["delay"])
+def _joint_bias(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    return np.asarray(drive.reading[:, channel] + parameters["bias"])
 
 
-def _fast(drive: Drive, parameters: Parameters) -> Array:
+def _joint_eccentricity(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    reading = drive.reading[:, channel]
+    return np.asarray(reading + parameters["amplitude"] * np.cos(reading + parameters["phase"]))
+
+
+def _link_eccentricity(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    wave = np.cos(drive.reading[:, 0] + parameters["phase"])
+    return np.asarray(drive.reading[:, channel] + parameters["amplitude"] * wave)
+
+
+def _link_scale(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    return np.asarray(drive.rest + parameters["ratio"] * (drive.reading[:, channel] - drive.rest))
+
+
+def _joint_backlash(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    reading, half = drive.reading[:, channel], 0.5 * parameters["width"]
+    shown = reading.copy()
+    for sample in range(1, len(shown)):
+        shown[sample] = max(reading[sample] - half, min(reading[sample] + half, shown[sample - 1]))
+    return shown
+
+
+def _old_reading(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    return np.asarray(np.interp(drive.time - parameters["delay"], drive.time, drive.reading[:, channel]))
+
+
+def _drifting_reading(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    then = drive.time - parameters["rate"] * (drive.time - drive.time[0])
+    return np.asarray(np.interp(then, drive.time, drive.reading[:, channel]))
+
+
+def _wheel_misalignment(drive: Drive, truck: int, parameters: Parameters) -> Array:
+    forward = drive.twist(truck)[:, 0]
+    angle = parameters["angle"]
+    return np.stack([forward * (math.cos(angle) - 1.0), forward * math.sin(angle), 0.0 * forward], axis=1)
+
+
+def _lateral_slip(drive: Drive, truck: int, parameters: Parameters) -> Array:
+    forward, _, yaw = drive.twist(truck).T
+    outward = -parameters["compliance"] * forward * yaw / np.diff(drive.time)
+    return np.stack([0.0 * forward, outward, 0.0 * forward], axis=1)
+
+
+def _floor_slope(drive: Drive, truck: int, parameters: Parameters) -> Array:
+    creep = parameters["rate"] * np.abs(drive.twist(truck)[:, 0])
+    heading = drive.path(truck)[:-1, 2] + _heading_at_start(drive, truck)
+    across = np.stack([creep, 0.0 * creep], axis=1)
+    return np.column_stack([turned(parameters["direction"] - heading, across), 0.0 * creep])
+
+
+def _heading_at_start(drive: Drive, truck: int) -> float:
+    poses = drive.poses.get(truck)
+    return 0.0 if poses is None or not len(poses.pose) else float(poses.pose[0, 2])
+
+
+def _castor_kick(drive: Drive, truck: int, parameters: Parameters) -> Array:
+    way = 0.5 * (drive.way[:, 2 * truck] + drive.way[:, 2 * truck + 1])
+    speed, _ = rates(way, drive.time)
+    runs = np.flatnonzero(np.abs(speed) > STANDS)
+    kicks = np.zeros((len(speed), 3))
+    kicks[runs[1:][np.diff(np.sign(speed[runs])) != 0.0], 2] = parameters["yaw"]
+    return kicks
+
+
+def _stamps(drive: Drive, poses: Poses, effect: str, parameters: Parameters) -> Array:
+    if effect == "latency":
+        return np.asarray(poses.time + parameters["delay"])
     start = drive.time[0]
-    return np.asarray(start + (drive.pose_time - start) / (1.0 - parameters["rate"]))
+    return np.asarray(start + (poses.time - start) / (1.0 - parameters["rate"]))
 
 
 OF_WHEELS: dict[str, Callable[[Drive, int, Parameters], Array]] = {
@@ -216,8 +307,23 @@ OF_WHEELS: dict[str, Callable[[Drive, int, Parameters], Array]] = {
     "gear_harmonic": _gear_harmonic,
     "traction_slip": _traction_slip,
 }
-OF_TRUCK: dict[str, Callable[[Drive, Array, Parameters], Array | float]] = {
+OF_TRUCKS: dict[str, Callable[[Drive, int, Array, Parameters], Array | float]] = {
     "wheelbase": _wheelbase,
     "turn_scrub": _turn_scrub,
 }
-OF_POSES: dict[str, Callable[[Drive, Parameters], Array]] = {"latency": _late, "clock_drift": _fast}
+OF_BODIES: dict[str, Callable[[Drive, int, Parameters], Array]] = {
+    "wheel_misalignment": _wheel_misalignment,
+    "lateral_slip": _lateral_slip,
+    "floor_slope": _floor_slope,
+    "castor_kick": _castor_kick,
+}
+OF_LINKAGE: dict[str, Callable[[Drive, int, Parameters], Array]] = {
+    "joint_bias": _joint_bias,
+    "joint_eccentricity": _joint_eccentricity,
+    "joint_backlash": _joint_backlash,
+    "link_bias": _joint_bias,
+    "link_eccentricity": _link_eccentricity,
+    "link_scale": _link_scale,
+    "latency": _old_reading,
+    "clock_drift": _drifting_reading,
+}

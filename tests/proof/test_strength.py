@@ -6,12 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.proof.injections.bound import Noise, Ruler, left_of, residual
-from omnimate.proof.injections.draw import SEPARATE, SIZES, Injection, draw, strength_of
-from omnimate.proof.injections.drive import Drive, increments
+from omnimate.proof.injections.draw import SIZES, Injection, draw, strength_of
+from omnimate.proof.strength.bound import Noise, Ruler, left_of
+from omnimate.proof.strength.drive import Drive, Poses, increments
+from omnimate.proof.strength.residual import residual
+from omnimate.proof.strength.rivals import SEPARATE
 
 PERIOD, SAMPLES, BASE = 0.05, 2000, 0.2
 PATH, HEADING = 2e-4, 4e-4  # scatter of the increments [m, rad]
+ROOT = 2.0**0.5  # of the increments in a window of the residual
 
 
 def drives(seed, count=4):
@@ -25,9 +28,10 @@ def one(chance):
     speed = np.interp(time, marks, chance.uniform(0.1, 0.5, len(marks)))
     turn = np.interp(time, marks, chance.uniform(-0.8, 0.8, len(marks)))
     way = np.cumsum(np.stack([speed - 0.5 * BASE * turn, speed + 0.5 * BASE * turn], axis=1) * PERIOD, axis=0)
-    drive = Drive(time, way, np.full(2, 1e-4), np.full(2, 0.042), BASE, time, np.zeros((SAMPLES, 3)))
+    wheels = np.full(2, 1e-4), np.full(2, 0.042), np.array([BASE])
+    drive = Drive(time, way, *wheels, np.zeros((SAMPLES, 0)), 0.0, {})
     noise = chance.normal(size=(SAMPLES - 1, 3)) * [PATH, PATH, HEADING]
-    return replace(drive, pose=composed(increments(drive.path) + noise))
+    return replace(drive, poses={0: Poses(time, composed(increments(drive.path(0)) + noise))})
 
 
 def composed(steps):
@@ -41,24 +45,28 @@ def composed(steps):
 
 def test_the_residual_of_a_drive_is_the_noise_of_its_increments():
     chance = np.random.default_rng([1, 0])
-    assert residual(one(chance)).std(axis=0) == pytest.approx([PATH, PATH, HEADING], rel=0.1)
+    missed = residual(one(chance))
+    assert list(missed) == ["a"]
+    assert missed["a"].std(axis=0) == pytest.approx(ROOT * np.array([PATH, PATH, HEADING]), rel=0.1)
 
 
 def test_white_noise_whitens_to_the_change_over_its_standard_deviation():
     chance = np.random.default_rng(2)
-    noise = Noise.of([chance.normal(size=(SAMPLES, 3)) * [1.0, 2.0, 4.0] for _ in range(20)])
+    noise = Noise.of([{"a": chance.normal(size=(SAMPLES, 3)) * [1.0, 2.0, 4.0]} for _ in range(20)])
     change = np.zeros((SAMPLES, 3))
     change[:, 1] = np.sin(0.3 * np.arange(SAMPLES))
     expected = np.linalg.norm(change[:, 1]) / 2.0
-    assert np.linalg.norm(noise.whitened([change])) == pytest.approx(expected, rel=0.1)
+    assert np.linalg.norm(noise.whitened([{"a": change}])) == pytest.approx(expected, rel=0.1)
 
 
 def test_correlated_noise_hides_what_is_slow_and_not_what_is_quick():
     chance = np.random.default_rng(3)
     walks = [0.02 * np.cumsum(chance.normal(size=(SAMPLES, 3)), axis=0) for _ in range(20)]
-    noise, at = Noise.of(walks), np.arange(SAMPLES)[:, None]
+    noise, at = Noise.of([{"a": walk} for walk in walks]), np.arange(SAMPLES)[:, None]
     slow, quick = (np.sin(rate * at) * np.ones(3) for rate in (0.02, 2.0))
-    assert np.linalg.norm(noise.whitened([quick])) > 20.0 * np.linalg.norm(noise.whitened([slow]))
+    assert np.linalg.norm(noise.whitened([{"a": quick}])) > 20.0 * np.linalg.norm(
+        noise.whitened([{"a": slow}])
+    )
 
 
 def test_the_strength_of_a_wheelbase_is_its_size_over_the_bound_of_ordinary_least_squares():
