@@ -8,13 +8,14 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from omnimate.proof.cases import cases, seed_of
 from omnimate.proof.labels import set_bump_times
 from omnimate.proof.scene import scene
-from omnimate.proof.writing import write
+from omnimate.proof.writing import MEASURING, write
 
 if TYPE_CHECKING:
     from omnimate.proof.cases import Case
@@ -35,11 +36,11 @@ def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
     for label in labels:
         if label["effect"] == "bump":
             set_bump_times(label, driven.time, driven.counts[:, robot.channels.index(label["component"])])
-    noise, dropped = (
-        2.0 if case.note == "noisier poses" else 1.0,
-        0.01 if case.note == "dropped frames" else 0.0,
-    )
-    write(folder / "1", robot, driven, case.poses, noise, dropped, setting.chance)
+    measuring = MEASURING[case.poses]
+    if measuring is not None and case.note == "noisier poses":
+        measuring = replace(measuring, noise=2.0)
+    dropped = 0.01 if case.note == "dropped frames" else 0.0
+    write(folder / "1", robot, driven, measuring, dropped, setting.chance)
     verdict = {"null": ["agreement"], "insufficient": ["insufficient"]}.get(case.kind, ["mismatch"])
     return {
         "kind": case.kind, "verdict": verdict, "poses": case.poses, "recordings": ["1"], "effects": labels,

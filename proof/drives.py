@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-ACCELERATION = 0.5  # [m/s^2]
-TURN_ACCELERATION = 1.2  # [rad/s^2]
 STOP = 1.2  # [s] before and after each lap, for a measured pose
 
 Leg = tuple[float, float, float]  # speed [m/s], turn rate [rad/s], duration [s]
@@ -66,12 +64,15 @@ def _shuttle(chance: Generator, number: int) -> Lap:
     return "none", legs
 
 
-def commands(laps: list[Lap], period: float) -> tuple[Array, list[tuple[str, int, int]]]:
+def commands(
+    laps: list[Lap], period: float, servo: tuple[float, float]
+) -> tuple[Array, list[tuple[str, int, int]]]:
     """Return the commands of a drive with limited acceleration.
 
     Args:
         laps: Laps, each as its direction and its legs.
         period: Sample period [s].
+        servo: Most acceleration [m/s^2] and turn acceleration [rad/s^2].
 
     Returns:
         Speeds [m/s] and turn rates [rad/s], shape `(N, 2)`, and laps as (direction, first row, last row).
@@ -87,7 +88,7 @@ def commands(laps: list[Lap], period: float) -> tuple[Array, list[tuple[str, int
         wanted += [(0.0, 0.0)] * round(STOP / period)
     target = np.array(wanted)
     driven = np.zeros_like(target)
-    most = np.array([ACCELERATION, TURN_ACCELERATION]) * period
+    most = np.array(servo) * period
     for step in range(1, len(target)):
         driven[step] = driven[step - 1] + np.clip(target[step] - driven[step - 1], -most, most)
     return driven, spans

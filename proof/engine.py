@@ -1,7 +1,7 @@
 """The engine: a small simulator that shares no code with the project's own.
 
-It integrates by the midpoint rule at a quarter of the sample period. Truck a drives a programme by its
-nominal wheels; truck b follows the true angles and length of the linkage. It needs numpy alone.
+It integrates by the midpoint rule at a quarter of the sample period, or finer. Truck a drives a programme by
+its nominal wheels; truck b follows the true angles and length of the linkage. It needs numpy alone.
 """
 
 from __future__ import annotations
@@ -15,18 +15,19 @@ import numpy as np
 from omnimate.proof.drives import commands
 from omnimate.proof.faults import moved, shown, touches, travelled
 from omnimate.proof.robots import LINKAGE, WHEELS
+from omnimate.proof.unnamed import felt
 
 if TYPE_CHECKING:
     from numpy.random import Generator
     from numpy.typing import NDArray
 
     from omnimate.proof.drives import Lap
-    from omnimate.proof.faults import ConcealedFault, Ground
+    from omnimate.proof.fault import ConcealedFault, Ground
     from omnimate.proof.robots import Robot
 
     Array = NDArray[np.float64]
 
-SUBSTEPS = 4  # of a sample period
+SUBSTEPS, LONGEST = 4, 0.005  # least substeps of a sample period, and their longest duration [s]
 ALIGN = 1.5  # [1/s], gain with which truck b turns into the link; it lags behind in turns
 HOLD = 0.4  # [1/s], gain with which truck b keeps the link's length
 
@@ -74,7 +75,7 @@ def drive(
         start: Time of the first sample [s].
         chance: Source of the floor's scatter and of the sensors' noise.
     """
-    wanted, spans = commands(laps, robot.period)
+    wanted, spans = commands(laps, robot.period, robot.servo)
     engine = _Engine(robot, faults, floor, chance)
     count = len(wanted)
     counts, poses = np.zeros((count, len(robot.devices)), np.int64), np.zeros((count, robot.trucks, 3))
@@ -97,21 +98,24 @@ class _Engine:
         self.counted = self.angle.copy()
         self.speed = np.zeros(2 * robot.trucks)
         self.patch = np.zeros(2 * robot.trucks)
+        self.substeps = max(SUBSTEPS, math.ceil(robot.period / LONGEST - 1e-9))
 
     def advance(self, wanted: Array, now: float) -> None:
-        span = self.robot.period / SUBSTEPS
+        span = self.robot.period / self.substeps
         target = self._wheel_speeds(wanted)
         rate = (target - self.speed) / self.robot.period
-        for substep in range(SUBSTEPS):
+        for substep in range(self.substeps):
             self.speed = self.speed + rate * span
             self._step(rate, now + (substep + 1) * span, span)
 
     def _wheel_speeds(self, wanted: Array) -> Array:
         """Return the speeds of all wheels [m/s]: truck a follows the programme, truck b the linkage."""
-        half = 0.5 * self.robot.wheelbase[0]
-        speeds = [wanted[0] - half * wanted[1], wanted[0] + half * wanted[1]]
+        half, turn = 0.5 * self.robot.wheelbase[0], wanted[1]
         if self.robot.trucks == 2:
             joint_a, joint_b, length = self._linkage()
+            turn += self.robot.steady * min(wanted[0], 0.0) * joint_a
+        speeds = [wanted[0] - half * turn, wanted[0] + half * turn]
+        if self.robot.trucks == 2:
             forward = wanted[0] * math.cos(joint_a) + HOLD * (length - self.robot.length)
             rate = -ALIGN * joint_b
             half = 0.5 * self.robot.wheelbase[1]
@@ -148,6 +152,8 @@ class _Engine:
                         - rolled
                     )
             ways[wheel] = way + self._scatter(wheel, abs(rolled))
+        for fault in self.faults:
+            felt(fault, float(0.5 * (rate[0] + rate[1])), span)
         for truck in range(self.robot.trucks):
             self._move(truck, ways[2 * truck], ways[2 * truck + 1], now, span)
 
@@ -186,7 +192,8 @@ class _Engine:
         twist = (0.5 * (left + right), 0.0, (right - left) / base)
         for fault in self.faults:
             if fault.component == "ab"[truck]:
-                twist = moved(fault, twist, float(self.pose[truck, 2]), base, now, span)
+                x, y, heading = map(float, self.pose[truck])
+                twist = moved(fault, twist, heading, base, now, span, (x, y))
         middle = self.pose[truck, 2] + 0.5 * twist[2]
         self.pose[truck, 0] += twist[0] * math.cos(middle) - twist[1] * math.sin(middle)
         self.pose[truck, 1] += twist[0] * math.sin(middle) + twist[1] * math.cos(middle)
@@ -214,7 +221,9 @@ class _Engine:
             counts.append(
                 device.zero
                 + device.sign
-                * math.floor(count + 0.5 + 0.2 * self.chance.normal() * (device.channel in LINKAGE))
+                * math.floor(
+                    count + 0.5 + self.robot.jitter * self.chance.normal() * (device.channel in LINKAGE)
+                )
             )
         return counts
 

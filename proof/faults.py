@@ -3,41 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from omnimate.proof.unnamed import motion_changed, reading_gained, way_gained
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from omnimate.proof.fault import ConcealedFault, Ground
+
 SMALL = 1e-9
-FIRST_JOINT, BEYOND = (
-    0.37,
-    0.03,
-)  # shares of a slab: place of the first joint, and from where a wheel has crossed it
 CASTOR_TIME = 0.1  # [s] over which a castor averages the speed: a rough floor under a spin is no reversal
-
-
-@dataclass(slots=True)
-class ConcealedFault:
-    """A fault in a robot, with its state.
-
-    Attributes:
-        effect: Name of the effect in the vocabulary, or "unknown".
-        component: Component on which it acts.
-        parameters: Parameters of the effect, by name.
-        memory: State that the fault keeps from step to step; empty at the start of a drive.
-    """
-
-    effect: str
-    component: str
-    parameters: dict[str, Any]
-    memory: dict[str, Any] = field(default_factory=dict)
-
-    def __getitem__(self, name: str) -> Any:  # noqa: ANN401  numbers or lists of them
-        return self.parameters[name]
-
-
-Ground = tuple[str, float, float]  # a wheel, and its place on the floor [m]
 
 
 def touches(fault: ConcealedFault, wheel: str) -> bool:
@@ -82,7 +58,7 @@ def travelled(
     elif fault.effect == "gear_backlash":
         way = _through_play(fault, rolled, fault["width"])
     elif fault.effect == "unknown":
-        way = rolled + _unnamed_way(fault, rolled, now, ground)
+        way = rolled + way_gained(fault, rolled, now, ground)
     return way
 
 
@@ -139,31 +115,6 @@ def _through_play(fault: ConcealedFault, moved: float, width: float) -> float:
     return float(wanted - kept)
 
 
-def _unnamed_way(fault: ConcealedFault, rolled: float, now: float, ground: Ground) -> float:
-    """Return the distance gained [m] by physics without a name in the vocabulary."""
-    kind, size = fault["kind"], fault["size"]
-    if kind == "slabs":  # joints between slabs of the floor, along both axes
-        return float(-size * _joints_met(fault, ground) * math.copysign(1.0, rolled or 1.0))
-    if kind == "warming":  # a tyre that warms up and stays warm
-        return float(rolled * size * (1.0 - math.exp(-(now - fault["start"]) / fault["pitch"])))
-    if kind == "hum":  # a supply that hums in time, not in angle
-        return float(size * abs(rolled) * math.sin(2.0 * math.pi * (now - fault["start"]) / fault["pitch"]))
-    return 0.0
-
-
-def _joints_met(fault: ConcealedFault, ground: Ground) -> int:
-    """Return how many joints a wheel crosses now; while it rolls along a joint it does not cross it again."""
-    wheel, *place = ground
-    met = 0
-    for axis, at in enumerate(place):
-        cell = at / fault["pitch"] + FIRST_JOINT
-        known = fault.memory.setdefault(f"{wheel} {axis}", math.floor(cell))
-        if not known - BEYOND < cell < known + 1.0 + BEYOND:
-            met += abs(math.floor(cell) - known)
-            fault.memory[f"{wheel} {axis}"] = math.floor(cell)
-    return met
-
-
 def moved(
     fault: ConcealedFault,
     twist: tuple[float, float, float],
@@ -171,6 +122,7 @@ def moved(
     base: float,
     now: float,
     span: float,
+    place: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[float, float, float]:
     """Return a truck's motion in a step with a fault in it.
 
@@ -181,6 +133,7 @@ def moved(
         base: Wheelbase of the truck [m].
         now: Time at the end of the step [s].
         span: Duration of the step [s].
+        place: Place of the truck on the floor [m].
     """
     forward, left, yaw = twist
     effect = fault.effect
@@ -206,21 +159,7 @@ def moved(
             yaw += fault["yaw"]
         fault.memory["sign"] = sign or last
     elif effect == "unknown":
-        forward, left, yaw = _unnamed_motion(fault, (forward, left, yaw), heading, now, span)
-    return forward, left, yaw
-
-
-def _unnamed_motion(
-    fault: ConcealedFault, twist: tuple[float, float, float], heading: float, now: float, span: float
-) -> tuple[float, float, float]:
-    forward, left, yaw = twist
-    kind, size = fault["kind"], fault["size"]
-    if kind == "pushes" and any(time < now <= time + 0.3 for time in fault["times"]):
-        left, yaw = left + size * span / 0.3, yaw + 2.0 * size * span / 0.3
-    if kind == "magnet":  # pulls sideways in one direction of the floor, twice per turn
-        left += size * abs(forward) * math.sin(2.0 * heading)
-    if kind == "tiring":  # a wheelbase that grows with time
-        yaw *= 1.0 - size * (now - fault["start"]) / fault["pitch"]
+        forward, left, yaw = motion_changed(fault, twist, base, (place, heading), (now, span))
     return forward, left, yaw
 
 
@@ -250,8 +189,5 @@ def shown(fault: ConcealedFault, reading: float, rest: float, joint_a: float, ot
     elif effect == "link_scale":
         more = (fault["ratio"] - 1.0) * (reading - rest)
     elif effect == "unknown":
-        more = {
-            "crosstalk": fault["size"] * math.sin(3.0 * other),
-            "sag": fault["size"] * joint_a * joint_a,
-        }.get(fault["kind"], 0.0)
+        more = reading_gained(fault, joint_a, other)
     return float(reading + more)

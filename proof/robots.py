@@ -53,6 +53,9 @@ class Robot:
         length: Length of the link at rest [m].
         period: Period of SYNC [s].
         devices: Encoders of the robot.
+        jitter: Scatter of the linkage's readings beside their rounding [counts].
+        servo: Most acceleration [m/s^2] and turn acceleration [rad/s^2].
+        steady: Gain with which truck a, driving backwards, turns into the link [1/m]; else it leaves it.
     """
 
     name: str
@@ -62,6 +65,9 @@ class Robot:
     length: float
     period: float
     devices: tuple[Device, ...]
+    jitter: float = 0.2
+    servo: tuple[float, float] = (0.5, 1.2)
+    steady: float = 0.0
 
     @property
     def channels(self) -> tuple[str, ...]:

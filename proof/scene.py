@@ -10,9 +10,10 @@ import numpy as np
 
 from omnimate.proof.drives import programme
 from omnimate.proof.engine import Floor, drive
-from omnimate.proof.faults import ConcealedFault
+from omnimate.proof.fault import ConcealedFault
 from omnimate.proof.labels import label
 from omnimate.proof.robots import random_robot
+from omnimate.proof.unnamed import KINDS
 from omnimate.proof.vocabulary import RATIOS, SIGNED, SIZES
 
 if TYPE_CHECKING:
@@ -127,10 +128,7 @@ def _more(chance: Generator, effect: str, start: float, length: float) -> dict[s
 
 
 def _unnamed_physics(chance: Generator, kind: str, start: float, length: float) -> dict[str, Any]:
-    sizes = {
-        "slabs": (6e-4, 0.7), "warming": (0.006, 40.0), "hum": (0.05, 3.7), "pushes": (0.02, 0.0),
-        "magnet": (0.02, 0.0), "tiring": (0.05, length), "crosstalk": (0.01, 0.0), "sag": (0.012, 0.0),
-    }  # fmt: skip
-    size, pitch = sizes[kind]
+    size, pitch = KINDS[kind]
+    pitch = length if kind == "tiring" else pitch
     times = np.sort(start + length * chance.uniform(0.1, 0.9, 3)).tolist()
     return {"kind": kind, "size": size, "pitch": pitch, "times": times}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,13 +17,37 @@ if TYPE_CHECKING:
     from omnimate.proof.engine import Drive
     from omnimate.proof.robots import Robot
 
-SONAR = (0.002, 0.002, 0.004)  # stated sigma of x, y [m] and heading [rad]
-MOCAP = (0.001, 0.001, 0.0015)  # likewise
-MOCAP_PERIOD = 0.05  # [s] between two poses
+
+@dataclass(frozen=True, slots=True)
+class Measuring:
+    """How poses are measured from outside.
+
+    Attributes:
+        sigma: Standard deviations that are stated: x, y [m] and heading [rad].
+        period: Time between two poses [s]; 0 for poses at the stops alone.
+        both: Whether every truck is measured, or truck a alone.
+        noise: Factor by which they scatter more than they state.
+        lever: Place of the markers on the truck, which is believed to be its centre: forward and left [m].
+        delay: Time by which the stamps are late [s].
+        outliers: Share of poses that are ten times as far off.
+    """
+
+    sigma: tuple[float, float, float]
+    period: float
+    both: bool
+    noise: float = 1.0
+    lever: tuple[float, float] = (0.0, 0.0)
+    delay: float = 0.0
+    outliers: float = 0.0
+
+
+SONAR = Measuring((0.002, 0.002, 0.004), 0.0, both=False)
+MOCAP = Measuring((0.001, 0.001, 0.0015), 0.05, both=True)
+MEASURING = {"none": None, "sonar": SONAR, "mocap": MOCAP}
 
 
 def write(
-    folder: Path, robot: Robot, drive: Drive, poses: str, noise: float, dropped: float, chance: Generator
+    folder: Path, robot: Robot, drive: Drive, measuring: Measuring | None, dropped: float, chance: Generator
 ) -> None:
     """Write one recording.
 
@@ -30,8 +55,7 @@ def write(
         folder: Folder of the recording, which must not exist yet.
         robot: The robot that drove.
         drive: What it drove.
-        poses: Kind of absolute poses: "none", "sonar" or "mocap".
-        noise: Factor by which the poses scatter more than they state.
+        measuring: How its poses are measured; None for not at all.
         dropped: Share of frames that are lost.
         chance: Source of the poses' noise and of lost frames.
     """
@@ -52,25 +76,30 @@ def write(
         for name, start, end in drive.laps
     ]
     (folder / "run.toml").write_text('protocol = "free"\n' + "".join(laps), encoding="utf-8")
-    if poses != "none":
-        (folder / "poses.csv").write_text(_poses(robot, drive, poses, noise, chance), encoding="utf-8")
+    if measuring is not None:
+        (folder / "poses.csv").write_text(_poses(robot, drive, measuring, chance), encoding="utf-8")
 
 
-def _poses(robot: Robot, drive: Drive, kind: str, noise: float, chance: Generator) -> str:
-    rows = ["t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"]
-    sigma = np.array(SONAR if kind == "sonar" else MOCAP)
-    if kind == "sonar":
+def _poses(robot: Robot, drive: Drive, measuring: Measuring, chance: Generator) -> str:
+    rows, sigma = ["t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"], np.array(measuring.sigma)
+    if measuring.period == 0.0:
         times = [drive.time[0] + 0.3, *(end for _, _, end in drive.laps)]
-        trucks = [0]
     else:
-        times = list(np.arange(drive.time[0], drive.time[-1], MOCAP_PERIOD))
-        trucks = list(range(robot.trucks))
+        times = list(np.arange(drive.time[0], drive.time[-1] - measuring.delay, measuring.period))
     for time in times:
-        for truck in trucks:
+        for truck in range(robot.trucks if measuring.both else 1):
             true = np.array([np.interp(time, drive.time, drive.poses[:, truck, axis]) for axis in range(3)])
-            measured = true + noise * sigma * chance.normal(size=3)
+            true[:2] += _turned(measuring.lever, true[2])
+            measured = true + measuring.noise * sigma * chance.normal(size=3)
+            if measuring.outliers and chance.random() < measuring.outliers:
+                measured += 10.0 * (measured - true)
             heading = (measured[2] + np.pi) % (2.0 * np.pi) - np.pi
-            rows.append(
-                f"{time:.6f},{'ab'[truck]},{measured[0]:.6f},{measured[1]:.6f},{heading:.6f},{sigma[0]},{sigma[1]},{sigma[2]}"
-            )
+            place = f"{measured[0]:.6f},{measured[1]:.6f},{heading:.6f}"
+            stated = ",".join(str(each) for each in measuring.sigma)
+            rows.append(f"{time + measuring.delay:.6f},{'ab'[truck]},{place},{stated}")
     return "\n".join(rows) + "\n"
+
+
+def _turned(lever: tuple[float, float], heading: float) -> tuple[float, float]:
+    cosine, sine = np.cos(heading), np.sin(heading)
+    return cosine * lever[0] - sine * lever[1], sine * lever[0] + cosine * lever[1]

@@ -25,7 +25,7 @@ from omnimate.proof.strength.drive import TRUCKS, WHEELS, Drive
 from omnimate.proof.strength.residual import residual
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -119,6 +119,7 @@ class Ruler:
     def nuisances(self, drives: Sequence[Drive], effect: str = "", component: str = "") -> list[Array]:
         """Return the changes `(K,)` by the numbers of a calibration, but for the one that an effect is."""
         trucks, own = drives[0].trucks, (effect, component)
+        numbers: list[tuple[Callable[[Drive, int], Drive], int]]
         numbers = [(_wider, truck) for truck in range(trucks) if own != ("wheelbase", TRUCKS[truck])]
         numbers += [
             (_larger, wheel) for wheel in range(2 * trucks) if own != ("wheel_diameter", WHEELS[wheel])

@@ -11,7 +11,8 @@ from omnimate.logs.folder import load_recording
 from omnimate.proof.cases import Case
 from omnimate.proof.corpus import make
 from omnimate.proof.engine import Floor
-from omnimate.proof.faults import ConcealedFault, moved, travelled
+from omnimate.proof.fault import ConcealedFault
+from omnimate.proof.faults import moved, travelled
 from omnimate.proof.labels import set_bump_times
 from omnimate.proof.scene import scene
 from omnimate.vehicle.linkage import linkage_of

@@ -7,7 +7,7 @@ from omnimate.logs.folder import load_recording
 from omnimate.proof.cases import Case
 from omnimate.proof.corpus import make
 from omnimate.proof.scene import scene
-from omnimate.proof.writing import MOCAP, write
+from omnimate.proof.writing import MEASURING, MOCAP, write
 
 SEED = 21
 SHORT = Case("insufficient", (), "squares", "mocap", note="short")
@@ -23,8 +23,8 @@ def driven(setting):
     return setting.driven([])
 
 
-def written(folder, setting, driven, poses="mocap", noise=1.0, dropped=0.0):
-    write(folder, setting.robot, driven, poses, noise, dropped, np.random.default_rng(4))
+def written(folder, setting, driven, measuring=MOCAP, dropped=0.0):
+    write(folder, setting.robot, driven, measuring, dropped, np.random.default_rng(4))
     return load_recording(folder)
 
 
@@ -60,13 +60,13 @@ def test_the_laps_are_read_back(tmp_path, setting, driven):
 def test_measured_poses_scatter_about_the_true_ones_as_they_state(tmp_path, setting, driven):
     poses = written(tmp_path / "1", setting, driven).poses.of("a")
     true = np.array([np.interp(poses.time, driven.time, driven.poses[:, 0, axis]) for axis in range(3)]).T
-    scatter = (poses.pose - true) / np.array(MOCAP)
+    scatter = (poses.pose - true) / np.array(MOCAP.sigma)
     assert np.abs(scatter.mean(axis=0)).max() < 5.0 / np.sqrt(len(scatter))
     assert scatter.std(axis=0) == pytest.approx(1.0, abs=4.0 / np.sqrt(2.0 * len(scatter)))
 
 
 def test_without_poses_there_is_no_file_of_them(tmp_path, setting, driven):
-    assert written(tmp_path / "1", setting, driven, poses="none").poses is None
+    assert written(tmp_path / "1", setting, driven, measuring=MEASURING["none"]).poses is None
     assert not (tmp_path / "1" / "poses.csv").exists()
 
 
