@@ -1,0 +1,171 @@
+"""What a law may be made of: terms of a formula, and curves over one variable, as columns with a prior.
+
+A curve is a Gaussian process with a squared-exponential kernel, as a linear model: of sines on a domain wider
+than the data (Solin and Särkkä, Hilbert space methods for reduced-rank Gaussian process regression,
+Statistics and Computing 30, 2020), or of harmonics over an angle that goes round. Every variable enters in
+units of its own size in the drive, so that no answer depends on the unit in which it is stated.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.vcan_sim.effects.variables import VARIABLES
+from omnimate.vcan_sim.expression import parse
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from omnimate.vehicle.se2 import Array
+
+SIZES = np.array([0.25, 1.0, 4.0, 16.0])  # of a law in its a-priori size, which is known by its order only
+WAVES = (1, 2, 3, 4)  # per turn of an angle, that a formula may have
+# Lengths of curves in half ranges of their variable. The domain is twice as wide as the data (3.2 times the
+# longest length), and has 20 sines (1.75 times its width over the shortest length), as asked for in
+# Riutort-Mayol et al., Practical Hilbert space approximate Bayesian Gaussian processes, Statistics and
+# Computing 33, 2023, for this kernel.
+LENGTHS = (0.18, 0.3, 0.6)
+DOMAIN, SINES = 2.0, 20
+FREQUENCIES = 0.5 * math.pi / DOMAIN * np.arange(1.0, SINES + 1.0)
+# Lengths of curves over a turn [rad]; the harmonics above the eighth have under 4 % of its variance.
+TURN_LENGTHS = (0.25, 0.5, 1.0)
+HARMONICS = np.arange(9)
+KNOTS = 40  # at which a curve is written down; straight lines between them miss under 1 % of its variance
+RARE = 0.005  # share of the samples beyond either end of a curve: too few to tell it there
+
+Text = tuple[str, str]  # what a coefficient multiplies, and its unit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Term:
+    """Summands of a formula that enter it together.
+
+    Attributes:
+        kind: What it is like, among the kinds that are equally likely: a constant, a line and so on.
+        texts: What the coefficient of each column multiplies, and its unit.
+        sizes: Root mean square of each over the drive, by which its column is divided, shape `(b,)`.
+        basis: Columns, shape `(N, b)`.
+        spreads: Prior standard deviations of the columns' coefficients, in a-priori sizes of the law: one row
+            for each hyperparameter from which the evidence chooses, shape `(h, b)`.
+    """
+
+    kind: str
+    texts: tuple[Text, ...]
+    sizes: Array
+    basis: Array
+    spreads: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """A smooth curve over one variable.
+
+    Attributes:
+        kind: As of a `Term`.
+        variable: Its name.
+        period: Period in the variable's unit; 0 for none.
+        knots: Values of the variable at which the curve is written down, shape `(k,)`.
+        at_knots: Columns at these values, shape `(k, b)`.
+        basis: Columns, shape `(N, b)`.
+        spreads: As of a `Term`, shape `(h, b)`.
+    """
+
+    kind: str
+    variable: str
+    period: float
+    knots: Array
+    at_knots: Array
+    basis: Array
+    spreads: Array
+
+
+Candidate = Term | Curve
+
+
+def terms(variables: Mapping[str, Array]) -> Iterator[Term]:
+    """Yield the terms that a formula may have.
+
+    Args:
+        variables: Names from `VARIABLES`, each with its values, shape `(N,)`.
+    """
+    shape = next(iter(variables.values())).shape
+    moving = {name: values for name, values in variables.items() if np.ptp(values) > 0.0}
+    for kind, *texts in _texts(moving):
+        columns = [np.broadcast_to(parse(text).value(variables), shape) for text, _ in texts]
+        basis = np.stack(columns, axis=1)
+        sizes = np.sqrt(np.mean(basis**2, axis=0))
+        yield Term(kind, tuple(texts), sizes, basis / sizes, SIZES[:, None] * np.ones(len(texts)))
+
+
+def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, ...]]]:
+    """Yield the kind of each term and what its coefficients multiply."""
+    yield "constant", ("1", "1")
+    plain = [name for name, values in variables.items() if not _goes_round(name, values)]
+    for name in plain:
+        unit, values = VARIABLES[name].unit, variables[name]
+        usual = f"{math.sqrt(np.mean(values**2)):.6g}"
+        yield "line", (name, unit)
+        yield "bent", (f"{name}^2", f"({unit})^2")
+        yield "bent", (f"1 / (1 + abs({name}) / {usual})", "1")
+        if values.min() < 0.0 < values.max():
+            yield "bent", (f"abs({name})", unit)
+            yield "bent", (f"sign({name})", "1")
+    for first, second in itertools.combinations(plain, 2):
+        yield "product", (f"{first} * {second}", f"{VARIABLES[first].unit} {VARIABLES[second].unit}")
+    for name, order in itertools.product(variables, WAVES):
+        if VARIABLES[name].unit == "rad":
+            angle = name if order == 1 else f"{order} * {name}"
+            yield "wave", (f"sin({angle})", "1"), (f"cos({angle})", "1")
+
+
+def curves(variables: Mapping[str, Array]) -> Iterator[Curve]:
+    """Yield a curve over each variable that varies; for the arguments see `terms`."""
+    for name, values in variables.items():
+        low, high = np.quantile(values, [RARE, 1.0 - RARE])
+        if _goes_round(name, values):
+            knots = np.arange(KNOTS) * math.tau / KNOTS
+            yield Curve(
+                "curve", name, math.tau, knots, _harmonics(knots), _harmonics(values), _harmonic_spreads()
+            )
+        elif high > low:
+            middle, half = 0.5 * (low + high), 0.5 * (high - low)
+            at = np.linspace(-1.0, 1.0, KNOTS)
+            within = np.clip((values - middle) / half, -1.0, 1.0)
+            yield Curve("curve", name, 0.0, middle + half * at, _sines(at), _sines(within), _sine_spreads())
+
+
+def _goes_round(name: str, values: Array) -> bool:
+    """Say whether a variable is an angle of which the drive has a whole turn."""
+    return VARIABLES[name].unit == "rad" and float(np.ptp(values)) >= math.tau
+
+
+def _sines(place: Array) -> Array:
+    """Return the eigenfunctions `(N, b)` of the Laplace operator on the domain at places from -1 to 1."""
+    return np.asarray(np.sin((place[:, None] + DOMAIN) * FREQUENCIES) / math.sqrt(DOMAIN))
+
+
+def _sine_spreads() -> Array:
+    return _spreads(LENGTHS, FREQUENCIES, np.ones(SINES))
+
+
+def _harmonics(angle: Array) -> Array:
+    """Return 1 and cosines and sines of multiples of angles [rad], `(N, b)`."""
+    phase = angle[:, None] * HARMONICS
+    return np.concatenate([np.cos(phase), np.sin(phase[:, 1:])], axis=1)
+
+
+def _harmonic_spreads() -> Array:
+    """Return the spreads of a kernel that is wrapped round: its Fourier series has its spectral density."""
+    orders = np.concatenate([HARMONICS, HARMONICS[1:]])
+    return _spreads(TURN_LENGTHS, orders, np.where(orders > 0, 1.0, 0.5) / math.pi)
+
+
+def _spreads(lengths: tuple[float, ...], frequency: Array, weight: Array) -> Array:
+    """Return spreads `(h, b)`: roots of the squared-exponential kernel's spectral density, for every size."""
+    density = [math.sqrt(math.tau) * length * np.exp(-0.5 * (frequency * length) ** 2) for length in lengths]
+    return np.vstack([SIZES[:, None] * np.sqrt(weight * one) for one in density])

@@ -1,0 +1,112 @@
+"""Evidence of linear models with a normal prior, for many models and for every fold left out, at once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from omnimate.vehicle.se2 import Array
+
+TOLD = 1e-9  # of the largest product of a column with itself; what is below is what a projection left of zero
+
+
+@dataclass(frozen=True)
+class Products:
+    """What the rows of each of K folds say, as far as linear models of B columns need it.
+
+    Attributes:
+        gram: Products of the columns with each other, shape `(K, B, B)`.
+        cross: Products of the columns with the rows, shape `(K, B)`.
+    """
+
+    gram: Array
+    cross: Array
+
+    @classmethod
+    def of(cls, columns: Array, rows: Array, folds: NDArray[np.int64]) -> Self:
+        """Return the products of columns `(R, B)` and rows `(R,)`, each row of the fold that it names."""
+        parts = [(columns[folds == fold], rows[folds == fold]) for fold in np.unique(folds)]
+        return cls(
+            np.stack([own.T @ own for own, _ in parts]),
+            np.stack([own.T @ shown for own, shown in parts]),
+        )
+
+    def without(self, fold: int) -> Self:
+        """Return the products of the other folds."""
+        left = np.arange(len(self.cross)) != fold
+        return type(self)(self.gram[left], self.cross[left])
+
+    def scaled(self, level: float) -> Self:
+        """Return the products of rows and columns that are divided by a noise level."""
+        return type(self)(self.gram / level**2, self.cross / level**2)
+
+    @cached_property
+    def sums(self) -> tuple[Array, Array]:
+        """Products of the columns with each other and with the rows: of all folds, then without each."""
+        totals = [
+            np.concatenate([own.sum(axis=0)[None], own.sum(axis=0) - own]) for own in (self.gram, self.cross)
+        ]
+        return totals[0], totals[1]
+
+    def evidence(self, members: NDArray[np.int64], spread: Array, *, left_out: bool = True) -> Array:
+        """Return the log evidence of models against no model: with all folds, then without each.
+
+        The log density of a fold's rows, predicted from all others, is the first less the fold's own.
+
+        Args:
+            members: Columns of each of P models, shape `(P, w)`.
+            spread: Prior standard deviations of their coefficients, shape `(P, w)`.
+            left_out: Whether folds are left out; else the first row is all.
+
+        Returns:
+            Log evidence [nat] of rows with noise of unit variance, shape `(1 + K, P)`.
+        """
+        gram, cross = self.sums if left_out else (own[:1] for own in self.sums)
+        across = gram[:, members[:, :, None], members[:, None, :]]
+        matrix, vector = _standard(across, cross[:, members], spread)
+        root = np.linalg.cholesky(matrix + np.eye(members.shape[1]))
+        fitted = np.linalg.solve(root, vector[..., None])[..., 0]
+        width = np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(axis=-1)
+        return np.asarray(0.5 * (fitted**2).sum(axis=-1) - width)
+
+    def posterior(self, members: NDArray[np.int64], spread: Array, training: int = 0) -> tuple[Array, Array]:
+        """Return the coefficients `(w,)` of one model and their covariance `(w, w)`.
+
+        Args:
+            members: Columns of the model, shape `(w,)`.
+            spread: Prior standard deviations of their coefficients, shape `(w,)`.
+            training: Which data: 0 for all folds, k for all but fold k - 1.
+        """
+        gram, cross = (own[training] for own in self.sums)
+        matrix, vector = _standard(gram[np.ix_(members, members)], cross[members], spread)
+        covariance = np.linalg.inv(matrix + np.eye(len(members)))
+        return spread * (covariance @ vector), spread[:, None] * covariance * spread
+
+    def noise(self, members: NDArray[np.int64], spread: Array) -> float:
+        """Return how large a model's errors are in folds that it has not seen, over what it expects there.
+
+        The errors are weighed with every column in turn, fold by fold, so that noise of the columns' own
+        colour counts as what it is: more than its rows' size. For white rows of unit size it is about 1.
+        """
+        errors, expected = [], []
+        for fold in range(len(self.cross)):
+            values, covariance = self.posterior(members, spread, 1 + fold)
+            across = self.gram[fold][:, members]
+            errors.append(self.cross[fold] - across @ values)
+            own = np.diagonal(self.gram[fold])
+            expected.append(own + np.einsum("bi,ij,bj->b", across, covariance, across))
+        error, variance = np.array(errors), np.array(expected)
+        told = variance > TOLD * variance.max()  # not in a fold in which the robot stands
+        return math.sqrt(np.mean(error[told] ** 2 / variance[told]))
+
+
+def _standard(gram: Array, cross: Array, spread: Array) -> tuple[Array, Array]:
+    """Return products of columns whose coefficients have a prior of unit size."""
+    return spread[..., :, None] * gram * spread[..., None, :], spread * cross

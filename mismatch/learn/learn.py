@@ -1,0 +1,92 @@
+"""A law is learned from what is left over, or none is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.learn.candidates import curves, terms
+from omnimate.mismatch.learn.choice import choose, options_of
+from omnimate.mismatch.learn.evidence import Products
+from omnimate.mismatch.learn.learned import LearnedLaw
+from omnimate.vcan_sim.effects.law import Law
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.mismatch.learn.candidates import Candidate
+    from omnimate.mismatch.learn.choice import Choice, Option
+    from omnimate.vehicle.se2 import Array
+
+FEWEST = 3  # folds: one is held out, and among the others each is held out in turn
+SETTLED = 1.05  # noise that is larger than assumed by less changes no evidence by more than a tenth
+
+
+def learn(
+    variables: Mapping[str, Array],
+    columns: Callable[[Array], Array],
+    rows: Array,
+    folds: NDArray[np.int64],
+    *,
+    component: str,
+    acts_on: str,
+    scale: float,
+) -> LearnedLaw | None:
+    """Return a law of what is left over, or None where no law predicts unseen data better than none.
+
+    Args:
+        variables: Variables on which the law may depend, by their names in `effects.variables`, each of shape
+            `(N,)`.
+        columns: Function from error series `(N, B)`, in the unit of the law, to what each would add to the
+            whitened rows, shape `(R, B)`. It is linear. What is fitted at the same time, such as a diameter,
+            is projected out of its columns and of the rows.
+        rows: Whitened leftover, shape `(R,)`: noise of unit variance, and what the law makes of it.
+        folds: Number of the block of time of each row, shape `(R,)`; at least three different ones.
+        component: Component on which the law acts.
+        acts_on: Quantity that it changes, one of `effects.law.quantities(component)`.
+        scale: A-priori size of the law in its unit, to a factor of some ten.
+
+    Raises:
+        SimulationError: The component does not have the quantity or a variable.
+        ValueError: A variable is not finite, or there are fewer than three folds.
+    """
+    null = Law(component, acts_on)
+    Law(component, acts_on, " + ".join(variables))  # refuses variables that the component does not have
+    for name, values in variables.items():
+        if not np.all(np.isfinite(values)):
+            raise ValueError(f"variable {name} is not finite; expected a number at every step")
+    if len(np.unique(folds)) < FEWEST:
+        raise ValueError(f"{len(np.unique(folds))} folds; expected at least {FEWEST}")
+    candidates: list[Candidate] = [*terms(variables), *curves(variables)]
+    seen = columns(np.concatenate([candidate.basis for candidate in candidates], axis=1))
+    options = options_of(candidates, scale)
+    products, choice, noise = _settled(Products.of(seen, rows, folds), options)
+    if not choice.options:
+        return None
+    gain = np.array([_unseen(products, fold, options) for fold in range(len(products.cross))])
+    if gain.sum() <= 0.0:
+        return None
+    return LearnedLaw.of(choice, products, null, gain, noise)
+
+
+def _settled(products: Products, options: Sequence[Option]) -> tuple[Products, Choice, float]:
+    """Return the products in units of the noise that the chosen law leaves, the law, and the noise."""
+    noise = 1.0
+    while True:
+        choice = choose(products, options)
+        more = products.noise(choice.members, choice.spread) if choice.options else 1.0
+        if more < SETTLED:
+            return products, choice, noise
+        products, noise = products.scaled(more), noise * more
+
+
+def _unseen(products: Products, fold: int, options: Sequence[Option]) -> float:
+    """Return how much better a fold is predicted by the law that the others choose [nat]."""
+    choice = choose(products.without(fold), options)
+    if not choice.options:
+        return 0.0
+    evidence = products.evidence(choice.members[None], choice.spread[None])[:, 0]
+    return float(evidence[0] - evidence[1 + fold])
