@@ -18,7 +18,7 @@ def prove(
     world: Annotated[
         list[str] | None,
         typer.Option(
-            help="A world to ask about: engine, mujoco, concealed, concealed2, contact, bullet, "
+            help="A world to ask about: engine, wide, mujoco, concealed, concealed2, contact, bullet, "
             "injections or optiodom. "
             "All of them where none is named."
         ),

@@ -9,6 +9,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from numpy.random import Generator
+    from numpy.typing import NDArray
 
 WHEELS = ("a.left", "a.right", "b.left", "b.right")
 LINKAGE = ("joint_a", "joint_b", "link")
@@ -77,42 +78,46 @@ class Robot:
 
 def random_robot(chance: Generator, trucks: int) -> Robot:
     """Return a robot of usual size with a bus of random node ids and resolutions."""
-    wheels = WHEELS[: 2 * trucks]
     base = float(chance.uniform(0.28, 0.45))
     radius = float(chance.choice([0.06, 0.075, 0.09]))
     nodes = chance.permutation(np.arange(2, 60))
     turn = int(chance.choice([4096, 16384, 20000, 40000]))
     joint = int(chance.choice([4096, 16384, 36000]))
     metre = int(chance.choice([10000, 20000, 50000]))
-    devices = []
-    for number, channel in enumerate((*wheels, *(LINKAGE if trucks == 2 else ()))):
-        resolution = turn if channel in wheels else metre if channel == "link" else joint
-        bits = int(chance.choice([24, 32])) if channel in wheels else 32
-        zero = 0 if channel in wheels else int(chance.integers(0, 2000))
-        node = int(nodes[number])
-        sign = int(chance.choice([1, -1]))
-        devices.append(
-            Device(
-                channel,
-                node,
-                0x180 + node,
-                0,
-                bits,
-                bool(chance.integers(2)) or channel not in wheels,
-                sign,
-                resolution,
-                zero,
-            )
-        )
+    devices = encoders(chance, nodes, trucks, (turn, joint, metre))
     return Robot(
         f"proof-{int(chance.integers(1000)):03d}",
         trucks,
         (base,) * trucks,
-        (radius,) * len(wheels),
+        (radius,) * (2 * trucks),
         float(chance.uniform(0.8, 1.3)),
         float(chance.choice([0.01, 0.015, 0.02])),
-        tuple(devices),
+        devices,
     )
+
+
+def encoders(
+    chance: Generator, nodes: NDArray[np.int64], trucks: int, resolutions: tuple[int, int, int]
+) -> tuple[Device, ...]:
+    """Return the encoders of a robot, with random signs, widths and zeros.
+
+    Args:
+        chance: Source of what is drawn.
+        nodes: A node id for each, in order.
+        trucks: Number of trucks.
+        resolutions: Counts per turn of the wheels, per turn of the joints, and per metre of the link.
+    """
+    turn, joint, metre = resolutions
+    devices = []
+    for number, channel in enumerate((*WHEELS[: 2 * trucks], *(LINKAGE if trucks == 2 else ()))):
+        resolution = turn if channel in WHEELS else metre if channel == "link" else joint
+        bits = int(chance.choice([24, 32])) if channel in WHEELS else 32
+        zero = 0 if channel in WHEELS else int(chance.integers(0, 2000))
+        node = int(nodes[number])
+        sign = int(chance.choice([1, -1]))
+        signed = bool(chance.integers(2)) or channel not in WHEELS
+        devices.append(Device(channel, node, 0x180 + node, 0, bits, signed, sign, resolution, zero))
+    return tuple(devices)
 
 
 def toml_of(robot: Robot) -> str:

@@ -76,7 +76,8 @@ def scene(case: Case, seed: int) -> Scene:
         laps = [("none", laps[0][1][:1])]
     length = sum(duration for _, legs in laps for _, _, duration in legs) + 2.5 * len(laps)
     drawn = [
-        (effect, component, _drawn(chance, effect, start, length, case)) for effect, component in case.effects
+        (effect, component, drawn_parameters(chance, effect, start, length, case.note))
+        for effect, component in case.effects
     ]
     labels = tuple(label(*fault) for fault in drawn)
     roughness, wave = float(chance.uniform(2e-4, 5e-4)), 0.0 if chance.random() < 0.5 else 0.12
@@ -86,16 +87,27 @@ def scene(case: Case, seed: int) -> Scene:
     return replace(healthy, faults=tuple(healthy.fault(*fault) for fault in drawn))
 
 
-def _drawn(chance: Generator, effect: str, start: float, length: float, case: Case) -> dict[str, Any]:
-    """Return the parameters of a fault, drawn at random."""
+def drawn_parameters(
+    chance: Generator, effect: str, start: float, length: float, note: str, stretch: float = 1.0
+) -> dict[str, Any]:
+    """Return the parameters of a fault, drawn at random.
+
+    Args:
+        chance: Source of what is drawn.
+        effect: Name of the effect, or "unknown".
+        start: Time of the first sample [s].
+        length: Duration of the drive [s].
+        note: What is special about the case; of an unknown effect, its kind.
+        stretch: Factor on the size.
+    """
     if effect == "unknown":
-        return _unnamed_physics(chance, case.note, start, length)
+        return _unnamed_physics(chance, note, start, length, stretch)
     name, (low, high) = next(iter(SIZES[effect].items()))
-    size = float(chance.uniform(low, high))
+    size = stretch * float(chance.uniform(low, high))
     sign = -1.0 if chance.random() < 0.5 else 1.0
-    size, sign = _CONCEALED.get((case.note, effect), (size, sign))
+    size, sign = _CONCEALED.get((note, effect), (size, sign))
     if effect == "bump":
-        count = 1 if case.note == "one bump" else 8
+        count = 1 if note == "one bump" else 8
         times = np.sort(start + length * (np.arange(count) + chance.uniform(0.2, 0.8, count)) / count)
         return {"times": times.tolist(), "lost": [size] * count}
     value = 1.0 + sign * size if effect in RATIOS else sign * size if effect in SIGNED else size
@@ -127,8 +139,10 @@ def _more(chance: Generator, effect: str, start: float, length: float) -> dict[s
     return {**drawn.get(effect, {}), **phase}
 
 
-def _unnamed_physics(chance: Generator, kind: str, start: float, length: float) -> dict[str, Any]:
+def _unnamed_physics(
+    chance: Generator, kind: str, start: float, length: float, stretch: float
+) -> dict[str, Any]:
     size, pitch = KINDS[kind]
     pitch = length if kind == "tiring" else pitch
     times = np.sort(start + length * chance.uniform(0.1, 0.9, 3)).tolist()
-    return {"kind": kind, "size": size, "pitch": pitch, "times": times}
+    return {"kind": kind, "size": stretch * size, "pitch": pitch, "times": times}

@@ -10,12 +10,16 @@ import numpy as np
 from omnimate.proof.robots import toml_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from numpy.random import Generator
+    from numpy.typing import NDArray
 
     from omnimate.proof.engine import Drive
     from omnimate.proof.robots import Robot
+
+    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +33,7 @@ class Measuring:
         noise: Factor by which they scatter more than they state.
         lever: Place of the markers on the truck, which is believed to be its centre: forward and left [m].
         delay: Time by which the stamps are late [s].
+        fast: Rate by which the clock of the stamps runs fast.
         outliers: Share of poses that are ten times as far off.
     """
 
@@ -38,6 +43,7 @@ class Measuring:
     noise: float = 1.0
     lever: tuple[float, float] = (0.0, 0.0)
     delay: float = 0.0
+    fast: float = 0.0
     outliers: float = 0.0
 
 
@@ -81,23 +87,40 @@ def write(
 
 
 def _poses(robot: Robot, drive: Drive, measuring: Measuring, chance: Generator) -> str:
-    rows, sigma = ["t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"], np.array(measuring.sigma)
-    if measuring.period == 0.0:
-        times = [drive.time[0] + 0.3, *(end for _, _, end in drive.laps)]
-    else:
-        times = list(np.arange(drive.time[0], drive.time[-1] - measuring.delay, measuring.period))
-    for time in times:
-        for truck in range(robot.trucks if measuring.both else 1):
-            true = np.array([np.interp(time, drive.time, drive.poses[:, truck, axis]) for axis in range(3)])
-            true[:2] += _turned(measuring.lever, true[2])
-            measured = true + measuring.noise * sigma * chance.normal(size=3)
-            if measuring.outliers and chance.random() < measuring.outliers:
-                measured += 10.0 * (measured - true)
-            heading = (measured[2] + np.pi) % (2.0 * np.pi) - np.pi
-            place = f"{measured[0]:.6f},{measured[1]:.6f},{heading:.6f}"
-            stated = ",".join(str(each) for each in measuring.sigma)
-            rows.append(f"{time + measuring.delay:.6f},{'ab'[truck]},{place},{stated}")
+    rows, stated = ["t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"], ",".join(map(str, measuring.sigma))
+    for time, truck, pose in measured(robot, drive, measuring, chance):
+        heading = (pose[2] + np.pi) % (2.0 * np.pi) - np.pi
+        rows.append(f"{time:.6f},{'ab'[truck]},{pose[0]:.6f},{pose[1]:.6f},{heading:.6f},{stated}")
     return "\n".join(rows) + "\n"
+
+
+def measured(
+    robot: Robot, drive: Drive, measuring: Measuring, chance: Generator | None
+) -> Iterator[tuple[float, int, Array]]:
+    """Yield the stamp [s], the truck's number and the pose `(3,)` of each measurement, in order of time.
+
+    Args:
+        robot: The robot that drove.
+        drive: What it drove.
+        measuring: How its poses are measured.
+        chance: Source of the poses' noise; None for none.
+    """
+    sigma, start = np.array(measuring.sigma), float(drive.time[0])
+    if measuring.period == 0.0:
+        times = [start + 0.3, *(end for _, _, end in drive.laps)]
+    else:
+        last = float(drive.time[-1]) - measuring.delay - 2.0 * abs(measuring.fast) * (drive.time[-1] - start)
+        times = list(np.arange(start, last, measuring.period))
+    for time in times:
+        stamp = start + (time - start) / (1.0 - measuring.fast) + measuring.delay
+        for truck in range(robot.trucks if measuring.both else 1):
+            pose = np.array([np.interp(time, drive.time, drive.poses[:, truck, axis]) for axis in range(3)])
+            pose[:2] += _turned(measuring.lever, pose[2])
+            if chance is not None:
+                off = measuring.noise * sigma * chance.normal(size=3)
+                outlier = measuring.outliers and chance.random() < measuring.outliers
+                pose += 10.0 * off if outlier else off
+            yield stamp, truck, pose
 
 
 def _turned(lever: tuple[float, float], heading: float) -> tuple[float, float]:

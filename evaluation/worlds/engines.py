@@ -11,6 +11,7 @@ from omnimate.evaluation.worlds.world import AbsentError, Label, Request
 from omnimate.proof import run
 from omnimate.proof.cases import cases, seed_of
 from omnimate.proof.corpus import write_case
+from omnimate.proof.wide import cases as wide
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from omnimate.evaluation.progress import Report
 
+QUICK_WIDE, WIDE = 6, 300  # cases of the wide distributions, quick and in whole
 QUICK_CONTACTS, CONTACTS = 6, 46  # cases of an engine with contacts, quick and in whole
 
 
@@ -32,6 +34,16 @@ def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> M
     }
     folder.mkdir(parents=True, exist_ok=True)
     return run.ask_all(write_case, made, jobs, report, folder / "labels.jsonl")
+
+
+def write_wide(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
+    """Write the cases of the independent engine with everything drawn anew, from wide distributions."""
+    count = request.cases or (QUICK_WIDE if request.quick else WIDE)
+    made = {
+        f"wide-{number:04d}": (folder / f"wide-{number:04d}", request.seed, number) for number in range(count)
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    return run.ask_all(wide.make, made, jobs, report, folder / "labels.jsonl")
 
 
 def write_mujoco(folder: Path, request: Request, _jobs: int, _report: Report) -> Mapping[str, Label]:

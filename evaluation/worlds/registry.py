@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from omnimate.evaluation.worlds.engines import write_bullet, write_engine, write_mujoco
+from omnimate.evaluation.worlds.engines import write_bullet, write_engine, write_mujoco, write_wide
 from omnimate.evaluation.worlds.injections import write_injections
 from omnimate.evaluation.worlds.optiodom import diagnosed_and_driven, write_optiodom
 from omnimate.evaluation.worlds.world import LabelledWorld, World, WrittenWorld
@@ -20,6 +20,7 @@ def worlds(data: Path) -> dict[str, World]:
     """Return all worlds by name; `data` is the folder of labelled sets and of real recordings."""
     every: tuple[World, ...] = (
         WrittenWorld("engine", "own engine", write_engine),
+        WrittenWorld("wide", "own engine, wide", write_wide),
         WrittenWorld("mujoco", "MuJoCo", write_mujoco),
         LabelledWorld("concealed", "concealed", data / "concealed", foreign=True),
         LabelledWorld("concealed2", "concealed2", data / "concealed2", foreign=True),

@@ -79,7 +79,7 @@ def test_a_world_whose_engine_is_not_installed_is_left_out_and_leaves_nothing(tm
 
 
 def test_a_name_that_no_world_has_is_refused_with_the_names_that_they_have(tmp_path):
-    with pytest.raises(OmnimateError, match="no world 'husky'; expected engine, mujoco"):
+    with pytest.raises(OmnimateError, match="no world 'husky'; expected engine, wide, mujoco"):
         chosen(tmp_path, ["husky"])
 
 
