@@ -76,7 +76,7 @@ VERBS = {
     ),
     "prove": Verb(
         "omnimate.cli.prove:prove",
-        "Prove the mismatch tool on recordings in which engines that share no code with it conceal effects.",
+        "Prove the mismatch tool on recordings of known truth, from many worlds that share no code with it.",
     ),
     "reproduce": Verb(
         "omnimate.cli.reproduce:reproduce",
