@@ -28,8 +28,12 @@ def worn(drive, effect):
     return drive(effect("wheel_diameter", "a.left", ratio=1.004))
 
 
-def test_a_worn_wheel_is_named_with_its_size_and_helps_on_laps_that_it_has_not_seen(worn):
-    diagnosis = diagnose([worn])
+@pytest.fixture(scope="module")
+def diagnosis(worn):
+    return diagnose([worn])
+
+
+def test_a_worn_wheel_is_named_with_its_size_and_helps_on_laps_that_it_has_not_seen(diagnosis):
     assert diagnosis.verdict == "mismatch"
     assert names(diagnosis) == [("wheel_diameter", "a.left")]
     ratio = diagnosis.findings[0].parameters[0]
@@ -60,13 +64,12 @@ def test_a_bump_is_found_to_the_sample(drive, effect):
     np.testing.assert_allclose(onsets, (20.0, 55.0), atol=2.5 * recording.vehicle.bus.sync_period)
 
 
-def test_the_effects_found_go_through_their_file(worn):
-    diagnosis = diagnose([worn])
+def test_the_effects_found_go_through_their_file(diagnosis):
     assert parse_effects(format_effects(diagnosis.effects)) == diagnosis.effects
 
 
-def test_the_answer_is_the_contracts_object(worn):
-    answer = json.loads(json.dumps(diagnose([worn]).as_json()))
+def test_the_answer_is_the_contracts_object(diagnosis):
+    answer = json.loads(json.dumps(diagnosis.as_json()))
     assert {"verdict", "findings", "fit", "unexplained"} <= answer.keys()
     finding = answer["findings"][0]
     assert {

@@ -43,9 +43,18 @@ def test_physics_without_a_name_and_without_strength_changes_nothing(kind):
     assert np.array_equal(healthy.poses, driven.poses)
 
 
+@pytest.fixture(scope="module")
+def shuttle():
+    """The robot of the seed, and its drive without a fault."""
+    setting = scene(Case("null", (), "shuttle", "none"), SEED)
+    return setting, setting.driven([])
+
+
 @pytest.mark.parametrize("effect", SIZES)
-def test_a_fault_of_the_size_of_the_corpus_changes_the_recording(effect):
-    setting = setting_of(effect, components(effect)[0], drive="shuttle", note="")
-    healthy, driven = setting.driven([]), setting.driven(setting.faults)
+def test_a_fault_of_the_size_of_the_corpus_changes_the_recording(effect, shuttle):
+    setting, healthy = shuttle
+    faulty = setting_of(effect, components(effect)[0], drive="shuttle", note="")
+    assert (faulty.robot, faulty.laps) == (setting.robot, setting.laps)
+    driven = setting.driven(faulty.faults)
     same = np.array_equal(healthy.counts, driven.counts) and np.array_equal(healthy.poses, driven.poses)
     assert not same

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.proof.cases import Case, cases
@@ -21,7 +21,6 @@ def strength(effect, label):
 
 
 @given(SINGLES, SEEDS)
-@settings(deadline=None)
 def test_labels_are_within_the_bounds_of_the_vocabulary(single, seed):
     setting = scene(Case("single", (single,), "squares", "none"), seed)
     (label,), ((low, high),) = setting.labels, SIZES[single[0]].values()
@@ -31,7 +30,6 @@ def test_labels_are_within_the_bounds_of_the_vocabulary(single, seed):
 
 
 @given(SINGLES, SEEDS)
-@settings(deadline=None)
 def test_a_label_says_what_the_fault_of_the_robot_is(single, seed):
     setting = scene(Case("single", (single,), "squares", "none"), seed)
     (label,), (fault,) = setting.labels, setting.faults
