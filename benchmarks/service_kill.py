@@ -4,8 +4,8 @@ Peer: what the clients were answered; every sample that was answered 201 must st
 
 Usage: python -m benchmarks.service_kill [--kills 200] [--database sqlite:///... or postgresql+psycopg://...]
 
-Four clients start sessions and post samples, and one lets the robot drive. After a random time the process
-gets SIGKILL, and a new process is asked for what the clients were promised.
+Four clients start sessions and post samples, and one lets the robot drive. A random time after the first
+promise the process gets SIGKILL, and a new process is asked for what the clients were promised.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from pathlib import Path
 import httpx2
 from rich.progress import track
 
-from benchmarks.service_process import Service
+from benchmarks.service_process import PATIENCE, Service
 
 SESSIONS = "/v1/umbmark/sessions"
 RUN = {"direction": "cw", "after": {"x": 0.1, "y": 0.02}, "calculated": {"x": 0.0, "y": 0.0}}
@@ -28,9 +28,10 @@ SETTLED = {"collecting", "interrupted", "aborted", "failed", "solved", "accepted
 
 @dataclass
 class Promised:
-    """What clients were answered 201 or 200, by session."""
+    """What clients were answered 201 or 200, by session; `first` is set with the first sample."""
 
     samples: dict[str, set[int]] = field(default_factory=dict)
+    first: threading.Event = field(default_factory=threading.Event)
     solved: dict[str, str] = field(default_factory=dict)
     driven: set[str] = field(default_factory=set)
     lock: threading.Lock = field(default_factory=threading.Lock)
@@ -50,6 +51,7 @@ def load(url: str, promised: Promised, seed: int) -> None:
                     made = client.post(f"{SESSIONS}/{session}/samples", json=run).raise_for_status()
                     with promised.lock:
                         promised.samples[session].add(made.json()["number"])
+                        promised.first.set()
                 if number >= 1:
                     solved = client.post(f"{SESSIONS}/{session}/solve").raise_for_status()
                     with promised.lock:
@@ -89,7 +91,7 @@ def lost(url: str, promised: Promised) -> list[str]:
 
 def stuck(url: str, promised: Promised) -> set[str]:
     """Return sessions that are still being driven when the leases of a dead process have run out."""
-    end = time.monotonic() + 60.0
+    end = time.monotonic() + PATIENCE
     waiting = set(promised.driven)
     with httpx2.Client(base_url=url, timeout=60.0) as client:
         while waiting and time.monotonic() < end:
@@ -119,7 +121,8 @@ def trial(folder: Path | str, database: str, kills: int, seed: int = 0) -> tuple
         clients.append(threading.Thread(target=drive, args=(service.url, promised)))
         for client in clients:
             client.start()
-        time.sleep(chance.uniform(0.05, 2.0))
+        promised.first.wait(PATIENCE)
+        time.sleep(chance.uniform(0.0, 2.0))
         service.kill()
         for client in clients:
             client.join()

@@ -45,7 +45,7 @@ class Service:
         word = "no answer"
         while time.perf_counter() - began < PATIENCE:
             try:
-                answer = httpx2.get(f"{self.url}/readyz", timeout=5.0)
+                answer = httpx2.get(f"{self.url}/readyz", timeout=PATIENCE)
                 if answer.status_code == 200:
                     return
                 word = answer.text
@@ -63,7 +63,7 @@ class Service:
     def stop(self) -> None:
         """End it as Ctrl-C does."""
         self.process.terminate()
-        self.process.wait(30.0)
+        self.process.wait(PATIENCE)
         self.process.stdout.close()
 
 

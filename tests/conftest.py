@@ -1,13 +1,23 @@
 """What several rooms' tests need."""
 
+import os
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 # No test depends on the speed of the machine: the first example may have to compile what it calls.
-settings.register_profile("without deadline", deadline=None)
-settings.load_profile("without deadline")
+# The examples of a test may share its fixtures, which they do not change.
+settings.register_profile(
+    "project",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+settings.load_profile("project")
+
+# pytest-xdist tells its processes the size of the terminal, which the command line would then keep to.
+for size in ("COLUMNS", "LINES"):
+    os.environ.pop(size, None)
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -15,7 +15,7 @@ from omnimate.logs.folder import load_recording
 from omnimate.logs.reading import read_log
 
 TOOLS = Path(sys.executable).parent
-PATIENCE = 60.0  # [s] of a wait that normally ends at once
+PATIENCE = 120.0  # [s] of a wait that normally ends at once
 
 
 def _as_from_a_terminal():
@@ -76,7 +76,8 @@ def test_our_recorder_and_can_logger_keep_the_same_frames(bus, tmp_path):
         "can_logger", *where, "-i", "socketcand", "-c", "can0", "-f", tmp_path / "other.log"
     ) as logger:
         await_line(logger, "Can Logger")
-        with started("omnimate", "record", tmp_path / "ours", "--bus", url, "--seconds", 3.5) as recorder:
+        # the robot rests for 134 SYNCs before it drives; on a slow machine most of the 533 may be skipped
+        with started("omnimate", "record", tmp_path / "ours", "--bus", url, "--seconds", 8.0) as recorder:
             assert "recording:" in ended(recorder)
         assert recorder.returncode == 0
         logger.send_signal(signal.SIGINT)

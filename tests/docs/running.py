@@ -17,7 +17,8 @@ from tests.docs.shown import plain, same
 PORTS = ("8080", "29536")
 """Ports that the pages name; each is replaced by a free one, as several checkouts may be tested at once."""
 
-SECONDS = 300.0
+SECONDS = 1800.0
+"""After which a page is given up [s]: an upper bound, which a page that ends by itself never comes near."""
 
 
 @dataclass(frozen=True, slots=True)

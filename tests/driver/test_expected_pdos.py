@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.expected_pdos import expected_pdos, pdo_lengths
 from omnimate.driver.node_counts import NodeCounts, nodes_of
 
-same_kit = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 places = st.tuples(st.integers(0, 32), st.integers(1, 32), st.booleans())
 
 
-@same_kit
 @given(left=places, right=places, together=st.booleans(), counts=st.tuples(st.integers(), st.integers()))
 def test_what_an_encoder_sends_is_what_is_decoded(kit, left, right, together, counts):
     (start, bits, signed), (_, right_bits, right_signed) = left, right

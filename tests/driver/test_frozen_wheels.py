@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.event_log import EventLog
@@ -13,7 +13,6 @@ from omnimate.driver.frozen_wheels import FrozenWheelWatch
 from omnimate.vehicle.sample import Sample
 
 NAN = (math.nan, math.nan)
-same_kit = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 
 
 def drive(kit, steps, speeds=None, present=(True, True), samples=200):
@@ -51,7 +50,6 @@ def test_a_command_that_changes_its_direction_is_no_reason_to_move(kit):
     assert events.all() == ()
 
 
-@same_kit
 @given(st.tuples(st.integers(1, 300), st.integers(1, 300)), st.booleans())
 def test_wheels_that_count_are_never_frozen(kit, steps, is_commanded):
     assert drive(kit, steps, (4.0, 4.0) if is_commanded else None, samples=120) == set()

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.heartbeat import HEARTBEAT_BOUNDS_MS, HEARTBEAT_MS, set_heartbeat
 from omnimate.driver.notes import Notes
 
 LEAST, MOST = HEARTBEAT_BOUNDS_MS
-same_kit = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 
 
-@same_kit
 @given(st.integers(0, 0xFFFF))
 def test_the_period_is_within_the_bounds_afterwards_and_only_changed_where_it_was_not(kit, before):
     device, notes = kit.encoder_device(1), Notes()

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import can
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.monitor import Monitor
-
-same_kit = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 
 
 @pytest.fixture
@@ -73,7 +71,6 @@ messages = st.builds(
 )
 
 
-@same_kit
 @given(st.lists(messages, max_size=100))
 def test_each_frame_is_counted_in_one_place_whatever_comes(kit, arriving):
     monitor, sdo_answers = Monitor(kit.one_truck(), kit.Clock()), []

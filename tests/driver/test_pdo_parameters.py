@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.errors import MappingImpossible
@@ -12,7 +12,6 @@ from omnimate.driver.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdo, rea
 
 entries = st.builds(Entry, st.integers(0x1000, 0x9FFF), st.integers(0, 8), st.sampled_from([8, 16, 32]))
 slots = st.lists(entries, min_size=1, max_size=4)
-same_devices = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 
 
 def devices(kit):
@@ -24,7 +23,6 @@ def devices(kit):
     return kit.encoder_device(1), local
 
 
-@same_devices
 @given(cob_id=st.integers(0x181, 0x57F), transmission=st.integers(0, 255), mapped=slots)
 def test_what_is_written_is_read_back(kit, cob_id, transmission, mapped):
     for device in devices(kit):

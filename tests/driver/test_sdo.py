@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.dictionary import VARIABLES, standard_dictionary
 from omnimate.driver.errors import NotTaken, SdoRefused, SdoSilent
 from omnimate.driver.sdo import TRIES
 
-same_kit = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-
 
 def bits_of(index):
     return len(standard_dictionary()[index])
 
 
-@same_kit
 @given(index=st.sampled_from(sorted(VARIABLES)), value=st.integers(-(2**31), 2**32 - 1))
 def test_what_is_put_is_read_back_as_an_unsigned_number(kit, index, value):
     size = bits_of(index) // 8

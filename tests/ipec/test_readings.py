@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.ipec.errors import NoLinkageError
@@ -15,7 +15,6 @@ from omnimate.vehicle.parameters import CHANNELS, WHEELS
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.sample import Sample
 
-same_robot = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 NAN = (math.nan,) * 7
 
 
@@ -32,7 +31,6 @@ def samples(draw):
     return chance.integers(-1000, 1000, (count, 7)), chance.random((count, 7)) < 0.7
 
 
-@same_robot
 @given(samples())
 def test_the_travel_of_a_truck_adds_up_to_the_way_between_its_first_and_last_reading(robot, drawn):
     counts, present = drawn
@@ -50,7 +48,6 @@ def test_the_travel_of_a_truck_adds_up_to_the_way_between_its_first_and_last_rea
         assert total[wheels] == pytest.approx(expected, abs=1e-9)
 
 
-@same_robot
 @given(samples())
 def test_a_truck_moves_only_where_both_of_its_wheels_are_present(robot, drawn):
     scales, reading = scales_of(robot), record(Reading)
@@ -70,7 +67,6 @@ def test_the_linkage_reads_zero_angles_and_its_length_at_rest_at_its_zero_counts
     assert reading["length"][0] == robot.linkage.length
 
 
-@same_robot
 @given(st.permutations(range(7)), st.integers(0, 2**32 - 1))
 def test_the_order_of_channels_in_vehicle_toml_changes_nothing_live_or_over_a_recording(robot, order, seed):
     chance = np.random.default_rng(seed)

@@ -1,16 +1,14 @@
 """What lies beyond a tolerance: nothing within it, and the whole rest of the error outside of it."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.ipec.tolerance import beyond
 
-many = settings(deadline=None)  # the first call compiles
 errors, tolerances = st.floats(-10.0, 10.0), st.floats(0.0, 5.0)
 
 
-@many
 @given(errors, tolerances)
 def test_within_the_tolerance_nothing_is_left_and_outside_the_distance_to_it(error, tolerance):
     expected = max(abs(error) - tolerance, 0.0)
@@ -18,13 +16,11 @@ def test_within_the_tolerance_nothing_is_left_and_outside_the_distance_to_it(err
     assert beyond(error, tolerance) * error >= 0.0
 
 
-@many
 @given(errors, tolerances)
 def test_both_directions_are_alike(error, tolerance):
     assert beyond(-error, tolerance) == -beyond(error, tolerance)
 
 
-@many
 @given(errors)
 def test_without_a_tolerance_the_whole_error_is_left(error):
     assert beyond(error, 0.0) == error

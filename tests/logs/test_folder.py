@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.logs.folder import (
@@ -86,7 +86,7 @@ def test_a_place_that_cannot_be_written_is_an_error(vehicle, tmp_path):
         save_recording(recording_of(vehicle), tmp_path / "file")
 
 
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25)
 @given(data=st.data())
 def test_any_drive_survives_the_bus(robot_toml, tmp_path, data):
     widths = data.draw(st.lists(st.integers(13, 32), min_size=7, max_size=7))

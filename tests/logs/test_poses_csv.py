@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.logs.folder import read_poses, write_poses
@@ -65,7 +65,6 @@ def test_poses_without_any_line_are_none_of_them(tmp_path):
 numbers = st.one_of(st.just(np.nan), st.floats(-1e6, 1e6))
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     rows=st.lists(
         st.tuples(

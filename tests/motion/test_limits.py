@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.motion.limits import drive_truck, stopped
@@ -16,7 +16,6 @@ def robot():
     return own[0], record(State)
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-5.0, 5.0)), min_size=1, max_size=30))
 def test_no_wish_takes_a_wheel_beyond_its_speed_or_acceleration(wishes):
     own, states = robot()

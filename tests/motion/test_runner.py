@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.motion.paths import figure_eight, out_and_back, rounded_rectangle, squares
@@ -13,8 +13,6 @@ from omnimate.motion.program import HERE, LINE, TURN, Program, Row, in_lap, rest
 from omnimate.motion.runner import Runner
 from omnimate.vehicle.arcs import advance
 from omnimate.vehicle.parameters import Limits
-
-FROZEN = [HealthCheck.function_scoped_fixture]  # the robot of the fixture cannot change
 
 
 def drive(vehicle, program, start=(0.0, 0.0, 0.0), most=20_000):
@@ -36,7 +34,7 @@ def alone(*rows):
     return Program("free", tuple(in_lap(0, list(rows), HERE)), ("none",))
 
 
-@settings(deadline=None, max_examples=20, suppress_health_check=FROZEN)
+@settings(max_examples=20)
 @given(length=st.floats(0.01, 5.0), speed=st.floats(0.05, 0.5), heading=st.floats(-3.0, 3.0))
 def test_a_leg_ends_within_a_count_of_its_end_whatever_its_length(one_truck, length, speed, heading):
     start = (1.0, -2.0, heading)
@@ -48,7 +46,7 @@ def test_a_leg_ends_within_a_count_of_its_end_whatever_its_length(one_truck, len
     assert along.max() <= length + 1.01 * count
 
 
-@settings(deadline=None, max_examples=20, suppress_health_check=FROZEN)
+@settings(max_examples=20)
 @given(angle=st.floats(-10.0, 10.0), speed=st.floats(0.05, 0.4))
 def test_a_turn_of_any_angle_ends_within_its_tolerance_on_the_spot(one_truck, angle, speed):
     _, poses = drive(one_truck, alone(Row(TURN, heading=angle, speed=speed)))
@@ -65,7 +63,7 @@ PROGRAMS = {
 }
 
 
-@settings(deadline=None, max_examples=30, suppress_health_check=FROZEN)
+@settings(max_examples=30)
 @given(
     name=st.sampled_from(sorted(PROGRAMS)),
     speed=st.floats(0.1, 1.0),

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.motion.records import Settings
@@ -39,7 +39,6 @@ def test_clipping_is_symmetric():
     assert [clip(value, 2.0) for value in (-3.0, -1.0, 5.0)] == [-2.0, -1.0, 2.0]
 
 
-@settings(deadline=None)
 @given(
     way=st.floats(-5.0, 5.0),
     period=st.floats(0.002, 0.05),

@@ -32,7 +32,7 @@ def forget_all(database):
         db.query(AnswerRow).delete()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(requests=REQUESTS)
 def test_a_key_stands_for_its_first_request_and_for_no_other(database, requests):
     forget_all(database)

@@ -16,7 +16,7 @@ def job(number, created, state="done"):
     )  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(ages=st.lists(st.integers(0, 3), max_size=12), limit=st.integers(1, 5))
 def test_the_pages_hold_every_row_once_newest_first_even_where_ages_are_equal(database, ages, limit):
     with database.writing() as db:

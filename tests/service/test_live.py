@@ -13,6 +13,7 @@ from benchmarks.service_contract import contract
 from benchmarks.service_process import serving
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+PATIENCE = 600.0  # [s] of an example that normally takes seconds
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def test_the_example_with_curl_calibrates_the_robot(url):
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=PATIENCE,
     )  # fmt: skip
     assert "wheel_separation_multiplier: 0.98" in done.stdout
 
@@ -64,12 +65,12 @@ def test_the_example_with_a_generated_client_calibrates_the_robot(url, tmp_path)
     generator = Path(sys.executable).with_name("openapi-python-client")
     subprocess.run(
         [generator, "generate", "--url", f"{url}/openapi.json", "--meta", "setup", "--output-path",
-         tmp_path / "gen"], check=True, capture_output=True, timeout=120,
+         tmp_path / "gen"], check=True, capture_output=True, timeout=PATIENCE,
     )  # fmt: skip
     done = subprocess.run(
         [sys.executable, EXAMPLES / "06_fleet_client.py", url, "1", "2"],
         env=os.environ | {"PYTHONPATH": str(tmp_path / "gen")},
-        capture_output=True, text=True, check=True, timeout=300,
+        capture_output=True, text=True, check=True, timeout=PATIENCE,
     )  # fmt: skip
     assert "E_max,syst" in done.stdout
     assert "is now at version" in done.stdout

@@ -29,7 +29,7 @@ ARGUMENTS = [
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
 COMMAND = [sys.executable, "-c", "from omnimate.cli.main import main; main()"]
-SOON, LATER = 30_000, 300_000  # [ms] for an answer, and for a drive or a diagnosis on a slow machine
+SOON, LATER = 120_000, 600_000  # [ms] for an answer, and for a drive or a diagnosis on a slow machine
 METHODS = ("get", "post", "put", "delete")
 WIDE, PHONE = {"width": 1440, "height": 900}, {"width": 375, "height": 760}
 
@@ -60,7 +60,7 @@ def serving(folder):
             yield re.search(r"http://\S+", service.stdout.readline())[0]
         finally:
             service.terminate()
-            service.wait(30)
+            service.wait(120)
 
 
 @contextmanager

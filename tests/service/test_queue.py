@@ -142,5 +142,5 @@ class Queue(RuleBasedStateMachine):
 def test_no_sequence_of_events_loses_a_job_or_gives_it_to_two_services(empty):
     Queue.database = empty
     machine = Queue.TestCase
-    machine.settings = settings(max_examples=15, stateful_step_count=15, deadline=None)
+    machine.settings = settings(max_examples=15, stateful_step_count=15)
     machine().runTest()

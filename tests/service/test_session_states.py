@@ -153,5 +153,5 @@ class Session(RuleBasedStateMachine):
 def test_no_sequence_of_calls_brings_a_session_out_of_its_table(database):
     Session.database = database
     machine = Session.TestCase
-    machine.settings = settings(max_examples=15, stateful_step_count=15, deadline=None)
+    machine.settings = settings(max_examples=15, stateful_step_count=15)
     machine().runTest()

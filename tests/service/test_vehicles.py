@@ -20,7 +20,7 @@ def wider(millimetres):
     return replace(ROBOT, trucks={**ROBOT.trucks, "a": truck})
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(changes=st.lists(st.tuples(st.integers(0, 20), st.none() | st.integers(1, 6)), max_size=6))
 def test_a_change_adds_a_version_exactly_where_the_newest_one_was_expected(database, changes):
     with database.writing() as db:

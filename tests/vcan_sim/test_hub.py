@@ -11,7 +11,7 @@ import pytest
 from omnimate.vcan_sim.errors import HubError
 from omnimate.vcan_sim.hub import Hub
 
-PATIENCE = 10.0  # [s]; an upper bound, never waited for
+PATIENCE = 120.0  # [s]; an upper bound, never waited for
 
 
 class HubThread:

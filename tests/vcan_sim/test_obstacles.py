@@ -22,7 +22,7 @@ def heading_after(bump, speeds, period):
     return float(plant.pose("a")[2])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     shape=st.sampled_from(["chord", "edge", "cable"]),
     height=st.floats(0.002, 0.03),

@@ -21,7 +21,7 @@ def samples_of(steps):
     return counts
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(moves)
 def test_it_dead_reckons_as_the_robots_odometer_does(steps):
     odometry, odometer = odometry_of(VEHICLE), Odometer(VEHICLE, "a")
@@ -32,7 +32,6 @@ def test_it_dead_reckons_as_the_robots_odometer_does(steps):
         assert pose == pytest.approx(odometer.step(sample), abs=1e-12)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(st.integers(-8000, 8000), st.integers(-8000, 8000), st.integers(-5000, 5000))
 def test_it_reads_joints_and_link_from_their_zeros(joint_a, joint_b, link):
     counts = np.zeros(len(CHANNELS), np.int64)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.biases import linkage_biases
@@ -19,7 +19,6 @@ from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.linkage import linkage_of
 
 DT = 0.015
-FROZEN = [HealthCheck.function_scoped_fixture]  # the robot of the fixture cannot change
 
 
 @pytest.fixture
@@ -76,7 +75,7 @@ def test_the_servos_follow_within_their_acceleration(vehicle):
     assert gone == pytest.approx(0.3 * DT * DT * 20 * 21 / 2.0)
 
 
-@settings(max_examples=30, suppress_health_check=FROZEN, deadline=None)
+@settings(max_examples=30)
 @given(
     sign=st.sampled_from([1, -1]),
     signed=st.booleans(),

@@ -9,7 +9,7 @@ from pathlib import Path
 import can
 
 ROOT = Path(__file__).resolve().parents[2]
-PATIENCE = 30.0  # [s]; an upper bound, never waited for
+PATIENCE = 120.0  # [s]; an upper bound, never waited for
 PROGRAM = """
 from omnimate.vcan_sim.fault_text import parse_fault
 from omnimate.vcan_sim.reference import reference_single

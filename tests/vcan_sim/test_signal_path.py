@@ -18,7 +18,7 @@ from omnimate.vehicle.linkage import linkage_of
 VEHICLE = reference_vehicle()
 CONSTANTS = constants_of(Truth(VEHICLE, servo=2.0), VEHICLE)[0]
 PERIOD = 0.015
-compiles = settings(max_examples=50, deadline=None)  # the first call compiles
+many = settings(max_examples=50)
 
 four = st.tuples(*[st.floats(-50.0, 50.0)] * 4)
 headings = st.tuples(*[st.floats(-3.0, 3.0)] * 2)
@@ -29,7 +29,7 @@ def state():
     return record(State)[0]
 
 
-@compiles
+@many
 @given(four, four)
 def test_drives_follow_their_command_as_far_as_their_acceleration_allows(before, command):
     robot = state()
@@ -41,7 +41,7 @@ def test_drives_follow_their_command_as_far_as_their_acceleration_allows(before,
     assert robot["turned"] == pytest.approx(robot["speed"] * PERIOD)
 
 
-@compiles
+@many
 @given(four)
 def test_wheel_counts_are_the_lines_that_have_passed(angles):
     robot = state()
@@ -51,7 +51,7 @@ def test_wheel_counts_are_the_lines_that_have_passed(angles):
     assert np.all((exact - 1.0 < robot["counts"][:4]) & (robot["counts"][:4] <= exact))
 
 
-@compiles
+@many
 @given(four)
 def test_the_way_rolled_grows_in_both_directions(turned):
     robot = state()
@@ -61,7 +61,7 @@ def test_the_way_rolled_grows_in_both_directions(turned):
     assert np.all(robot["rolled"] == np.abs(robot["travel"]))
 
 
-@compiles
+@many
 @given(near, headings)
 def test_trucks_glide_along_the_twist_of_their_wheels_as_they_move_by_the_wheels(travel, heading):
     moved, glided = state(), state()
@@ -74,7 +74,7 @@ def test_trucks_glide_along_the_twist_of_their_wheels_as_they_move_by_the_wheels
     assert glided["pose"] == pytest.approx(moved["pose"], abs=1e-12)
 
 
-@compiles
+@many
 @given(headings, st.floats(-1.0, 1.0))
 def test_the_linkage_takes_up_what_lies_between_the_trucks(heading, direction):
     robot = state()
@@ -88,7 +88,7 @@ def test_the_linkage_takes_up_what_lies_between_the_trucks(heading, direction):
     assert not robot["end_stop"]
 
 
-@compiles
+@many
 @given(st.floats(0.0, 3.0))
 def test_the_end_stop_is_noted_where_the_link_is_too_short_or_too_long(length):
     robot = state()

@@ -12,7 +12,7 @@ from omnimate.vcan_sim.nodes.dictionary import EDS_FOLDER
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 
-PATIENCE = 10.0  # [s]; an upper bound, never waited for
+PATIENCE = 120.0  # [s]; an upper bound, never waited for
 CHANNELS = count()
 
 
@@ -97,7 +97,8 @@ class Channel:
 
 
 @pytest.fixture
-def channel(bench):
+def channel(bench, monkeypatch):
+    monkeypatch.setattr(canopen.sdo.SdoClient, "RESPONSE_TIMEOUT", PATIENCE)
     with Channel(bench.plant) as channel:
         yield channel
 

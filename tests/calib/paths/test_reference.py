@@ -15,7 +15,7 @@ TRUCK = Truck(0.34, 0.15, 0.15)
 SMALL = st.floats(-0.2, 0.2)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 1000), x=SMALL, y=SMALL, yaw=SMALL)
 def test_a_perfect_robot_shows_its_reference_where_it_was_measured(seed, x, y, yaw):
     chance, lever, kinematics = np.random.default_rng(seed), np.array([x, y, yaw]), Differential(TRUCK)

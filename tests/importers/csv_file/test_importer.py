@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.importers.csv_file.importer import read_csv
@@ -60,7 +60,7 @@ def test_a_recording_written_as_csv_comes_back_with_the_same_counts_and_poses(fo
     assert back.vehicle == drive.vehicle
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.lists(st.tuples(st.integers(-200, 200), st.integers(-200, 200)), min_size=2, max_size=20),
     st.sampled_from([("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)]),
@@ -197,7 +197,7 @@ def test_a_robot_file_that_is_not_there_is_named(folder):
         read_csv(*written(folder, "t,left,right\n0,1,2\n0.02,3,4\n"))
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     st.binary(max_size=200) | st.text(alphabet="0123456789.,;- \n\tnaetlfrigh", max_size=120).map(str.encode)
 )

@@ -32,7 +32,7 @@ def adjoint_by(chance):
     return adjoint
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_a_step_back_is_the_product_of_whole_matrices(seed):
     chance = np.random.default_rng(seed)
@@ -47,7 +47,7 @@ def test_a_step_back_is_the_product_of_whole_matrices(seed):
     assert np.array_equal(adjoint["information"][0], adjoint["information"][0].T)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1), number=st.integers(0, 2))
 def test_a_reading_back_is_an_update_by_its_whole_row(seed, number):
     chance = np.random.default_rng(seed)

@@ -9,7 +9,7 @@ from omnimate.ipec.filter.disturbed_wheels import explain, inverted
 from omnimate.ipec.filter.records import JOINT_A, FilterState
 from omnimate.vehicle.compiled import compiled, record
 
-many = settings(max_examples=60, deadline=None)
+many = settings(max_examples=60)
 seeds, wheels = st.integers(0, 2**32 - 1), st.integers(0, 3)
 
 

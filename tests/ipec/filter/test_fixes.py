@@ -13,7 +13,7 @@ from omnimate.vehicle.compiled import record
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import wrap
 
-many = settings(max_examples=40, deadline=None)
+many = settings(max_examples=40)
 seeds, trucks = st.integers(0, 2**32 - 1), st.integers(0, 1)
 
 

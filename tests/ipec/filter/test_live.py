@@ -57,7 +57,7 @@ steps = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(steps)
 def test_whatever_the_encoders_read_the_estimate_stays_finite_and_its_covariance_one(steps):
     robot = reference_vehicle()

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.ipec.filter.poses import fill_pose_rows, look
 from omnimate.ipec.filter.records import JOINT_A, JOINT_B, LENGTH, LINK, STATES, X, Y
 from omnimate.vehicle.linkage import follower, linkage_of
 
-many = settings(deadline=None)
 seeds, trucks = st.integers(0, 2**32 - 1), st.integers(0, 1)
 
 
@@ -27,7 +26,6 @@ def pose_of(mean, truck):
     return pose
 
 
-@many
 @given(seeds)
 def test_both_poses_have_the_linkage_that_the_state_says(seed):
     mean, _ = estimate_by(seed)
@@ -39,7 +37,6 @@ def test_both_poses_have_the_linkage_that_the_state_says(seed):
     assert pose_a[2] == pytest.approx(mean[LINK] + mean[JOINT_A])
 
 
-@many
 @given(seeds, trucks)
 def test_the_rows_are_the_derivatives_of_the_pose(seed, truck):
     mean, _ = estimate_by(seed)
@@ -52,7 +49,6 @@ def test_the_rows_are_the_derivatives_of_the_pose(seed, truck):
         assert rows[:, state] == pytest.approx(slope, abs=1e-6)
 
 
-@many
 @given(seeds, trucks)
 def test_the_sigmas_are_those_of_the_rows_and_the_covariance(seed, truck):
     mean, covariance = estimate_by(seed)

@@ -48,7 +48,7 @@ def test_a_curve_has_the_covariance_of_a_squared_exponential_kernel(name, length
         assert covariance / size**2 == pytest.approx(kernel, abs=0.06)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6))
 def test_the_evidence_is_the_density_of_the_rows_against_that_of_noise(seed):
     """Against the covariance of all rows, written out; folds left out one by one."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.effects import EFFECTS, effect_named
@@ -96,7 +96,7 @@ def test_blocks_of_one_step_give_the_same_as_one_block(kind, component, block, a
 
 
 @every_effect
-@settings(max_examples=5, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=5)
 @given(cuts=st.lists(st.integers(0, 400), max_size=5))
 def test_two_blocks_equal_one(kind, component, block, acted, cuts):
     effect = strong(kind, component)

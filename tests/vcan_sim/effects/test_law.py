@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.effects import effect_named
@@ -37,7 +37,7 @@ def laws(draw):
     return law(component, formula, acts_on, **curve, period=draw(st.sampled_from([0.0, math.tau])))
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=60)
 @given(acting=laws(), cuts=st.lists(st.integers(0, 400), max_size=5))
 def test_a_drive_in_pieces_gives_the_same_as_the_whole(block, acted, acting, cuts):
     whole, parts = acted(acting, block), acted(acting, block, cuts)
