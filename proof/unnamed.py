@@ -24,7 +24,7 @@ DAMPING = 0.08  # of a link that swings, over the critical one
 KINDS: dict[str, tuple[float, float]] = {
     "slabs": (6e-4, 0.7), "warming": (0.006, 40.0), "hum": (0.05, 3.7), "pushes": (0.02, 0.0),
     "magnet": (0.02, 0.0), "tiring": (0.05, 0.0), "crosstalk": (0.01, 0.0), "sag": (0.012, 0.0),
-    "warmth": (0.01, 60.0), "load transfer": (0.05, 0.0), "field": (0.02, 1.7), "wind-up": (0.02, 0.0),
+    "warmth": (0.01, 20.0), "load transfer": (0.05, 0.0), "field": (0.02, 1.7), "wind-up": (0.02, 0.0),
     "swing": (0.015, 0.9),
 }  # fmt: skip
 FARTHER = ("warmth", "load transfer", "field", "wind-up", "swing")

@@ -165,8 +165,14 @@ def _count_loss(drive: Drive, wheel: int, parameters: Parameters) -> Array:
     return _from_steps(drive.way[0, wheel], kept * np.diff(drive.way[:, wheel]))
 
 
-def _latency(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    return np.asarray(np.interp(drive.time - parameters["delay"], drive.time, drive.way[:, wheel]))
+def _old_way(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return _aged(drive.way[:, wheel], drive.time, parameters)
+
+
+def _aged(value: Array, time: Array, parameters: Parameters) -> Array:
+    """Return a channel `(N,)` whose samples are old by a delay, or by a rate times the time."""
+    age = parameters["delay"] if "delay" in parameters else parameters["rate"] * (time - time[0])
+    return np.asarray(np.interp(time - age, time, value))
 
 
 def _gear_backlash(drive: Drive, wheel: int, parameters: Parameters) -> Array:
@@ -246,12 +252,7 @@ def _joint_backlash(drive: Drive, channel: int, parameters: Parameters) -> Array
 
 
 def _old_reading(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    return np.asarray(np.interp(drive.time - parameters["delay"], drive.time, drive.reading[:, channel]))
-
-
-def _drifting_reading(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    then = drive.time - parameters["rate"] * (drive.time - drive.time[0])
-    return np.asarray(np.interp(then, drive.time, drive.reading[:, channel]))
+    return _aged(drive.reading[:, channel], drive.time, parameters)
 
 
 def _wheel_misalignment(drive: Drive, truck: int, parameters: Parameters) -> Array:
@@ -302,7 +303,8 @@ OF_WHEELS: dict[str, Callable[[Drive, int, Parameters], Array]] = {
     "slip_patch": _slip_patch,
     "bump": _bump,
     "count_loss": _count_loss,
-    "latency": _latency,
+    "latency": _old_way,
+    "clock_drift": _old_way,
     "gear_backlash": _gear_backlash,
     "gear_harmonic": _gear_harmonic,
     "traction_slip": _traction_slip,
@@ -325,5 +327,5 @@ OF_LINKAGE: dict[str, Callable[[Drive, int, Parameters], Array]] = {
     "link_eccentricity": _link_eccentricity,
     "link_scale": _link_scale,
     "latency": _old_reading,
-    "clock_drift": _drifting_reading,
+    "clock_drift": _old_reading,
 }

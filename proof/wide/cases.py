@@ -21,12 +21,13 @@ from omnimate.proof.strength.rivals import alike
 from omnimate.proof.unnamed import FARTHER
 from omnimate.proof.vocabulary import JOINTS, SIZES, components
 from omnimate.proof.wide.measuring import secondary, wide_measuring
-from omnimate.proof.wide.outside import outside
+from omnimate.proof.wide.outside import is_outside, outside
 from omnimate.proof.wide.programmes import PROGRAMMES, wide_programme
 from omnimate.proof.wide.robots import wide_robot, within
 from omnimate.proof.writing import Measuring, measured, write
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from numpy.random import Generator
@@ -69,6 +70,21 @@ class _Hidden:
 
 
 @dataclass(frozen=True, slots=True)
+class _Healthy:
+    """The drive of a healthy robot.
+
+    Attributes:
+        drive: The drive as recorded, with the poses as they are.
+        ruler: The ruler of it, with the noise of the poses.
+        smooth: Its residual on a smooth floor; empty where none of the faults is without a law.
+    """
+
+    drive: Drive
+    ruler: Ruler
+    smooth: Mapping[str, Array]
+
+
+@dataclass(frozen=True, slots=True)
 class _Setting:
     """What is drawn before anything is concealed."""
 
@@ -94,18 +110,18 @@ def make(wanted: tuple[Path, int, int]) -> dict[str, Any]:
     chance = np.random.default_rng([seed, number, 5])
     kind = str(chance.choice(list(KINDS), p=list(KINDS.values())))
     while True:
-        setting = _setting(chance, seed, number)
-        healthy = setting.scene.driven([])
-        if not _is_driveable(setting.robot, healthy):
+        setting = _setting(chance, seed, number, dense=kind == "unknown")
+        driven = setting.scene.driven([])
+        if not _is_driveable(setting.robot, driven):
             continue
-        drive, ruler = _ruler(setting, healthy, chance)
-        hidden = _clear(chance, setting, kind, drive, ruler)
+        healthy = _healthy(setting, driven, chance, kind)
+        hidden = _clear(chance, setting, kind, healthy)
         faults = [setting.scene.fault(*each.fault) for each in hidden if each.fault[1] != "poses"]
         driven = setting.scene.driven(faults)
         if _is_driveable(setting.robot, driven):
             break
     measuring = _aged(setting.measuring, [each.fault for each in hidden])
-    labels = [_label(each, setting, driven, drive, ruler) for each in hidden]
+    labels = [_label(each, setting, driven, healthy) for each in hidden]
     write(folder / "1", setting.robot, driven, measuring, float(chance.choice(DROPPED)), chance)
     weak = any(each.strength < CLEAR for each in hidden)
     verdict = ["insufficient", "agreement", "mismatch"] if weak else ["mismatch"] if labels else ["agreement"]
@@ -117,30 +133,30 @@ def make(wanted: tuple[Path, int, int]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _ruler(setting: _Setting, healthy: engine.Drive, chance: Generator) -> tuple[Drive, Ruler]:
-    """Return a healthy drive with the poses as they are, and the ruler of that with their noise."""
-    noisy, drive = (seen(setting.robot, healthy, setting.measuring, each) for each in (chance, None))
-    return drive, Ruler(Noise.of([residual(noisy)]), (residual(drive),))
+def _healthy(setting: _Setting, driven: engine.Drive, chance: Generator, kind: str) -> _Healthy:
+    noisy, drive = (seen(setting.robot, driven, setting.measuring, each) for each in (chance, None))
+    ruler = Ruler(Noise.of([residual(noisy)]), (residual(drive),))
+    return _Healthy(drive, ruler, _smooth(setting, []) if kind == "unknown" else {})
 
 
-def _clear(chance: Generator, setting: _Setting, kind: str, drive: Drive, ruler: Ruler) -> list[_Hidden]:
+def _clear(chance: Generator, setting: _Setting, kind: str, healthy: _Healthy) -> list[_Hidden]:
     """Return what to conceal: in most cases what this drive shows clearly, and no curve can follow."""
     hidden: list[_Hidden] = []
     for _ in range(1 if chance.random() < WEAK else ATTEMPTS):
         hidden = [
-            _Hidden(fault, _change(fault, setting, drive, ruler)) for fault in _faults(chance, setting, kind)
+            _Hidden(fault, _change(fault, setting, healthy)) for fault in _faults(chance, setting, kind)
         ]
-        if all(each.strength >= CLEAR and _is_beyond(each, drive, ruler) for each in hidden):
+        if all(each.strength >= CLEAR and _is_beyond(each, healthy) for each in hidden):
             break
     return hidden
 
 
-def _is_beyond(hidden: _Hidden, drive: Drive, ruler: Ruler) -> bool:
+def _is_beyond(hidden: _Hidden, healthy: _Healthy) -> bool:
     """Say whether a fault has a name, or is no curve in one quantity."""
-    return hidden.fault[0] != "unknown" or outside(hidden.change, drive, ruler) >= BEYOND
+    return hidden.fault[0] != "unknown" or is_outside(hidden.change, healthy.drive, healthy.ruler, BEYOND)
 
 
-def _setting(chance: Generator, seed: int, number: int) -> _Setting:
+def _setting(chance: Generator, seed: int, number: int, *, dense: bool) -> _Setting:
     trucks = 1 if chance.random() < 0.35 else 2
     robot, kind = wide_robot(chance, trucks), str(chance.choice(list(PROGRAMMES)))
     laps = wide_programme(chance, kind, trucks, robot.period)
@@ -148,7 +164,7 @@ def _setting(chance: Generator, seed: int, number: int) -> _Setting:
     start = START + 1000.0 * ((10_000 * seed + number) % SEEDS)
     return _Setting(
         Scene(robot, laps, (), (), floor, start, np.random.default_rng([seed, number, 6])),
-        wide_measuring(chance, trucks),
+        wide_measuring(chance, trucks, dense=dense and trucks == 1),
         kind,
     )
 
@@ -209,26 +225,27 @@ def _is_driveable(robot: Robot, driven: engine.Drive) -> bool:
     return bool(joints.max() < BENT and np.abs(np.hypot(*gap.T) - robot.length).max() < 0.3 * robot.length)
 
 
-def _change(fault: Fault, setting: _Setting, drive: Drive, ruler: Ruler) -> Array:
-    """Return the whitened change by a fault: by its law, or by drives on a smooth floor where it has none."""
-    if fault[0] != "unknown":
-        return ruler.change([altered(drive, *fault)])
+def _smooth(setting: _Setting, faults: Sequence[Fault]) -> Mapping[str, Array]:
+    """Return the residual of a drive with faults on a smooth floor, with sensors that do not scatter."""
     robot = replace(setting.robot, jitter=0.0)
     scene = replace(setting.scene, robot=robot, floor=Floor(0.0, 0.0))
-    with_it, without = (
-        residual(seen(robot, scene.driven(faults), setting.measuring, None))
-        for faults in ([scene.fault(*fault)], [])
-    )
-    return ruler.noise.whitened([{part: with_it[part] - without[part] for part in without}])
+    driven = scene.driven([scene.fault(*fault) for fault in faults])
+    return residual(seen(robot, driven, setting.measuring, None))
 
 
-def _label(
-    hidden: _Hidden, setting: _Setting, driven: engine.Drive, drive: Drive, ruler: Ruler
-) -> dict[str, Any]:
+def _change(fault: Fault, setting: _Setting, healthy: _Healthy) -> Array:
+    """Return the whitened change by a fault: by its law, or by drives on a smooth floor where it has none."""
+    if fault[0] != "unknown":
+        return healthy.ruler.change([altered(healthy.drive, *fault)])
+    with_it, without = _smooth(setting, [fault]), healthy.smooth
+    return healthy.ruler.noise.whitened([{part: with_it[part] - without[part] for part in without}])
+
+
+def _label(hidden: _Hidden, setting: _Setting, driven: engine.Drive, healthy: _Healthy) -> dict[str, Any]:
     """Return the label of a fault, with its strength and what this drive cannot tell from it."""
     effect, component, parameters = hidden.fault
     own = label(effect, component, parameters)
-    others = alike(hidden.change, effect, component, parameters, [drive], ruler)
+    others = alike(hidden.change, effect, component, parameters, [healthy.drive], healthy.ruler)
     own["sigmas_above_noise"] = round(hidden.strength, 2)
     own["acceptable"] = [
         {"effect": name, "component": place, "separation": round(apart, 2)}
@@ -236,7 +253,7 @@ def _label(
     ]
     if effect == "unknown":
         own["kind"] = parameters["kind"]
-        own["outside"] = round(outside(hidden.change, drive, ruler), 3)
+        own["outside"] = round(outside(hidden.change, healthy.drive, healthy.ruler), 3)
     if effect == "bump":
         set_bump_times(own, driven.time, driven.counts[:, setting.robot.channels.index(component)])
     return own

@@ -27,10 +27,19 @@ def outside(change: Array, drive: Drive, ruler: Ruler) -> float:
     A curve may scale the way of a wheel, move a truck to the left or turn it per way, or be added to a
     reading of the linkage.
     """
+    return min(_left(change, drive, ruler), default=0.0)
+
+
+def is_outside(change: Array, drive: Drive, ruler: Ruler, share: float) -> bool:
+    """Say whether every curve in one quantity leaves a share of a change `(K,)` or more."""
+    return bool(np.any(change)) and all(left >= share for left in _left(change, drive, ruler))
+
+
+def _left(change: Array, drive: Drive, ruler: Ruler) -> Iterator[float]:
+    """Yield the share of a change that each curve leaves."""
     whole = float(np.linalg.norm(change))
-    if whole == 0.0:
-        return 0.0
-    return min(left_of(change, [ruler.change([each]) for each in curve]) / whole for curve in _curves(drive))
+    for curve in _curves(drive) if whole > 0.0 else ():
+        yield left_of(change, [ruler.change([each]) for each in curve]) / whole
 
 
 def _curves(drive: Drive) -> Iterator[list[Drive]]:

@@ -23,7 +23,7 @@ from omnimate.vehicle.recording import Poses, Recording
 PERIOD, SAMPLES = 0.05, 900
 ROBOT = single_truck("robot", Truck(0.2, 0.084, 0.084), 2796.8, PERIOD)
 COUNT = abs(ROBOT.metres_per_count("a.left"))
-WHEEL_EFFECTS = [name for name in OF_WHEELS if name != "latency"]
+WHEEL_EFFECTS = [name for name in OF_WHEELS if name not in {"latency", "clock_drift"}]
 MORE = {
     "radius_step": {"time": 20.0},
     "wheel_eccentricity": {"phase": 0.7},

@@ -10,11 +10,12 @@ from omnimate.logs.folder import load_recording
 from omnimate.proof.drives import commands
 from omnimate.proof.engine import Floor
 from omnimate.proof.fault import ConcealedFault
-from omnimate.proof.scene import Scene
+from omnimate.proof.scene import Scene, drawn_parameters
 from omnimate.proof.strength.bound import Noise, Ruler
 from omnimate.proof.strength.laws import altered
 from omnimate.proof.strength.residual import residual
 from omnimate.proof.unnamed import felt, motion_changed, way_gained
+from omnimate.proof.vocabulary import SIZES
 from omnimate.proof.wide import cases, robots
 from omnimate.proof.wide.measuring import secondary, wide_measuring
 from omnimate.proof.wide.outside import outside
@@ -134,6 +135,16 @@ def test_the_laws_change_a_recording_as_the_engine_does(
     law = ruler.change([altered(healthy, effect, component, parameters)])
     smoothed = 0.4 if effect == "traction_slip" else 0.15  # the law's acceleration is that over 0.2 s
     assert np.linalg.norm(engine - law) < smoothed * np.linalg.norm(engine)
+
+
+@pytest.mark.parametrize("effect", SIZES)
+def test_every_effect_of_the_vocabulary_has_a_law_on_every_component_that_it_may_be_put_into(
+    setting, healthy, effect
+):
+    for component in cases._places(effect, "", setting):
+        drawn = drawn_parameters(np.random.default_rng(1), effect, healthy.time[0], 50.0, "")
+        changed = residual(altered(healthy, effect, component, drawn))
+        assert all(np.isfinite(each).all() for each in changed.values())
 
 
 def test_a_curve_in_one_quantity_is_not_outside_and_a_product_of_two_is(healthy, ruler):
