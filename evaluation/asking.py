@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from omnimate.evaluation.questions import Answer, answered_by
 from omnimate.mismatch import diagnose
 from omnimate.proof import run
-from omnimate.proof.audit import audited, questions
 from omnimate.proof.cases import cases
-from omnimate.proof.leave_one_out import concealing
+from omnimate.proof.scoring.audit import audited, questions
+from omnimate.proof.scoring.leave_one_out import concealing
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from omnimate.evaluation.progress import Progress
     from omnimate.evaluation.questions import Tool
     from omnimate.evaluation.worlds.world import Corpus, Request
-    from omnimate.proof.audit import Audit
+    from omnimate.proof.scoring.audit import Audit
 
     Answers = Mapping[str, Answer]
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from omnimate.proof.reliability import bins
-from omnimate.proof.score import rows
+from omnimate.proof.scoring.reliability import bins
+from omnimate.proof.scoring.score import rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.evaluation.asking import Answers
     from omnimate.evaluation.worlds.world import Corpus
-    from omnimate.proof.reliability import Bin
-    from omnimate.proof.score import Line
+    from omnimate.proof.scoring.reliability import Bin
+    from omnimate.proof.scoring.score import Line
 
 
 @dataclass(frozen=True, slots=True)

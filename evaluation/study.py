@@ -14,8 +14,8 @@ from omnimate.evaluation.worlds.world import AbsentError
 from omnimate.figures.efficiency import plot_efficiency
 from omnimate.figures.position_errors import plot_errors
 from omnimate.figures.reliability import plot_reliability
-from omnimate.proof.efficiency import efficiency
-from omnimate.proof.judging import beyond_twins, reported_instead
+from omnimate.proof.scoring.efficiency import efficiency
+from omnimate.proof.scoring.judging import beyond_twins, reported_instead
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from omnimate.proof.leave_one_out import OUTCOMES, left_out_rows
-from omnimate.proof.score import rows
+from omnimate.proof.scoring.leave_one_out import OUTCOMES, left_out_rows
+from omnimate.proof.scoring.score import rows
 
 ERRORS = ("nominal", "least squares", "found")  # the ways to predict what was not seen
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from omnimate.evaluation.asking import Answers
     from omnimate.evaluation.scores import Score
-    from omnimate.proof.audit import Audit
-    from omnimate.proof.score import Line
+    from omnimate.proof.scoring.audit import Audit
+    from omnimate.proof.scoring.score import Line
 
 
 def worlds(scores: Sequence[Score]) -> Table:

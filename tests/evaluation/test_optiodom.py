@@ -10,7 +10,7 @@ from omnimate.evaluation.worlds.sequence import halves
 from omnimate.evaluation.worlds.world import Request
 from omnimate.importers.optiodom.recordings import recordings_of
 from omnimate.mismatch import Diagnosis
-from omnimate.proof.score import rows
+from omnimate.proof.scoring.score import rows
 from omnimate.vcan_sim.effects.latency import Latency
 from omnimate.vcan_sim.effects.wheel_diameter import WheelDiameter
 from omnimate.vcan_sim.effects.wheelbase import Wheelbase

@@ -7,7 +7,7 @@ import pytest
 from omnimate.evaluation.scores import pooled, scored
 from omnimate.evaluation.worlds.world import Corpus, LabelledWorld
 from omnimate.figures.reliability import plot_reliability
-from omnimate.proof.reliability import bins
+from omnimate.proof.scoring.reliability import bins
 
 TRUTH = {"effect": "wheelbase", "component": "a", "intervals": [], "parameters": {}, "acceptable": []}
 LABELS = {

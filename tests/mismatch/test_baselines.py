@@ -11,8 +11,8 @@ from omnimate.mismatch.signals import signals_of
 from omnimate.mismatch.sparse import METHODS
 from omnimate.mismatch.terms import smooth_terms
 from omnimate.mismatch.windows import windows_of
-from omnimate.proof.judging import first_right, fits
-from omnimate.proof.score import rows
+from omnimate.proof.scoring.judging import first_right, fits
+from omnimate.proof.scoring.score import rows
 
 LABEL = {
     "kind": "single",

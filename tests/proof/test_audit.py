@@ -2,9 +2,9 @@
 
 import pytest
 
-from omnimate.proof.audit import audited, questions
 from omnimate.proof.cases import Case, cases
 from omnimate.proof.scene import scene
+from omnimate.proof.scoring.audit import audited, questions
 
 SEED = 5
 STEPPED = {"effect": "radius_step", "component": "b.right"}

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from omnimate.proof.efficiency import efficiency
-from omnimate.proof.judging import beyond_twins, is_found
-from omnimate.proof.score import rows
+from omnimate.proof.scoring.efficiency import efficiency
+from omnimate.proof.scoring.judging import beyond_twins, is_found
+from omnimate.proof.scoring.score import rows
 
 TRUTH = {"effect": "wheelbase", "component": "a", "intervals": [], "parameters": {}, "acceptable": []}
 

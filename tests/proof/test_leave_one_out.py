@@ -2,7 +2,7 @@
 
 import pytest
 
-from omnimate.proof.leave_one_out import concealing, left_out_rows, outcome
+from omnimate.proof.scoring.leave_one_out import concealing, left_out_rows, outcome
 
 TRUTH = {
     "effect": "wheelbase",

@@ -6,8 +6,8 @@ from omnimate.logs.folder import load_recording
 from omnimate.mismatch import diagnose
 from omnimate.proof.cases import Case, cases
 from omnimate.proof.corpus import make
-from omnimate.proof.judging import first_right
-from omnimate.proof.score import rows
+from omnimate.proof.scoring.judging import first_right
+from omnimate.proof.scoring.score import rows
 
 PART = {
     "healthy": Case("null", (), "squares", "none"),

@@ -2,8 +2,8 @@
 
 import pytest
 
-from omnimate.proof.judging import all_right, reported_instead
-from omnimate.proof.score import Row, rows
+from omnimate.proof.scoring.judging import all_right, reported_instead
+from omnimate.proof.scoring.score import Row, rows
 
 TRUTH = {
     "effect": "wheelbase", "component": "a", "intervals": [],

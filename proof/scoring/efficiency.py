@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.proof.judging import is_found
+from omnimate.proof.scoring.judging import is_found
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from omnimate.proof.judging import Answer, Label
+    from omnimate.proof.scoring.judging import Answer, Label
 
     Array = NDArray[np.float64]
 

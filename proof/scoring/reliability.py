@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from omnimate.proof.intervals import wilson
-from omnimate.proof.judging import beyond_twins, wrong
+from omnimate.proof.scoring.intervals import wilson
+from omnimate.proof.scoring.judging import beyond_twins, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from omnimate.proof.judging import Answer, Label
+    from omnimate.proof.scoring.judging import Answer, Label
 
 # Bounds of the bins: finer where answers are sure, because that is where a false one does harm.
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99, 1.0)

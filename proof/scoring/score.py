@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from omnimate.proof.efficiency import efficiency
-from omnimate.proof.intervals import wilson
-from omnimate.proof.judging import (
+from omnimate.proof.scoring.efficiency import efficiency
+from omnimate.proof.scoring.intervals import wilson
+from omnimate.proof.scoring.judging import (
     ASSERTED,
     SURE,
     all_right,
@@ -29,7 +29,7 @@ from omnimate.proof.judging import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from omnimate.proof.judging import Answer, Label
+    from omnimate.proof.scoring.judging import Answer, Label
 
 STRONG = 10.0  # standard deviations from which an injected effect is expected to be named
 

@@ -6,12 +6,12 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from omnimate.proof.judging import ASSERTED, UNNAMED, asserted, wrong
+from omnimate.proof.scoring.judging import ASSERTED, UNNAMED, asserted, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from omnimate.proof.judging import Answer, Label
+    from omnimate.proof.scoring.judging import Answer, Label
 
 Outcome = Literal["unknown", "acceptable", "wrong name", "nothing"]
 OUTCOMES: tuple[Outcome, ...] = ("unknown", "acceptable", "wrong name", "nothing")

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.proof.cases import seed_of
-from omnimate.proof.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
 from omnimate.proof.robots import LINKAGE, WHEELS
 from omnimate.proof.scene import scene
+from omnimate.proof.scoring.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

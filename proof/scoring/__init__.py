@@ -1,0 +1,1 @@
+"""Scoring: what answers are worth, by labels that the tool has not seen. JSON in."""
