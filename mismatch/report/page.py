@@ -7,9 +7,9 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from omnimate.figures.page import SHADES
+from omnimate.mismatch.answer.words import part
 from omnimate.mismatch.report.plots import FULL, floor_plans, residual_traces, signature
 from omnimate.mismatch.report.style import CSS
-from omnimate.mismatch.words import part
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

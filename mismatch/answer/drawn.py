@@ -1,0 +1,139 @@
+"""What a report draws: residuals along the drive, signatures, and the candidates."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.answer.where import row_names
+from omnimate.mismatch.diagnosis import Evidence, Signature, Trace
+from omnimate.mismatch.recording.folds import laps_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from omnimate.mismatch.answer.heldout import HeldOut
+    from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.diagnosis import Finding
+    from omnimate.mismatch.fit import Fitted
+    from omnimate.mismatch.recording.windows import Windows
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
+
+_BINS = 14
+
+
+def evidence_of(
+    fit: Fitted,
+    nominal: Regression,
+    residuals: HeldOut,
+    findings: Sequence[Finding],
+    candidates: tuple[tuple[str, str, float, float], ...],
+) -> Evidence:
+    """Return what a report draws of a diagnosis."""
+    fitted = fit.regression
+    traces = tuple(_trace(fitted, number, residuals) for number in range(len(fitted.windows)))
+    numbers = {finding.key: number for number, finding in enumerate(findings)}
+    signatures = [
+        signature
+        for number, effect in enumerate(fit.effects)
+        if (effect.name, effect.component) in numbers
+        and (signature := _signature(fit, number, effect, numbers)) is not None
+    ]
+    return Evidence(tuple(row_names(nominal.windows[0])), traces, tuple(signatures), candidates)
+
+
+def _trace(fitted: Regression, number: int, residuals: HeldOut) -> Trace:
+    windows = fitted.windows[number]
+    mine = fitted.owner == number
+    grids = []
+    for rows in (residuals.before, residuals.after):
+        grid = np.full(windows.measured.shape, np.nan)
+        grid[fitted.moment[mine], fitted.channel[mine]] = rows[mine]
+        grids.append(grid)
+    lap = np.full(len(windows.ends), -1)
+    for count, (start, end) in enumerate(laps_of(windows.signals.recording)):
+        lap[(windows.time >= start) & (windows.time <= end)] = count
+    path = windows.signals.path[windows.ends, 0, :2]
+    return Trace(windows.signals.recording.source, windows.time, path, lap, grids[0], grids[1])
+
+
+def _signature(
+    fit: Fitted, number: int, effect: Effect, numbers: dict[tuple[str, str], int]
+) -> Signature | None:
+    """Return an effect's part of the data against the quantity that it depends on, in bins."""
+    fitted = fit.regression
+    predicted = fitted.white[:, fit.places[number]] @ fit.values[number]
+    rows = fitted.white[:, 0] + predicted
+    power = np.bincount(fitted.channel, weights=predicted**2)
+    channel = int(np.argmax(power))
+    along, label = quantity(effect, fitted.windows)
+    at = np.concatenate(along)
+    mine = fitted.channel == channel
+    owners, moments = fitted.owner[mine], fitted.moment[mine]
+    starts = np.concatenate(([0], np.cumsum([len(one) for one in along])))
+    values = at[starts[owners] + moments]
+    edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)))
+    if len(edges) < 3:
+        return None
+    group = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    count = np.maximum(np.bincount(group, minlength=len(edges) - 1), 1)
+    means = [
+        np.bincount(group, weights=one[mine], minlength=len(edges) - 1) / count for one in (rows, predicted)
+    ]
+    return Signature(
+        numbers[effect.name, effect.component],
+        label,
+        row_names(fitted.windows[0])[channel],
+        0.5 * (edges[1:] + edges[:-1]),
+        means[0],
+        1.0 / np.sqrt(count),
+        means[1],
+    )
+
+
+def quantity(effect: Effect, windows: Sequence[Windows]) -> tuple[list[Array], str]:
+    """Return what an effect depends on, at every window's end of each recording, and what that is called."""
+    build, label = _quantity(effect, list(windows[0].signals.recording.vehicle.wheels))
+    return [build(one) for one in windows], label
+
+
+def _quantity(effect: Effect, wheels: Sequence[str]) -> tuple[Callable[[Windows], Array], str]:
+    """Return a function that gives the quantity of one recording, and what it is called."""
+    component, name = effect.component, effect.name
+    joint = 1 if component == "joint_b" else 0
+    truck = 1 if component in {"b", "joint_b"} and len(wheels) > 2 else 0
+    if name in {"wheel_eccentricity", "gear_harmonic"}:
+        order, column = getattr(effect, "order", 1.0), wheels.index(component)
+        label = f"angle of {component}" + (f" x {order:g}" if order != 1.0 else "") + " [degrees]"
+        return lambda one: _turns(order * _at_ends(one, one.signals.block.angle[:, column])), label
+    found: tuple[Callable[[Windows], Array], str] = (lambda one: one.time - one.time[0], "time [s]")
+    if name in {"joint_eccentricity", "link_eccentricity", "joint_backlash"}:
+        label = f"angle of joint_{'ab'[joint]} [degrees]"
+        found = (lambda one: np.degrees(one.signals.reading[one.ends, joint])), label
+    if name == "floor_slope":
+        found = (lambda one: _turns(one.signals.path[one.ends, 0, 2])), "heading [degrees]"
+    if name == "link_scale":
+        found = (lambda one: one.signals.reading[one.ends, 2]), "link length [m]"
+    if name in {"radius_vs_speed", "count_loss", "traction_slip", "lateral_slip"}:
+        found = (lambda one: _at_ends(one, one.signals.block.speed.mean(axis=1))), "speed [m/s]"
+    if name in {"wheelbase", "turn_scrub", "latency"}:
+        found = partial(_turn_rate, truck), f"turn rate of truck {'ab'[truck]} [degrees/s]"
+    return found
+
+
+def _turn_rate(truck: int, windows: Windows) -> Array:
+    block = windows.signals.block
+    return np.asarray(np.degrees(_at_ends(windows, block.twist[:, truck, 2] / block.period)))
+
+
+def _turns(angle: Array) -> Array:
+    """Return angles [rad] as degrees within one turn."""
+    return np.asarray(np.degrees(angle % (2.0 * np.pi)))
+
+
+def _at_ends(windows: Windows, steps: Array) -> Array:
+    """Return the values of steps (N - 1,) at the windows' ends (M + 1,)."""
+    return np.concatenate((steps[:1], steps))[windows.ends]

@@ -1,0 +1,306 @@
+"""From a search to the answer: findings, with the probabilities of all their rivals, and what is left."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.answer.drawn import evidence_of
+from omnimate.mismatch.answer.heldout import HELD, METRIC, held_out, size
+from omnimate.mismatch.answer.rerun import rerun
+from omnimate.mismatch.answer.uncertainty import sigmas
+from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at, row_names
+from omnimate.mismatch.answer.words import drives_for, part, regime, sentence, separating
+from omnimate.mismatch.candidates.moments import spreads
+from omnimate.mismatch.candidates.pushes import MOMENTS
+from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.diagnosis import (
+    ASSERTED,
+    Alternative,
+    Change,
+    Diagnosis,
+    Finding,
+    Fit,
+    Key,
+    Parameter,
+    Where,
+)
+from omnimate.mismatch.evidence.search import LOOKED_AT, believable, ranked
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.mismatch.answer.heldout import HeldOut
+    from omnimate.mismatch.fit import Fitted
+    from omnimate.mismatch.investigate import Investigation
+    from omnimate.vehicle.se2 import Array
+
+_SHOWN = 6  # alternatives of a finding
+POSSIBLE = 0.01  # probability below which an alternative is not worth a word
+SUREST = 0.999  # no probability above it is printed: the model itself is no surer
+# What a drive must be able to show before "agreement" means something: coefficients with a standard
+# deviation of less than this share of what robots in use are off by.
+_SEEN = 0.7
+_NEEDED = ("wheelbase", "wheel_diameter")
+
+
+@dataclass(frozen=True, slots=True)
+class Rivalry:
+    """What a member of the best set is held against.
+
+    Attributes:
+        probability: That it is there.
+        rivals: What may stand in its place, likeliest first.
+        worth: Log posterior odds against nothing.
+    """
+
+    probability: float
+    rivals: tuple[tuple[Key, float], ...]
+    worth: float
+
+
+def rivalry(found: Investigation, member: int) -> Rivalry:
+    """Return the probabilities of a member and of its rivals, beside the other members."""
+    posterior = found.posterior
+    rest = set(found.members) - {member}
+    beside = posterior.beside(rest)
+    itself = beside.judge(member)
+    own = posterior.terms[member].key
+    worths: dict[Key, float] = {own: itself.worth}
+    for single in ranked(posterior, beside)[: 2 * LOOKED_AT]:
+        key, judged = posterior.terms[single].key, beside.judge(single)
+        if believable(posterior, single, judged, member, itself):
+            worths[key] = max(worths.get(key, -math.inf), judged.worth)
+    top = max(0.0, *worths.values())
+    whole = math.exp(-top) + sum(math.exp(worth - top) for worth in worths.values())
+    shares = {key: math.exp(worth - top) / whole for key, worth in worths.items()}
+    others = sorted(((key, part) for key, part in shares.items() if key != own), key=lambda pair: -pair[1])
+    return Rivalry(shares[own], tuple(others), worths[own])
+
+
+def _drop(fit: Fitted, number: int) -> float:
+    """Return by how much the chi-square falls with an effect of a fit."""
+    after = fit.regression.white[:, 0]
+    before = after + fit.regression.white[:, fit.places[number]] @ fit.values[number]
+    return float(before @ before - after @ after)
+
+
+def answer(found: Investigation) -> Diagnosis:
+    """Return the diagnosis; only effects that are in it are in the fit and in the effects file."""
+    fit = found.fit
+    nominal = Regression(fit.regression.windows, fit.regression.noise, ())
+    residuals = held_out(nominal, fit)
+    excess = max(_excess(nominal.white[:, 0]), 1e-9)
+    numbers = {member: number for number, member in enumerate(found.named)}
+    findings = _ordered(
+        _merged(
+            [
+                _finding(fit, numbers[member], rivalry(found, member), excess)
+                if member in numbers
+                else _unknown(found, member, rivalry(found, member), excess)
+                for member in found.members
+            ]
+        )
+    )
+    unexplained = min(1.0, max(0.0, _excess(residuals.train)) / excess) if findings else 0.0
+    vehicle = found.signals[0].recording.vehicle
+    names = tuple(single.recording.source for single in found.signals)
+    told = _fit(fit, residuals)
+    drawn = evidence_of(fit, nominal, residuals, findings, _candidates(found, findings))
+    if findings:
+        advice = tuple(dict.fromkeys(finding.separates for finding in findings if finding.separates))
+        says = _headline(findings, told)
+        return Diagnosis(
+            "mismatch",
+            says,
+            findings,
+            told,
+            unexplained,
+            tuple(dict.fromkeys(quantity for finding in findings for quantity in finding.depends_on)),
+            vehicle.name,
+            names,
+            advice,
+            drawn,
+            tuple(effect for effect in fit.effects if effect.name != "unknown"),
+        )
+    blind = _blind(found)
+    if blind:
+        drives = drives_for(sorted({effect for effect, _ in blind}))
+        what = ", ".join(
+            f"the {effect.replace('_', ' ')} of {part(component)}" for effect, component in blind[:4]
+        )
+        says = f"Nothing stands out, but this drive cannot show {what}. Drive: {'; '.join(drives)}."
+        return Diagnosis("insufficient", says, (), told, 0.0, (), vehicle.name, names, drives, drawn)
+    says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
+    return Diagnosis("agreement", says, (), told, 0.0, (), vehicle.name, names, (), drawn)
+
+
+def _excess(rows: Array) -> float:
+    """Return the chi-square beyond that of noise."""
+    return float(rows @ rows) - len(rows)
+
+
+def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Finding:
+    """Return an effect of the fit as a finding."""
+    effect, regression = fit.effects[number], fit.regression
+    part_of = regression.white[:, fit.places[number]] @ fit.values[number]
+    drop = _drop(fit, number)
+    signals = [single.signals for single in regression.windows]
+    intervals = crossings(effect, signals)
+    others = tuple(
+        Alternative(*key, probability=share) for key, share in rivals.rivals[:_SHOWN] if share >= POSSIBLE
+    )
+    names = [effect.name, *(other.effect for other in others)]
+    unknown = effect.name == "unknown"
+    return Finding(
+        effect.name,
+        effect.component,
+        min(rivals.probability, SUREST),
+        others,
+        Where(
+            channels_of(regression, part_of),
+            intervals,
+            MOMENTS if unknown else regime(effect),
+            laps_at(intervals, signals),
+            places_at(intervals, signals),
+        ),
+        () if unknown else _parameters(fit, number),
+        min(1.0, max(0.0, drop / excess)),
+        _pushed(effect.component) if unknown else sentence(effect, signals[0].recording.vehicle),
+        (MOMENTS,) if unknown else (),
+        separating(names) if any(other.probability > 0.05 for other in others) else "",
+    )
+
+
+def _pushed(component: str) -> str:
+    return f"{part(component).capitalize()} was pushed at single moments, as no obstacle does."
+
+
+def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) -> Finding:
+    """Return what has no name as a finding, with the law that was learned of it."""
+    posterior = found.posterior
+    term, fit = posterior.terms[member], found.fit
+    judged = posterior.beside(set(found.members) - {member}).judge(member)
+    columns = posterior.regression.white[:, posterior.places[member]]
+    part_of = columns @ judged.coefficients
+    quantity = term.fixed["quantity"]
+    laws = [effect for effect in fit.effects if effect.name == "law" and effect.component == term.component]
+    says = (
+        f"Something that no effect of the library explains acts on {part(term.component)}: "
+        f"what is left depends on {quantity}."
+    )
+    if laws:
+        says += f" A law was learned of it: {'; '.join(str(law) for law in laws)}."
+    others = tuple(
+        Alternative(*key, probability=share) for key, share in rivals.rivals[:_SHOWN] if share >= POSSIBLE
+    )
+    return Finding(
+        "unknown",
+        term.component,
+        min(rivals.probability, SUREST),
+        others,
+        Where(channels_of(posterior.regression, part_of), (), quantity),
+        (),
+        min(1.0, float(part_of @ part_of) / excess),
+        says,
+        (quantity,),
+        "",
+    )
+
+
+def _merged(findings: Sequence[Finding]) -> list[Finding]:
+    """Return findings with all that is unknown on one component as one."""
+    found: dict[tuple[Key, str], Finding] = {}
+    for finding in findings:
+        name = finding.key, finding.where.regime if finding.effect == "unknown" else ""
+        if name in found:
+            first, last = sorted((found[name], finding), key=lambda single: -single.probability)
+            where = replace(
+                first.where,
+                intervals=tuple(sorted({*first.where.intervals, *last.where.intervals})),
+                places=(*first.where.places, *last.where.places),
+                laps=tuple(sorted({*first.where.laps, *last.where.laps})),
+            )
+            found[name] = replace(first, where=where, explained=min(1.0, first.explained + last.explained))
+        else:
+            found[name] = finding
+    return list(found.values())
+
+
+def _parameters(fit: Fitted, number: int) -> tuple[Parameter, ...]:
+    term, effect = fit.terms[number], fit.effects[number]
+    known = sigmas(term, effect, fit.covariances()[number])
+    for name, spread in spreads(fit.regression, term, fit.values[number]).items():
+        known[name] = spread if name == "times" else spread[0]
+    return tuple(
+        Parameter(spec.name, getattr(effect, spec.name), known.get(spec.name, 0.0), spec.unit)
+        for spec in effect.parameters
+        if spec.name != "intervals"
+    )
+
+
+def _ordered(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings with what is asserted first, and most of the mismatch first among these."""
+    return tuple(sorted(findings, key=lambda single: (single.probability < ASSERTED, -single.explained)))
+
+
+def _candidates(
+    found: Investigation, findings: Sequence[Finding]
+) -> tuple[tuple[str, str, float, float], ...]:
+    """Return the likeliest candidates: what each gains alone, and its probability."""
+    probable = {finding.key: finding.probability for finding in findings}
+    for finding in findings:
+        for other in finding.alternatives:
+            key = other.effect, other.component
+            probable[key] = max(probable.get(key, 0.0), other.probability)
+    beside = found.posterior.beside(())
+    gains: dict[Key, float] = {}
+    for single in (*ranked(found.posterior, beside)[:LOOKED_AT], *found.members):
+        key = found.posterior.terms[single].key
+        gains[key] = max(gains.get(key, 0.0), beside.quick(single))
+    order = sorted(gains, key=lambda key: (-probable.get(key, 0.0), -gains[key]))[:LOOKED_AT]
+    return tuple((*key, gains[key], probable.get(key, 0.0)) for key in order)
+
+
+def _fit(fit: Fitted, residuals: HeldOut) -> Fit:
+    regression = fit.regression
+    channels = {}
+    for number, name in enumerate(row_names(regression.windows[0])):
+        mine = regression.channel == number
+        if mine.any():
+            channels[name] = Change(size(residuals.before[mine]), size(residuals.after[mine]))
+    gain = residuals.gain
+    spread = float(gain.std(ddof=1) * np.sqrt(len(gain))) if len(gain) > 1 else 0.0
+    return Fit(
+        METRIC.format(HELD[residuals.kind]),
+        Change(size(residuals.before), size(residuals.train)),
+        Change(size(residuals.before), size(residuals.after)),
+        channels,
+        (float(gain.sum()), spread),
+        rerun(regression, residuals),
+        regression.noise.named(),
+    )
+
+
+def _headline(findings: Sequence[Finding], fit: Fit) -> str:
+    first = findings[0]
+    maybe = "" if first.probability >= ASSERTED else "Perhaps: "
+    more = f", and {len(findings) - 1} more" if len(findings) > 1 else ""
+    return (
+        f"{maybe}{first.says.rstrip('.')}{more}. Residual on data that no fit has seen: "
+        f"{fit.heldout.before:.2f} before, {fit.heldout.after:.2f} after (1.00 is the sensors' own noise)."
+    )
+
+
+def _blind(found: Investigation) -> list[Key]:
+    """Return which of an owner's numbers this drive would not show to be wrong, were they."""
+    posterior = found.posterior
+    left = posterior.beside(()).left
+    return [
+        term.key
+        for term, place in zip(posterior.terms, posterior.places, strict=True)
+        if term.effect in _NEEDED and 1.0 / math.sqrt(left[place.start, place.start] + 1.0) > _SEEN
+    ]

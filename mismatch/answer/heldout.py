@@ -1,0 +1,153 @@
+"""How far effects help where no parameter has seen the data: laps or blocks left out in turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.evidence.posterior import LARGEST
+from omnimate.mismatch.recording.folds import folds_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.fit import Fitted
+    from omnimate.mismatch.recording.folds import Kind
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
+
+METRIC = "root mean square of the whitened innovations (1.0 = the sensors' own noise); held out: {}"
+HELD = {
+    "laps": "each lap, or block of time, with effects fitted to the others",
+    "blocks": "every fourth block of 8 s, with effects fitted to the others: some act in one lap only",
+    "moments": "every other half second, with effects fitted to the others: some act at one moment only",
+}
+_MOST = 0.8  # of what tells a parameter may lie in the stretch that is left out
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOut:
+    """Whitened residuals, row by row.
+
+    Attributes:
+        before: (V,) of the nominal robot.
+        train: (V,) with effects fitted to everything.
+        after: (V,) with effects fitted to the other folds.
+        gain: of each fold, by how much half the chi-square falls.
+        effects: of each fold, as fitted to the other folds.
+        kind: of stretches that were left out in turn.
+        folds: of each recording (M + 1,) the number of each window's.
+    """
+
+    before: Array
+    train: Array
+    after: Array
+    gain: Array
+    effects: tuple[tuple[Effect, ...], ...]
+    kind: Kind
+    folds: tuple[NDArray[np.int64], ...]
+
+
+def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
+    """Return the residuals of the nominal robot and of the effects, fitted with and without each fold.
+
+    Events count as one parameter for each wheel: what a bump costs is learnt from the bumps of other
+    laps, only its moment is taken from its own.
+
+    Args:
+        nominal: The recordings whitened about no effect, in the windows of the fit.
+        fit: The effects.
+    """
+    regression = fit.regression
+    before, train = nominal.white[:, 0], regression.white[:, 0]
+    after = train.copy()
+    kind: Kind = "laps"
+    if not fit.terms:
+        folds = _folds(regression, kind)
+        count = int(folds.max()) + 1
+        return HeldOut(
+            before,
+            train,
+            after,
+            np.zeros(count),
+            ((),) * count,
+            kind,
+            tuple(folds_of(regression.windows, kind)),
+        )
+    columns, origin = _shared(fit)
+    kind = _kind(regression, columns)
+    folds = _folds(regression, kind)
+    effects, gain = [], []
+    for fold in range(int(folds.max()) + 1):
+        mine = folds == fold
+        others = columns[~mine]
+        # the base already holds the fit to everything; what other folds say is a step away from it
+        target = regression.white[~mine, 0] + others @ origin
+        precision = others.T @ others + np.eye(columns.shape[1]) / LARGEST**2
+        known = np.linalg.solve(precision, others.T @ target)
+        after[mine] = train[mine] - columns[mine] @ (known - origin)
+        gain.append(0.5 * float((before[mine] ** 2 - after[mine] ** 2).sum()))
+        effects.append(_built(fit, known))
+    return HeldOut(
+        before, train, after, np.array(gain), tuple(effects), kind, tuple(folds_of(regression.windows, kind))
+    )
+
+
+def _folds(fitted: Regression, kind: Kind) -> NDArray[np.int64]:
+    """Return the number (V,) of the stretch of each row."""
+    own = folds_of(fitted.windows, kind)
+    return np.array([own[owner][moment] for owner, moment in zip(fitted.owner, fitted.moment, strict=True)])
+
+
+def _kind(fitted: Regression, columns: Array) -> Kind:
+    """Return the longest stretches that may be left out, all parameters being told by the rest."""
+    whole = (columns**2).sum(axis=0)
+    for kind in ("laps", "blocks"):
+        folds = _folds(fitted, kind)
+        inside = [(columns[folds == fold] ** 2).sum(axis=0) for fold in range(int(folds.max()) + 1)]
+        if np.all(np.max(inside, axis=0) < _MOST * whole):
+            return kind
+    return "moments"
+
+
+def _shared(fit: Fitted) -> tuple[Array, Array]:
+    """Return columns (V, k), all events of a wheel in one, and the coefficients (k,) of the base."""
+    columns, origin = [], []
+    for term, place, values in zip(fit.terms, fit.places, fit.values, strict=True):
+        own = fit.regression.white[:, place]
+        if term.effect == "unknown":
+            continue  # no other moment tells what one push was
+        if term.effect == "bump" and own.shape[1] > 1:
+            mean = float(values.mean())
+            shape = values / mean if abs(mean) > 1e-9 else np.ones_like(values)
+            columns.append((own * shape).sum(axis=1))
+            origin.append(mean)
+        else:
+            columns += list(own.T)
+            origin += values.tolist()
+    if not columns:
+        return np.zeros((len(fit.regression.white), 0)), np.zeros(0)
+    return np.stack(columns, axis=1), np.array(origin)
+
+
+def _built(fit: Fitted, shared: Array) -> tuple[Effect, ...]:
+    """Return the effects that shared coefficients (k,) stand for."""
+    effects, at = [], 0
+    for term, values in zip(fit.terms, fit.values, strict=True):
+        if term.effect == "unknown":
+            effects.append(term.built(values))
+        elif term.effect == "bump" and len(values) > 1:
+            effects.append(term.built(np.full(len(values), shared[at])))
+            at += 1
+        else:
+            effects.append(term.built(shared[at : at + len(values)]))
+            at += len(values)
+    return tuple(effects)
+
+
+def size(rows: Array) -> float:
+    """Return the root mean square of rows; 1.0 where there are none."""
+    return float(np.sqrt(np.mean(rows**2))) if len(rows) else 1.0

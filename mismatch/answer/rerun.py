@@ -1,0 +1,115 @@
+"""The last proof: the simulator itself, run over recorded wheel motion, without and with the effects.
+
+No filter and no regression: from a measured state the trucks are driven open loop for a stretch, as the
+simulator drives them, and what the sensors show at its end is held against what they did show. Effects
+are those fitted to the other laps, after a way through the effects file's text.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.diagnosis import Change
+from omnimate.mismatch.recording.response import replayed
+from omnimate.mismatch.recording.signals import expected_reading, integrated, signals_of
+from omnimate.vehicle.se2 import between, wrap
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.mismatch.answer.heldout import HeldOut
+    from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.recording.signals import Signals
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+
+STRETCH = 10.0  # [s] long against the sensors' resolution, short against what odometry forgets
+_LEAST = 3  # stretches from which a root mean square is worth showing
+
+
+def rerun(regression: Regression, residuals: HeldOut) -> dict[str, Change]:
+    """Return of each channel the open-loop mismatch, root mean square, without and with effects.
+
+    Args:
+        regression: whose recordings to take.
+        residuals: with the folds, and the effects fitted without each of them.
+    """
+    before: dict[str, list[Array]] = {}
+    after: dict[str, list[Array]] = {}
+    for windows, folds in zip(regression.windows, residuals.folds, strict=True):
+        nominal = _missed(windows.signals, ())
+        for name, (_, missed) in nominal.items():
+            before.setdefault(name, []).append(missed)
+        for fold in np.unique(folds):
+            own = _missed(windows.signals, residuals.effects[fold])
+            for name, (at, missed) in own.items():
+                mine = folds[np.searchsorted(windows.ends, at).clip(max=len(folds) - 1)] == fold
+                after.setdefault(name, []).append(missed[mine])
+    found = {}
+    for name, parts in before.items():
+        first, last = np.concatenate(parts), np.concatenate(after[name])
+        if len(first) >= _LEAST:
+            found[name] = Change(float(np.sqrt(np.mean(first**2))), float(np.sqrt(np.mean(last**2))))
+    return found
+
+
+def open_loop(recordings: Sequence[Recording]) -> dict[str, float]:
+    """Return by how much robots as described, run open loop, miss each channel, rms [m, rad]."""
+    parts: dict[str, list[Array]] = {}
+    for one in recordings:
+        for name, (_, missed) in _missed(signals_of(one), ()).items():
+            parts.setdefault(name, []).append(missed)
+    return {name: float(np.sqrt(np.mean(np.concatenate(own) ** 2))) for name, own in parts.items()}
+
+
+def _missed(signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Array, Array]]:
+    """Return of each channel the samples at which stretches end, and what the simulator misses there."""
+    block = replayed(signals, effects)
+    shown = block.reading - signals.block.reading
+    offset = np.concatenate((shown[:1], shown)) if len(shown) else shown
+    found: dict[str, tuple[Array, Array]] = {}
+    count = max(1, round(float(signals.time[-1] - signals.time[0]) / STRETCH))
+    edges = np.linspace(0, len(signals.time) - 1, count + 1).astype(int)
+    if signals.reading.shape[1]:
+        rows = np.array([_linkage(signals, block.twist, offset, *pair) for pair in itertools.pairwise(edges)])
+        for number, name in enumerate(("joint_a", "joint_b", "link")):
+            found[name] = edges[1:], rows[:, number]
+    if signals.poses is not None:
+        for number, truck in enumerate(signals.trucks):
+            times = signals.poses.time[signals.poses.body == truck]
+            at = np.unique(np.searchsorted(signals.time, times).clip(max=len(signals.time) - 1))
+            if len(at) < 2:
+                continue
+            stops = (
+                at if len(at) <= count else np.unique(at[np.searchsorted(at, edges).clip(max=len(at) - 1)])
+            )
+            gone = [_driven(signals, block.twist, number, *pair) for pair in itertools.pairwise(stops)]
+            off = np.array(gone)
+            found[f"{truck} position"] = stops[1:], np.hypot(off[:, 0], off[:, 1])
+            if np.isfinite(signals.poses.pose[signals.poses.body == truck, 2]).any():
+                found[f"{truck} heading"] = stops[1:], off[:, 2]
+    return found
+
+
+def _linkage(signals: Signals, twist: Array, offset: Array, start: int, end: int) -> Array:
+    """Return by how much the linkage's readings (3,) at a stretch's end are missed."""
+    from_reading = signals.reading[start] - offset[start]
+    lead, behind = np.zeros(3), np.array([-from_reading[2], 0.0, from_reading[1]])
+    lead[2] = from_reading[0]
+    paths = [integrated(twist[start:end, truck], at)[-1] for truck, at in enumerate((lead, behind))]
+    expected = expected_reading(np.stack(paths)[None])[0] + offset[end]
+    off = signals.reading[end] - expected
+    return np.array([wrap(off[0]), wrap(off[1]), off[2]])
+
+
+def _driven(signals: Signals, twist: Array, truck: int, start: int, end: int) -> Array:
+    """Return by how much a truck's pose (3,) at a stretch's end is missed, as seen from its start."""
+    path = signals.path[:, truck]
+    driven = integrated(twist[start:end, truck], np.zeros(3))[-1]
+    off = between(path[start], path[end]) - driven
+    off[2] = wrap(off[2])
+    return np.asarray(off)

@@ -1,0 +1,48 @@
+"""How sure the parameters of an effect are: what the data leave open, and how exact its law is."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.candidates.terms import angle_of
+from omnimate.vcan_sim.effects import effect_named
+
+if TYPE_CHECKING:
+    from omnimate.mismatch.candidates.terms import Term
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
+
+# A law is off by a part on every stretch; over a recording of ten or more stretches, by a third of that.
+PART = 0.3
+FILM = 0.15  # of a film's creep, which is told for a pace that is a mean, one standard deviation
+
+
+def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
+    """Return the standard deviations of the parameters that a term's coefficients tell.
+
+    Args:
+        member: the term.
+        effect: that was built of it.
+        covariance: (k, k) of its coefficients.
+    """
+    spec = next(one for one in effect_named(member.effect).parameters if one.name == member.linear)
+    value = getattr(effect, member.linear)
+    inexact = FILM if member.fixed.get("pace") else PART * member.inexact
+    angle_name = angle_of(type(effect))
+    if angle_name is not None:
+        size, angle = max(value / spec.scale, 1e-9), getattr(effect, angle_name)
+        along = np.array([math.cos(angle), math.sin(angle)])
+        across = np.array([-math.sin(angle), math.cos(angle)])
+        told = spec.scale * math.sqrt(float(along @ covariance @ along))
+        turned = math.sqrt(float(across @ covariance @ across)) / size
+        return {
+            member.linear: math.hypot(told, inexact * value),
+            angle_name: min(math.hypot(turned, inexact), math.pi),
+        }
+    deviations = spec.scale * np.sqrt(np.diag(covariance))
+    if member.linear == "lost":
+        return {"lost": tuple(np.hypot(deviations, inexact * np.asarray(value)).tolist())}
+    return {member.linear: math.hypot(float(deviations[0]), inexact * (value - (spec.null or 0.0)))}

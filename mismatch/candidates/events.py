@@ -1,0 +1,297 @@
+"""What acts at a place or time: where a wheel lost way, slipped, changed its size, or beats.
+
+Candidates only: each has to stand against all others. Bumps come from the disturbance smoother, window by
+window (de Jong & Penzer, JASA 1998); stretches, steps and harmonics from columns at the windows' pace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.candidates.moments import lasts
+from omnimate.mismatch.candidates.pushes import push
+from omnimate.mismatch.candidates.terms import term
+from omnimate.mismatch.noise.outliers import power
+from omnimate.mismatch.recording.signals import WINDOW
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.candidates.terms import Term
+    from omnimate.mismatch.evidence.posterior import Beside
+    from omnimate.mismatch.recording.windows import Windows
+    from omnimate.vehicle.parameters import Channel
+    from omnimate.vehicle.se2 import Array
+
+SEEN = 3.5  # sigma from which a place is a candidate; its odds pay for how many places there are
+PUSHED = 6.0  # sigma of a push of three numbers: what noise makes of none of a million windows
+ONSETS = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)  # of a bump, in windows after the begin of the one that shows it
+ORDERS = tuple(range(2, 41))
+_LIMITS = 24  # speeds above which counts may be lost
+_SHORTEST = 1.2  # [s] of a cell: a robot's length at its pace
+_CELLS = 240  # of a recording, however long that is
+_PLACES = 4  # stretches under one wheel that are looked at
+_STRONGEST = 16  # windows under one wheel
+_CHUNK = 128
+
+Build = Callable[[int, "Windows", range], "Array"]
+
+
+def events(regression: Regression, besides: Sequence[Beside], *, nameless: bool = True) -> list[Term]:
+    """Return candidates that act at a place or time, as what is left beside some sets shows them.
+
+    Args:
+        regression: Whose recordings to look at.
+        besides: What is left of them.
+        nameless: Whether pushes are offered: not before the events that have names are where they belong.
+    """
+    found = [
+        *(single for beside in besides for single in _moments(regression, beside, nameless=nameless)),
+        *_spans(regression, besides),
+        *_losses(regression, besides),
+        *_harmonics(regression, besides),
+    ]
+    return merged([], found)
+
+
+def _moments(regression: Regression, beside: Beside, *, nameless: bool) -> list[Term]:
+    """Return bumps under each wheel and pushes of each truck: the windows that stand out."""
+    found = []
+    tries = sum(len(windows.ends) for windows in regression.windows)
+    pushes = regression.shocks(beside.residual)
+    for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
+        sigmas = _lost_way(windows, scores, informations)
+        for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
+            own = sigmas[:, number]
+            high = np.flatnonzero(own > SEEN)
+            begins = [float(windows.time[window]) for window in _apart(high, own)[:_STRONGEST]]
+            found += _begun(regression, beside, wheel, begins, tries)
+        for number, truck in enumerate(windows.signals.trucks if nameless else ()):
+            part = slice(3 * number, 3 * number + 3)
+            strength = np.sqrt(power(scores[:, part], informations[:, part, part]))
+            high = np.flatnonzero(strength > PUSHED)
+            found += [
+                push(truck, float(windows.time[window]), tries)
+                for window in _apart(high, strength)[:_STRONGEST]
+            ]
+    return found
+
+
+def _begun(
+    regression: Regression, beside: Beside, wheel: str, windows: Sequence[float], tries: int
+) -> list[Term]:
+    """Return bumps in windows that begin at some times [s], each with its onset where it is seen best."""
+    offers = [
+        term("bump", wheel, tries, times=(begin + shift * WINDOW,)) for begin in windows for shift in ONSETS
+    ]
+    if not offers:
+        return []
+    sigmas = beside.strength(regression.columns_of(offers)).reshape(len(windows), len(ONSETS))
+    return [offers[len(ONSETS) * row + int(np.argmax(own))] for row, own in enumerate(sigmas)]
+
+
+def _lost_way(windows: Windows, scores: Array, informations: Array) -> Array:
+    """Return by how many sigma each wheel lost way in each window, `(M, W)`."""
+    lever = -np.sign(travelled(windows))[:, :, None] * windows.lever
+    score = np.einsum("mwn,mn->mw", lever, scores)
+    information = np.einsum("mwi,mij,mwj->mw", lever, informations, lever)
+    return np.where(information > 0.0, score / np.sqrt(np.maximum(information, 1e-300)), 0.0)
+
+
+def _apart(high: NDArray[np.int64], sigmas: Array) -> list[int]:
+    """Return the strongest of windows that lie next to each other, the strongest first."""
+    chosen: list[int] = []
+    for window in sorted(high.tolist(), key=lambda at: -sigmas[at]):
+        if all(abs(window - other) > 2 for other in chosen):
+            chosen.append(window)
+    return chosen
+
+
+def columns_of(regression: Regression, build: Build, count: int) -> Array:
+    """Return whitened columns (V, C) of ways that wheels gain.
+
+    Args:
+        regression: Whose recordings to look at.
+        build: Way that wheels gain (M, W, c) in the columns from one number to another.
+        count: C.
+    """
+    rows = np.empty((len(regression.owner), count))
+    for first in range(0, count, _CHUNK):
+        last = min(first + _CHUNK, count)
+        for number, windows in enumerate(regression.windows):
+            gained = build(number, windows, range(first, last))
+            poses = 3 * len(windows.signals.trucks)
+            push = np.einsum("mwi,mwc->mic", windows.lever[:, :, :poses], gained)
+            still = np.zeros((*windows.measured.shape, last - first))
+            white = regression.filters[number].whiten(-push, still)
+            mine = regression.owner == number
+            rows[mine, first:last] = white[regression.moment[mine], regression.channel[mine]]
+    return rows
+
+
+def strengths(regression: Regression, besides: Sequence[Beside], build: Build, count: int) -> list[Array]:
+    """Return by how many sigma (C,) each of many columns would be estimated beside each set."""
+    columns = columns_of(regression, build, count)
+    return [beside.strength(columns) for beside in besides]
+
+
+def _spans(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
+    """Return stretches of time in which wheels slipped, and moments at which their radius changed.
+
+    A recording is cut into cells; the column of a stretch is the sum of those of its cells, and so all
+    stretches of whole cells are compared at once.
+    """
+    wheels = wheels_of(regression)
+    edges = [_cells(windows) for windows in regression.windows]
+    firsts = np.concatenate(([0], np.cumsum([len(own) - 1 for own in edges])))
+    count = int(firsts[-1])
+    found = []
+    for number, wheel in enumerate(wheels):
+
+        def build(owner: int, windows: Windows, columns: range, wheel: int = number) -> Array:
+            way = travelled(windows)
+            middle = 0.5 * (windows.time[1:] + windows.time[:-1])
+            gained = np.zeros((*way.shape, len(columns)))
+            for at, column in enumerate(columns):
+                cell = column - int(firsts[owner])
+                if 0 <= cell < len(edges[owner]) - 1:
+                    inside = slice(*np.searchsorted(middle, edges[owner][cell : cell + 2]))
+                    gained[inside, wheel, at] = -way[inside, wheel]
+            return gained
+
+        cells = columns_of(regression, build, count)
+        for beside in besides:
+            score, gram = beside.scores(cells)
+            for owner, own in enumerate(edges):
+                mine = slice(int(firsts[owner]), int(firsts[owner + 1]))
+                found += _slips(wheel, own, score[mine], gram[mine, mine])
+            found += _steps(wheel, np.concatenate([own[:-1] for own in edges]), score, gram)
+    return [single for single in found if lasts(regression, single)]
+
+
+def _cells(windows: Windows) -> Array:
+    """Return the edges of a recording's cells [s]."""
+    start, end = float(windows.time[0]), float(windows.time[-1])
+    count = int(np.clip((end - start) / _SHORTEST, 1, _CELLS))
+    return np.linspace(start, end, count + 1)
+
+
+def _slips(wheel: str, edges: Array, score: Array, gram: Array) -> list[Term]:
+    """Return the stretches, at most a few, that stand out most, none overlapping another.
+
+    Args:
+        wheel: Under which they are.
+        edges: Of the K cells [s], shape `(K + 1,)`.
+        score: Products of the cells' columns with the data, shape `(K,)`.
+        gram: Of them with each other, shape `(K, K)`.
+    """
+    count = len(score)
+    along = np.concatenate(([0.0], np.cumsum(score)))
+    area = np.zeros((count + 1, count + 1))
+    area[1:, 1:] = gram.cumsum(axis=0).cumsum(axis=1)
+    diagonal = np.diagonal(area)
+    power = diagonal[None, :] + diagonal[:, None] - area - area.T  # of the cells from row to column
+    start, end = np.triu_indices(count + 1, 1)
+    sigmas = (along[end] - along[start]) / np.sqrt(np.maximum(power[start, end], 1e-12))
+    sigmas[(start == 0) & (end == count)] = 0.0  # a wheel that always slips is a smaller wheel
+    found = []
+    for _ in range(_PLACES):
+        at = int(np.argmax(sigmas))
+        if sigmas[at] < SEEN:
+            break
+        span = (float(edges[start[at]]), float(edges[end[at]]))
+        found.append(term("slip_patch", wheel, count, intervals=(span,)))
+        sigmas[(start < end[at]) & (end > start[at])] = 0.0
+    return found
+
+
+def _steps(wheel: str, moments: Array, score: Array, gram: Array) -> list[Term]:
+    """Return the moment [s] of all cells' (K,) beginnings at which a radius changed most, if it did."""
+    count = len(score)
+    after = np.cumsum(score[::-1])[::-1]
+    power = np.diagonal(gram[::-1, ::-1].cumsum(axis=0).cumsum(axis=1))[::-1]
+    sigmas = np.abs(after) / np.sqrt(np.maximum(power, 1e-12))
+    at = int(np.argmax(sigmas[1:])) + 1 if count > 1 else 0
+    if at == 0 or sigmas[at] < SEEN:
+        return []
+    return [term("radius_step", wheel, count, time=float(moments[at]))]
+
+
+def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
+    """Return speeds above which a wheel's counts are lost."""
+    wheels = wheels_of(regression)
+    blocks = [windows.signals.block for windows in regression.windows]
+    speeds = np.abs(np.concatenate([block.speed for block in blocks]))
+    limits = np.quantile(speeds, np.linspace(0.02, 0.98, _LIMITS), axis=0)
+
+    def build(number: int, windows: Windows, columns: range) -> Array:
+        block = blocks[number]
+        gained = np.zeros((len(windows.ends) - 1, len(wheels), len(columns)))
+        for at, column in enumerate(columns):
+            limit, wheel = divmod(column, len(wheels))
+            fast = np.abs(block.speed[:, wheel]) > limits[limit, wheel]
+            lost = np.where(fast, block.travel[:, wheel], 0.0)
+            gained[:, wheel, at] = np.add.reduceat(lost, windows.ends[:-1])
+        return gained
+
+    found = []
+    for own in strengths(regression, besides, build, len(limits) * len(wheels)):
+        sigmas = own.reshape(len(limits), len(wheels))
+        for number, wheel in enumerate(wheels):
+            at = int(np.argmax(sigmas[:, number]))
+            if sigmas[at, number] > SEEN and limits[at, number] > 0.0:
+                above = round(float(limits[at, number]), 4)
+                found.append(term("count_loss", wheel, len(limits), above=above))
+    return found
+
+
+def _harmonics(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
+    """Return orders at which a wheel's travel beats."""
+    wheels = wheels_of(regression)
+
+    def build(_number: int, windows: Windows, columns: range) -> Array:
+        gained = np.zeros((len(windows.ends) - 1, len(wheels), len(columns)))
+        for at, column in enumerate(columns):
+            wheel, rest = divmod(column, 2 * len(ORDERS))
+            angle = windows.signals.block.angle[:, wheel]
+            turned = np.concatenate((angle[:1], angle))[windows.ends]
+            wave = np.cos(ORDERS[rest // 2] * turned + 0.5 * np.pi * (rest % 2))
+            gained[:, wheel, at] = np.diff(wave)
+        return gained
+
+    found = []
+    for sigmas in strengths(regression, besides, build, 2 * len(ORDERS) * len(wheels)):
+        power = (sigmas.reshape(len(wheels), len(ORDERS), 2) ** 2).sum(axis=2)
+        for number, wheel in enumerate(wheels):
+            found += [
+                term("gear_harmonic", wheel, len(ORDERS), order=float(ORDERS[at]))
+                for at in np.argsort(-power[number])[:2]
+                if power[number, at] > SEEN**2
+            ]
+    return found
+
+
+def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:
+    """Return the new candidates that are not among the known."""
+    seen, fresh = [(single.key, single.fixed) for single in known], []
+    for single in new:
+        if (single.key, single.fixed) not in seen:
+            seen.append((single.key, single.fixed))
+            fresh.append(single)
+    return fresh
+
+
+def travelled(windows: Windows) -> Array:
+    """Return the way (M, W) of each wheel in each window [m]."""
+    return np.asarray(np.add.reduceat(windows.signals.block.travel, windows.ends[:-1], axis=0))
+
+
+def wheels_of(regression: Regression) -> tuple[Channel, ...]:
+    """Return the wheels of the robot."""
+    return regression.windows[0].signals.recording.vehicle.wheels

@@ -1,0 +1,163 @@
+"""Whitened columns of recordings: the data, and what each candidate would add to them.
+
+A column is the difference that a candidate makes when the recording is replayed with it, beyond a base of
+effects that are known already; the filter that makes the data's noise white goes over both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.noise.levels import filter_of
+from omnimate.mismatch.noise.whitening import adjoint
+from omnimate.mismatch.recording.response import column, data, response
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.mismatch.candidates.terms import Term
+    from omnimate.mismatch.noise.levels import Filter, NoiseLevels
+    from omnimate.mismatch.recording.response import Columns, Response
+    from omnimate.mismatch.recording.windows import Windows
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
+
+_CHUNK = 128  # columns that are whitened at once
+
+
+@dataclass(slots=True)
+class Regression:
+    """Recordings whitened about a base of effects, with columns that grow as candidates come up.
+
+    Attributes:
+        windows: Linear model of each recording.
+        noise: Its levels.
+        base: Effects about which it is linear.
+        raw: Of each recording the columns' inputs (M, 3 T, C) and measurements (M + 1, R, C); the data come
+            first.
+        filters: Of each recording the filter's gains and the innovations' variances.
+        white: Whitened columns, in all rows that were measured, (V, C).
+        owner: Recording of each row, (V,).
+        moment: Window's end of each row, (V,).
+        channel: Number of each row among the windows' rows, (V,).
+    """
+
+    windows: Sequence[Windows]
+    noise: NoiseLevels
+    base: Sequence[Effect]
+    raw: list[Columns] = field(init=False)
+    responses: list[Response] = field(init=False)
+    filters: list[Filter] = field(init=False)
+    white: Array = field(init=False)
+    owner: NDArray[np.int64] = field(init=False)
+    moment: NDArray[np.int64] = field(init=False)
+    channel: NDArray[np.int64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.responses = [response(single, self.base) for single in self.windows]
+        columns = [data(single, base) for single, base in zip(self.windows, self.responses, strict=True)]
+        self.raw = [(push[:, :, None], seen[:, :, None]) for push, seen in columns]
+        self.whiten(self.noise)
+
+    def whiten(self, noise: NoiseLevels, windows: Sequence[Windows] | None = None) -> None:
+        """Whiten all columns anew with other levels of noise, and other windows' process noise."""
+        self.noise = noise
+        self.filters = [filter_of(single, noise) for single in (windows or self.windows)]
+        places = [np.argwhere(np.isfinite(run.spread)) for run in self.filters]
+        self.owner = np.repeat(np.arange(len(places)), [len(place) for place in places])
+        self.moment, self.channel = np.concatenate(places).T
+        self.white = self.whitened(self.raw)
+
+    @property
+    def time(self) -> Array:
+        """Time of each row on its recording's clock, `(V,)` [s]."""
+        moments = [single.time for single in self.windows]
+        return np.array([moments[owner][at] for owner, at in zip(self.owner, self.moment, strict=True)])
+
+    def shocks(self, rows: Array) -> list[tuple[Array, Array]]:
+        """Return of each recording the scores (M, n) and informations (M, n, n) of a push in each window.
+
+        Args:
+            rows: Whitened rows of what is left of the data, `(V,)`.
+        """
+        answers = []
+        for number, (windows, run) in enumerate(zip(self.windows, self.filters, strict=True)):
+            white = np.full(run.spread.shape, np.nan)
+            mine = self.owner == number
+            white[self.moment[mine], self.channel[mine]] = rows[mine]
+            scores, informations, _ = adjoint(
+                run.transition, windows.links, windows.observe, run.gains, run.spread, white
+            )
+            answers.append((scores, informations))
+        return answers
+
+    def echoes(self, count: int) -> Array:
+        """Return the data's rows of each linkage channel again, some windows later, `(V, 3 count)`.
+
+        They are what noise that is not quite white, and a robot that steers against its errors, make of them.
+
+        Args:
+            count: Windows by which the rows are late, 1 to so many.
+        """
+        linkage = self.windows[0].linkage
+        found = np.zeros((len(self.owner), linkage * count))
+        for number, windows in enumerate(self.windows):
+            grid = np.zeros((len(windows.ends) + count, linkage))
+            mine = np.flatnonzero((self.owner == number) & (self.channel < linkage))
+            grid[self.moment[mine] + count, self.channel[mine]] = self.white[mine, 0]
+            for late in range(1, count + 1):
+                column = self.channel[mine] * count + late - 1
+                found[mine, column] = grid[self.moment[mine] + count - late, self.channel[mine]]
+        return found
+
+    def whitened(self, raw: Sequence[Columns]) -> Array:
+        """Return the measured rows (V, C) of columns, whitened."""
+        width = raw[0][0].shape[2]
+        white = np.empty((len(self.owner), width))
+        for first in range(0, width, _CHUNK):
+            some = slice(first, first + _CHUNK)
+            for number, (run, (push, seen)) in enumerate(zip(self.filters, raw, strict=True)):
+                mine = self.owner == number
+                rows = run.whiten(push[:, :, some], seen[:, :, some])
+                white[mine, some] = rows[self.moment[mine], self.channel[mine]]
+        return white
+
+    def columns_of(self, terms: Sequence[Term]) -> Array:
+        """Return the whitened columns (V, C) of terms, one for each probe; nothing is kept."""
+        return self.whitened(self._raw_of(terms))
+
+    def _raw_of(self, terms: Sequence[Term]) -> list[Columns]:
+        probes = [(probe, single.size) for single in terms for probe in single.probes]
+        found = []
+        for windows, base in zip(self.windows, self.responses, strict=True):
+            pairs = [column(base, response(windows, [*self.base, probe]), size) for probe, size in probes]
+            found.append(_stacked(pairs, windows))
+        return found
+
+    def add(self, terms: Sequence[Term]) -> list[slice]:
+        """Add the columns of terms; return where each one's columns are."""
+        return self.extend(self._raw_of(terms), [len(single.probes) for single in terms])
+
+    def extend(self, raw: Sequence[Columns], widths: Sequence[int]) -> list[slice]:
+        """Add columns, inputs (M, 3 T, C) and measurements (M + 1, R, C) of each recording, in groups."""
+        first = self.white.shape[1]
+        edges = first + np.concatenate(([0], np.cumsum(widths))).astype(int)
+        if edges[-1] > first:
+            self.white = np.hstack([self.white, self.whitened(raw)])
+            self.raw = [
+                (np.concatenate((push, more), axis=2), np.concatenate((seen, other), axis=2))
+                for (push, seen), (more, other) in zip(self.raw, raw, strict=True)
+            ]
+        return [slice(start, end) for start, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
+
+
+def _stacked(pairs: Sequence[Columns], windows: Windows) -> Columns:
+    """Return columns side by side: inputs (M, 3 T, C) and measurements (M + 1, R, C)."""
+    if not pairs:
+        return np.zeros((*windows.drift.shape, 0)), np.zeros((*windows.measured.shape, 0))
+    return np.stack([push for push, _ in pairs], axis=2), np.stack([seen for _, seen in pairs], axis=2)

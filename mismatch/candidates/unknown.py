@@ -1,0 +1,198 @@
+"""What a mismatch may depend on when it is none of the library's effects: smooth curves, and free pushes.
+
+Each component's error is a smooth curve of one quantity: time, heading, speed, place, a joint's angle and the
+like, with no physics in it. Such a group of columns stands for "unknown, on this component, depending on
+this": it fits anything smooth, and pays for that with Occam's factor for every column that it has.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.candidates.beliefs import BELIEFS
+from omnimate.mismatch.candidates.terms import Term
+from omnimate.mismatch.recording.windows import pushed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.recording.response import Columns
+    from omnimate.mismatch.recording.windows import Windows
+    from omnimate.vehicle.se2 import Array
+
+PER_METRE = 2e-3  # of the way rolled, one standard deviation of a curve's coefficient
+PER_TURN = 5e-3  # of the angle turned, likewise
+ANGLE = 3e-3  # [rad] of a joint's or a heading's error
+LENGTH = 1e-3  # [m] of the link's or a position's error
+QUANTITIES = 12  # on which an error may depend: so many names share the odds of an unknown one
+
+Curves = dict[str, list["Array"]]
+
+
+@dataclass(frozen=True, slots=True)
+class Error:
+    """An error that a robot may have.
+
+    Attributes:
+        component: Component that has it.
+        acts_on: Quantity that it changes, as in an effect `law`; empty where no law can be written down.
+        build: Function from a curve `(N - 1,)` of the error to its column.
+        curves: Quantities on which only this error may depend.
+    """
+
+    component: str
+    acts_on: str
+    build: Callable[[Array], Columns]
+    curves: Curves
+
+
+def add_unknown(regression: Regression) -> tuple[list[Term], list[slice]]:
+    """Add the columns of unknown errors; return a candidate for each component and quantity."""
+    names: list[tuple[str, str, str]] = []
+    raw = []
+    for windows in regression.windows:
+        offered = _columns(windows)
+        names = [name for name, _ in offered]
+        push = np.stack([column[0] for _, column in offered], axis=2)
+        seen = np.stack([column[1] for _, column in offered], axis=2)
+        raw.append((push, seen))
+    groups = [(name, len(list(own))) for name, own in groupby(names)]
+    places = regression.extend(raw, [width for _, width in groups])
+    odds = BELIEFS["unknown"].log_odds - math.log(QUANTITIES)
+    terms = [
+        Term("unknown", component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
+        for (component, acts_on, quantity), _ in groups
+    ]
+    return terms, places
+
+
+def _columns(windows: Windows) -> list[tuple[tuple[str, str, str], Columns]]:
+    """Return columns, each with its component, what it acts on, and its quantity, in groups."""
+    shared = quantities(windows)
+    level = np.ones(len(windows.signals.block))
+    found = []
+    for error in errors(windows):
+        for quantity, values in {**shared, **error.curves}.items():
+            name = error.component, error.acts_on, quantity
+            found += [(name, error.build(value)) for value in (level, *values)]
+    return found
+
+
+def quantities(windows: Windows) -> Curves:
+    """Return curves `(N - 1,)` of order one over each quantity that any error may depend on."""
+    signals = windows.signals
+    block, lead = signals.block, signals.path[1:, 0]
+    phase = np.linspace(0.0, np.pi, len(block))
+    place = [_standard(lead[:, 0]), _standard(lead[:, 1])]
+    speed = _standard(np.abs(block.speed[:, :2]).mean(axis=1))
+    turning = _standard(block.twist[:, 0, 2] / block.period)
+    curves = {
+        "time": [np.cos(order * phase) for order in (1, 2, 3)],
+        "heading": [wave(order * lead[:, 2]) for order in (1, 2) for wave in (np.cos, np.sin)],
+        "place": [*place, place[0] * place[1], place[0] ** 2, place[1] ** 2],
+        "speed": [speed, _standard(speed**2)],
+        "acceleration": [_standard(block.acceleration[:, :2].mean(axis=1))],
+        "turn rate": [turning, _standard(np.abs(turning)), _standard(speed * turning)],
+    }
+    if signals.reading.shape[1]:
+        for number, joint in enumerate(("joint_a", "joint_b")):
+            angle = block.reading[:, number]
+            curves[f"angle of {joint}"] = [
+                wave(order * angle) for order in (1, 2) for wave in (np.cos, np.sin)
+            ]
+        curves["link length"] = [_standard(block.reading[:, 2])]
+    return curves
+
+
+def _standard(values: Array) -> Array:
+    """Return values less their mean, in units of their deviation; zeros where they are constant."""
+    away = values - values.mean()
+    deviation = float(away.std())
+    return away / deviation if deviation > 1e-9 else np.zeros_like(away)
+
+
+def errors(windows: Windows) -> list[Error]:
+    """Return every error that a robot may have."""
+    signals = windows.signals
+    block = signals.block
+    found = []
+    wheels = [str(wheel) for wheel in signals.recording.vehicle.wheels]
+    for number, wheel in enumerate(wheels):
+        angle = block.angle[:, number]
+        waves = {"wheel angle": [wave(order * angle) for order in (1, 2, 3) for wave in (np.cos, np.sin)]}
+        found.append(Error(wheel, "travel", partial(_way, windows, (number,)), waves))
+    if len(wheels) == 4:
+        found += [
+            Error(side, "", partial(_way, windows, numbers), {})
+            for side, numbers in (("left", (0, 2)), ("right", (1, 3)))
+        ]
+    for number, truck in enumerate(signals.trucks):
+        found.append(Error(truck, "creep", partial(_side, windows, number), {}))
+        found.append(Error(truck, "turn", partial(_turn, windows, number), {}))
+    for row, name in enumerate(("joint_a", "joint_b", "link")[: windows.linkage]):
+        found.append(Error(name, "reading", partial(_reading, windows, (row,)), {}))
+    if signals.poses is not None:
+        for axis in range(3):
+            rows = tuple(windows.linkage + 3 * truck + axis for truck in range(len(signals.trucks)))
+            found.append(Error("poses", "", partial(_reading, windows, rows), {}))
+    return found
+
+
+def sizes_of(component: str, acts_on: str) -> float:
+    """Return the standard deviation of a curve's coefficient, in the unit of a law of a quantity."""
+    if acts_on == "reading":
+        return LENGTH if component == "link" else ANGLE
+    return PER_TURN if acts_on == "turn" else PER_METRE
+
+
+def wheels_roll(windows: Windows, wheels: tuple[int, ...], value: Array) -> Columns:
+    """Return the column of wheels that roll by a curve `(N - 1,)` more per metre."""
+    block = windows.signals.block
+    twist = np.zeros_like(block.twist)
+    for wheel in wheels:
+        gained = value * block.travel[:, wheel]
+        truck, sign = wheel // 2, (-1.0, 1.0)[wheel % 2]
+        twist[:, truck, 0] += 0.5 * gained
+        twist[:, truck, 2] += sign * gained / block.wheelbase[truck]
+    return _pushed(windows, twist)
+
+
+def _way(windows: Windows, wheels: tuple[int, ...], value: Array) -> Columns:
+    return wheels_roll(windows, wheels, PER_METRE * value)
+
+
+def _side(windows: Windows, truck: int, value: Array) -> Columns:
+    """Return the column of a truck that creeps sideways by a curve per metre."""
+    block = windows.signals.block
+    twist = np.zeros_like(block.twist)
+    twist[:, truck, 1] = PER_METRE * value * np.abs(block.twist[:, truck, 0])
+    return _pushed(windows, twist)
+
+
+def _turn(windows: Windows, truck: int, value: Array) -> Columns:
+    """Return the column of a truck that turns by a curve more per angle."""
+    block = windows.signals.block
+    twist = np.zeros_like(block.twist)
+    twist[:, truck, 2] = PER_TURN * value * block.twist[:, truck, 2]
+    return _pushed(windows, twist)
+
+
+def _pushed(windows: Windows, twist: Array) -> Columns:
+    return -pushed(windows.signals, windows.ends, twist), np.zeros(windows.measured.shape)
+
+
+def _reading(windows: Windows, rows: tuple[int, ...], value: Array) -> Columns:
+    """Return the column of sensors that read a curve too much."""
+    measured = np.zeros(windows.measured.shape)
+    at = np.concatenate((value[:1], value))[windows.ends]
+    for row in rows:
+        angle = row < 2 if row < windows.linkage else (row - windows.linkage) % 3 == 2
+        measured[:, row] = (ANGLE if angle else LENGTH) * at
+    return np.zeros(windows.drift.shape), measured

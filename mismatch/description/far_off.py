@@ -1,0 +1,114 @@
+"""The answer where a first look finds the robot described wrongly: small effects come after that."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from omnimate.mismatch.answer.words import REGIMES, part
+from omnimate.mismatch.description.stretches import STRETCH
+from omnimate.mismatch.diagnosis import Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.mismatch.description.first_look import Look
+    from omnimate.vehicle.parameters import Truck
+    from omnimate.vehicle.recording import Recording
+
+METRIC = (
+    "root mean square of what plain odometry misses over stretches of up to {:g} s, in units of what the "
+    "corrected robot misses; held out: each stretch with numbers fitted to others"
+)
+_MOST = 0.999
+_WORTH = 0.01  # probability below which an alternative is not worth a word
+_DESCRIPTION = "which encoder is which wheel, and the sign of its counts"
+_ADVICE = "correct vehicle.toml, and diagnose again: smaller effects cannot be told before that"
+
+
+def far_off(recordings: Sequence[Recording], look: Look) -> Diagnosis:
+    """Return what is wrong with the description of a robot."""
+    truck, robot = recordings[0].vehicle.trucks[look.truck], recordings[0].vehicle
+    names = tuple(one.source for one in recordings)
+    sides = (*_diameter(look, truck, 0), *_diameter(look, truck, 1))
+    findings = (*_wiring(look), *_wheelbase(look, truck), *sides)
+    says = f"{' '.join(one.says for one in findings)} {_missed(look)}"
+    depends = tuple(quantity for one in findings for quantity in one.depends_on)
+    left = min(1.0, (look.heldout / look.nominal) ** 2)
+    fit = _fit(look)
+    return Diagnosis("mismatch", says, findings, fit, left, depends, robot.name, names, (_ADVICE,))
+
+
+def _missed(look: Look) -> str:
+    return (
+        f"Plain odometry misses {1e3 * look.nominal:.0f} mm over up to {STRETCH:g} s as described, and "
+        f"{1e3 * look.heldout:.0f} mm on stretches that no number was fitted to."
+    )
+
+
+def _fit(look: Look) -> Fit:
+    before = look.nominal / look.train
+    return Fit(
+        METRIC.format(STRETCH),
+        Change(before, 1.0),
+        Change(before, look.heldout / look.train),
+        noise={f"odometry over up to {STRETCH:g} s [m]": look.train},
+    )
+
+
+def _wiring(look: Look) -> tuple[Finding, ...]:
+    """Return a finding where the encoders are not the wheels that they are described as."""
+    if not look.wiring.faults:
+        return ()
+    same = "".join(f" (or {one}, which looks the same here)" for one in look.equals)
+    says = f"The wheels of {part(look.truck)} are described wrongly: {look.wiring}{same}."
+    where = Where(regime="always")
+    share, probability = float(look.shares[3]), min(look.probability, _MOST)
+    finding = Finding("unknown", look.truck, probability, (), where, (), share, says, (_DESCRIPTION,))
+    return (finding,)
+
+
+def _wheelbase(look: Look, truck: Truck) -> tuple[Finding, ...]:
+    others = (Alternative("turn_scrub", look.truck, look.scrubs),) if look.scrubs > _WORTH else ()
+    says = (
+        f"{part(look.truck).capitalize()} turns as if its wheelbase were "
+        f"{1e3 * float(look.ratios[2]) * truck.wheelbase:.4g} mm, not {1e3 * truck.wheelbase:.4g} mm."
+    )
+    probability = look.probability * (1.0 - look.scrubs)
+    return _number(look, 2, Finding("wheelbase", look.truck, probability, others, says=says))
+
+
+def _diameter(look: Look, truck: Truck, side: int) -> tuple[Finding, ...]:
+    """Return a wheel that travels far from what it rolls: another diameter or, if less, steady slip."""
+    wheel = f"{look.truck}.{('left', 'right')[side]}"
+    nominal = (truck.wheel_diameter_left, truck.wheel_diameter_right)[side]
+    ratio = float(look.ratios[side])
+    says = f"{part(wheel).capitalize()} travels {ratio:.2f} of what a wheel of {1e3 * nominal:.4g} mm rolls"
+    if ratio > 1.0:
+        return _number(look, side, Finding("wheel_diameter", wheel, look.probability, says=f"{says}."))
+    half = 0.5 * look.probability
+    finding = Finding(
+        "wheel_diameter",
+        wheel,
+        half,
+        (Alternative("slip_patch", wheel, half),),
+        says=f"{says}: it is smaller, or slips all the time.",
+        separates="a tape round the wheel; the same straight on a floor that grips",
+    )
+    return _number(look, side, finding)
+
+
+def _number(look: Look, which: int, finding: Finding) -> tuple[Finding, ...]:
+    """Return a finding with its ratio, where that is far off."""
+    if not look.far[which]:
+        return ()
+    parameter = Parameter("ratio", float(look.ratios[which]), float(look.sigmas[which]), "1")
+    return (
+        replace(
+            finding,
+            probability=min(finding.probability, _MOST),
+            where=Where(regime=REGIMES[finding.effect]),
+            parameters=(parameter,),
+            explained=float(look.shares[which]),
+        ),
+    )

@@ -1,0 +1,410 @@
+"""What a candidate is worth beside others: its Bayes factor, and what it earns on data that no fit has seen.
+
+Rows are whitened, so that the data are `y = X beta + e` with white noise of size one. Every robot has a
+little of many effects: these everyday sizes, and the members of a set, are integrated out first
+(Frisch-Waugh-Lovell with normal priors), and a candidate is judged by what is left:
+
+- the Bayes factor of a fault, whose size is normal with the standard deviation that the effect declares (and,
+  in one fault of five, five times that), against none;
+- the log predictive density of stretches that its fit has not seen (Gelman et al., Bayesian Data Analysis,
+  2013, section 7.2), against none. The smaller of the two counts.
+
+Whitened noise of a robot that is modelled wrongly is not white. The scores of stretches of time then scatter
+more than they should; by that factor a candidate's information is smaller (Ribatet, Cooley & Davison,
+Statistica Sinica 2012: the magnitude adjustment; White, Econometrica 1982). No law is exact either: in every
+stretch a member may act by a part more or less than its law says, which is noise to all others.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.candidates.terms import Term
+    from omnimate.vehicle.se2 import Array
+
+TAILS = ((1.0, 0.8), (5.0, 0.2))  # sizes of faults in declared ones, and how many faults are of them
+LARGEST = 5.0  # declared sizes, one standard deviation of a member that is integrated out
+SEEN = 0.05  # of the noise's square: what has no name is told where one sees it in the residual
+CANCELLING = 3.0  # declared sizes of two faults that nearly cancel, beyond which nobody believes in both
+GROWN = 1.5  # times its size that a member grows when what nearly cancels it joins
+STRETCH = 4.0  # [s] in which scores are summed: long against what a filter remembers of a wrong model
+FOLDS = 8  # into which data are cut to be held out in turn
+KNOWN = 4.0  # stretches that say, before any is seen, that noise is white
+CONCENTRATED = 0.5  # of the information in one fold, from which every other second is held out instead
+NOTHING = -math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What a candidate is worth beside a set.
+
+    Attributes:
+        worth: Log posterior odds that it is there, of the evidence and what it earns the smaller.
+        evidence: Log Bayes factor.
+        earned: Gain in log predictive density of data that its fit has not seen.
+        coefficients: Its size, in declared ones, shape `(k,)`.
+        covariance: Of them, shape `(k, k)`.
+        spread: Factor by which squares of noise are larger than they should be.
+    """
+
+    worth: float
+    evidence: float
+    earned: float
+    coefficients: Array
+    covariance: Array
+    spread: float
+
+
+@dataclass(slots=True)
+class Posterior:
+    """Candidates and the recordings that judge them.
+
+    Attributes:
+        regression: With the columns of all candidates.
+        terms: The candidates.
+        places: Where each one's columns are.
+        names: What each everyday column is called.
+        shift: What of the data's column the base of the regression has taken away, shape `(V,)`.
+        everyday: Columns of which every robot has a little, and how much, in declared sizes.
+    """
+
+    regression: Regression
+    terms: list[Term]
+    places: list[slice]
+    everyday: tuple[NDArray[np.int64], Array]
+    names: dict[int, tuple[str, str]]
+    shift: Array
+    stretch: NDArray[np.int64] = field(init=False)
+    fold: NDArray[np.int64] = field(init=False)
+    moments: NDArray[np.int64] = field(init=False)
+    second: NDArray[np.int64] = field(init=False)
+    known: dict[frozenset[int], Beside] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        time, owner = self.regression.time, self.regression.owner
+        starts = np.array([single.time[0] for single in self.regression.windows])
+        spans = np.array([single.time[-1] - single.time[0] for single in self.regression.windows])
+        before = np.concatenate(([0.0], np.cumsum(spans)[:-1]))
+        along = time - starts[owner] + before[owner]  # the recordings end to end
+        number = np.floor((time - starts[owner]) / STRETCH).astype(np.int64)
+        _, self.stretch = np.unique(owner * 10**6 + number, return_inverse=True)
+        self.fold = np.minimum((along / spans.sum() * FOLDS).astype(np.int64), FOLDS - 1)
+        _, self.second = np.unique(
+            np.stack([owner, self.regression.channel, np.floor(time - starts[owner]).astype(np.int64)]),
+            axis=1,
+            return_inverse=True,
+        )
+        self.second = self.second.ravel()
+        self.moments = (np.floor(along).astype(np.int64)) % 2
+
+    def beside(self, members: Iterable[int]) -> Beside:
+        """Return what is left beside a set."""
+        key = frozenset(members)
+        if key not in self.known:
+            if len(self.known) > 12:  # each holds all columns
+                self.known.pop(next(iter(self.known)))
+            self.known[key] = Beside(self, tuple(sorted(key)))
+        return self.known[key]
+
+    def evidence(self, members: Iterable[int]) -> float:
+        """Return the log posterior odds of a set against none of it, with every law exact."""
+        chosen = sorted(members)
+        if not chosen:
+            return 0.0
+        beside = self.beside(())
+        gram, score = beside.products(chosen)
+        odds = sum(self.terms[single].odds for single in chosen)
+        everyday = beside.everyday({self.terms[single].key for single in chosen})
+        return log_evidence(gram, score, LARGEST) - everyday + odds
+
+    def same(self, keys: set[tuple[str, str]]) -> tuple[NDArray[np.int64], Array]:
+        """Return the everyday columns of what has one of some names, and their sizes."""
+        everyday, sizes = self.everyday
+        mine = np.array([self.names[int(column)] in keys for column in everyday], bool)
+        return everyday[mine], sizes[mine]
+
+    def columns(self, single: int) -> range:
+        """Return the columns of a candidate."""
+        return range(self.places[single].start, self.places[single].stop)
+
+
+class Beside:
+    """What is left of the data and of all candidates beside a set of members.
+
+    Attributes:
+        rows: All columns, the data first, whitened anew with members and everyday sizes as noise, `(V, C)`.
+        held: What of each column the members' columns hold, in their coefficients, `(k, C)`.
+        left: Their products, `(C, C)`.
+    """
+
+    def __init__(self, posterior: Posterior, members: tuple[int, ...]) -> None:
+        self.posterior, self.members = posterior, members
+        self.known: dict[int, float] = {}
+        self.part: Array | None = None
+        white = posterior.regression.white
+        rows = white.copy()
+        rows[:, 0] += posterior.shift
+        if members:
+            part = self._discrepancy(rows)
+            self.part = part if float((part**2).sum()) > 1.0 else None
+            if self.part is not None:
+                self.weight = self._weight(self.part)
+                rows = loosened(rows * self.weight, self.part * self.weight, posterior.stretch)
+        everyday, usual = posterior.everyday
+        own = [at for single in members for at in posterior.columns(single)]
+        self.nuisance = rows[:, [*everyday, *own]] * np.concatenate((usual, np.full(len(own), LARGEST)))
+        self.inside = self.nuisance.T @ self.nuisance
+        self.shrunk = shrinking(self.inside)
+        shared = self.nuisance.T @ rows
+        held = np.linalg.solve(self.inside + np.eye(len(shared)), shared)
+        self.held = LARGEST * held[len(everyday) :]
+        self.rows = rows - self.nuisance @ (self.shrunk @ shared)
+        self.left = self.rows.T @ self.rows
+
+    def _discrepancy(self, rows: Array) -> Array:
+        """Return what members may do otherwise than their laws say, `(V, k)`."""
+        terms = self.posterior.terms
+        columns = rows[:, [at for single in self.members for at in self.posterior.columns(single)]]
+        precision = columns.T @ columns + np.eye(columns.shape[1]) / LARGEST**2
+        sizes = np.linalg.solve(precision, columns.T @ rows[:, 0])
+        parts, first = [], 0
+        for single in self.members:
+            here = slice(first, first + len(self.posterior.columns(single)))
+            parts.append(terms[single].inexact * columns[:, here] @ sizes[here])
+            first = here.stop
+        return np.stack(parts, axis=1)
+
+    def _cancels(self, columns: Sequence[int], coefficients: Array) -> bool:
+        """Say whether a candidate makes members absurdly large, which it then nearly cancels.
+
+        Such a pair would be believed for what the two laws, neither exact, leave of each other.
+        """
+        if not self.members:
+            return False
+        sizes = np.abs(self.held[:, 0] - self.held[:, columns] @ coefficients)
+        return bool(np.any((sizes > GROWN * np.abs(self.held[:, 0])) & (sizes > CANCELLING)))
+
+    def _rarer(self, columns: Sequence[int], coefficients: Array) -> float:
+        """Return by how much members are less likely a priori at the sizes that a candidate drives them to.
+
+        Members are integrated out with one wide normal prior; that of faults has two parts.
+        """
+        if not self.members:
+            return 0.0
+        with_it = self.held[:, 0] - self.held[:, columns] @ coefficients
+        return min(0.0, float((_density(with_it) - _density(self.held[:, 0])).sum()))
+
+    def _weight(self, part: Array) -> Array:
+        """Return the weights (V, 1) of rows: where members are strong, their shapes are not exact."""
+        second = self.posterior.second
+        power = (part**2).sum(axis=1)
+        count = np.maximum(np.bincount(second), 1)
+        mean = np.bincount(second, weights=power) / count
+        return np.asarray(1.0 / np.sqrt(1.0 + mean[second]))[:, None]
+
+    @property
+    def residual(self) -> Array:
+        """What is left of the data, `(V,)`."""
+        return np.asarray(self.rows[:, 0])
+
+    def strength(self, added: Array) -> Array:
+        """Return by how many sigma (C,) each of added columns (V, C) would be estimated, signed."""
+        score, gram = self.scores(added)
+        return np.asarray(score / np.sqrt(np.maximum(np.diagonal(gram), 1e-12)))
+
+    def free(self, added: Array) -> Array:
+        """Return added columns (V, C) as what is left of them."""
+        if self.part is not None:
+            added = loosened(added * self.weight, self.part * self.weight, self.posterior.stretch)
+        return np.asarray(added - self.nuisance @ (self.shrunk @ (self.nuisance.T @ added)))
+
+    def scores(self, added: Array) -> tuple[Array, Array]:
+        """Return products of added columns (V, C) with the data (C,) and with each other (C, C)."""
+        if self.part is not None:
+            added = loosened(added * self.weight, self.part * self.weight, self.posterior.stretch)
+        shared = self.nuisance.T @ added
+        taken = self.shrunk @ shared
+        score = self.residual @ added - (self.residual @ self.nuisance) @ taken
+        across = shared.T @ taken
+        return score, added.T @ added - across - across.T + taken.T @ self.inside @ taken
+
+    def products(self, candidates: Sequence[int]) -> tuple[Array, Array]:
+        """Return products of candidates' columns with each other (k, k) and with the data (k,).
+
+        They are for a robot without any everyday size of what the candidates are called.
+        """
+        posterior = self.posterior
+        columns = [at for single in candidates for at in posterior.columns(single)]
+        same, sizes = posterior.same({posterior.terms[single].key for single in candidates})
+        both = [0, *columns]
+        gram = self.left[both][:, both]
+        if len(same):
+            shared = sizes[:, None] * self.left[same][:, both]
+            inside = sizes[:, None] * self.left[np.ix_(same, same)] * sizes
+            gram = gram + shared.T @ np.linalg.solve((1.0 + 1e-9) * np.eye(len(same)) - inside, shared)
+        return gram[1:, 1:], gram[1:, 0]
+
+    def everyday(self, keys: set[tuple[str, str]], spread: float = 1.0) -> float:
+        """Return the log Bayes factor of the everyday sizes of some names against none of them.
+
+        Args:
+            keys: Effects and components.
+            spread: Factor by which squares of noise are larger than they should be.
+        """
+        same, sizes = self.posterior.same(keys)
+        if not len(same):
+            return 0.0
+        inside = sizes[:, None] * self.left[np.ix_(same, same)] * sizes
+        away = np.linalg.inv((1.0 + 1e-9) * np.eye(len(same)) - inside)
+        score = away @ (sizes * self.left[same, 0])
+        return log_evidence((away - np.eye(len(same))) / spread, score / spread, 1.0)
+
+    def quick(self, single: int) -> float:
+        """Return a candidate's log posterior odds if noise is white and its law holds everywhere."""
+        if single not in self.known:
+            self.known[single] = self._quick(single)
+        return self.known[single]
+
+    def _quick(self, single: int) -> float:
+        term = self.posterior.terms[single]
+        gram, score = self.products([single])
+        if term.positive and np.any(score < 0.0):
+            return NOTHING
+        return term.odds + bayes_factor(gram, score) - self.everyday({term.key})
+
+    def judge(self, single: int) -> Judgement:
+        """Return what a candidate is worth, against a robot that has an everyday size of it."""
+        columns = list(self.posterior.columns(single))
+        term = self.posterior.terms[single]
+        own, residual = self._apart(columns, term.key)
+        gram, score = own.T @ own, own.T @ residual
+        size = np.eye(len(columns)) / LARGEST**2
+        fitted: Array = np.asarray(np.linalg.solve(gram + size, score), np.float64)
+        quiet = term.effect == "unknown" and float(fitted @ gram @ fitted) < SEEN * len(residual)
+        if quiet or self._cancels(columns, fitted):
+            covariance = np.linalg.inv(gram + size).astype(np.float64)
+            return Judgement(NOTHING, NOTHING, NOTHING, fitted, covariance, 1.0)
+        after = residual - own @ fitted
+        spread = self._spread(own, after, gram)
+        gram, score = gram / spread, score / spread
+        covariance = np.linalg.inv(gram + size).astype(np.float64)
+        coefficients = np.asarray(covariance @ score)
+        evidence = bayes_factor(gram, score) - self.everyday({term.key}, spread)
+        if (term.positive and np.any(coefficients < 0.0)) or np.any(np.abs(coefficients) > term.most):
+            evidence = NOTHING
+        earned = self._earned(own, residual, spread) if evidence > NOTHING else NOTHING
+        worth = term.odds + min(evidence, earned) + self._rarer(columns, fitted)
+        return Judgement(worth, evidence, earned, coefficients, covariance, spread)
+
+    def _apart(self, columns: Sequence[int], key: tuple[str, str]) -> tuple[Array, Array]:
+        """Return columns (V, k) and data (V,) for a robot without any everyday size of what has a name."""
+        same, sizes = self.posterior.same({key})
+        rows = self.rows[:, [0, *columns]]
+        if len(same):
+            rows = narrowed(rows, self.rows[:, same] * sizes)
+        return rows[:, 1:], rows[:, 0]
+
+    def _spread(self, own: Array, after: Array, gram: Array) -> float:
+        """Return the factor by which scores of rows or stretches scatter more than unit noise does."""
+        stretch = self.posterior.stretch
+        count = int(stretch.max()) + 1
+        scores = np.stack(
+            [np.bincount(stretch, weights=column * after, minlength=count) for column in own.T], axis=1
+        )
+        inside = np.bincount(stretch, weights=(own**2).sum(axis=1), minlength=count)
+        told = float(inside.sum() ** 2 / max((inside**2).sum(), 1e-300))  # stretches that tell anything
+        inverse = np.linalg.inv(gram + 1e-9 * np.eye(len(gram)))
+        ratio = float(np.einsum("bi,ij,bj->", scores, inverse, scores)) / len(gram)
+        ratio *= told / max(told - 1.0, 1.0)
+        power = (own**2).sum(axis=1)
+        uneven = float(power @ after**2 / max(power.sum(), 1e-300))
+        return max(1.0, uneven, (KNOWN + told * ratio) / (KNOWN + told))
+
+    def _earned(self, own: Array, residual: Array, spread: float) -> float:
+        """Return the gain in log predictive density of folds that are held out in turn."""
+        inside = np.bincount(self.posterior.fold, weights=(own**2).sum(axis=1))
+        fold = self.posterior.fold
+        if inside.max() > CONCENTRATED * inside.sum():
+            fold = self.posterior.moments
+        gain, prior = 0.0, np.eye(own.shape[1]) / LARGEST**2
+        for number in range(int(fold.max()) + 1):
+            mine = fold == number
+            before = prior + own[~mine].T @ own[~mine] / spread
+            known = own[~mine].T @ residual[~mine] / spread
+            after = before + own[mine].T @ own[mine] / spread
+            whole = known + own[mine].T @ residual[mine] / spread
+            gain += 0.5 * float(
+                whole @ np.linalg.solve(after, whole) - known @ np.linalg.solve(before, known)
+            )
+            gain -= 0.5 * float(np.linalg.slogdet(after)[1] - np.linalg.slogdet(before)[1])
+        return gain
+
+
+def _density(coefficients: Array) -> Array:
+    """Return the log prior density of coefficients, over that with which members are integrated out."""
+    parts = [math.log(share / size) - 0.5 * (coefficients / size) ** 2 for size, share in TAILS]
+    wide = -math.log(LARGEST) - 0.5 * (coefficients / LARGEST) ** 2
+    return np.asarray(np.logaddexp.reduce(parts, axis=0) - wide)
+
+
+def bayes_factor(gram: Array, score: Array) -> float:
+    """Return the log Bayes factor of a fault against none.
+
+    Args:
+        gram: Products of its columns with each other, shape `(k, k)`.
+        score: Products of its columns with the data, shape `(k,)`.
+    """
+    return float(
+        np.logaddexp.reduce([math.log(share) + log_evidence(gram, score, size) for size, share in TAILS])
+    )
+
+
+def log_evidence(gram: Array, score: Array, size: float) -> float:
+    """Return the log Bayes factor of coefficients of a normal prior of a size against none."""
+    precision = size**2 * gram + np.eye(len(gram))
+    solved = float(score @ np.linalg.solve(precision, score))
+    return 0.5 * size**2 * solved - 0.5 * float(np.linalg.slogdet(precision)[1])
+
+
+def shrinking(inside: Array) -> Array:
+    """Return the matrix S (k, k) by which (1 + N N')^-1/2 = 1 - N S N', of the products N'N of nuisances."""
+    sizes, axes = np.linalg.eigh(inside)
+    sizes = np.maximum(sizes, 1e-12)
+    return np.asarray((axes * ((1.0 - 1.0 / np.sqrt(1.0 + sizes)) / sizes)) @ axes.T)
+
+
+def narrowed(rows: Array, nuisance: Array) -> Array:
+    """Return rows (V, C) with nuisances (V, k), no longer noise: the inverse of `shrinking`."""
+    sizes, axes = np.linalg.eigh(nuisance.T @ nuisance)
+    sizes = np.clip(sizes, 1e-12, 1.0 - 1e-9)
+    grown = axes * ((1.0 / np.sqrt(1.0 - sizes) - 1.0) / sizes)
+    return np.asarray(rows + nuisance @ (grown @ (axes.T @ (nuisance.T @ rows))))
+
+
+def loosened(rows: Array, part: Array, stretch: NDArray[np.int64]) -> Array:
+    """Return rows (V, C) whitened anew where parts (V, k) of them are of an unknown size in each stretch.
+
+    The noise of a stretch is then 1 + part part', whose inverse root is taken on both sides.
+    """
+    changed = rows.copy()
+    order = np.argsort(stretch, kind="stable")
+    edges = np.searchsorted(stretch[order], np.arange(int(stretch.max()) + 2))
+    for start, end in itertools.pairwise(edges.tolist()):
+        mine = order[start:end]
+        if float((part[mine] ** 2).sum()) < 1e-3:
+            continue
+        axes, sizes, _ = np.linalg.svd(part[mine], full_matrices=False)
+        shrunk = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
+        changed[mine] -= axes @ (shrunk[:, None] * (axes.T @ rows[mine]))
+    return changed

@@ -1,0 +1,209 @@
+"""The search for the set of candidates that explains a recording: grown, thinned, exchanged."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.evidence.posterior import LARGEST, NOTHING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from omnimate.mismatch.evidence.posterior import Beside, Judgement, Posterior
+
+LOOKED_AT = 12  # candidates of the highest evidence that are judged in full
+PAIRED = 40  # candidates, likewise, whose pairs are looked at
+MOST = 10  # members of a set: a floor with more events than that is a floor, not a list
+APART = 1.0  # [s] between two events that are added at once
+PASSES = 3
+BETTER = 5.0  # log density of unseen data, odds of 150, by which what has no name must predict better
+SURE = 25.0  # log odds
+
+Members = tuple[int, ...]
+
+
+def search(posterior: Posterior, start: Iterable[int] = ()) -> Members:
+    """Return the set of candidates that growing, thinning and exchanging lead to.
+
+    Args:
+        posterior: Of the candidates.
+        start: Set from which to look.
+    """
+    members = tuple(sorted(start))
+    seen = set()
+    for _ in range(PASSES):
+        members = _exchanged(posterior, _thinned(posterior, _grown(posterior, members)))
+        if members in seen:
+            break
+        seen.add(members)
+    return _thinned(posterior, members)
+
+
+def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) -> list[int]:
+    """Return the candidates that may stand beside a set, by their evidence, the best first."""
+    terms, left_out = posterior.terms, set(without)
+    taken = {terms[single].key for single in beside.members if not terms[single].is_event}
+    named = {terms[single].component for single in beside.members if terms[single].effect != "unknown"}
+    moments = [
+        (terms[single].component, time)
+        for single in beside.members
+        for time in terms[single].fixed.get("times", ())
+    ]
+    quick = {
+        single: beside.quick(single)
+        for single, term in enumerate(terms)
+        if single not in beside.members
+        and single not in left_out
+        and term.key not in taken
+        and not (term.effect == "unknown" and not term.is_event and term.component in named)
+        and not _again(term.component, term.fixed.get("times", ()), moments)
+    }
+    return sorted((single for single in quick if quick[single] > NOTHING), key=lambda single: -quick[single])
+
+
+def _again(component: str, times: Sequence[float], moments: Sequence[tuple[str, float]]) -> bool:
+    """Say whether an event of a component, or of its truck or one of its wheels, is already in a set."""
+    return any(
+        abs(time - moment) < APART and (component.startswith(other) or other.startswith(component))
+        for time in times
+        for other, moment in moments
+    )
+
+
+def best(posterior: Posterior, beside: Beside, count: int = LOOKED_AT) -> tuple[int, Judgement] | None:
+    """Return the candidate that is worth most beside a set, judged in full."""
+    judged = [(single, beside.judge(single)) for single in ranked(posterior, beside)[:count]]
+    first = max(judged, key=lambda pair: pair[1].worth, default=None)
+    named = [pair for pair in judged if posterior.terms[pair[0]].effect != "unknown" and pair[1].worth > 0.0]
+    if first is None or not named:
+        return first
+    other = max(named, key=lambda pair: pair[1].worth)
+    return first if believable(posterior, *first, *other) else other
+
+
+def believable(posterior: Posterior, rival: int, its: Judgement, member: int, own: Judgement) -> bool:
+    """Say whether a rival may stand in a member's place at all.
+
+    What has no name fits anything: in the place of a name it has to predict better, and not only fit as well.
+    """
+    terms = posterior.terms
+    nameless = terms[rival].effect == "unknown" != terms[member].effect
+    return not nameless or its.earned > own.earned + BETTER
+
+
+def _grown(posterior: Posterior, members: Members) -> Members:
+    """Return a set with candidates added as long as one is worth adding."""
+    while len(members) < MOST:
+        beside = posterior.beside(members)
+        offer = best(posterior, beside)
+        if offer is not None and offer[1].worth > 0.0 and _better(posterior, members, (offer[0],)):
+            together = _together(posterior, beside, offer[0])[: MOST - len(members)]
+            members = tuple(sorted({*members, *together}))
+            continue
+        pair = _pair(posterior, beside)
+        if pair is None or not _better(posterior, members, pair):
+            return members
+        members = tuple(sorted({*members, *pair}))
+    return members
+
+
+def _better(posterior: Posterior, members: Members, more: Sequence[int]) -> bool:
+    return posterior.evidence({*members, *more}) > posterior.evidence(members)
+
+
+def _together(posterior: Posterior, beside: Beside, first: int) -> list[int]:
+    """Return a candidate, and, if it is an event, all others far from it that are sure as well."""
+    terms, chosen = posterior.terms, [first]
+    if not terms[first].is_event:
+        return chosen
+    for single in ranked(posterior, beside):
+        if not terms[single].is_event or single == first or beside.quick(single) < 3.0:
+            continue
+        times = [time for other in chosen for time in terms[other].fixed["times"]]
+        if all(abs(time - own) > APART for time in times for own in terms[single].fixed["times"]):
+            chosen.append(single)
+    return chosen
+
+
+def _pair(posterior: Posterior, beside: Beside) -> tuple[int, int] | None:
+    """Return two candidates that are worth adding together, though neither is alone: they hide each other."""
+    terms = posterior.terms
+    alone = [single for single in ranked(posterior, beside) if len(terms[single].probes) == 1][:PAIRED]
+    columns = [posterior.places[single].start for single in alone]
+    odds = np.array([terms[single].odds for single in alone])
+    gram, score = beside.left[np.ix_(columns, columns)], beside.left[columns, 0]
+    precision = gram + np.eye(len(alone)) / LARGEST**2
+    own = np.diagonal(precision)
+    area = np.maximum(own[:, None] * own[None, :] - precision**2, 1e-12)
+    first_size = (own[None, :] * score[:, None] - precision * score[None, :]) / area
+    worth = 0.5 * (first_size * score[:, None] + first_size.T * score[None, :]) - 0.5 * np.log(area)
+    worth += odds[:, None] + odds[None, :] - 2.0 * math.log(LARGEST)
+    positive = np.array([terms[single].positive for single in alone])
+    wrong = positive[:, None] & (first_size < 0.0)
+    worth[wrong | wrong.T] = NOTHING
+    rows, others = np.triu_indices(len(alone), 1)
+    offers = [
+        (float(worth[row, other]), alone[row], alone[other])
+        for row, other in zip(rows.tolist(), others.tolist(), strict=True)
+        if worth[row, other] > 0.0 and terms[alone[row]].key != terms[alone[other]].key
+    ]
+    for _, first, second in sorted(offers, reverse=True)[:3]:
+        pair = tuple(sorted((*beside.members, first, second)))
+        if all(
+            posterior.beside(tuple(other for other in pair if other != single)).judge(single).worth > 0.0
+            for single in (first, second)
+        ):
+            return first, second
+    return None
+
+
+def _thinned(posterior: Posterior, members: Members) -> Members:
+    """Return a set without the members that are not worth staying beside the others."""
+    sure: set[int] = set()
+    while members:
+        judged = [single for single in members if single not in sure]
+        worths = {single: posterior.beside(set(members) - {single}).judge(single).worth for single in judged}
+        worst = min(worths, key=lambda single: worths[single], default=None)
+        if worst is None or worths[worst] > 0.0:
+            return members
+        members = tuple(single for single in members if single != worst)
+        # what is sure beside more than is there now is judged once: leaving others only makes it surer
+        sure |= {single for single, worth in worths.items() if worth > SURE}
+    return members
+
+
+def _exchanged(posterior: Posterior, members: Members) -> Members:
+    """Return a set with members exchanged for candidates that are worth more in their place."""
+    for old in members:
+        if old not in members:
+            continue
+        rest = tuple(single for single in members if single != old)
+        beside = posterior.beside(rest)
+        offer = _instead(posterior, beside, old) if posterior.terms[old].is_event else best(posterior, beside)
+        if offer is None or offer[0] == old:
+            continue
+        own = beside.judge(old)
+        if not believable(posterior, offer[0], offer[1], old, own):
+            continue
+        if offer[1].worth > own.worth:
+            members = tuple(sorted({*rest, offer[0]}))
+    return members
+
+
+def _instead(posterior: Posterior, beside: Beside, old: int) -> tuple[int, Judgement] | None:
+    """Return the event at the same moments that is worth most in the place of another."""
+    terms = posterior.terms
+    times = terms[old].fixed["times"]
+    near = [
+        single
+        for single, term in enumerate(terms)
+        if term.is_event
+        and single not in beside.members
+        and len(term.fixed["times"]) == len(times)
+        and all(abs(time - own) < APART for time, own in zip(times, term.fixed["times"], strict=True))
+    ]
+    judged = [(single, beside.judge(single)) for single in near]
+    return max(judged, key=lambda pair: pair[1].worth, default=None)

@@ -1,0 +1,113 @@
+"""A law for what has no name: learned from what the named effects leave, and fitted beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.candidates.terms import Term
+from omnimate.mismatch.candidates.unknown import errors, sizes_of
+from omnimate.mismatch.learn.learn import learn
+from omnimate.vcan_sim.effects.law import Law
+from omnimate.vcan_sim.effects.variables import Motion, known
+
+if TYPE_CHECKING:
+    from omnimate.mismatch.evidence.posterior import Beside, Posterior
+    from omnimate.mismatch.learn.learned import LearnedLaw
+    from omnimate.vehicle.se2 import Array
+
+
+@dataclass(frozen=True, slots=True)
+class LawTerm(Term):
+    """A learned law as a term: one column for each coefficient of its formula, or for each knot of its curve.
+
+    Attributes:
+        law: The law; its size is in the probes.
+    """
+
+    law: Law = field(default_factory=lambda: Law("a"))
+
+    def built(self, coefficients: Array) -> Law:
+        """Return the law with these coefficients `(k,)` of its probes."""
+        probes = [probe for probe in self.probes if isinstance(probe, Law)]
+        if self.law.over:
+            ordinates = sum(
+                (size * np.array(probe.ordinates) for size, probe in zip(coefficients, probes, strict=True)),
+                np.zeros(len(self.law.knots)),
+            )
+            return replace(self.law, ordinates=tuple(np.clip(ordinates, -1.0, 1.0).tolist()))
+        parts = [f"({size:.6g}) * {probe.formula}" for size, probe in zip(coefficients, probes, strict=True)]
+        return replace(self.law, formula=" + ".join(parts))
+
+    def fine(self) -> Term:
+        """Return itself: a law is linear."""
+        return self
+
+
+def learned(posterior: Posterior, beside: Beside, unknown: Term) -> list[LawTerm]:
+    """Return the law of an unknown error as terms, with their sizes in the probes, or none.
+
+    Args:
+        posterior: Of the candidates.
+        beside: What is left beside the named effects.
+        unknown: Candidate that says on which component, and on what of it, the error acts.
+    """
+    acts_on = unknown.fixed["acts_on"]
+    if not acts_on:
+        return []
+    regression = posterior.regression
+    names = list(known(unknown.component, trucks=len(regression.windows[0].signals.trucks)))
+    motions = [
+        Motion(windows.signals.block, unknown.component).values(names) for windows in regression.windows
+    ]
+    variables = {name: np.concatenate([motion[name] for motion in motions]) for name in names}
+    variables = {name: values for name, values in variables.items() if np.all(np.isfinite(values))}
+    scale = sizes_of(unknown.component, acts_on)
+    edges = np.cumsum([len(windows.signals.block) for windows in regression.windows])[:-1]
+
+    def columns(series: Array) -> Array:
+        raw = []
+        for windows, own in zip(regression.windows, np.split(series, edges), strict=True):
+            error = next(
+                error
+                for error in errors(windows)
+                if (error.component, error.acts_on) == (unknown.component, acts_on)
+            )
+            pairs = [error.build(values / scale) for values in own.T]
+            raw.append(
+                (np.stack([push for push, _ in pairs], axis=2), np.stack([seen for _, seen in pairs], axis=2))
+            )
+        return beside.free(regression.whitened(raw))
+
+    law = learn(
+        variables,
+        columns,
+        beside.residual,
+        posterior.fold,
+        component=unknown.component,
+        acts_on=acts_on,
+        scale=scale,
+    )
+    return [] if law is None else _terms(law, unknown.odds)
+
+
+def _terms(law: LearnedLaw, odds: float) -> list[LawTerm]:
+    """Return a learned law as terms."""
+    found = []
+    for effect in law.effects:
+        if effect.over:
+            probes = tuple(
+                replace(
+                    effect, ordinates=tuple(np.where(np.arange(len(effect.knots)) == at, value, 0.0).tolist())
+                )
+                for at, value in enumerate(effect.ordinates)
+            )
+        else:
+            probes = tuple(
+                replace(effect, formula=f"{value:.6g}" + ("" if text == "1" else f" * {text}"))
+                for value, text in zip(law.coefficients, law.names, strict=True)
+            )
+        found.append(LawTerm("law", effect.component, probes, {}, odds, False, 1.0, effect))
+    return found

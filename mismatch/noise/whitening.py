@@ -1,0 +1,199 @@
+"""The Kalman filter that makes a linear model's residuals white, and its adjoint that finds disturbances.
+
+State and measurement are errors about a trajectory:
+
+    x[m + 1] = F[m] x[m] + u[m] + w[m],  w ~ (0, Q[m]);   z[m] = H[m] x[m] + v[m],  v ~ (0, diag R[m])
+
+Many columns go through one filter at once: the data, and what each effect adds to u and z. The
+innovations, divided by their standard deviations, are a regression with white noise of size one
+(Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, 1989, section 3.4.2). The
+adjoint is the disturbance smoother of de Jong (Biometrika 1988; de Jong & Penzer, JASA 1998).
+"""
+
+import numpy as np
+
+from omnimate.vehicle.compiled import Array, IntArray, compiled
+
+
+@compiled
+def gains_of(
+    transition: Array, links: IntArray, process: Array, observe: Array, variance: Array, start: Array
+) -> tuple[Array, Array]:
+    """Return the filter's gains `(M + 1, R, n)` and its innovations' variances `(M + 1, R)`.
+
+    Args:
+        transition: F, (M, n, n).
+        links: (K, 2) rows and columns off F's diagonal that are not zero, such that no column is a row
+            that came before.
+        process: Q, (M, n, n).
+        observe: H, (M + 1, R, n).
+        variance: R, (M + 1, R); nan where nothing was measured, and so is the innovation's.
+        start: (n, n) covariance of the first state, whose mean is zero.
+    """
+    moments, rows, states = observe.shape
+    gains, spread = np.zeros((moments, rows, states)), np.full((moments, rows), np.nan)
+    covariance = start.copy()
+    carried = np.zeros(states)
+    for moment in range(moments):
+        if moment > 0:
+            carry(transition[moment - 1], links, covariance)
+            carry(transition[moment - 1], links, covariance.T)
+            covariance += process[moment - 1]
+        for row in range(rows):
+            if np.isnan(variance[moment, row]):
+                continue
+            carried[:] = 0.0
+            add_rows(carried.reshape(1, -1), observe[moment, row], covariance)
+            size = variance[moment, row] + np.dot(observe[moment, row], carried)
+            gains[moment, row] = carried / size
+            for one in range(states):
+                for other in range(states):
+                    covariance[one, other] -= gains[moment, row, one] * carried[other]
+            spread[moment, row] = size
+    return gains, spread
+
+
+@compiled
+def add_rows(total: Array, weights: Array, rows: Array) -> None:
+    """Add weighted rows `(n, C)` to a total `(1, C)` in place; most weights `(n,)` are zero."""
+    for number in range(len(weights)):
+        weight = weights[number]
+        if weight != 0.0:
+            for one in range(rows.shape[1]):
+                total[0, one] += weight * rows[number, one]
+
+
+@compiled
+def carry(transition: Array, links: IntArray, state: Array) -> None:
+    """Carry a state `(n, C)` over one step in place: F state."""
+    for number in range(len(links)):
+        row, column = links[number, 0], links[number, 1]
+        factor = transition[row, column]
+        if factor != 0.0:
+            for one in range(state.shape[1]):
+                state[row, one] += factor * state[column, one]
+    for row in range(state.shape[0]):
+        factor = transition[row, row]
+        if factor != 1.0:
+            for one in range(state.shape[1]):
+                state[row, one] *= factor
+
+
+@compiled
+def whiten(
+    transition: Array,
+    links: IntArray,
+    inputs: Array,
+    observe: Array,
+    measured: Array,
+    gains: Array,
+    spread: Array,
+) -> Array:
+    """Return whitened innovations `(M + 1, R, C)` of C columns; rows that were not measured are 0.
+
+    Args:
+        transition: F, (M, n, n).
+        links: as in `gains_of`.
+        inputs: u, (M, k, C), of the first k states.
+        observe: H, (M + 1, R, n).
+        measured: z, (M + 1, R, C).
+        gains: as `gains_of` returns them.
+        spread: likewise.
+    """
+    moments, rows, states = observe.shape
+    columns = measured.shape[2]
+    white = np.zeros((moments, rows, columns))
+    state, innovation = np.zeros((states, columns)), np.zeros((1, columns))
+    for moment in range(moments):
+        if moment > 0:
+            carry(transition[moment - 1], links, state)
+            state[: inputs.shape[1]] += inputs[moment - 1]
+        for row in range(rows):
+            size = spread[moment, row]
+            if np.isnan(size):
+                continue
+            innovation[0] = measured[moment, row]
+            add_rows(innovation, -observe[moment, row], state)
+            white[moment, row] = innovation[0] / np.sqrt(size)
+            for other in range(states):
+                gain = gains[moment, row, other]
+                for one in range(columns):
+                    state[other, one] += gain * innovation[0, one]
+    return white
+
+
+@compiled
+def adjoint(
+    transition: Array, links: IntArray, observe: Array, gains: Array, spread: Array, white: Array
+) -> tuple[Array, Array, Array]:
+    """Return what an input added in each step, and noise added to each reading, would do to the likelihood.
+
+    An input u = theta b in step m alone is estimated by theta = b' score / (b' information b), with
+    variance 1 / (b' information b). The derivative of the log likelihood by a process covariance Q[m] is
+    (score score' - information) / 2 (Koopman & Shephard, Biometrika 1992, equation 3.2).
+
+    Args:
+        transition: F, (M, n, n).
+        links: As in `gains_of`.
+        observe: H, (M + 1, R, n).
+        gains: As `gains_of` returns them.
+        spread: Likewise.
+        white: Whitened innovations of one column, (M + 1, R).
+
+    Returns:
+        Score (M, n) and information (M, n, n) of an input in each step, and the derivative (M + 1, R) of the
+        log likelihood by each variance of a reading.
+    """
+    moments, rows, states = observe.shape
+    scores = np.zeros((moments - 1, states))
+    informations = np.zeros((moments - 1, states, states))
+    by_variance = np.zeros((moments, rows))
+    score = np.zeros(states)
+    information = np.zeros((states, states))
+    pulled = np.zeros(states)
+    for moment in range(moments - 1, -1, -1):
+        for row in range(rows - 1, -1, -1):
+            size = spread[moment, row]
+            if np.isnan(size):
+                continue
+            seen, gain = observe[moment, row], gains[moment, row]
+            # with L = I - gain seen': score = seen v / s + L' score,
+            # information = seen seen' / s + L' information L
+            along = np.dot(gain, score)
+            for number in range(states):
+                pulled[number] = np.dot(information[number], gain)
+            twice = np.dot(gain, pulled)
+            error = white[moment, row] / np.sqrt(size) - along
+            by_variance[moment, row] = 0.5 * (error * error - 1.0 / size - twice)
+            for number in range(states):
+                if seen[number] != 0.0:
+                    score[number] += seen[number] * error
+                    for other in range(states):
+                        information[number, other] -= seen[number] * pulled[other]
+                        information[other, number] -= seen[number] * pulled[other]
+                        information[number, other] += seen[number] * seen[other] * (1.0 / size + twice)
+        if moment == 0:
+            break
+        scores[moment - 1] = score
+        informations[moment - 1] = information
+        step = transition[moment - 1]
+        carry_back(step, links, score.reshape(-1, 1))
+        carry_back(step, links, information)
+        carry_back(step, links, information.T)
+    return scores, informations, by_variance
+
+
+@compiled
+def carry_back(transition: Array, links: IntArray, state: Array) -> None:
+    """Carry rows `(n, C)` over one step backwards in place: F' state."""
+    for row in range(state.shape[0]):
+        factor = transition[row, row]
+        if factor != 1.0:
+            for column in range(state.shape[1]):
+                state[row, column] *= factor
+    for number in range(len(links) - 1, -1, -1):
+        row, source = links[number, 0], links[number, 1]
+        factor = transition[row, source]
+        if factor != 0.0:
+            for column in range(state.shape[1]):
+                state[source, column] += factor * state[row, column]

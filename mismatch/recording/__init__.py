@@ -1,0 +1,1 @@
+"""Recordings as a linear model over short windows, about a trajectory that knows the past only."""

@@ -1,0 +1,90 @@
+"""The robot with effects in it, driven by the wheel motion that was recorded: what it would have shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.recording.signals import signals_of
+from omnimate.mismatch.recording.windows import pushed
+from omnimate.vcan_sim.effects.ageing import AgedSamples
+from omnimate.vcan_sim.effects.stages import replay
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.mismatch.recording.signals import Signals
+    from omnimate.mismatch.recording.windows import Windows
+    from omnimate.vcan_sim.effects.block import Block
+    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.se2 import Array
+
+Columns = tuple["Array", "Array"]
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What a set of effects does to one recording.
+
+    Attributes:
+        inputs: (M, 3 T) what the robot does otherwise than the trajectory.
+        offset: (M + 1, R) what its sensors show beyond what is there.
+    """
+
+    inputs: Array
+    offset: Array
+
+
+def replayed(signals: Signals, effects: Sequence[Effect]) -> Block:
+    """Return the recording's steps with effects in them."""
+    return replay(signals.block, effects)
+
+
+def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:
+    """Return a recording's signals about the trajectory of a robot with effects."""
+    for _ in range(2 if effects else 0):
+        block = replayed(signals, effects)
+        shown = block.reading - signals.block.reading
+        offset = np.concatenate((shown[:1], shown)) if shown.shape[1] else 0.0
+        signals = signals_of(signals.recording, offset, block.twist)
+    return signals
+
+
+def response(windows: Windows, effects: Sequence[Effect]) -> Response:
+    """Return what effects do to one recording, beyond the nominal robot."""
+    signals = windows.signals
+    block = replayed(signals, effects)
+    more = block.twist - signals.block.twist
+    inputs = windows.drift + (pushed(signals, windows.ends, more) if np.any(more) else 0.0)
+    offset = np.zeros(windows.measured.shape)
+    if windows.linkage:
+        shown = block.reading - signals.block.reading
+        offset[:, :3] = np.concatenate((shown[:1], shown))[windows.ends]
+    _age_poses(windows, effects, offset)
+    return Response(inputs, offset)
+
+
+def _age_poses(windows: Windows, effects: Sequence[Effect], offset: Array) -> None:
+    """Let poses be of an earlier time than they say."""
+    signals = windows.signals
+    for effect in effects:
+        if not isinstance(effect, AgedSamples) or effect.acts_at() != "poses":
+            continue
+        for truck in range(len(signals.trucks)):
+            for axis in range(3):
+                row = windows.linkage + 3 * truck + axis
+                when, own = windows.when[:, row], signals.path[:, truck, axis]
+                then = when - effect.age(when, signals.time[0])
+                offset[:, row] += np.interp(then, signals.time, own) - np.interp(when, signals.time, own)
+
+
+def data(windows: Windows, base: Response) -> Columns:
+    """Return the data's column: inputs `(M, 3 T)` and measurements `(M + 1, R)`, about a base of effects."""
+    return base.inputs, windows.measured - base.offset
+
+
+def column(base: Response, changed: Response, step: float) -> Columns:
+    """Return an effect's column, by the difference to the base over a step of its parameter."""
+    return (base.inputs - changed.inputs) / step, (changed.offset - base.offset) / step

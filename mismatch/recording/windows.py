@@ -1,0 +1,318 @@
+"""One recording as a linear model over short windows: transitions, observations, and where noise enters.
+
+State, for T trucks: errors of their poses in the world (x, y, theta each), what the three linkage
+encoders round off, what the W wheel encoders round off, and by how much each wheel's travel is off per
+metre on this stretch of the floor. Windows end where the filter measures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, expected_reading, grid
+from omnimate.vehicle.arcs import twists_along
+from omnimate.vehicle.se2 import Array, rotate, wrap
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.mismatch.recording.signals import Signals
+    from omnimate.vehicle.parameters import Channel
+
+STARTING = 1.5  # [s] in which a truck takes up its plays and turns its castors
+PUSHED = np.array([1e-3, 1e-3, 3e-3])  # [m, m, rad] by which that moves it: a millimetre on a wheelbase
+UNSTATED = (0.003, 0.003, 0.003)  # [m, m, rad] of poses whose file states no sigma
+
+
+@dataclass(frozen=True, slots=True)
+class Windows:
+    """The linear model of one recording with M windows, n states and R rows of measurements.
+
+    Attributes:
+        signals: of the recording.
+        ends: (M + 1,) samples at which windows begin and end.
+        transition: (M, n, n).
+        links: (K, 2) rows and columns off the transitions' diagonal that are not zero.
+        observe: (M + 1, R, n).
+        measured: (M + 1, R) the data; nan where nothing was measured.
+        drift: (M, 3 T) what odometry does otherwise than the trajectory.
+        stated: (M + 1, R) variance of poses as their file states it; 0 for the linkage.
+        floor: (M, n, n) process covariance for a roughness of 1 m/sqrt(m).
+        creep: (M, n, n) likewise of sideways motion.
+        rounding: (M, n, n) process covariance of the encoders' rounding.
+        lever: (M, W, n) what a metre of a wheel's travel does to the state.
+        rolled: (M, W) way of each wheel in each window, whatever its direction [m].
+        when: (M + 1, R) the times at which the rows were measured [s].
+    """
+
+    signals: Signals
+    ends: NDArray[np.int64]
+    transition: Array
+    links: NDArray[np.int64]
+    observe: Array
+    measured: Array
+    drift: Array
+    stated: Array
+    floor: Array
+    creep: Array
+    rounding: Array
+    lever: Array
+    rolled: Array
+    when: Array
+
+    @property
+    def time(self) -> Array:
+        """Times of the windows' ends, `(M + 1,)` [s]."""
+        return self.signals.time[self.ends]
+
+    @property
+    def linkage(self) -> int:
+        """Rows of the linkage: 3 or 0; the rows of poses follow, three for each truck."""
+        return int(self.signals.reading.shape[1])
+
+
+def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> Windows:
+    """Return the linear model of a recording.
+
+    Args:
+        signals: of the recording.
+        dense: stretches of time (start, end) [s] in which every sample is measured, to see an event by.
+    """
+    ends = _ends(signals, dense)
+    trucks, wheels, linkage = len(signals.trucks), 2 * len(signals.trucks), signals.reading.shape[1]
+    states, count = 3 * trucks + linkage + 2 * wheels, len(ends) - 1
+    path = signals.path[ends]
+    lever = _lever(signals, ends, states)
+    rolled = np.add.reduceat(np.abs(signals.block.travel), ends[:-1], axis=0)
+    transition = np.tile(np.eye(states), (count, 1, 1))
+    rounding = np.zeros((count, states, states))
+    for truck in range(trucks):
+        gone = np.diff(path[:, truck, :2], axis=0)
+        transition[:, 3 * truck, 3 * truck + 2] = -gone[:, 1]
+        transition[:, 3 * truck + 1, 3 * truck + 2] = gone[:, 0]
+    _round_linkage(signals, ends, 3 * trucks, transition, rounding)
+    _round_wheels(signals, rolled, lever, 3 * trucks + linkage, transition, rounding)
+    _start(signals, ends, rolled, rounding)
+    waves = np.arange(states - wheels, states)
+    transition[:, :, waves] += (rolled[:, :, None] * lever).transpose(0, 2, 1)
+    floor = np.einsum("mw,mwi,mwj->mij", rolled, lever, lever)
+    creep = _creep(signals, ends, rolled, states)
+    measured, stated, when, observe = _measurements(signals, ends, states)
+    drift = pushed(signals, ends, signals.block.twist - twists_along(signals.path))
+    off = np.any(transition != 0.0, axis=0) & ~np.eye(states, dtype=bool)
+    return Windows(
+        signals,
+        ends,
+        transition,
+        np.argwhere(off),
+        observe,
+        measured,
+        drift,
+        stated,
+        floor,
+        creep,
+        rounding,
+        lever,
+        rolled,
+        when,
+    )
+
+
+def _start(signals: Signals, ends: NDArray[np.int64], rolled: Array, rounding: Array) -> None:
+    """Let trucks be pushed while they begin to drive: nobody knows how castors stood and plays lay before."""
+    moving = np.flatnonzero(rolled.max(axis=1) > 1e-3)
+    if len(moving) == 0:
+        return
+    first = signals.time[ends[moving[0]]]
+    begun = np.flatnonzero((signals.time[ends[:-1]] >= first) & (signals.time[ends[:-1]] < first + STARTING))
+    for truck in range(len(signals.trucks)):
+        own = slice(3 * truck, 3 * truck + 3)
+        rounding[begun, own, own] += np.diag(PUSHED**2) / max(len(begun), 1)
+
+
+def _ends(signals: Signals, dense: Sequence[tuple[float, float]]) -> NDArray[np.int64]:
+    """Return the samples at which windows end: evenly spaced, and where sparse poses were measured."""
+    time = signals.time
+    ends = set(grid(time).tolist())
+    if signals.poses is not None and _sparse(signals.poses.time, time[-1] - time[0]):
+        nearest = np.searchsorted(time, signals.poses.time)
+        ends |= set(np.clip(nearest, 0, len(time) - 1).tolist())
+    for start, end in dense:
+        inside = signals.recording.between(start, end)
+        ends |= set(range(inside.start, inside.stop))
+    return np.array(sorted(ends), np.int64)
+
+
+def _sparse(times: Array, span: float) -> bool:
+    return len(times) * WINDOW < span
+
+
+def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
+    """Return the inputs `(M, 3 T)`, of the poses, that additional twists `(N - 1, T, 3)` are.
+
+    Each yaw turns what follows it in its window.
+    """
+    path, inputs = signals.path, np.zeros((len(ends) - 1, 3 * twist.shape[1]))
+    last = np.repeat(ends[1:], np.diff(ends))
+    for truck in range(twist.shape[1]):
+        own = path[:, truck]
+        heading = 0.5 * (own[1:, 2] + own[:-1, 2])
+        lag = own[last, :2] - 0.5 * (own[1:, :2] + own[:-1, :2])
+        yaw = twist[:, truck, 2]
+        x, y = rotate(heading, twist[:, truck, :2]).T + yaw * np.stack([-lag[:, 1], lag[:, 0]])
+        inputs[:, 3 * truck : 3 * truck + 3] = np.add.reduceat(
+            np.stack([x, y, yaw], axis=1), ends[:-1], axis=0
+        )
+    return inputs
+
+
+def _lever(signals: Signals, ends: NDArray[np.int64], states: int) -> Array:
+    """Return what a metre of a wheel's travel in the middle of each window does, (M, W, n)."""
+    path, block = signals.path, signals.block
+    lever = np.zeros((len(ends) - 1, 2 * len(signals.trucks), states))
+    middle = (ends[1:] + ends[:-1]) // 2
+    for truck in range(len(signals.trucks)):
+        heading = path[middle, truck, 2]
+        lag = path[ends[1:], truck, :2] - path[middle, truck, :2]
+        for side, sign in enumerate((-1.0, 1.0)):
+            turn = sign / block.wheelbase[truck]
+            own = lever[:, 2 * truck + side, 3 * truck : 3 * truck + 3]
+            own[:, 0] = 0.5 * np.cos(heading) - turn * lag[:, 1]
+            own[:, 1] = 0.5 * np.sin(heading) + turn * lag[:, 0]
+            own[:, 2] = turn
+    return lever
+
+
+def _creep(signals: Signals, ends: NDArray[np.int64], rolled: Array, states: int) -> Array:
+    covariance = np.zeros((len(ends) - 1, states, states))
+    middle = (ends[1:] + ends[:-1]) // 2
+    for truck in range(len(signals.trucks)):
+        heading = signals.path[middle, truck, 2]
+        side = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
+        way = 0.5 * (rolled[:, 2 * truck] + rolled[:, 2 * truck + 1])
+        own = slice(3 * truck, 3 * truck + 2)
+        covariance[:, own, own] = way[:, None, None] * side[:, :, None] * side[:, None, :]
+    return covariance
+
+
+def _round_linkage(
+    signals: Signals, ends: NDArray[np.int64], first: int, transition: Array, rounding: Array
+) -> None:
+    """Let what a linkage encoder rounds off last until the linkage has moved by a count.
+
+    It moves by what is read, and on any floor by its roughness, while the reading may stand still.
+    """
+    if not signals.reading.shape[1]:
+        return
+    rolled = np.add.reduceat(np.abs(signals.block.travel).mean(axis=1), ends[:-1])
+    jitter = START_ROUGHNESS * np.sqrt(rolled)
+    turning = jitter[:, None] * np.sqrt(2.0) / signals.block.wheelbase
+    moved = np.abs(np.diff(signals.reading[ends], axis=0)) + np.column_stack([turning, jitter])
+    kept = np.exp(-3.0 * moved / signals.resolution)
+    for channel in range(3):
+        transition[:, first + channel, first + channel] = kept[:, channel]
+        rounding[:, first + channel, first + channel] = (1.0 - kept[:, channel] ** 2) * (
+            signals.resolution[channel] ** 2 / 12.0
+        )
+
+
+def _round_wheels(
+    signals: Signals, rolled: Array, lever: Array, first: int, transition: Array, rounding: Array
+) -> None:
+    """Let what a wheel encoder rounds off come back in the next window; at rest nothing is rounded."""
+    vehicle = signals.recording.vehicle
+    for number, wheel in enumerate(vehicle.wheels):
+        count = abs(vehicle.metres_per_count(wheel))
+        moving = np.flatnonzero(rolled[:, number] > count)
+        own, push = first + number, lever[moving, number].copy()
+        transition[moving, :, own] += push
+        transition[moving, own, own] = 0.0
+        push = -push
+        push[:, own] = 1.0
+        rounding[moving] += count**2 / 12.0 * push[:, :, None] * push[:, None, :]
+
+
+def _measurements(
+    signals: Signals, ends: NDArray[np.int64], states: int
+) -> tuple[Array, Array, Array, Array]:
+    """Return measured, stated variance, time (M + 1, R each) and observation (M + 1, R, n)."""
+    trucks, linkage = len(signals.trucks), signals.reading.shape[1]
+    rows, path = linkage + 3 * trucks, signals.path[ends]
+    measured, stated = np.full((len(ends), rows), np.nan), np.zeros((len(ends), rows))
+    when = np.repeat(signals.time[ends][:, None], rows, axis=1)
+    observe = np.zeros((len(ends), rows, states))
+    if linkage:
+        off = signals.reading[ends] - expected_reading(path)
+        off[:, :2] = wrap(off[:, :2])
+        channels: tuple[Channel, ...] = ("joint_a", "joint_b", "link")
+        there = np.stack([signals.recording.is_present(channel)[ends] for channel in channels], axis=1)
+        measured[:, :3] = np.where(there, off, np.nan)
+        observe[:, :3, :6] = _linkage_rows(path)
+        observe[:, range(3), range(6, 9)] = 1.0
+    observe[:, linkage:, : 3 * trucks] = np.eye(3 * trucks)
+    if signals.poses is not None:
+        for number, truck in enumerate(signals.trucks):
+            own = slice(linkage + 3 * number, linkage + 3 * number + 3)
+            measured[:, own], stated[:, own], when[:, own] = _pose_rows(signals, ends, truck, number)
+    return measured, stated, when, observe
+
+
+def _linkage_rows(path: Array) -> Array:
+    """Return the derivatives (M + 1, 3, 6) of joint_a, joint_b and link by the trucks' poses."""
+    gap = path[:, 0, :2] - path[:, 1, :2]
+    length = np.hypot(gap[:, 0], gap[:, 1])
+    cos, sin = gap[:, 0] / length, gap[:, 1] / length
+    rows = np.zeros((len(path), 3, 6))
+    across = np.stack([-sin, cos], axis=1) / length[:, None]
+    for joint in range(2):
+        rows[:, joint, 0:2], rows[:, joint, 3:5] = -across, across
+        rows[:, joint, 3 * joint + 2] = 1.0
+    rows[:, 2, 0:2] = np.stack([cos, sin], axis=1)
+    rows[:, 2, 3:5] = -rows[:, 2, 0:2]
+    return rows
+
+
+def _pose_rows(
+    signals: Signals, ends: NDArray[np.int64], truck: str, number: int
+) -> tuple[Array, Array, Array]:
+    """Return what a truck's poses say beyond the path at each window's end: the nearest one in reach."""
+    assert signals.poses is not None
+    own = signals.poses.body == truck
+    time, pose, sigma = signals.poses.time[own], signals.poses.pose[own], signals.poses.sigma[own]
+    moments = signals.time[ends]
+    values, variances = np.full((len(ends), 3), np.nan), np.ones((len(ends), 3))
+    when = np.repeat(moments[:, None], 3, axis=1)
+    if len(time) == 0:
+        return values, variances, when
+    path = signals.path[:, number]
+    expected = np.stack([np.interp(time, signals.time, path[:, axis]) for axis in range(3)], axis=1)
+    off = pose - expected
+    off[:, 2] = wrap(off[:, 2])
+    stated = np.where(np.isfinite(sigma) & (sigma > 0.0), sigma, UNSTATED) ** 2
+    right = np.searchsorted(0.5 * (moments[1:] + moments[:-1]), time)
+    if _sparse(time, moments[-1] - moments[0]):
+        near = np.abs(time - moments[right])
+        order = np.lexsort((-near, right))  # the nearest one of each moment is written last
+        values[right[order]], variances[right[order]], when[right[order]] = (
+            off[order],
+            stated[order],
+            time[order, None],
+        )
+        return values, variances, when
+    return *_means(off, stated, right, len(moments)), when
+
+
+def _means(off: Array, stated: Array, group: NDArray[np.int64], count: int) -> tuple[Array, Array]:
+    """Return the means (count, 3) of dense poses about each moment, and their variances."""
+    known = np.isfinite(off)
+    total, weight, variance = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3))
+    np.add.at(total, group, np.where(known, off, 0.0))
+    np.add.at(weight, group, known)
+    np.add.at(variance, group, np.where(known, stated, 0.0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(weight > 0, total / weight, np.nan), np.where(weight > 0, variance / weight**2, 1.0)
