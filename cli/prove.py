@@ -52,28 +52,27 @@ def prove(
     ] = None,
     jobs: Annotated[int, typer.Option(help="Processes that work at once.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Seed of everything that is drawn by chance.", min=0)] = 1,
-    baselines: Annotated[
-        bool, typer.Option("--baselines", help="Also plain methods, in the engine's world.")
-    ] = False,
-    ablations: Annotated[
-        bool, typer.Option("--ablations", help="Also the tool without each of its parts, likewise.")
-    ] = False,
     leave_one_out: Annotated[
-        bool, typer.Option("--leave-one-out", help="Also the tool without what is concealed, likewise.")
+        bool,
+        typer.Option(
+            "--leave-one-out", help="Also the tool without what is concealed, in the engine's world."
+        ),
     ] = False,
 ) -> None:
     """Prove the mismatch tool on recordings of known truth, from many worlds that share no code with it."""
     check_checkout("prove", "evaluation")
     from omnimate.evaluation.real import real_part
-    from omnimate.evaluation.study import Comparisons, study
+    from omnimate.evaluation.study import study
     from omnimate.evaluation.worlds.registry import chosen
     from omnimate.evaluation.worlds.world import Request
 
     if not real_only:
         asked, request = chosen(data, world or ()), Request(seed, cases, quick)
-        comparisons = Comparisons(baselines, ablations, leave_one_out)
         with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
-            for result in study(Path(place), asked, request, comparisons, jobs, progress_bar, figures):
+            results = study(
+                Path(place), asked, request, jobs, progress_bar, figures, leave_one_out=leave_one_out
+            )
+            for result in results:
                 show(result) if not isinstance(result, str) else out.print(result, soft_wrap=True)
     if real_only or not (quick or world):
         for result in real_part(data / "real", figures):

@@ -1,4 +1,4 @@
-"""Asking tools about all cases of a corpus, in several processes."""
+"""Asking the tool about all cases of a corpus, in several processes."""
 
 from __future__ import annotations
 
@@ -37,20 +37,6 @@ def ask_tool(corpus: Corpus, jobs: int, progress: Progress, kept: Path | None = 
     with progress(f"{corpus.world.name}: diagnosing") as report:
         answers = run.ask_all(corpus.world.ask, wanted, jobs, report, kept)
     return {case: answers[case] for case in wanted}
-
-
-def ask_others(
-    doing: str, corpus: Corpus, tools: Mapping[str, Tool], jobs: int, progress: Progress
-) -> dict[str, Answers]:
-    """Return the answers of other tools to all cases of a corpus, by tool and case."""
-    wanted = {
-        f"{name} {case}": (tool, corpus.question(case))
-        for name, tool in tools.items()
-        for case in corpus.labels
-    }
-    with progress(f"{corpus.world.name}: {doing}") as report:
-        answers = run.ask_all(answered_by, wanted, jobs, report)
-    return {name: {case: answers[f"{name} {case}"] for case in corpus.labels} for name in tools}
 
 
 def ask_without(corpus: Corpus, jobs: int, progress: Progress) -> dict[str, Answer]:

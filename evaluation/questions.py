@@ -1,17 +1,13 @@
-"""What is asked about one case, and the tools that can be asked: ours, parts of it, plainer ones."""
+"""What is asked about one case, and of which tool."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from omnimate.logs.folder import load_recording
 from omnimate.mismatch import Diagnosis, diagnose
-from omnimate.mismatch.baselines import baseline
-from omnimate.mismatch.parts import ABLATIONS
-from omnimate.mismatch.sparse import METHODS
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.recording import Recording
 
@@ -42,13 +38,3 @@ def answered_by(wanted: tuple[Tool, Question]) -> Answer:
     """Do as `answered`, in one argument."""
     tool, question = wanted
     return answered(question, tool)
-
-
-def baselines() -> dict[str, Tool]:
-    """Return the plain methods."""
-    return {name: partial(baseline, name=name) for name in METHODS}
-
-
-def ablations() -> dict[str, Tool]:
-    """Return the tool without each of its parts."""
-    return {name: partial(diagnose, parts=parts) for name, parts in ABLATIONS.items()}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.importers import husky, labyrinth
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.first_look import first_look
+from omnimate.mismatch.description.first_look import first_look
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

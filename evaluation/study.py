@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.evaluation import tables
-from omnimate.evaluation.asking import ask_engine, ask_others, ask_tool, ask_without
-from omnimate.evaluation.questions import ablations, baselines
+from omnimate.evaluation.asking import ask_engine, ask_tool, ask_without
 from omnimate.evaluation.scores import Score, pooled, scored
 from omnimate.evaluation.worlds.world import AbsentError
 from omnimate.figures.efficiency import plot_efficiency
@@ -30,29 +28,15 @@ if TYPE_CHECKING:
 RESULT, RELIABILITY = "proof.json", "reliability.png"
 
 
-@dataclass(frozen=True, slots=True)
-class Comparisons:
-    """What is asked about the engine's cases beside the tool itself.
-
-    Attributes:
-        baselines: Whether plain methods are asked.
-        ablations: Whether the tool without each of its parts is asked.
-        leave_one_out: Whether the tool is asked without the effect that is concealed.
-    """
-
-    baselines: bool = False
-    ablations: bool = False
-    leave_one_out: bool = False
-
-
 def study(
     place: Path,
     worlds: Sequence[World],
     request: Request,
-    comparisons: Comparisons,
     jobs: int,
     progress: Progress,
     figures: Path | None = None,
+    *,
+    leave_one_out: bool = False,
 ) -> Iterator[Table | str]:
     """Carry the study out in a folder, and yield its tables and sentences as they are known.
 
@@ -60,10 +44,10 @@ def study(
         place: Folder that keeps recordings, labels, answers and the table.
         worlds: The worlds; one that is not here is left out, and that is said.
         request: How much of each.
-        comparisons: What is asked beside the tool itself.
         jobs: How many processes work at once.
         progress: Is shown how far the study is.
         figures: Folder for the reliability diagrams; None for none.
+        leave_one_out: Whether the tool is asked about the engine's cases without what is concealed, too.
 
     Raises:
         OmnimateError: The folder holds another corpus.
@@ -99,7 +83,10 @@ def study(
         if corpus.world.name == "engine":
             audits = ask_engine(corpus, answers, jobs, request, progress)
             yield tables.redriven(corpus.world.title, audits)
-            yield from _compared(corpus, answers, comparisons, place, jobs, progress)
+            if leave_one_out:
+                unnamed = ask_without(corpus, jobs, progress)
+                _write(place / "leave-one-out.json", unnamed)
+                yield tables.missed("Leave one out", corpus.labels, unnamed)
 
 
 def _draw(scores: Sequence[Score], asked: Sequence[tuple[Corpus, Answers]], figures: Path) -> None:
@@ -126,22 +113,6 @@ def _refused(answers: Answers) -> Iterator[str]:
     ]
     if refused:
         yield f"{len(refused)} of {len(answers)} cases were refused as bad input; the first: {refused[0]}"
-
-
-def _compared(
-    corpus: Corpus, answers: Answers, comparisons: Comparisons, place: Path, jobs: int, progress: Progress
-) -> Iterator[Table]:
-    """Yield what other tools' answers are worth beside the tool's."""
-    plain = {"Baselines": (comparisons.baselines, baselines), "Ablations": (comparisons.ablations, ablations)}
-    for title, (wanted, tools) in plain.items():
-        if wanted:
-            others = ask_others(title.lower(), corpus, tools(), jobs, progress)
-            _write(place / f"{title.lower()}.json", others)
-            yield tables.compared(title, corpus.labels, {"diagnose": answers, **others})
-    if comparisons.leave_one_out:
-        unnamed = ask_without(corpus, jobs, progress)
-        _write(place / "leave-one-out.json", unnamed)
-        yield tables.missed("Leave one out", corpus.labels, unnamed)
 
 
 def _write(path: Path, content: object) -> None:

@@ -8,7 +8,6 @@ from rich.table import Table
 from rich.text import Text
 
 from omnimate.proof.scoring.leave_one_out import OUTCOMES, left_out_rows
-from omnimate.proof.scoring.score import rows
 
 ERRORS = ("nominal", "least squares", "found")  # the ways to predict what was not seen
 
@@ -80,16 +79,6 @@ def redriven(title: str, audits: Sequence[Audit]) -> Table:
         right = "right" if audit.right else "wrong"
         distances = f"{audit.truth_alone:.2f}", f"{audit.left:.2f}"
         table.add_row(audit.name, audit.truth, audit.reported, right, *distances)
-    return table
-
-
-def compared(title: str, labels: Mapping[str, Any], answers: Mapping[str, Answers]) -> Table:
-    """Return a table of what the answers of several tools are worth, a column for each."""
-    table = Table(title=title)
-    for heading in ("what", "wanted", *answers):
-        table.add_column(heading, justify="left" if heading == "what" else "right")
-    for lines in zip(*(rows(labels, each) for each in answers.values()), strict=True):
-        table.add_row(lines[0].name, _target(lines[0]), *map(_cell, lines))
     return table
 
 
