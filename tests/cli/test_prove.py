@@ -97,13 +97,12 @@ def test_as_many_cases_are_asked_about_as_are_wanted(omnimate, asked):
     assert [len(names) for names in asked] == [7]
 
 
-def test_other_tools_are_asked_about_the_engines_cases_on_request(omnimate, asked):
-    shown = omnimate("prove", "--quick", "--world", "engine", "--baselines", "--leave-one-out").out
+def test_the_engines_cases_are_asked_about_without_what_is_concealed_on_request(omnimate, asked):
+    shown = omnimate("prove", "--quick", "--world", "engine", "--leave-one-out").out
     whole = cases(quick=True)
     alone = [one for one in whole if one.kind in {"single", "masked"} and len(one.effects) == 1]
-    assert [len(names) for names in asked] == [len(whole), 3 * len(whole), len(alone)]
-    assert "STLSQ" in shown
-    assert "Ablations" not in shown
+    assert [len(names) for names in asked] == [len(whole), len(alone)]
+    assert "Leave one out" in shown
 
 
 def test_a_study_that_was_stopped_goes_on_with_the_same_cases_and_no_others(omnimate, asked, tmp_path):

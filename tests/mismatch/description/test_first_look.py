@@ -7,9 +7,9 @@ import pytest
 
 from omnimate.importers import husky, labyrinth
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.first_look import first_look
+from omnimate.mismatch.description.first_look import first_look
+from omnimate.mismatch.description.wiring import WIRINGS, Wiring
 from omnimate.mismatch.report import render
-from omnimate.mismatch.wiring import WIRINGS, Wiring
 from omnimate.motion.paths import figure_eight
 from omnimate.vcan_sim.effects import effect_named
 from omnimate.vcan_sim.reference import reference_single

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from omnimate.mismatch.whitening import adjoint, gains_of, whiten
+from omnimate.mismatch.noise.levels import estimate_noise
+from omnimate.mismatch.noise.whitening import adjoint, gains_of, whiten
 
 STEPS, STATES, ROWS = 6, 3, 2
 
@@ -89,10 +90,91 @@ def test_the_adjoint_scores_a_push_as_a_regression_on_its_column_does(model):
     measured = np.random.default_rng(6).normal(size=(STEPS + 1, ROWS, 1))
     gains, spread = gains_of(transition, links, process, observe, variance, start)
     white = whiten(transition, links, np.zeros((STEPS, STATES, 1)), observe, measured, gains, spread)
-    scores, informations = adjoint(transition, observe, gains, spread, white[:, :, 0])
+    scores, informations, _ = adjoint(transition, links, observe, gains, spread, white[:, :, 0])
     covariance, pushes, known = dense(model)
     rows = measured.ravel()[known]
     for step in range(STEPS):
         np.testing.assert_allclose(scores[step], pushes[step] @ np.linalg.solve(covariance, rows), atol=1e-9)
         expected = pushes[step] @ np.linalg.solve(covariance, pushes[step].T)
         np.testing.assert_allclose(informations[step], expected, atol=1e-9)
+
+
+def log_likelihood(model, measured, inputs):
+    transition, links, process, observe, variance, start = model
+    gains, spread = gains_of(transition, links, process, observe, variance, start)
+    white = whiten(transition, links, inputs, observe, measured, gains, spread)
+    return -0.5 * float(np.nansum(white**2) + np.nansum(np.log(spread))), gains, spread, white[:, :, 0]
+
+
+def test_the_adjoint_scores_are_the_slopes_of_the_likelihood_by_an_input(model):
+    chance = np.random.default_rng(8)
+    measured = chance.normal(size=(STEPS + 1, ROWS, 1))
+    inputs = chance.normal(size=(STEPS, STATES, 1))
+    transition, links, _, observe, _, _ = model
+    _, gains, spread, white = log_likelihood(model, measured, inputs)
+    scores, _, _ = adjoint(transition, links, observe, gains, spread, white)
+    for step in range(STEPS):
+        for state in range(STATES):
+            both = [inputs.copy(), inputs.copy()]
+            both[0][step, state] += 1e-4
+            both[1][step, state] -= 1e-4
+            high, low = (log_likelihood(model, measured, own)[0] for own in both)
+            assert scores[step, state] == pytest.approx((high - low) / 2e-4, abs=1e-6)
+
+
+def test_the_adjoint_gives_the_slopes_of_the_likelihood_by_every_variance(model):
+    measured = np.random.default_rng(9).normal(size=(STEPS + 1, ROWS, 1))
+    inputs = np.zeros((STEPS, STATES, 1))
+    transition, links, process, observe, variance, start = model
+    _, gains, spread, white = log_likelihood(model, measured, inputs)
+    scores, informations, by_variance = adjoint(transition, links, observe, gains, spread, white)
+    for moment, row in np.argwhere(np.isfinite(variance)):
+        both = [variance.copy(), variance.copy()]
+        both[0][moment, row] += 1e-5
+        both[1][moment, row] -= 1e-5
+        high, low = (
+            log_likelihood((transition, links, process, observe, own, start), measured, inputs)[0]
+            for own in both
+        )
+        assert by_variance[moment, row] == pytest.approx((high - low) / 2e-5, rel=1e-5, abs=1e-7)
+    for step in range(STEPS):
+        both = [process.copy(), process.copy()]
+        both[0][step, 1, 1] += 1e-5
+        both[1][step, 1, 1] -= 1e-5
+        high, low = (
+            log_likelihood((transition, links, own, observe, variance, start), measured, inputs)[0]
+            for own in both
+        )
+        slope = 0.5 * (scores[step, 1] ** 2 - informations[step, 1, 1])
+        assert slope == pytest.approx((high - low) / 2e-5, rel=1e-5, abs=1e-7)
+
+
+def test_innovations_of_simulated_noise_are_white(model):
+    """Of variance one, and none tells anything of another, in many draws of the model."""
+    transition, links, process, observe, variance, start = model
+    chance, draws = np.random.default_rng(10), 4000
+    state = np.linalg.cholesky(start) @ chance.normal(size=(STATES, draws))
+    measured = np.full((STEPS + 1, ROWS, draws), np.nan)
+    for moment in range(STEPS + 1):
+        if moment:
+            root = np.linalg.cholesky(process[moment - 1] + 1e-12 * np.eye(STATES))
+            state = transition[moment - 1] @ state + root @ chance.normal(size=(STATES, draws))
+        noise = np.sqrt(variance[moment])[:, None] * chance.normal(size=(ROWS, draws))
+        measured[moment] = observe[moment] @ state + noise
+    gains, spread = gains_of(transition, links, process, observe, variance, start)
+    still = np.zeros((STEPS, STATES, draws))
+    white = whiten(transition, links, still, observe, measured, gains, spread)
+    rows = white[np.isfinite(spread)]
+    np.testing.assert_allclose(rows @ rows.T / draws, np.eye(len(rows)), atol=5.0 / np.sqrt(draws))
+
+
+def test_a_healthy_drive_leaves_white_innovations(drive, regression):
+    """On the simulator's floor and encoders, which are not drawn from the filter's model."""
+    own = regression(drive())
+    own.whiten(estimate_noise(own.windows, own.raw, waves=(0.15,)))
+    for channel in range(own.windows[0].linkage):
+        rows = own.white[own.channel == channel, 0]
+        assert np.mean(rows**2) == pytest.approx(1.0, abs=0.2)
+        for late in (1, 2, 3):
+            alike = float(rows[late:] @ rows[:-late]) / float(rows @ rows)
+            assert abs(alike) < 4.0 / np.sqrt(len(rows)), (channel, late)

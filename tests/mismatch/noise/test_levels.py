@@ -1,0 +1,118 @@
+"""The levels of noise, estimated from the recordings themselves."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.terms import term
+from omnimate.mismatch.noise import levels
+from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, NoiseLevels, estimate_noise, filter_of, variance_of
+from omnimate.mismatch.recording.signals import signals_of
+from omnimate.mismatch.recording.windows import windows_of
+
+TRUE = NoiseLevels(4e-4, 1e-4, 0.15, 1e-3, 4e-4, 6e-4, 3e-4, 1.4, 0.8)
+MOVED = 1e-4  # of a level's logarithm
+
+
+@pytest.fixture(scope="module")
+def windows(drive, watched):
+    return windows_of(signals_of(watched(drive(laps=1))))
+
+
+def drawn(windows, noise, seed):
+    """Return windows whose measurements are drawn from the model at some levels, with white noise only."""
+    chance = np.random.default_rng(seed)
+    run, states = filter_of(windows, noise), windows.transition.shape[1]
+    process = levels._process(windows, noise, *levels._wave(windows, noise.wave))
+    variance = variance_of(windows, noise)
+    state = np.zeros(states)
+    measured = np.full(windows.measured.shape, np.nan)
+    for moment, size in enumerate(variance):
+        if moment:
+            push = chance.multivariate_normal(np.zeros(states), process[moment - 1], method="svd")
+            state = run.transition[moment - 1] @ state + push
+        measured[moment] = windows.observe[moment] @ state + np.sqrt(size) * chance.normal(size=len(size))
+    return replace(windows, measured=measured, drift=np.zeros_like(windows.drift))
+
+
+def columns(windows, *terms):
+    built = Regression([windows], DEFAULT_LEVELS, ())
+    built.add(terms)
+    return built.raw
+
+
+def left(windows, noise):
+    """Return the chi-square that levels leave for each row."""
+    white = Regression(windows, noise, ()).white[:, 0]
+    return float(white @ white) / len(white)
+
+
+@pytest.mark.parametrize("nuisances", [(), (term("wheel_diameter", "a.left"), term("joint_bias", "joint_b"))])
+def test_the_slopes_of_the_likelihood_are_its_differences(windows, nuisances):
+    raw = columns(windows, *nuisances)
+    _, slopes = levels._badness([windows], raw, TRUE)
+    for number, field in enumerate(fields(NoiseLevels)):
+        if field.name == "wave":
+            continue  # one of a few lengths; none is in between
+        value = getattr(TRUE, field.name)
+        high, low = (
+            levels._badness([windows], raw, replace(TRUE, **{field.name: value * np.exp(sign * MOVED)}))[0]
+            for sign in (1.0, -1.0)
+        )
+        difference = (high - low) / (2.0 * MOVED)
+        # the slope by the waves leaves out how large they are when the recording begins
+        close = 2e-3 if field.name == "waviness" else 1e-5
+        assert slopes[number] == pytest.approx(difference, rel=close, abs=1e-3), field.name
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_levels_of_white_noise_are_found_within_a_factor_of_one_and_a_half(windows, seed):
+    noisy = drawn(windows, TRUE, seed)
+    found = estimate_noise([noisy], columns(noisy), waves=(TRUE.wave,))
+    floor = [np.hypot(noise.roughness, noise.waviness) for noise in (found, TRUE)]
+    assert floor[0] == pytest.approx(floor[1], rel=0.5)
+    for name in ("roughness", "creep", "joint_a", "joint_b", "link", "position", "heading"):
+        assert 1.0 / 1.5 < getattr(found, name) / getattr(TRUE, name) < 1.5, name
+
+
+def test_a_large_effect_that_is_a_nuisance_changes_no_level(windows):
+    large = term("wheel_diameter", "a.left")
+    noisy = drawn(windows, TRUE, 7)
+    push, seen = columns(noisy, large)[0]
+    plain = estimate_noise([noisy], [(push, seen)], waves=(TRUE.wave,))
+    push, seen = push.copy(), seen.copy()
+    push[..., 0] += 3.0 * push[..., 1]
+    seen[..., 0] += 3.0 * seen[..., 1]
+    beside = estimate_noise([noisy], [(push, seen)], waves=(TRUE.wave,))
+    np.testing.assert_allclose(beside.levels(), plain.levels(), atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "component", "values"),
+    [("wheel_diameter", "a.left", {"ratio": 1.03}), ("joint_bias", "joint_a", {"bias": 0.03})],
+)
+def test_a_robot_with_a_large_effect_in_it_looks_no_quieter(drive, effect, name, component, values):
+    healthy, ill = (
+        windows_of(signals_of(drive(*effects, laps=1)))
+        for effects in ((), (effect(name, component, **values),))
+    )
+    plain, beside = (
+        estimate_noise([own], columns(own, term(name, component)), waves=(0.15,)) for own in (healthy, ill)
+    )
+    floor = [np.hypot(noise.roughness, noise.waviness) for noise in (plain, beside)]
+    assert floor[1] > floor[0] / 1.25
+
+
+def test_the_levels_make_what_is_left_as_large_as_they_say(drive):
+    healthy = [windows_of(signals_of(drive()))]
+    raw = columns(healthy[0])
+    usual = estimate_noise(healthy, raw, waves=(0.15,))
+    assert left(healthy, usual) == pytest.approx(1.0, abs=0.1)
+    trapped = replace(DEFAULT_LEVELS, joint_a=1e-9, joint_b=1e-9, link=1e-9)
+    again = estimate_noise(healthy, raw, trapped, waves=(0.15,))
+    assert np.hypot(again.roughness, again.waviness) == pytest.approx(
+        np.hypot(usual.roughness, usual.waviness), rel=0.2
+    )
+    assert left(healthy, again) == pytest.approx(1.0, abs=0.1)

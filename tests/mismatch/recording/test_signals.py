@@ -1,0 +1,46 @@
+"""The signals that effects act on run on, whatever the geometry does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from omnimate.mismatch.recording.signals import expected_reading, grid, signals_of
+
+
+def test_readings_go_on_where_a_joint_goes_round(drive):
+    """A jump by a whole turn would look like an effect to whatever shifts or smooths a reading."""
+    recording = drive(laps=1)
+    turn = int(recording.vehicle.encoder("joint_b").counts_per_turn)
+    counts = recording.counts.copy()
+    joint = recording.vehicle.channels.index("joint_b")
+    counts[:, joint] += np.linspace(0.0, 1.5 * turn, len(counts)).astype(np.int64)
+    reading = signals_of(replace(recording, counts=counts)).block.reading
+    assert np.ptp(reading[:, 1]) > 2.0 * np.pi
+    assert np.abs(np.diff(reading, axis=0)).max() < 0.05
+
+
+def test_a_perfect_linkage_reads_what_the_trajectory_says(drive):
+    signals = signals_of(drive(laps=1))
+    off = np.exp(1j * signals.block.reading[:, :2]) - np.exp(1j * expected_reading(signals.path)[1:, :2])
+    assert np.abs(off).max() < 1e-9
+
+
+def test_frames_that_are_missing_do_not_make_a_wheel_stand_still(drive):
+    recording = drive(laps=1)
+    channel = recording.vehicle.channels.index("a.left")
+    counts, present = recording.counts.copy(), recording.present.copy()
+    for at in range(500, 2500, 40):
+        counts[at : at + 3, channel] = counts[at - 1, channel]
+        present[at : at + 3, channel] = False
+    lost = signals_of(replace(recording, counts=counts, present=present))
+    whole = signals_of(recording)
+    assert np.abs(lost.block.travel - whole.block.travel).max() < 3e-4
+    assert lost.block.travel[:, 0].sum() == pytest.approx(whole.block.travel[:, 0].sum())
+
+
+def test_windows_are_even_and_hold_the_first_and_the_last_sample(drive):
+    time = drive(laps=1).time
+    ends = grid(time)
+    assert (ends[0], ends[-1]) == (0, len(time) - 1)
+    assert np.ptp(np.diff(ends)) <= 1
