@@ -28,10 +28,18 @@ def recordings_of(question: Question) -> list[Recording]:
 
 def answered(question: Question, tool: Tool = diagnose) -> Answer:
     """Return a tool's answer to all recordings of a case, as JSON; a refusal is an answer too."""
+    return answer_of(lambda: tool(recordings_of(question)).as_json())
+
+
+def answer_of(ask: Callable[[], Answer]) -> Answer:
+    """Return an answer; a refusal is one too, and so is a failure: a study of hours goes on without it."""
     try:
-        return tool(recordings_of(question)).as_json()
+        return ask()
     except OmnimateError as error:
         return {"verdict": "error", "says": str(error), "findings": [], "fit": None}
+    except Exception as error:  # noqa: BLE001  # whatever fails is shown as that
+        says = f"FAILED with {type(error).__name__}: {error}"
+        return {"verdict": "error", "says": says, "findings": [], "fit": None}
 
 
 def answered_by(wanted: tuple[Tool, Question]) -> Answer:

@@ -107,12 +107,12 @@ def _draw_open_loop(corpus: Corpus, answers: Answers, path: Path) -> None:
 
 
 def _refused(answers: Answers) -> Iterator[str]:
-    """Yield how many cases were refused."""
+    """Yield how many cases were refused, or made the tool fail."""
     refused = [
         f"{name}: {answer['says']}" for name, answer in answers.items() if answer["verdict"] == "error"
     ]
     if refused:
-        yield f"{len(refused)} of {len(answers)} cases were refused as bad input; the first: {refused[0]}"
+        yield f"{len(refused)} of {len(answers)} cases were refused or failed; the first: {refused[0]}"
 
 
 def _write(path: Path, content: object) -> None:

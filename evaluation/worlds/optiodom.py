@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.evaluation.open_loop import position_error
-from omnimate.evaluation.questions import Answer, Question, recordings_of
+from omnimate.evaluation.questions import Answer, Question, answer_of, recordings_of
 from omnimate.evaluation.worlds.sequence import halves, in_sequence
 from omnimate.evaluation.worlds.world import AbsentError, Label, Request
 from omnimate.importers.optiodom import recordings as optiodom
 from omnimate.logs.folder import save_recording
 from omnimate.mismatch import diagnose
 from omnimate.proof.labels import label
-from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -78,13 +77,13 @@ def diagnosed_and_driven(question: Question) -> Answer:
     They are those after 10 s of open loop, rms [m]: of the robot as described, by plain least squares, and
     with the effects that were found.
     """
+    return answer_of(lambda: _diagnosed_and_driven(question))
+
+
+def _diagnosed_and_driven(question: Question) -> Answer:
     folder, wanted = question
-    seen = recordings_of(question)
-    try:
-        diagnosis = diagnose(seen)
-    except OmnimateError as error:
-        return {"verdict": "error", "says": str(error), "findings": [], "fit": None}
-    held_out = recordings_of((folder, {"recordings": wanted["held_out"]}))
+    seen, held_out = recordings_of(question), recordings_of((folder, {"recordings": wanted["held_out"]}))
+    diagnosis = diagnose(seen)
     truck = calibrate_truck(seen).truck
     calibrated = [replace(each, vehicle=each.vehicle.with_truck("a", truck)) for each in held_out]
     errors = {

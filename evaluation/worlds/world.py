@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import random
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from omnimate.evaluation.questions import answered
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from omnimate.evaluation.questions import Answer, Question
 
 Label = dict[str, Any]
+FEW = 3  # cases of a labelled set, where a small part is enough
 
 
 class AbsentError(OmnimateError):
@@ -107,10 +108,12 @@ class LabelledWorld(World):
     folder: Path
 
     def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:  # noqa: ARG002
-        """Return what is there; of a smaller number, a sample by the seed."""
+        """Return what is there, or a sample of it by the seed."""
         path = self.folder / "labels.json"
         if not path.exists():
             raise AbsentError(f"{self.folder} is not there: {self.name} is left out")
+        if request.quick and request.cases is None:
+            request = replace(request, cases=FEW)
         return Corpus(self, self.folder, drawn(json.loads(path.read_text(encoding="utf-8")), request))
 
 

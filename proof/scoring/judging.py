@@ -122,7 +122,7 @@ def _total(finding: dict[str, Any]) -> float:
 
 
 def beyond_twins(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> dict[str, Answer]:
-    """Return answers without the wrong findings that the answer to the untouched twin has as well.
+    """Return answers without the findings that the untouched twin has as well, the truth excepted.
 
     A real recording may hold physics of its own; what an injection is judged by is what came with it.
     """
@@ -137,11 +137,8 @@ def _beyond(answer: Answer, label: Label, twin: Answer | None) -> Answer:
     if twin is None:
         return answer
     known = {(finding["effect"], finding["component"]) for finding in asserted(twin, ASSERTED)}
-    kept = [
-        finding
-        for finding in answer["findings"]
-        if (finding["effect"], finding["component"]) not in known or not wrong(finding, label)
-    ]
+    known -= {(truth["effect"], truth["component"]) for truth in label["effects"]}
+    kept = [each for each in answer["findings"] if (each["effect"], each["component"]) not in known]
     return {**answer, "findings": kept}
 
 

@@ -14,6 +14,14 @@ def test_a_tool_is_given_the_recordings_that_the_label_names_and_answers_in_json
     assert (answer["verdict"], answer["says"], answer["findings"]) == ("agreement", "1 seen", [])
 
 
+def test_a_tool_that_fails_is_shown_as_that_and_the_study_goes_on(tmp_path):
+    def fail(_recordings):
+        raise ZeroDivisionError("division by zero")
+
+    answer = answered((tmp_path, {"recordings": []}), fail)
+    assert answer["says"] == "FAILED with ZeroDivisionError: division by zero"
+
+
 def test_recordings_that_are_refused_are_an_answer_too(tmp_path):
     def refuse(_recordings):
         raise OmnimateError("no poses")

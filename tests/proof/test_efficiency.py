@@ -65,6 +65,17 @@ def test_a_wrong_finding_that_the_twin_has_as_well_is_not_held_against_the_injec
     assert table["false alarm on a null"].text == "1 of 1"
 
 
+def test_what_looks_like_a_weak_injection_and_is_in_the_twin_too_is_not_found():
+    alike = {**TRUTH, "acceptable": [{"effect": "turn_scrub", "component": "a"}]}
+    labels = {
+        "case": {**injected(1.5, twin="twin"), "effects": [alike]},
+        "twin": {"kind": "null", "effects": []},
+    }
+    answers = {"case": answer(finding("turn_scrub")), "twin": answer(finding("turn_scrub"))}
+    assert not is_found(labels["case"], beyond_twins(labels, answers)["case"])
+    assert is_found(labels["case"], answers["case"])
+
+
 def test_only_strong_injections_must_be_named_first():
     labels = {"strong": injected(10.0), "weak": injected(9.0)}
     answers = {"strong": answer(finding()), "weak": answer()}
