@@ -159,8 +159,13 @@ def shown(parameter: Parameter) -> str:
     values = parameter.value if isinstance(parameter.value, tuple) else (parameter.value,)
     sigmas = parameter.sigma if isinstance(parameter.sigma, tuple) else (parameter.sigma,)
     parts = [
-        f"{factor * value:.6g} +- {1.96 * factor * sigma:.2g}"
+        f"{_number(factor * value)} +- {1.96 * factor * sigma:.2g}"
         for value, sigma in zip(values[:8], sigmas[:8], strict=True)
     ]
     more = f" and {len(values) - 8} more" if len(values) > 8 else ""
     return f"{parameter.name} = {', '.join(parts)}{more} {unit}".rstrip()
+
+
+def _number(value: float) -> str:
+    """Return a number with six digits, or a time on a computer's clock with its milliseconds."""
+    return f"{value:.3f}" if abs(value) >= 1e6 else f"{value:.6g}"

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.evidence.posterior import LARGEST
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:
@@ -86,7 +85,7 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
         others = columns[~mine]
         # the base already holds the fit to everything; what other folds say is a step away from it
         target = regression.white[~mine, 0] + others @ origin
-        precision = others.T @ others + np.eye(columns.shape[1]) / LARGEST**2
+        precision = others.T @ others + np.eye(columns.shape[1])
         known = np.linalg.solve(precision, others.T @ target)
         after[mine] = train[mine] - columns[mine] @ (known - origin)
         gain.append(0.5 * float((before[mine] ** 2 - after[mine] ** 2).sum()))
