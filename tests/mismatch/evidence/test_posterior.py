@@ -1,0 +1,183 @@
+"""What a candidate is worth: against integrals and dense matrices, and what it may not depend on."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.stats import norm
+
+from omnimate.mismatch.evidence.posterior import (
+    LARGEST,
+    TAILS,
+    bayes_factor,
+    log_evidence,
+    loosened,
+    narrowed,
+    shrinking,
+)
+
+SEEDS = st.integers(0, 10**6)
+EFFECTS = (
+    ("wheel_diameter", "a.left"),
+    ("wheelbase", "b"),
+    ("joint_bias", "joint_a"),
+    ("link_scale", "link"),
+)
+
+
+def root_of_inverse(matrix):
+    sizes, axes = np.linalg.eigh(matrix)
+    return (axes / np.sqrt(sizes)) @ axes.T
+
+
+@settings(max_examples=25)
+@given(gram=st.floats(1e-3, 1e4), sigmas=st.floats(-8.0, 8.0))
+def test_the_bayes_factor_is_the_integral_over_the_size_of_a_fault(gram, sigmas):
+    score, middle = sigmas * np.sqrt(gram), sigmas / np.sqrt(gram)
+
+    def density(size):
+        prior = sum(share * norm.pdf(size, scale=scale) for scale, share in TAILS)
+        return np.exp(score * size - 0.5 * gram * size**2 - 0.5 * sigmas**2) * prior
+
+    width = min(1.0 / np.sqrt(gram), 5.0)
+    edges = middle + width * np.array([-12.0, -3.0, 0.0, 3.0, 12.0])
+    points = sorted({float(np.clip(edge, -60.0, 60.0)) for edge in (*edges, -60.0, -5.0, 0.0, 5.0, 60.0)})
+    whole = sum(
+        quad(density, first, last, epsabs=0.0, epsrel=1e-8)[0]
+        for first, last in zip(points[:-1], points[1:], strict=True)
+    )
+    expected = np.log(whole) + 0.5 * sigmas**2
+    assert bayes_factor(np.array([[gram]]), np.array([score])) == pytest.approx(expected, abs=1e-6)
+
+
+@settings(max_examples=30)
+@given(seed=SEEDS, width=st.integers(1, 4), size=st.floats(0.1, 10.0))
+def test_the_evidence_is_the_density_of_the_data_with_against_that_without(seed, width, size):
+    chance = np.random.default_rng(seed)
+    columns, data = chance.normal(size=(25, width)), 2.0 * chance.normal(size=25)
+    covariance = np.eye(25) + size**2 * columns @ columns.T
+    expected = -0.5 * (
+        data @ np.linalg.solve(covariance, data) - data @ data + np.linalg.slogdet(covariance)[1]
+    )
+    assert log_evidence(columns.T @ columns, columns.T @ data, size) == pytest.approx(expected, abs=1e-8)
+
+
+@settings(max_examples=30)
+@given(seed=SEEDS, width=st.integers(1, 4), size=st.floats(0.01, 30.0))
+def test_shrinking_takes_the_root_of_the_noise_and_narrowing_gives_it_back(seed, width, size):
+    chance = np.random.default_rng(seed)
+    nuisance, rows = size * chance.normal(size=(20, width)), chance.normal(size=(20, 3))
+
+    def shrunk(what):
+        return what - nuisance @ (shrinking(nuisance.T @ nuisance) @ (nuisance.T @ what))
+
+    root = root_of_inverse(np.eye(20) + nuisance @ nuisance.T)
+    np.testing.assert_allclose(shrunk(rows), root @ rows, atol=1e-8)
+    np.testing.assert_allclose(narrowed(shrunk(rows), shrunk(nuisance)), rows, atol=1e-5)
+
+
+@settings(max_examples=30)
+@given(seed=SEEDS, width=st.integers(1, 3), size=st.floats(0.05, 10.0))
+def test_loosened_rows_are_whitened_by_the_root_of_the_whole_noise(seed, width, size):
+    chance = np.random.default_rng(seed)
+    stretch = chance.permutation(np.repeat(np.arange(4), 6))
+    part, rows = size * chance.normal(size=(24, width)), chance.normal(size=(24, 2))
+    noise = np.eye(24)
+    for number in range(4):
+        mine = (stretch == number)[:, None]
+        noise += (part * mine) @ (part * mine).T
+    np.testing.assert_allclose(loosened(rows, part, stretch), root_of_inverse(noise) @ rows, atol=1e-6)
+
+
+@pytest.fixture
+def judged(drawn, waves, candidate):
+    """Return a function that gives the posterior of four candidates of which the first two are there."""
+
+    def posterior(seed, everyday=True, order=None):
+        terms = [candidate(*key) for key in EFFECTS]
+        sizes = (np.array([1, 2]), np.array([0.05, 0.05])) if everyday else None
+        columns = waves([400.0] * 4, seed)
+        return drawn(columns, terms, np.array([1.5, -1.0, 0.0, 0.0]), seed, sizes, order)
+
+    return posterior
+
+
+@settings(max_examples=20)
+@given(seed=SEEDS)
+def test_a_judgement_does_not_depend_on_the_order_of_rows(drawn, waves, candidate, seed):
+    terms = [candidate(*key) for key in EFFECTS]
+    columns, truth = waves([400.0] * 4, seed), np.array([1.5, -1.0, 0.0, 0.0])
+    order = np.random.default_rng(seed).permutation(len(columns))
+    plain, mixed = (
+        drawn(columns, terms, truth, seed, (np.array([1]), np.array([0.1])), own) for own in (None, order)
+    )
+    for members in ((), (1,), (1, 2)):
+        own, other = (posterior.beside(members).judge(0) for posterior in (plain, mixed))
+        for name in ("worth", "evidence", "earned", "spread"):
+            assert getattr(own, name) == pytest.approx(getattr(other, name), rel=1e-6, abs=1e-6), name
+        np.testing.assert_allclose(own.coefficients, other.coefficients, rtol=1e-6)
+
+
+@settings(max_examples=20)
+@given(seed=SEEDS)
+def test_no_nuisance_and_no_member_ever_raises_the_information(drawn, waves, candidate, seed):
+    terms = [candidate(*key) for key in EFFECTS]
+    columns, truth = waves([400.0] * 4, seed), np.array([1.5, -1.0, 0.5, 0.0])
+    plain = drawn(columns, terms, truth, seed)
+    beside = drawn(columns, terms, truth, seed, (np.array([2, 3]), np.array([0.1, 1.0])))
+    last, before = 4, float(plain.beside(()).left[4, 4])
+    assert before == pytest.approx(400.0)
+    for posterior, members in ((beside, ()), (plain, (1,)), (beside, (1,)), (beside, (0, 1))):
+        assert posterior.beside(members).left[last, last] <= before * (1.0 + 1e-9)
+    nested = [beside.beside(members).left[last, last] for members in ((), (2,))]
+    assert nested[1] <= nested[0] * (1.0 + 1e-9)
+
+
+@settings(max_examples=20)
+@given(seed=SEEDS, members=st.sampled_from([(), (1,)]))
+def test_columns_that_come_later_are_freed_as_those_that_are_there(judged, seed, members):
+    posterior = judged(seed)
+    beside = posterior.beside(members)
+    later = posterior.regression.white[:, 3:]
+    np.testing.assert_allclose(beside.free(later), beside.rows[:, 3:], atol=1e-6)
+    score, gram = beside.scores(later)
+    np.testing.assert_allclose(score, beside.left[3:, 0], rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(gram, beside.left[3:, 3:], rtol=1e-4, atol=1e-3)
+
+
+def test_coefficients_are_as_far_from_the_truth_as_their_covariance_says(judged):
+    away = []
+    for seed in range(40):
+        found = judged(seed, everyday=False).beside((1,)).judge(0)
+        away.append((found.coefficients[0] - 1.5) / np.sqrt(found.covariance[0, 0]))
+    assert 0.6 < np.sqrt(np.mean(np.square(away))) < 1.3
+
+
+def test_noise_that_is_larger_than_it_should_be_is_told_and_makes_evidence_weaker(drawn, waves, candidate):
+    terms, columns = [candidate(*EFFECTS[0])], waves([400.0], 3)
+    quiet = drawn(columns, terms, np.array([0.5]), 3)
+    loud = drawn(columns, terms, np.array([0.5]), 3)
+    loud.regression.white[:, 0] += 1.5 * np.random.default_rng(8).normal(size=len(columns))
+    own, other = (posterior.beside(()).judge(0) for posterior in (quiet, loud))
+    assert own.spread < 1.5 < other.spread
+    assert other.covariance[0, 0] > 1.5 * own.covariance[0, 0]
+
+
+def test_a_size_below_zero_that_makes_no_sense_is_worth_nothing(drawn, waves, candidate):
+    terms = [candidate("bump", "a.left", positive=True, times=(3.0,))]
+    columns = waves([400.0], 5)
+    assert drawn(columns, terms, np.array([1.0]), 5).beside(()).judge(0).worth > 10.0
+    assert drawn(columns, terms, np.array([-1.0]), 5).beside(()).judge(0).worth == -np.inf
+
+
+def test_sets_are_compared_by_the_density_of_the_data(drawn, waves, candidate):
+    terms = [candidate(*key) for key in EFFECTS[:2]]
+    columns = waves([300.0, 200.0], 9)
+    posterior = drawn(columns, terms, np.array([0.7, 0.2]), 9)
+    data = posterior.regression.white[:, 0]
+    covariance = np.eye(len(data)) + LARGEST**2 * columns @ columns.T
+    expected = -0.5 * (
+        data @ np.linalg.solve(covariance, data) - data @ data + np.linalg.slogdet(covariance)[1]
+    )
+    assert posterior.evidence((0, 1)) == pytest.approx(expected + terms[0].odds + terms[1].odds, abs=1e-6)

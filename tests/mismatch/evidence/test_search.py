@@ -1,0 +1,76 @@
+"""The search for sets: nothing in noise, one, two, and two that hide each other."""
+
+import numpy as np
+import pytest
+
+from omnimate.mismatch.evidence.search import search
+
+NUMBERS = [("wheel_diameter", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")] + [
+    ("wheelbase", "a"),
+    ("wheelbase", "b"),
+    ("joint_bias", "joint_a"),
+    ("joint_bias", "joint_b"),
+]
+FAULTS = [
+    ("link_bias", "link"),
+    ("link_scale", "link"),
+    ("wheel_misalignment", "a"),
+    ("wheel_misalignment", "b"),
+    *(("latency", channel) for channel in ("a.left", "a.right", "joint_a", "joint_b", "link")),
+    *(("radius_vs_speed", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")),
+    *(("traction_slip", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")),
+]
+
+
+@pytest.fixture
+def library(candidate):
+    return [candidate(*key, odds=0.1) for key in NUMBERS] + [candidate(*key, odds=0.01) for key in FAULTS]
+
+
+def made(drawn, waves, library, seed, truth=None):
+    """Return the posterior of a library with its everyday sizes, of which some are there."""
+    chance = np.random.default_rng(seed)
+    columns = waves(10.0 ** chance.uniform(1.5, 4.0, len(library)), seed)
+    sizes = np.zeros(len(library))
+    for number, size in (truth or {}).items():
+        sizes[number] = size
+        columns[:, number] *= np.sqrt(1000.0) / np.linalg.norm(columns[:, number])
+    everyday = np.arange(1, len(library) + 1), np.full(len(library), 0.02)
+    return drawn(columns, library, sizes, seed, everyday)
+
+
+def test_in_two_hundred_regressions_of_noise_at_most_two_have_anything_found(drawn, waves, library):
+    found = [search(made(drawn, waves, library, seed)) for seed in range(200)]
+    assert sum(bool(members) for members in found) <= 2, [members for members in found if members]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_one_and_three_effects_are_found_and_nothing_beside_them(drawn, waves, library, seed):
+    assert search(made(drawn, waves, library, seed, {9: 1.0})) == (9,)
+    assert search(made(drawn, waves, library, seed, {0: 0.5, 9: 1.0, 14: -1.0})) == (0, 9, 14)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_two_effects_that_hide_each_other_are_found_together(drawn, waves, library, seed):
+    axes = np.linalg.qr(waves(np.ones(len(library)), seed))[0]
+    columns = np.sqrt(150.0) * axes
+    columns[:, 1] = 0.92 * columns[:, 0] + np.sqrt(1.0 - 0.92**2) * columns[:, 1]
+    truth = np.zeros(len(library))
+    truth[[0, 1]] = 2.0, -2.0
+    posterior = drawn(columns, library, truth, seed)
+    both = [posterior.beside((1 - number,)).judge(number).worth for number in (0, 1)]
+    alone = [posterior.beside(()).judge(number).worth for number in (0, 1)]
+    assert min(both) > 10.0 + max(alone)
+    assert search(posterior) == (0, 1)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_search_comes_to_the_same_set_wherever_it_starts(drawn, waves, library, seed):
+    posterior = made(drawn, waves, library, seed, {0: 0.5, 9: 1.0})
+    assert search(posterior, ()) == search(posterior, (0, 9)) == search(posterior, (3, 17)) == (0, 9)
+
+
+def test_of_two_names_for_the_same_column_the_likelier_is_taken(drawn, waves, candidate):
+    terms = [candidate("joint_bias", "joint_a", odds=0.01), candidate("wheel_misalignment", "a", odds=0.1)]
+    column = waves([500.0], 2)
+    assert search(drawn(np.hstack([column, column]), terms, np.array([1.0, 0.0]), 2)) == (1,)
