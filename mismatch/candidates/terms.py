@@ -19,6 +19,7 @@ from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW
 from omnimate.vcan_sim.effects import EFFECTS, effect_named
 from omnimate.vcan_sim.effects.block import LINKAGE
+from omnimate.vcan_sim.effects.effect import POSES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,6 +40,7 @@ BENT: dict[str, tuple[float, ...]] = {
 MOVING = {"latency", "clock_drift", "joint_backlash"}
 CLEAR = 10.0
 SWINGS = (0.0, 0.05, 0.15)  # [m] over which castors swing round: a few of their own trails
+SYNCED = 10.0  # times rarer than a drift of poses: an encoder that answers SYNC has no clock of its own
 SKEW = 5e-4  # [s] by which devices sample apart though they answer one SYNC: an interrupt, a short filter
 SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
 
@@ -140,7 +142,9 @@ def term(effect: str, component: str, tries: int = 1, size: float = 1.0, **fixed
         )
     else:
         probes = (kind(component=component, **{linear.name: null + size * linear.scale}, **fixed),)
-    odds = BELIEFS[effect].log_odds - math.log(tries) * len(fixed.get("times", (0,)))
+    own_clock = effect != "clock_drift" or component in POSES
+    bare = BELIEFS[effect].log_odds - (0.0 if own_clock else math.log(SYNCED))
+    odds = bare - math.log(tries) * len(fixed.get("times", (0,)))
     positive = linear.low >= null and turned is None
     return Term(effect, component, probes, dict(fixed), odds, positive, size)
 

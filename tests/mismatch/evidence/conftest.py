@@ -1,5 +1,6 @@
 """Regressions that are drawn by chance, with white noise, and no recording behind them."""
 
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -27,7 +28,7 @@ def candidate():
 
 @pytest.fixture(scope="session")
 def drawn():
-    """Return a function that gives the posterior of data `X b + e` about the candidates whose columns are X."""
+    """Return a function that gives the posterior of data `X b + e` about candidates with columns X."""
 
     def posterior(columns, terms, truth, seed, everyday=None, order=None):
         chance = np.random.default_rng([seed, 1])
@@ -44,7 +45,7 @@ def drawn():
             windows=[SimpleNamespace(time=np.array([0.0, SPAN]))],
         )
         edges = 1 + np.concatenate(([0], np.cumsum([len(term.probes) for term in terms])))
-        places = [slice(int(start), int(end)) for start, end in zip(edges[:-1], edges[1:], strict=True)]
+        places = [slice(int(start), int(end)) for start, end in itertools.pairwise(edges)]
         if everyday is None:
             everyday = np.zeros(0, np.int64), np.zeros(0)
         names = {

@@ -1,5 +1,7 @@
 """What a candidate is worth: against integrals and dense matrices, and what it may not depend on."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -44,8 +46,7 @@ def test_the_bayes_factor_is_the_integral_over_the_size_of_a_fault(gram, sigmas)
     edges = middle + width * np.array([-12.0, -3.0, 0.0, 3.0, 12.0])
     points = sorted({float(np.clip(edge, -60.0, 60.0)) for edge in (*edges, -60.0, -5.0, 0.0, 5.0, 60.0)})
     whole = sum(
-        quad(density, first, last, epsabs=0.0, epsrel=1e-8)[0]
-        for first, last in zip(points[:-1], points[1:], strict=True)
+        quad(density, first, last, epsabs=0.0, epsrel=1e-8)[0] for first, last in itertools.pairwise(points)
     )
     expected = np.log(whole) + 0.5 * sigmas**2
     assert bayes_factor(np.array([[gram]]), np.array([score])) == pytest.approx(expected, abs=1e-6)
