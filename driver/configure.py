@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from omnimate.driver.configuration import NodeConfiguration
-from omnimate.driver.errors import MappingImpossible
+from omnimate.driver.errors import MappingImpossible, SdoRefused
 from omnimate.driver.heartbeat import set_heartbeat
 from omnimate.driver.identity import check_identity, read_encoder
 from omnimate.driver.network import NMT_PRE_OPERATIONAL, SYNC_ID
 from omnimate.driver.notes import Notes
-from omnimate.driver.pdo_mapping import Entry, holds, length, plan, position_objects
-from omnimate.driver.pdo_parameters import TPDO, PdoSetting, read_pdos, switch_off, write_pdo
+from omnimate.driver.pdo_mapping import holds, length, plan, position_objects
+from omnimate.driver.pdo_parameters import TPDO, PdoSetting, Transmission, read_pdos, switch_off, write_pdo
 from omnimate.driver.wrap_range import choose_range
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from omnimate.driver.sdo import Sdo
-    from omnimate.vehicle.parameters import Channel, Encoder, VehicleParameters
+    from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
 ON_SYNC = 1  # transmission type: an answer to every SYNC
+AT_EVENTS = (255, 254)  # transmission types: by the event timer and at changes
 GENERATES_SYNC = 1 << 30
+CONSUMES_SYNC = 1 << 31  # of CiA 301 before version 4; devices may keep it set
+MAX_TIMER = 0xFFFF  # of the event timer and the inhibit time, 16 bits each
 PREFERRED_TPDO = (1, 0, 2, 3)  # TPDO2 is the synchronous one of most encoders
 
 
@@ -29,6 +33,8 @@ def configure_node(
     sdo: Sdo, vehicle: VehicleParameters, nmt: Callable[[int, int], None]
 ) -> NodeConfiguration:
     """Configure the encoders of one node; it is left pre-operational where something had to be changed.
+
+    Nothing is written that holds already. Where the configuration fails, everything is put back.
 
     Args:
         sdo: Objects of the node.
@@ -52,9 +58,10 @@ def configure_node(
     reported = sdo.find(0x6002) if is_encoder else None
     choices = {encoder.channel: choose_range(encoder, reported) for encoder in encoders}
     notes.remarks += [remark for _, remark in choices.values()]
-    heartbeat = set_heartbeat(sdo, notes)
-    _listen_to_sync(sdo, notes)
-    lengths = _set_pdos(sdo, vehicle, encoders, nmt, notes)
+    with sdo.restoring():
+        heartbeat = set_heartbeat(sdo, notes)
+        _listen_to_sync(sdo, notes)
+        lengths = _set_pdos(sdo, vehicle, encoders, nmt, notes)
     return NodeConfiguration(
         sdo.node,
         names,
@@ -73,8 +80,9 @@ def _listen_to_sync(sdo: Sdo, notes: Notes) -> None:
     cob_id = sdo.find(0x1005)
     if cob_id is None or (cob_id & 0x7FF == SYNC_ID and not cob_id & GENERATES_SYNC):
         return
-    sdo.put(0x1005, 0, SYNC_ID)
-    notes.changed.append(f"COB-ID SYNC 1005h: {cob_id:08X}h to {SYNC_ID:08X}h")
+    wanted = cob_id & CONSUMES_SYNC | SYNC_ID
+    sdo.put(0x1005, 0, wanted)
+    notes.changed.append(f"COB-ID SYNC 1005h: {cob_id:08X}h to {wanted:08X}h")
 
 
 def _set_pdos(
@@ -88,15 +96,23 @@ def _set_pdos(
     settings = {setting.base: setting for setting in read_pdos(sdo, TPDO)}
     notes.read += [setting.in_words() for setting in settings.values()]
     objects = position_objects(encoders)
-    chosen = choose_pdos(sdo.node, {encoder.cob_id for encoder in encoders}, settings)
+    carried = {
+        cob_id: [encoder for encoder in encoders if encoder.cob_id == cob_id]
+        for cob_id in sorted({encoder.cob_id for encoder in encoders})
+    }
+    fits = {
+        cob_id: {base for base, setting in settings.items() if holds(setting.entries, fields, objects)}
+        for cob_id, fields in carried.items()
+    }
+    chosen = choose_pdos(sdo.node, fits, settings)
     lengths = {}
     for cob_id, old in chosen.items():
-        carried = [encoder for encoder in encoders if encoder.cob_id == cob_id]
-        setting = old
-        if not _is_right(old, cob_id, carried, objects):
+        setting, is_mapped = old, old.base in fits[cob_id]
+        if not (is_mapped and old.is_valid and (old.cob_id, old.transmission) == (cob_id, ON_SYNC)):
             nmt(NMT_PRE_OPERATIONAL, sdo.node)
-            setting = write_pdo(sdo, old, cob_id, ON_SYNC, plan(carried, objects))
-            notes.changed.append(setting.in_words())
+            slots = None if is_mapped else plan(carried[cob_id], objects)
+            setting = write_pdo(sdo, old, cob_id, _transmissions(vehicle.bus.sync_period), slots)
+            _tell(old, setting, vehicle.bus.sync_period, notes)
         lengths[cob_id] = length(setting.entries)
     used = {setting.base for setting in chosen.values()}
     spare = [setting for base, setting in settings.items() if base not in used]
@@ -104,41 +120,55 @@ def _set_pdos(
     return lengths
 
 
-def choose_pdos(node: int, cob_ids: set[int], settings: dict[int, PdoSetting]) -> dict[int, PdoSetting]:
-    """Return which TPDO shall carry each COB-ID: the one that has it already, else the first that is free.
+def _transmissions(period: float) -> tuple[Transmission, ...]:
+    """Return an answer to each SYNC, and for a device that refuses, one frame per period [s]."""
+    inhibit, timer = (min(max(1, math.floor(period * per_second)), MAX_TIMER) for per_second in (1e4, 1e3))
+    return (Transmission(ON_SYNC), *(Transmission(kind, inhibit, timer) for kind in AT_EVENTS))
+
+
+def _tell(old: PdoSetting, setting: PdoSetting, period: float, notes: Notes) -> None:
+    """Note what was changed in a PDO, and what an operator should know of how it is sent."""
+    if setting != old:
+        notes.changed.append(setting.in_words())
+    if setting.transmission == ON_SYNC:
+        return
+    timer = f"event timer {setting.timer} ms" if setting.timer else "no event timer: sent at changes only"
+    notes.remarks.append(
+        f"{setting.name} refuses transmission type {ON_SYNC} (an answer to each SYNC): type "
+        f"{setting.transmission} instead, {timer}; its counts are up to {1e3 * period:g} ms older than SYNC"
+    )
+
+
+def choose_pdos(
+    node: int, fits: Mapping[int, Collection[int]], settings: Mapping[int, PdoSetting]
+) -> dict[int, PdoSetting]:
+    """Return which TPDO shall carry each COB-ID.
+
+    It is the one that has the COB-ID already, else a free one that is mapped already, else the first free.
 
     Args:
         node: CANopen node id.
-        cob_ids: COB-IDs that `vehicle.toml` states for this node.
+        fits: The TPDOs that are mapped as is needed already, by the COB-IDs that `vehicle.toml` states.
         settings: TPDOs of the device, by the index of their communication parameters.
 
     Raises:
         MappingImpossible: The device has fewer TPDOs than are needed.
     """
-    chosen = {setting.cob_id: setting for setting in settings.values() if setting.cob_id in cob_ids}
+    chosen = {setting.cob_id: setting for setting in settings.values() if setting.cob_id in fits}
     taken = {setting.base for setting in chosen.values()}
     free = [TPDO + n for n in PREFERRED_TPDO if TPDO + n in settings and TPDO + n not in taken]
-    for cob_id in sorted(cob_ids - chosen.keys()):
+    for cob_id in sorted(fits.keys() - chosen.keys()):
         if not free:
             raise MappingImpossible(
                 node,
                 f"no TPDO is left for COB-ID {cob_id:03X}h; the device has {len(settings)}, expected "
-                f"{len(cob_ids)} or more",
+                f"{len(fits)} or more",
                 "put several channels of this node into one cob_id in vehicle.toml",
             )
-        chosen[cob_id] = settings[free.pop(0)]
+        base = next((base for base in free if base in fits[cob_id]), free[0])
+        free.remove(base)
+        chosen[cob_id] = settings[base]
     return chosen
-
-
-def _is_right(
-    setting: PdoSetting, cob_id: int, encoders: Sequence[Encoder], objects: dict[Channel, Entry]
-) -> bool:
-    return (
-        setting.is_valid
-        and setting.cob_id == cob_id
-        and setting.transmission == ON_SYNC
-        and holds(setting.entries, encoders, objects)
-    )
 
 
 def _switch_off_spare(
@@ -149,10 +179,15 @@ def _switch_off_spare(
     for setting in spare:
         if not setting.is_valid:
             continue
-        if encoder.profile == "cia406" or setting.cob_id in used:
+        name = f"{setting.name} {setting.cob_id:03X}h"
+        if encoder.profile != "cia406" and setting.cob_id not in used:
+            notes.remarks.append(f"{name} stays on; its frames count as unknown")
+            continue
+        try:
             switch_off(sdo, setting)
-            notes.changed.append(f"{setting.name} {setting.cob_id:03X}h switched off")
+        except SdoRefused as refused:
+            if setting.cob_id in used:
+                raise
+            notes.remarks.append(f"{name} stays on, its frames count as unknown: {refused.problem}")
         else:
-            notes.remarks.append(
-                f"{setting.name} {setting.cob_id:03X}h stays on; its frames count as unknown"
-            )
+            notes.changed.append(f"{name} switched off")

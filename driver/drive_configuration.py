@@ -11,7 +11,15 @@ from omnimate.driver.identity import check_identity
 from omnimate.driver.network import NMT_PRE_OPERATIONAL
 from omnimate.driver.notes import Notes
 from omnimate.driver.pdo_mapping import Entry
-from omnimate.driver.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdos, switch_off, write_pdo
+from omnimate.driver.pdo_parameters import (
+    RPDO,
+    TPDO,
+    PdoSetting,
+    Transmission,
+    read_pdos,
+    switch_off,
+    write_pdo,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -21,7 +29,7 @@ if TYPE_CHECKING:
 
 TARGET_VELOCITY = Entry(0x60FF, 0, 32)
 STATUS_WORD = Entry(0x6041, 0, 16)
-ON_RECEPTION = 255  # transmission type: a target counts as soon as it comes
+ON_RECEPTION = (255, 254)  # transmission types: a target counts as soon as it comes
 BY_EVENT = 254  # transmission types from here on are sent at every change
 STATUS_INHIBIT = 1000  # [100 us] between two status words
 HEARTBEAT_TIMEOUT_MS = 500  # after which a drive misses the driver's heartbeat, where it can
@@ -37,7 +45,8 @@ def configure_drive(
 ) -> tuple[NodeConfiguration, tuple[int, ...]]:
     """Map the RPDO of a drive, limit the rate of its status word, and set heartbeats both ways.
 
-    The node is left pre-operational.
+    The node is left pre-operational. Nothing is written that holds already. Where the configuration fails,
+    everything is put back.
 
     Args:
         sdo: Objects of the drive's node.
@@ -59,10 +68,11 @@ def configure_drive(
     names, notes = (f"drive of {drive.wheel}",), Notes()
     check_identity(sdo, names, None, notes)
     nmt(NMT_PRE_OPERATIONAL, drive.node)
-    _map_target(sdo, drive, notes)
-    status_words = _limit_status_words(sdo, encoder_cob_ids, notes)
-    heartbeat = set_heartbeat(sdo, notes)
-    _watch_driver(sdo, driver_node, notes)
+    with sdo.restoring():
+        _map_target(sdo, drive, notes)
+        status_words = _limit_status_words(sdo, encoder_cob_ids, notes)
+        heartbeat = set_heartbeat(sdo, notes)
+        _watch_driver(sdo, driver_node, notes)
     configuration = NodeConfiguration(
         drive.node,
         names,
@@ -85,18 +95,17 @@ def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> None:
             "check node and cob_id of the [[drive]] in vehicle.toml, or use a drive with RPDOs",
         )
     old = next((setting for setting in settings if setting.cob_id == drive.cob_id), settings[0])
-    if not _is_right(old, drive):
-        written = write_pdo(sdo, old, drive.cob_id, ON_RECEPTION, ((TARGET_VELOCITY,),))
+    is_mapped = old.entries == (TARGET_VELOCITY,)
+    if is_mapped and old.is_valid and old.cob_id == drive.cob_id and old.transmission in ON_RECEPTION:
+        return
+    choices = (*map(Transmission, ON_RECEPTION), Transmission(old.transmission))
+    written = write_pdo(sdo, old, drive.cob_id, choices, None if is_mapped else ((TARGET_VELOCITY,),))
+    if written != old:
         notes.changed.append(written.in_words())
-
-
-def _is_right(setting: PdoSetting, drive: Drive) -> bool:
-    return (
-        setting.is_valid
-        and setting.cob_id == drive.cob_id
-        and setting.transmission == ON_RECEPTION
-        and setting.entries == (TARGET_VELOCITY,)
-    )
+    if written.transmission not in ON_RECEPTION:
+        notes.remarks.append(
+            f"{written.name} keeps transmission type {written.transmission}: a target counts from SYNC on"
+        )
 
 
 def _limit_status_words(sdo: Sdo, encoder_cob_ids: Collection[int], notes: Notes) -> tuple[int, ...]:
@@ -117,8 +126,8 @@ def _inhibit(sdo: Sdo, setting: PdoSetting, notes: Notes) -> None:
     """Keep a status word that changes with every command from filling the bus; faults come by EMCY too."""
     if setting.inhibit is None or setting.inhibit >= STATUS_INHIBIT or setting.transmission < BY_EVENT:
         return
-    switch_off(sdo, setting)
     try:
+        switch_off(sdo, setting)
         sdo.put(setting.base, 3, STATUS_INHIBIT)
     except (SdoRefused, NotTaken) as error:
         notes.remarks.append(f"inhibit time of {setting.name} stays: {error.problem}")
@@ -126,7 +135,8 @@ def _inhibit(sdo: Sdo, setting: PdoSetting, notes: Notes) -> None:
         notes.changed.append(
             f"inhibit time of {setting.name}: {setting.inhibit} to {STATUS_INHIBIT} x 100 us"
         )
-    sdo.write(setting.base, 1, setting.raw)
+    if sdo.find(setting.base, 1) != setting.raw:
+        sdo.write(setting.base, 1, setting.raw)
 
 
 def _watch_driver(sdo: Sdo, driver_node: int, notes: Notes) -> None:
@@ -136,8 +146,7 @@ def _watch_driver(sdo: Sdo, driver_node: int, notes: Notes) -> None:
         (0x6007, 0, QUICK_STOP),
     ):
         try:
-            sdo.put(index, subindex, value)
+            if sdo.put(index, subindex, value):
+                notes.changed.append(f"{index:04X}h:{subindex:02X} = {value:X}h")
         except (SdoRefused, NotTaken) as error:
             notes.remarks.append(f"the drive's own watchdog is incomplete: {error.problem}")
-        else:
-            notes.changed.append(f"{index:04X}h:{subindex:02X} = {value:X}h")

@@ -41,6 +41,7 @@ def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
     if sdo.read(0x6041) & FAULT_MASK == FAULT:
         sdo.write(0x6040, 0, FAULT_RESET)
         _await(sdo, pump, lambda status: status & FAULT_MASK != FAULT, "no fault after a reset")
+    sdo.write(0x60FF, 0, 0)  # even where it reads zero
     sdo.put(0x60FF, 0, 0)
     sdo.write(0x6060, 0, PROFILE_VELOCITY)
     for control, state, name in _STEPS:

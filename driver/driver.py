@@ -76,7 +76,10 @@ class Driver:
         self._monitor.on_sdo = self._network.notify
         self._network.handler = self._monitor.take
         self._events, self._supervision = self._monitor.events, self._monitor.supervision
-        sdos: dict[int, Sdo] = {node: self._network.sdo(node, dictionaries) for node in self._monitor.counts}
+        sdos: dict[int, Sdo] = {
+            node: self._network.sdo(node, dictionaries, vehicle.bus.sdo_timeout)
+            for node in self._monitor.counts
+        }
         self.drives = Drives(
             vehicle, self._network, sdos.__getitem__, self._supervision, self._events, watchdog
         )

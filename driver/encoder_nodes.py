@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from omnimate.driver.configuration import with_ranges
 from omnimate.driver.configure import configure_node
-from omnimate.driver.network import NMT_START
+from omnimate.driver.network import NMT_PRE_OPERATIONAL, NMT_START
+from omnimate.driver.supervision import OPERATIONAL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -45,11 +46,21 @@ class EncoderNodes:
         self._monitor, self._sdos, self._nmt = monitor, sdos, nmt
         self._encoder_objects: dict[int, dict[int, int]] = {}
         self._boots: dict[int, int] = {}
+        self._interrupted: set[int] = set()  # were operational before they were configured
 
     def configure(self, node: int) -> NodeConfiguration:
-        """Configure one node and return what was read and changed; errors as of `configure_node`."""
+        """Configure one node and return what was read and changed; errors as of `configure_node`.
+
+        Where that fails, the nodes that were operational before are started again.
+        """
         self._boots[node] = self._monitor.supervision.nodes[node].boots
-        return configure_node(self._sdos[node], self.vehicle, self._nmt)
+        try:
+            return configure_node(self._sdos[node], self.vehicle, self._interrupt)
+        except BaseException:
+            for stopped in self._interrupted:
+                self._nmt(NMT_START, stopped)
+            self._interrupted.clear()
+            raise
 
     def configure_all(self) -> tuple[NodeConfiguration, ...]:
         """Configure every node and take over the ranges of their counters; errors as of `configure_node`."""
@@ -68,6 +79,7 @@ class EncoderNodes:
         for cob_id, length in configuration.lengths.items():
             self._monitor.assembler.expect_length(cob_id, length)
         self._nmt(NMT_START, node)
+        self._interrupted.discard(node)
         self._monitor.supervision.started(node, configuration.heartbeat)
         self._monitor.assembler.await_again(node)
 
@@ -91,3 +103,9 @@ class EncoderNodes:
                 events.add(now, node, f"{index:04X}h was {before}, is {after}: preset, or another device?")
         self.start(configuration)
         return self._monitor.supervision.nodes[node].boots == self._boots[node]
+
+    def _interrupt(self, command: int, node: int) -> None:
+        """Send an NMT command, and remember a node that it takes out of operation."""
+        if command == NMT_PRE_OPERATIONAL and self._monitor.supervision.nodes[node].state == OPERATIONAL:
+            self._interrupted.add(node)
+        self._nmt(command, node)

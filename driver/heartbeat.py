@@ -20,7 +20,6 @@ def set_heartbeat(sdo: Sdo, notes: Notes) -> float | None:
     A node that refuses is left as it is, with a remark.
 
     Raises:
-        SdoRefused: The node aborts reading 1017h for another reason than a missing object.
         SdoSilent: The node stops answering.
     """
     period = sdo.find(0x1017)

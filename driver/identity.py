@@ -40,7 +40,6 @@ def check_identity(sdo: Sdo, names: Sequence[str], encoder: Encoder | None, note
     Raises:
         NodeMissing: The node does not answer.
         WrongDevice: The node has another profile, vendor, product or serial number.
-        SdoRefused: The node aborts a transfer.
         SdoSilent: The node stops answering.
     """
     try:
@@ -62,7 +61,6 @@ def read_encoder(sdo: Sdo, encoders: Sequence[Encoder], notes: Notes) -> dict[in
     """Return the values of the optional objects that a CiA 406 encoder has, by index.
 
     Raises:
-        SdoRefused: The node aborts a transfer.
         SdoSilent: The node stops answering.
     """
     values: dict[int, int] = {}

@@ -14,6 +14,7 @@ from omnimate.driver.dictionary import standard_dictionary
 from omnimate.driver.errors import BusLost
 from omnimate.driver.sdo import Sdo
 from omnimate.driver.sdo_client import PumpedSdoClient
+from omnimate.vehicle.parameters import SDO_TIMEOUT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -72,10 +73,19 @@ class BusNetwork(Network):
         """Use another bus from now on, after the first was lost."""
         self.bus = self.can_bus = bus
 
-    def sdo(self, node: int, dictionaries: Mapping[int, ObjectDictionary] | None = None) -> Sdo:
-        """Return the objects of a node; its EDS's dictionary where there is one, else the standard one."""
+    def sdo(
+        self,
+        node: int,
+        dictionaries: Mapping[int, ObjectDictionary] | None = None,
+        timeout: float = SDO_TIMEOUT,
+    ) -> Sdo:
+        """Return the objects of a node, whose answers are awaited for `timeout` [s] each.
+
+        They have the dictionary of the node's EDS where there is one, else the standard one.
+        """
         dictionary = (dictionaries or {}).get(node) or standard_dictionary()
         client = PumpedSdoClient(node, dictionary, self, self.pump)
+        client.RESPONSE_TIMEOUT = timeout
         self.subscribe(0x580 + node, client.on_response)
         return Sdo(node, client)
 

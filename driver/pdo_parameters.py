@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.driver.dictionary import PDO_NUMBERS
-from omnimate.driver.errors import MappingImpossible, SdoRefused
+from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
 from omnimate.driver.pdo_mapping import Entry
 
 if TYPE_CHECKING:
@@ -20,6 +21,21 @@ INVALID = 1 << 31
 NO_RTR = 1 << 30
 NOT_MAPPABLE = frozenset({0x06020000, 0x06040041, 0x06090011, 0x06090030})  # SDO abort codes
 MAX_ENTRIES = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Transmission:
+    """When a PDO is sent.
+
+    Attributes:
+        type: Transmission type, sub-index 2; 1 is on every SYNC, 254 and 255 are at an event.
+        inhibit: Inhibit time, sub-index 3 [100 us].
+        timer: Event timer, sub-index 5 [ms].
+    """
+
+    type: int
+    inhibit: int = 0
+    timer: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +84,6 @@ def read_pdo(sdo: Sdo, base: int) -> PdoSetting | None:
     """Return a PDO of the device, or None where it has none with these communication parameters.
 
     Raises:
-        SdoRefused: The node aborts a transfer for another reason than a missing object.
         SdoSilent: The node stops answering.
     """
     raw = sdo.find(base, 1)
@@ -84,7 +99,6 @@ def read_pdos(sdo: Sdo, base: int) -> tuple[PdoSetting, ...]:
     """Return the PDOs that the device has among the first four; `base` is TPDO or RPDO.
 
     Raises:
-        SdoRefused: The node aborts a transfer for another reason than a missing object.
         SdoSilent: The node stops answering.
     """
     settings = (read_pdo(sdo, base + number) for number in PDO_NUMBERS)
@@ -92,41 +106,45 @@ def read_pdos(sdo: Sdo, base: int) -> tuple[PdoSetting, ...]:
 
 
 def write_pdo(
-    sdo: Sdo, old: PdoSetting, cob_id: int, transmission: int, slots: Sequence[Sequence[Entry]]
+    sdo: Sdo,
+    old: PdoSetting,
+    cob_id: int,
+    choices: Sequence[Transmission],
+    slots: Sequence[Sequence[Entry]] | None = None,
 ) -> PdoSetting:
-    """Map a PDO anew and return it as read back; the node must be pre-operational.
+    """Set a PDO and return it as read back; the node must be pre-operational.
 
-    The order is that of CiA 301: bit 31 set, transmission type, inhibit time and event timer 0, count 0,
-    entries, count, bit 31 cleared. Bit 30 stays as the device had it.
+    The order is that of CiA 301: bit 31 set, transmission type, inhibit time and event timer, count 0,
+    entries, count, bit 31 cleared. Bit 30 stays as the device had it. Nothing is written that holds already.
 
     Args:
         sdo: Objects of the node.
         old: PDO as it is.
         cob_id: New COB-ID.
-        transmission: New transmission type.
-        slots: Entries to map in order; each is a sequence of alternatives, the best first.
+        choices: Transmissions, the best first; the first that the device takes is used.
+        slots: Entries to map in order; each is a sequence of alternatives, the best first. None where the
+            mapping stays.
 
     Raises:
-        MappingImpossible: The device cannot map what is needed.
+        MappingImpossible: The device cannot map what is needed, or does not take the COB-ID.
         NotTaken: The node confirmed a value and kept another one.
-        SdoRefused: The node aborts a transfer.
+        SdoRefused: The node refuses every transmission.
         SdoSilent: The node stops answering.
     """
-    base, mapping = old.base, old.base + MAPPING
-    sdo.write(base, 1, old.raw | INVALID)
-    sdo.put(base, 2, transmission)
-    for subindex, value in ((3, old.inhibit), (5, old.timer)):
-        if value:
-            sdo.put(base, subindex, 0)
-    _write_entries(sdo, mapping, slots, old)
-    sdo.write(base, 1, cob_id | old.raw & NO_RTR)
-    written = read_pdo(sdo, base)
+    is_off = _switch_off_where_possible(sdo, old, cob_id)
+    _set_transmission(sdo, old, choices)
+    if slots is not None:
+        _write_entries(sdo, old.base + MAPPING, slots, old)
+    if is_off:
+        try:
+            sdo.write(old.base, 1, cob_id | old.raw & NO_RTR)
+        except SdoRefused as refused:
+            raise _cob_id_stays(sdo, old, cob_id) from refused
+    written = read_pdo(sdo, old.base)
     if written is None or not written.is_valid or written.cob_id != cob_id:
-        raise MappingImpossible(
-            sdo.node,
-            f"{old.name} does not keep its COB-ID in {base:04X}h:01; expected {cob_id:03X}h",
-            f"let cob_id in vehicle.toml follow the device, which has {old.cob_id:03X}h",
-        )
+        raise _cob_id_stays(sdo, old, cob_id)
+    if slots is not None and not _maps(written, slots):
+        raise _mapping_refused(sdo, old, slots, f"it reads back {written.in_words()}")
     return written
 
 
@@ -140,20 +158,69 @@ def switch_off(sdo: Sdo, setting: PdoSetting) -> None:
     sdo.write(setting.base, 1, setting.raw | INVALID)
 
 
+def _switch_off_where_possible(sdo: Sdo, old: PdoSetting, cob_id: int) -> bool:
+    """Switch a PDO off; return False where it cannot be, and has its COB-ID already."""
+    if not old.is_valid:
+        return True
+    try:
+        switch_off(sdo, old)
+    except SdoRefused as refused:
+        if old.cob_id == cob_id:
+            return False
+        raise _cob_id_stays(sdo, old, cob_id) from refused
+    return True
+
+
+def _cob_id_stays(sdo: Sdo, old: PdoSetting, cob_id: int) -> MappingImpossible:
+    return MappingImpossible(
+        sdo.node,
+        f"{old.name} does not take the COB-ID in {old.base:04X}h:01; expected {cob_id:03X}h",
+        f"let cob_id in vehicle.toml follow the device, which has {old.cob_id:03X}h",
+    )
+
+
+def _set_transmission(sdo: Sdo, old: PdoSetting, choices: Sequence[Transmission]) -> None:
+    """Set the first transmission that the device takes, and its two times where they can be written."""
+    for left, choice in zip(reversed(range(len(choices))), choices, strict=True):
+        try:
+            sdo.put(old.base, 2, choice.type)
+        except (SdoRefused, NotTaken):
+            if not left:
+                raise
+            continue
+        for subindex, before, value in ((3, old.inhibit, choice.inhibit), (5, old.timer, choice.timer)):
+            if before is not None:
+                with suppress(SdoRefused, NotTaken):
+                    sdo.put(old.base, subindex, value)
+        return
+
+
 def _write_entries(sdo: Sdo, mapping: int, slots: Sequence[Sequence[Entry]], old: PdoSetting) -> None:
     try:
-        sdo.write(mapping, 0, 0)
+        sdo.put(mapping, 0, 0)
         for number, alternatives in enumerate(slots, start=1):
             _write_entry(sdo, mapping, number, alternatives)
         sdo.put(mapping, 0, len(slots))
     except SdoRefused as refused:
-        expected = ", ".join(alternatives[0].in_words() for alternatives in slots)
-        raise MappingImpossible(
-            sdo.node,
-            f"{old.name} cannot be mapped as start_bit and bits ask for ({refused.problem}); expected "
-            f"{expected}, the device has {old.in_words()}",
-            "let vehicle.toml follow the device, or use another PDO",
-        ) from refused
+        raise _mapping_refused(sdo, old, slots, refused.problem) from refused
+
+
+def _maps(setting: PdoSetting, slots: Sequence[Sequence[Entry]]) -> bool:
+    return len(setting.entries) == len(slots) and all(
+        entry in alternatives for entry, alternatives in zip(setting.entries, slots, strict=True)
+    )
+
+
+def _mapping_refused(
+    sdo: Sdo, old: PdoSetting, slots: Sequence[Sequence[Entry]], problem: str
+) -> MappingImpossible:
+    expected = ", ".join(alternatives[0].in_words() for alternatives in slots)
+    return MappingImpossible(
+        sdo.node,
+        f"{old.name} cannot be mapped as start_bit and bits ask for ({problem}); expected {expected}, the "
+        f"device has {old.in_words()}",
+        "let vehicle.toml follow the device, or use another PDO",
+    )
 
 
 def _write_entry(sdo: Sdo, mapping: int, number: int, alternatives: Sequence[Entry]) -> None:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal
 
 from canopen.objectdictionary.datatypes import INTEGER_TYPES
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
-from omnimate.driver.errors import NotTaken, SdoRefused, SdoSilent
+from omnimate.driver.errors import DriverError, NotTaken, SdoRefused, SdoSilent
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from omnimate.driver.sdo_client import PumpedSdoClient
 
 TRIES = 3
 # SDO abort codes, CiA 301
-OBJECT_ABSENT = frozenset({0x06010000, 0x06010001, 0x06020000, 0x06090011, 0x08000024, 0x060A0023})
 LENGTH_WRONG = frozenset({0x06070010, 0x06070012, 0x06070013})
 
 
@@ -36,6 +38,19 @@ class Sdo:
     def __init__(self, node: int, client: PumpedSdoClient) -> None:
         self.node = node
         self.client = client
+        self._written: list[tuple[int, int, int]] | None = None  # object and former value, while restoring
+
+    @contextmanager
+    def restoring(self) -> Iterator[None]:
+        """Put everything that is written inside this block back, the last first, where the block fails."""
+        self._written = []
+        try:
+            yield
+        except BaseException:
+            self._restore(self._written)
+            raise
+        finally:
+            self._written = None
 
     def read(self, index: int, subindex: int = 0) -> int:
         """Return an object as an unsigned number.
@@ -47,18 +62,17 @@ class Sdo:
         return int.from_bytes(self._transfer(index, subindex, None), "little")
 
     def find(self, index: int, subindex: int = 0) -> int | None:
-        """Return an object as an unsigned number, or None where the device has no such object.
+        """Return an object as an unsigned number, or None where the device refuses to show one.
+
+        Devices have many abort codes for an object that they do not have, so that any of them means that.
 
         Raises:
-            SdoRefused: The node aborts the transfer for another reason than a missing object.
             SdoSilent: The node does not answer.
         """
         try:
             return self.read(index, subindex)
-        except SdoRefused as refused:
-            if refused.abort_code in OBJECT_ABSENT:
-                return None
-            raise
+        except SdoRefused:
+            return None
 
     def write(self, index: int, subindex: int, value: int) -> None:
         """Write an object in its standard size, or in the size of the device's object where that differs.
@@ -67,6 +81,31 @@ class Sdo:
             SdoRefused: The node aborts the transfer.
             SdoSilent: The node does not answer.
         """
+        before = None if self._written is None else self.find(index, subindex)
+        self._write(index, subindex, value, before)
+
+    def put(self, index: int, subindex: int, value: int) -> bool:
+        """Have an object hold a value: write it where it holds another one, and read it back where it can.
+
+        Returns:
+            Whether it held another value before.
+
+        Raises:
+            NotTaken: The node confirmed the value and kept another one.
+            SdoRefused: The node aborts the transfer.
+            SdoSilent: The node does not answer.
+        """
+        wanted = value % (1 << 8 * self._size(index, subindex))
+        before = self.find(index, subindex)
+        if before == wanted:
+            return False
+        self._write(index, subindex, value, before)
+        reads = self.find(index, subindex)
+        if reads not in {wanted, None}:
+            raise NotTaken(self.node, index, subindex, wanted, reads)
+        return True
+
+    def _write(self, index: int, subindex: int, value: int, before: int | None) -> None:
         size = self._size(index, subindex)
         try:
             self._transfer(index, subindex, _pack(value, size))
@@ -75,20 +114,19 @@ class Sdo:
                 raise
             size = len(self._transfer(index, subindex, None, whole=True))
             self._transfer(index, subindex, _pack(value, size))
+        if self._written is not None and before is not None:
+            self._written.append((index, subindex, before))
 
-    def put(self, index: int, subindex: int, value: int) -> None:
-        """Write an object and read it back.
-
-        Raises:
-            NotTaken: The node confirmed the value and kept another one.
-            SdoRefused: The node aborts the transfer.
-            SdoSilent: The node does not answer.
-        """
-        self.write(index, subindex, value)
-        reads = self.read(index, subindex)
-        wrote = value % (1 << 8 * self._size(index, subindex))
-        if reads != wrote:
-            raise NotTaken(self.node, index, subindex, wrote, reads)
+    def _restore(self, written: list[tuple[int, int, int]]) -> None:
+        """Write former values back; a value that is refused is passed over, silence ends it."""
+        self._written = None
+        for index, subindex, before in reversed(written):
+            try:
+                self.write(index, subindex, before)
+            except SdoRefused:
+                continue
+            except DriverError:
+                return
 
     def _size(self, index: int, subindex: int) -> int:
         variable = self.client.od.get_variable(index, subindex)
@@ -96,7 +134,7 @@ class Sdo:
 
     def _transfer(self, index: int, subindex: int, data: bytes | None, *, whole: bool = False) -> bytes:
         for left in reversed(range(TRIES)):
-            self.client.begin(index, subindex)
+            self.client.begin(index, subindex, is_write=data is not None)
             try:
                 if data is not None:
                     self.client.download(index, subindex, data)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 MAX_RESPONSES = 64  # of one transfer: no object that is read here is longer
 SEGMENTS = frozenset({0x00, 0x20})  # answers that name no object
+UPLOADED, DOWNLOADED = 0x40, 0x60  # answers to the first request of a reading and of a writing
 NO_OBJECT = bytes(3)  # in some devices' aborts
 
 
@@ -24,7 +25,8 @@ class PumpedSdoClient(SdoClient):
     """An SDO client that reads the bus itself while it waits for an answer.
 
     It does so in the thread that made it. In any other thread it waits until the first one reads the bus.
-    Late answers about another object are dropped; canopen takes them for the answer to its last request.
+    Late answers about another object, or to a writing while the object is read, are dropped; canopen takes
+    them for the answer to its last request.
 
     Args:
         node: CANopen node id of the server.
@@ -46,16 +48,18 @@ class PumpedSdoClient(SdoClient):
         self._thread = threading.get_ident()
         self.responses_left = MAX_RESPONSES
         self.object = b""
+        self._not_awaited = DOWNLOADED
 
-    def begin(self, index: int, subindex: int) -> None:
+    def begin(self, index: int, subindex: int, *, is_write: bool = False) -> None:
         """Expect answers about one object from now on, at most `MAX_RESPONSES`."""
         self.responses_left = MAX_RESPONSES
         self.object = index.to_bytes(2, "little") + bytes((subindex,))
+        self._not_awaited = UPLOADED if is_write else DOWNLOADED
 
     def on_response(self, can_id: int, data: bytes | bytearray, timestamp: float) -> None:
-        """Take an answer of 8 bytes, unless it is a late one about another object."""
-        about = bytes(data[1:4])
-        if data[0] & 0xE0 in SEGMENTS or about in {self.object, NO_OBJECT}:
+        """Take an answer of 8 bytes, unless it is a late one about another request."""
+        kind, about = data[0] & 0xE0, bytes(data[1:4])
+        if kind in SEGMENTS or (kind != self._not_awaited and about in {self.object, NO_OBJECT}):
             super().on_response(can_id, data, timestamp)  # type: ignore[no-untyped-call]  # canopen
 
     def read_response(self) -> bytes:

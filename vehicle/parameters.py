@@ -71,6 +71,9 @@ class Linkage:
         _number("length", self.length, 0.05, 20.0, "m")
 
 
+SDO_TIMEOUT = 0.5  # [s]; devices with a slow memory take 0.4 s
+
+
 @dataclass(frozen=True, slots=True)
 class Bus:
     """The CAN bus.
@@ -78,14 +81,17 @@ class Bus:
     Attributes:
         bitrate: Bit rate of the bus [bit/s].
         sync_period: Time between two SYNC frames [s]; every SYNC opens one sample.
+        sdo_timeout: Time in which a device must answer an SDO request [s]; it is asked three times.
     """
 
     bitrate: int
     sync_period: float
+    sdo_timeout: float = SDO_TIMEOUT
 
     def __post_init__(self) -> None:
         _number("bitrate", self.bitrate, 10_000, 1_000_000, "bit/s")
         _number("sync_period", self.sync_period, 0.0005, 10.0, "s")
+        _number("sdo_timeout", self.sdo_timeout, 0.001, 60.0, "s")
 
 
 @dataclass(frozen=True, slots=True)

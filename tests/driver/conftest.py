@@ -327,4 +327,5 @@ def kit():
 @pytest.fixture
 def _impatient(monkeypatch):
     """SDO time-outs that are over at once, for tests in which a node is silent."""
-    monkeypatch.setattr(PumpedSdoClient, "RESPONSE_TIMEOUT", 0.0)
+    timeout = property(lambda _client: 0.0, lambda _client, _seconds: None)  # whatever the vehicle says
+    monkeypatch.setattr(PumpedSdoClient, "RESPONSE_TIMEOUT", timeout)

@@ -48,7 +48,6 @@ def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit):
     assert mapping == [
         (0x1800, 1, 0xC0000181),
         (0x1800, 2, 1),
-        (0x1A00, 0, 0),
         (0x1A00, 1, 0x60040020),
         (0x1A00, 0, 1),
         (0x1800, 1, 0x40000181),
@@ -171,11 +170,11 @@ def test_a_mapping_that_the_device_refuses_is_explained(kit):
 def test_a_value_that_does_not_stay_is_an_error(kit):
     device = kit.encoder_device(1)
     device.on_write = lambda index, sub, _value: (
-        device.put(0x1800, 2, 254, 1) if (index, sub) == (0x1800, 2) else None
+        device.put(0x1800, 2, 3, 1) if (index, sub) == (0x1800, 2) else None
     )
     with pytest.raises(NotTaken) as caught:
         configure(kit, device)
-    assert (caught.value.wrote, caught.value.reads) == (1, 254)
+    assert (caught.value.wrote, caught.value.reads) == (254, 3)
 
 
 def test_an_object_of_another_width_is_written_in_the_devices_own(kit):
@@ -188,10 +187,11 @@ def test_an_object_of_another_width_is_written_in_the_devices_own(kit):
 
 def test_an_abort_for_another_reason_is_reported_in_words(kit):
     device = kit.encoder_device(1)
-    device.refuse[0x1800, 1] = 0x08000022
+    device.objects[0x1005, 0][0] = 0x40000080
+    device.refuse[0x1005, 0] = 0x08000022
     with pytest.raises(SdoRefused, match="present device state") as caught:
         configure(kit, device)
-    assert (caught.value.index, caught.value.subindex, caught.value.abort_code) == (0x1800, 1, 0x08000022)
+    assert (caught.value.index, caught.value.subindex, caught.value.abort_code) == (0x1005, 0, 0x08000022)
 
 
 def two_on_one(kit, **changes):

@@ -19,6 +19,7 @@ from omnimate.vehicle.parameters import Bus
 GOLDEN = tomllib.loads(
     (Path(__file__).parents[1] / "data" / "driver" / "errors.toml").read_text(encoding="utf-8")
 )
+PRODUCES_SYNC = 0x40000080
 SITUATIONS = {}
 
 
@@ -58,29 +59,32 @@ def node_falls_silent_while_it_is_configured(kit):
 @situation
 def node_refuses_a_write_in_its_state(kit):
     device = kit.encoder_device(1)
-    device.refuse[0x1800, 1] = 0x08000022
+    device.objects[0x1005, 0][0] = PRODUCES_SYNC
+    device.refuse[0x1005, 0] = 0x08000022
     configure(kit, device)
 
 
 @situation
 def node_refuses_a_write_of_a_read_only_object(kit):
     device = kit.encoder_device(1)
-    device.refuse[0x1800, 2] = 0x06010002
+    device.objects[0x1005, 0][0] = PRODUCES_SYNC
+    device.refuse[0x1005, 0] = 0x06010002
     configure(kit, device)
 
 
 @situation
 def node_refuses_a_read(kit):
-    device = kit.encoder_device(1)
-    device.refuse_read[0x1018, 1] = 0x08000000
-    configure(kit, device)
+    def refuse(device):
+        device.refuse_read[0x6041, 0] = 0x08000000
+
+    with_drives(kit, refuse)
 
 
 @situation
 def node_confirms_a_value_and_keeps_another(kit):
     device = kit.encoder_device(1)
     device.on_write = lambda index, sub, _value: (
-        device.put(0x1800, 2, 254, 1) if (index, sub) == (0x1800, 2) else None
+        device.put(0x1800, 2, 3, 1) if (index, sub) == (0x1800, 2) else None
     )
     configure(kit, device)
 

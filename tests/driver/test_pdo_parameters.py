@@ -8,7 +8,16 @@ from hypothesis import strategies as st
 
 from omnimate.driver.errors import MappingImpossible
 from omnimate.driver.pdo_mapping import Entry
-from omnimate.driver.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdo, read_pdos, switch_off, write_pdo
+from omnimate.driver.pdo_parameters import (
+    RPDO,
+    TPDO,
+    PdoSetting,
+    Transmission,
+    read_pdo,
+    read_pdos,
+    switch_off,
+    write_pdo,
+)
 
 entries = st.builds(Entry, st.integers(0x1000, 0x9FFF), st.integers(0, 8), st.sampled_from([8, 16, 32]))
 slots = st.lists(entries, min_size=1, max_size=4)
@@ -28,7 +37,7 @@ def test_what_is_written_is_read_back(kit, cob_id, transmission, mapped):
     for device in devices(kit):
         sdo, _ = kit.sdo([device])
         old = read_pdo(sdo, TPDO)
-        written = write_pdo(sdo, old, cob_id, transmission, [[entry] for entry in mapped])
+        written = write_pdo(sdo, old, cob_id, [Transmission(transmission)], [[entry] for entry in mapped])
         assert written == PdoSetting(TPDO, cob_id | 1 << 30, transmission, 0, 0, tuple(mapped))
         assert read_pdo(sdo, TPDO) == written
 
@@ -48,7 +57,9 @@ def test_the_first_alternative_that_the_device_can_map_is_taken(kit):
     best, second = Entry(0x6500, 0, 16), Entry(0x0006, 0, 16)
     device.refuse[0x1A00, 1, best.value] = 0x06040041
     sdo, _ = kit.sdo([device])
-    assert write_pdo(sdo, read_pdo(sdo, TPDO), 0x181, 1, [[best, second]]).entries == (second,)
+    assert write_pdo(sdo, read_pdo(sdo, TPDO), 0x181, [Transmission(1)], [[best, second]]).entries == (
+        second,
+    )
 
 
 def test_a_refusal_for_another_reason_than_the_mapping_is_not_tried_again(kit):
@@ -56,7 +67,9 @@ def test_a_refusal_for_another_reason_than_the_mapping_is_not_tried_again(kit):
     device.refuse[0x1A00, 1] = 0x08000022
     sdo, _ = kit.sdo([device])
     with pytest.raises(MappingImpossible, match="present device state"):
-        write_pdo(sdo, read_pdo(sdo, TPDO), 0x181, 1, [[Entry(0x6500, 0, 16), Entry(0x0006, 0, 16)]])
+        write_pdo(
+            sdo, read_pdo(sdo, TPDO), 0x181, [Transmission(1)], [[Entry(0x6500, 0, 16), Entry(0x0006, 0, 16)]]
+        )
 
 
 def test_only_the_pdos_that_a_device_has_are_read(kit):

@@ -36,12 +36,44 @@ def test_an_object_that_is_missing_is_none_for_find_and_an_error_for_read(kit):
         assert caught.value.abort_code == 0x06020000
 
 
-def test_an_object_that_refuses_to_be_read_is_an_error_for_find_too(kit):
+@given(code=st.integers(0, 2**32 - 1))
+def test_an_object_that_refuses_to_be_read_with_any_abort_code_is_none_for_find(kit, code):
     device = kit.encoder_device(1)
-    device.refuse_read[0x6004, 0] = 0x08000021
+    device.refuse_read[0x6004, 0] = code
     sdo, _ = kit.sdo([device])
+    assert sdo.find(0x6004) is None
     with pytest.raises(SdoRefused, match="refused to read 6004h:00"):
-        sdo.find(0x6004)
+        sdo.read(0x6004)
+
+
+writes = st.lists(st.tuples(st.sampled_from([0x1005, 0x1017, 0x6509]), st.integers(0, 2**16 - 1)))
+
+
+@given(written=writes)
+def test_a_block_that_fails_puts_back_all_that_it_wrote(kit, written):
+    device = kit.encoder_device(1)
+    device.put(0x6509, 0, 7, 4)
+    sdo, _ = kit.sdo([device])
+    before = {key: tuple(entry) for key, entry in device.objects.items()}
+    with pytest.raises(SdoRefused), sdo.restoring():
+        put_all(sdo, [*written, (0x2F00, 1)])  # the last object does not exist
+    assert {key: tuple(entry) for key, entry in device.objects.items()} == before
+    with sdo.restoring():
+        put_all(sdo, written)
+    assert all(device.objects[index, 0][0] == value for index, value in dict(written).items())
+
+
+def put_all(sdo, written):
+    for index, value in written:
+        sdo.put(index, 0, value)
+
+
+def test_an_object_that_holds_its_value_already_is_not_written(kit):
+    device = kit.encoder_device(1)
+    device.refuse[0x1017, 0] = 0x06010002
+    sdo, _ = kit.sdo([device])
+    assert not sdo.put(0x1017, 0, 0)
+    assert device.writes == []
 
 
 def test_an_object_of_another_size_is_written_in_the_size_of_the_device(kit):
