@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from omnimate.cli.console import out
+from omnimate.cli.tables import show
 
 if TYPE_CHECKING:
     from omnimate.driver.configuration import ConfigurationReport
@@ -46,7 +47,7 @@ def show_report(report: DriverReport) -> None:
     if report.is_clean:
         out.print(f"  {report.syncs} SYNCs, each answered by every node in time")
         return
-    out.print(_node_table(report))
+    show(_node_table(report))
     _show_events(report)
     _show_gaps(report)
     for identifier, what, frames in report.unknown_frames:

@@ -15,6 +15,7 @@ from rich.table import Table
 from omnimate.cli.console import err, out
 from omnimate.cli.loading import report_problems
 from omnimate.cli.robots import nominal_vehicle
+from omnimate.cli.tables import show
 
 if TYPE_CHECKING:
     from omnimate.logs.assemble import Assembly
@@ -114,7 +115,7 @@ def _show_pdos(assembly: Assembly) -> None:
     for pdo in assembly.pdos:
         numbers = (pdo.used, pdo.missing, pdo.late, pdo.duplicate, pdo.wrong_length, pdo.restarts)
         table.add_row(f"{pdo.cob_id:03X}h", str(pdo.node), *map(str, numbers))
-    out.print(table)
+    show(table)
     start = float(recording.time[0])
     for gap in recording.gaps[:MOST_GAPS]:
         out.print(f"  gap: {gap.channel} {gap.start - start:.3f} to {gap.end - start:.3f} s ({gap.reason})")
@@ -136,7 +137,7 @@ def _show_paths(recording: Recording, paths: Sequence[Trajectory]) -> None:
         if path.fix is not None and path.error is not None:
             table.add_row("", "last absolute fix", "", *_cells(path.fix))
             table.add_row("", "fix minus odometry", "", *_cells(path.error))
-    out.print(table)
+    show(table)
 
 
 def _cells(pose: Array) -> tuple[str, str, str]:

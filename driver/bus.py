@@ -10,7 +10,7 @@ from urllib.parse import SplitResult, urlsplit
 
 import can
 
-from omnimate.driver.errors import BusError
+from omnimate.driver.errors import BusError, in_one_line
 from omnimate.driver.socketcand_bus import RobustSocketcandBus
 from omnimate.driver.virtual_bus import FastVirtualBus
 
@@ -44,7 +44,7 @@ def open_bus(url: str) -> can.BusABC:
         return opener(url, parts)
     except (can.CanError, OSError, ValueError) as error:
         raise BusError(
-            url, f"cannot be opened: {error}; check the URL, and that the adapter is connected"
+            url, f"cannot be opened: {in_one_line(error)}; check the URL, and that the adapter is connected"
         ) from error
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from canopen import ObjectDictionary
 
 _SECTION = re.compile(r"\[([^\]]*)\].*")
+_OBJECT = re.compile(r"\[([0-9A-Fa-f]{4})(\w*)\]")
 _COMMENT = re.compile(r"\s+(?:#|//|;).*$")
 _DUMMIES = tuple(f"Dummy{number:04d}" for number in range(1, 8))
 # Numbers without which canopen refuses the file, and what stands for them; None: the line is left out.
@@ -26,7 +27,6 @@ _NUMBERS: dict[str, str | None] = {
     "ObjectType": None,
     "PDOMapping": None,
     "NrOfEntries": "0",
-    "Lines": "0",
     **dict.fromkeys(_DUMMIES, "0"),
     **{f"BaudRate_{rate}": None for rate in (10, 20, 50, 125, 250, 500, 800, 1000)},
     **dict.fromkeys(
@@ -35,8 +35,10 @@ _NUMBERS: dict[str, str | None] = {
          "LSS_Supported", "Baudrate", "NodeID")
     ),
 }  # fmt: skip
+# What canopen raises about a text that it cannot read.
+_REFUSALS = (configparser.Error, ObjectDictionaryError, ValueError, LookupError, TypeError, AttributeError)
 _VALUES = ("DefaultValue", "ParameterValue", "LowLimit", "HighLimit")  # numbers mostly, and often empty
-_SECTIONS = {name.lower(): name for name in ("DeviceInfo", "DeviceComissioning", "DummyUsage", "Comments")}
+_SECTIONS = {name.lower(): name for name in ("DeviceInfo", "DeviceComissioning", "DummyUsage")}
 _KEYS = {key.lower(): key for key in (*_NUMBERS, *_VALUES, "ParameterName", "AccessType")}
 
 
@@ -66,16 +68,54 @@ def load_eds(path: Path | str, node: int) -> Eds:
     path = Path(path)
     try:
         text, remarks = _decode(path.read_bytes())
-        stream = io.StringIO(_repair(text, remarks))
-        stream.name = path.with_suffix(".eds").name  # canopen knows the format by the name
-        dictionary = import_od(stream, node)
+        dictionary = _import(_repair(text, remarks), node, remarks)
     except OSError as error:
         raise EdsError(str(path), f"cannot be read: {error.strerror or error}") from error
-    except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
+    except _REFUSALS as error:
         raise EdsError(str(path), f"not an EDS ({error}); expected the INI format of CiA 306") from error
     if not dictionary:
         raise EdsError(str(path), "no object in the file; expected sections such as [1000]")
     return Eds(dictionary, tuple(remarks))
+
+
+def _import(text: str, node: int, remarks: list[str]) -> ObjectDictionary:
+    """Return the dictionary of a repaired text, without the objects that canopen refuses."""
+    try:
+        return _import_whole(text, node)
+    except _REFUSALS:
+        head, objects = _by_object(text)
+    kept = [head]
+    for index, sections in objects.items():
+        try:
+            _import_whole(head + sections, node)
+        except _REFUSALS as error:
+            remarks.append(f"[{index}]: left out: {error}")
+        else:
+            kept.append(sections)
+    return _import_whole("".join(kept), node)
+
+
+def _import_whole(text: str, node: int) -> ObjectDictionary:
+    stream = io.StringIO(text)
+    stream.name = "device.eds"  # canopen knows the format by the name
+    return import_od(stream, node)
+
+
+def _by_object(text: str) -> tuple[str, dict[str, str]]:
+    """Return the sections that describe no object, and those of each object by its index as it is written.
+
+    An object stands before its sub-indices, which canopen asks for.
+    """
+    head, objects = "", dict[str, str]()
+    for section in re.split(r"^(?=\[)", text, flags=re.MULTILINE):
+        match = _OBJECT.match(section)
+        if match is None:
+            head += section
+        elif match[2]:
+            objects[match[1]] = objects.get(match[1], "") + section
+        else:
+            objects[match[1]] = section + objects.get(match[1], "")
+    return head, objects
 
 
 def _decode(data: bytes) -> tuple[str, list[str]]:
@@ -99,7 +139,9 @@ def _repair(text: str, remarks: list[str]) -> str:
             section, keys = _SECTIONS.get(match[1].strip().lower(), match[1].strip()), set()
             skipping = section.lower() in sections
             sections.add(section.lower())
-            if skipping:
+            if section.lower() == "comments":  # nobody reads them, and canopen refuses one that is missing
+                skipping = True
+            elif skipping:
                 remarks.append(f"line {number}: section [{section}] stands twice; the second one is ignored")
             lines.append("" if skipping else f"[{section}]")
         elif skipping or not stripped or stripped[0] in ";#":
@@ -110,7 +152,7 @@ def _repair(text: str, remarks: list[str]) -> str:
     if "deviceinfo" not in sections:
         remarks.append("[DeviceInfo] missing; taken for empty")
         lines.append("[DeviceInfo]")
-    return "\n".join(lines)
+    return "\n".join([*lines, ""])
 
 
 def _entry(line: str, number: int, keys: set[str], remarks: list[str]) -> str:

@@ -19,6 +19,12 @@ ABORT_ADVICE = {
 GENERAL_ADVICE = "see the device's manual for this object, or use a device that has it"
 
 
+def in_one_line(error: Exception) -> str:
+    """Return what an error of an interface says, without the traceback that python-can adds to some."""
+    said = str(error).partition("Traceback (most recent call last)")[0].strip(" :\n").partition("\n")[0]
+    return said or type(error).__name__
+
+
 class DriverError(OmnimateError):
     """The root of the driver's errors."""
 
@@ -39,10 +45,11 @@ class BusLost(DriverError):  # noqa: N818  # a state of the bus that the driver 
     """The interface failed while sending or receiving.
 
     Attributes:
-        cause: The error that the interface raised.
+        cause: What the interface said, in one line.
     """
 
-    def __init__(self, cause: Exception) -> None:
+    def __init__(self, error: Exception) -> None:
+        cause = in_one_line(error)
         super().__init__(
             f"the bus interface failed: {cause}; check the adapter, its cable and the power of the bus"
         )

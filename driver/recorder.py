@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -53,6 +54,7 @@ class Recorder:
         self.folder = Path(folder)
         self._protocol, self._side = protocol, side
         self._laps: list[Lap] = []
+        self._latest = -math.inf
         self._poses: list[tuple[float, TruckName, Sequence[float], Sequence[float]]] = []
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -75,13 +77,19 @@ class Recorder:
         save_vehicle(vehicle, self.folder / VEHICLE)
 
     def frame(self, at: float, message: can.Message) -> None:
-        """Write a frame that was on the bus at time `at` [s]."""
+        """Write a frame that was on the bus at time `at` [s], or with the frame before where that is later.
+
+        Frames come in the order in which they were on the bus; two threads may take their times in another.
+        """
+        self._latest = max(at, self._latest)
         flags = (
             message.is_extended_id * EXTENDED
             | message.is_remote_frame * REMOTE
             | message.is_error_frame * ERROR
         )
-        self._log.write(at, message.arbitration_id, bytes(message.data), flags=flags, length=message.dlc)
+        self._log.write(
+            self._latest, message.arbitration_id, bytes(message.data), flags=flags, length=message.dlc
+        )
 
     def lap(self, direction: Direction, start: float, end: float) -> None:
         """Add a lap from `start` to `end` [s] and write `run.toml`."""

@@ -11,22 +11,28 @@ from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from numpy.typing import NDArray
+
     from omnimate.logs.decoding import FrameDecoder
     from omnimate.logs.frames import Frames
 
+PAUSE, PAUSE_INTERVALS = 1.0, 10.0  # [s] and usual intervals: an identifier that is away for longer pauses
 _HEADER = f"{'interface':<10} {'id':>8} {'frames':>9} {'Hz':>10} {'bytes':>5}  name"
 
 
 def rate_lines(frames: Frames, decoder: FrameDecoder) -> Iterator[str]:
-    """Yield a table: per interface and identifier the frames, their mean rate [Hz], length and name."""
+    """Yield a table: per interface and identifier the frames, their rate [Hz], length and name.
+
+    The rate is the mean over the time in which the identifier was there: a pause of more than a second and
+    ten of its usual intervals does not count.
+    """
     yield _HEADER
     kind = (frames.flags & (EXTENDED | REMOTE | ERROR)).astype(np.uint64)
     key = frames.channel.astype(np.uint64) << np.uint64(40) | kind << np.uint64(32) | frames.can_id
     order = np.argsort(key, kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(key[order])) + 1) if len(frames) else ():
-        first, last = int(rows[0]), int(rows[-1])
-        span = float(frames.time[last] - frames.time[first])
-        rate = f"{(len(rows) - 1) / span:.3f}" if span > 0 else "-"
+        first = int(rows[0])
+        rate = _rate(frames.time[rows])
         low, high = int(frames.length[rows].min()), int(frames.length[rows].max())
         size = f"{low}" if low == high else f"{low}-{high}"
         flags, can_id = int(frames.flags[first]), int(frames.can_id[first])
@@ -34,3 +40,13 @@ def rate_lines(frames: Frames, decoder: FrameDecoder) -> Iterator[str]:
         name = decoder.name(can_id, flags, frames.data[first, : int(frames.length[first])].tobytes())
         channel = frames.channels[int(frames.channel[first])]
         yield f"{channel:<10} {identifier:>8} {len(rows):>9} {rate:>10} {size:>5}  {name}"
+
+
+def _rate(time: NDArray[np.float64]) -> str:
+    """Return the rate [Hz] of frames that came at times [s], shape `(N,)`."""
+    intervals = np.diff(time)
+    if len(intervals) == 0:
+        return "-"
+    there = intervals[intervals <= max(PAUSE, PAUSE_INTERVALS * float(np.median(intervals)))]
+    span = float(there.sum())
+    return f"{len(there) / span:.3f}" if span > 0 else "-"

@@ -1,13 +1,14 @@
 """Bus logs of every format that people have, recognised by their content.
 
-candump (`-L` and `-ta`, gzipped or not), Vector `.asc` and `.blf`, PEAK `.trc`, IXXAT MiniMon. What cannot
-be read is left out and reported line by line; a log that was cut off is read up to there.
+candump (`-L`, `-ta`, `-td`, `-tz` and plain columns, gzipped or not), Vector `.asc` and `.blf`, PEAK `.trc`,
+IXXAT MiniMon. What cannot be read is left out and reported line by line; a log that was cut off is read up
+to there.
 """
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,9 @@ from omnimate.vehicle.errors import LogError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from numpy.typing import NDArray
+
+GROWING = 0.8  # share of relative times that are later than the one before: half of them by chance
 _HEAD = 4096  # bytes in which a format shows itself
 
 
@@ -36,6 +40,7 @@ class LogReadResult:
         skipped: Lines that were left out, and why.
         truncated: Whether the file ends in the middle of a line or of its compressed data.
         stamp_width: Number of characters of a time in the log, with which it is printed again.
+        is_added_up: Whether the log has the time since the frame before (`candump -td`), which was added up.
     """
 
     source: Path
@@ -43,6 +48,7 @@ class LogReadResult:
     skipped: tuple[SkippedLine, ...] = ()
     truncated: bool = False
     stamp_width: int = STAMP_WIDTH
+    is_added_up: bool = False
 
     @property
     def is_whole(self) -> bool:
@@ -53,6 +59,8 @@ class LogReadResult:
         """Yield in words what was left out, and where the clock runs backwards."""
         for line in self.skipped:
             yield f"{self.source}:{line.line}: skipped: {line.reason}: {line.text!r}"
+        if self.is_added_up:
+            yield f"{self.source}: times are since the frame before (candump -td); they were added up from 0"
         if self.truncated:
             yield f"{self.source}: the log ends early; it was read up to there"
         jumps = self.frames.backwards().tolist()
@@ -122,7 +130,20 @@ def _read_candump(path: Path) -> LogReadResult:
         else:
             pieces.append(frames_of([frame]))
     width = parser.stamp_width or STAMP_WIDTH
-    return LogReadResult(path, concatenate(pieces), tuple(parser.skipped), truncated, width)
+    frames = concatenate(pieces)
+    added_up = parser.is_relative and _is_since_last(frames.time)
+    if added_up:
+        frames = replace(frames, time=np.cumsum(frames.time))
+    return LogReadResult(path, frames, tuple(parser.skipped), truncated, width, added_up)
+
+
+def _is_since_last(time: NDArray[np.float64]) -> bool:
+    """Say whether times are each since the frame before, and not all since the first one.
+
+    The latter grow, but for frames of several interfaces that are written in another order.
+    """
+    grows = np.diff(time[1:]) > 0.0
+    return len(grows) > 0 and float(np.mean(grows)) < GROWING
 
 
 def _looks_complete(last: Frame, pieces: list[Frames]) -> bool:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from omnimate.logs.frames import Frame
 
+RELATIVE_WIDTH = 10  # characters of a relative time on candump's screen: three digits, a point, six digits
 _NEWLINE = 10
 _FEW = 8  # lines: below this the careful parser is quicker
 _ROUNDS = 16  # shapes tried per line length
@@ -68,12 +69,14 @@ class BlockParser:
         channels: Names of the interfaces so far, with their numbers.
         lines: Number of lines read so far.
         stamp_width: Number of characters of the first time in the log; 0 before it.
+        is_relative: Whether it is a time as of `candump -td` or `-tz`, which are not absolute.
         skipped: Lines that hold no frame.
     """
 
     channels: dict[str, int] = field(default_factory=dict)
     lines: int = 0
     stamp_width: int = 0
+    is_relative: bool = False
     skipped: list[SkippedLine] = field(default_factory=list)
 
     def parse(self, block: bytes) -> Frames:
@@ -87,6 +90,7 @@ class BlockParser:
             self._parse_group(block, characters, starts, np.flatnonzero(lengths == length), length, table)
         if not self.stamp_width and (first := STAMP.search(block)):
             self.stamp_width = len(first[1])
+            self.is_relative = self.stamp_width == RELATIVE_WIDTH and first[2] is not None
         self.lines += len(ends)
         return table.frames(tuple(self.channels))
 

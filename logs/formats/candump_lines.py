@@ -2,7 +2,9 @@
 
 `log` is what `candump -L` prints, `(1700000000.000250) can0 181#0010000000200000`; `ta` is what
 `candump -ta` prints, ` (1700000000.000250)  can0  181   [8]  00 10 00 00 00 20 00 00`, its leading
-space included. With `-x` both say whether a frame was received or sent.
+space included. With `-x` both say whether a frame was received or sent. Also read is the plain form
+`1700000000.000250 can0 181 [8] 00 10 00 00 00 20 00 00` of other recorders, with or without the length, with
+or without spaces between the bytes.
 """
 
 from __future__ import annotations
@@ -33,7 +35,11 @@ _TA_LINE = re.compile(
     rb"\s*\((\d{1,10}\.\d{1,9})\)\s+(\S+)\s+(?:(RX|TX) [B-] [E-]\s+)?([0-9A-Fa-f]+)\s+"
     rb"(\[\d\]|\[\d\d\]|\{[0-9A-F]\}) ?( remote request|(?: [0-9A-Fa-f]{2})*)(?:\s.*)?"
 )
-STAMP = re.compile(rb"\((\d{1,10}\.\d{6})\)")
+_PLAIN_LINE = re.compile(
+    rb"\s*\(?(\d{1,10}\.\d{1,9})\)?\s+(\S+)\s+(?:0[xX])?([0-9A-Fa-f]{1,8})(?:\s+\[?(\d)\]?(?=\s|$))?"
+    rb"((?:\s+(?:[0-9A-Fa-f]{2})+)*)\s*"
+)
+STAMP = re.compile(rb"\((\d{1,10}\.\d{6})\)(  )?")  # the screen's two spaces behind it
 _REMOTE_TAIL = re.compile(rb"[Rr]([0-8])?")
 _DATA_TAIL = re.compile(rb"((?:[0-9A-Fa-f]{2}\.?)*)(?:_[9A-Fa-f])?")
 _NO_TIME = re.compile(rb"\s*\S+\s+[0-9A-Fa-f]+\s+\[\d\].*|\s*\S+ +[0-9A-Fa-f]+#\S*\s*")
@@ -78,7 +84,7 @@ def format_lines(frames: Frames, form: Form = "log", stamp_width: int = STAMP_WI
 
 
 def parse_line(line: bytes) -> Frame | str:
-    """Return the frame of a line in either form, or the reason why it holds none."""
+    """Return the frame of a line in any of the forms, or the reason why it holds none."""
     if match := LOG_LINE.fullmatch(line):
         stamp, channel, identifier, tail, direction = match.groups()
         return _frame(stamp, channel, identifier, _content(tail), _PARSED_DIRECTIONS[direction])
@@ -86,6 +92,10 @@ def parse_line(line: bytes) -> Frame | str:
         stamp, channel, direction, identifier, length, tail = match.groups()
         content = _long_content(length, tail)
         return _frame(stamp, channel, identifier, content, _PARSED_DIRECTIONS[direction])
+    if match := _PLAIN_LINE.fullmatch(line):
+        stamp, channel, identifier, length, tail = match.groups()
+        if length or tail or b"(" not in line:  # else it is the beginning of a line as of `candump -L`
+            return _frame(stamp, channel, _in_digits(identifier), _plain_content(length, tail), 0)
     if line.startswith(b"DROPCOUNT"):
         return "the recorder dropped frames here"
     if _NO_TIME.fullmatch(line):
@@ -134,6 +144,21 @@ def _frame(
     return Frame(
         float(stamp), can_id, data, kind | remote | direction, length, channel.decode(errors="replace")
     )
+
+
+def _in_digits(identifier: bytes) -> bytes:
+    """Return an identifier with 3 digits, or with 8 where it has 29 bits."""
+    return identifier.rjust(3 if len(identifier) < 8 and int(identifier, 16) <= 0x7FF else 8, b"0")
+
+
+def _plain_content(length: bytes | None, tail: bytes) -> tuple[int, bytes, int] | str:
+    """Return length, data and no flag of the bytes behind the identifier."""
+    data = bytes.fromhex(tail.decode())
+    if len(data) > 8:
+        return "the data are not 0 to 8 bytes of two hexadecimal digits"
+    if length is not None and len(data) != int(length):
+        return f"the length says [{length.decode()}], the number of bytes is {len(data)}"
+    return len(data), data, 0
 
 
 def _content(tail: bytes) -> tuple[int, bytes, int] | str:

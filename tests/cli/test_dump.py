@@ -96,6 +96,16 @@ def test_rates_are_a_table_by_identifier(log, vehicle):
     assert len(lines) == 12
 
 
+def test_a_rate_is_that_of_the_time_in_which_frames_came_and_not_of_a_pause(log):
+    """A heartbeat of 0.5 s, silent for an hour in between, has 2 Hz; a single pair has its distance."""
+    times = [0.5 * step for step in range(20)]
+    times += [3600.0 + time for time in times]
+    log.write_text("".join(f"({1.7e9 + time:.6f}) can0 701#05\n" for time in times))
+    assert run(log, "--rates").stdout.splitlines()[1].split()[:4] == ["can0", "701", "40", "2.000"]
+    log.write_text("(1700000000.000000) can0 701#05\n(1700003600.000000) can0 701#05\n")
+    assert run(log, "--rates").stdout.splitlines()[1].split()[3] == "0.000"
+
+
 def test_count_ends_early(log):
     assert run(log, "--count", 2).stdout == "".join(LOG.splitlines(keepends=True)[:2])
 

@@ -78,6 +78,31 @@ def test_each_repair_is_reported_with_its_line(tmp_path, old, new, remark):
     assert 0x1000 in eds.dictionary
 
 
+@pytest.mark.parametrize(
+    "comments", ["Lines=2\nLine1=first\n", "Line1=first\n", "Lines=4\nLine2=second\n", "Lines=x\n"]
+)
+def test_comments_without_all_of_their_lines_are_no_reason_to_refuse_a_file(tmp_path, comments):
+    eds = load(tmp_path, f"{GOOD}[Comments]\n{comments}")
+    assert 0x1000 in eds.dictionary
+
+
+BROKEN_OBJECTS = [
+    "[1018sub1]\nParameterName=Vendor\nDataType=0x7\n",  # without its object
+    "[2000]\nObjectType=0x7\nDataType=0x7\n",  # without a name
+    "[2000]\nParameterName=A\nObjectType=0x8\n[2000Name]\nNrOfEntries=3\n1=one\n",
+    "[2000]\nParameterName=A\nObjectType=0x9\n[2000sub1]\nObjectType=0x7\n",
+]
+
+
+@pytest.mark.parametrize("broken", BROKEN_OBJECTS)
+def test_a_broken_object_is_left_out_and_named_and_the_others_are_read(tmp_path, broken):
+    after = GOOD.split("[1000]")[1].replace("Device type", "After it")
+    eds = load(tmp_path, f"{GOOD}{broken}[6000]{after}")
+    assert {0x1000, 0x6000} <= set(eds.dictionary)
+    index = broken[1:5]
+    assert [remark for remark in eds.remarks if remark.startswith(f"[{index}")]
+
+
 def test_windows_1252_is_read_and_reported(tmp_path):
     eds = load(tmp_path, GOOD.replace("Maker", "Drehgeber für Räder “neu”"), "cp1252")
     assert eds.dictionary.device_information.vendor_name == "Drehgeber für Räder “neu”"

@@ -6,13 +6,14 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import can
 import pytest
 
 from omnimate.driver.bus import open_bus
 from omnimate.driver.configure import configure_node
 from omnimate.driver.driver import Driver
 from omnimate.driver.eds import load_eds
-from omnimate.driver.errors import DriverError, NodeError
+from omnimate.driver.errors import BusLost, DriverError, NodeError
 from omnimate.driver.passive import PassiveReader
 from omnimate.vehicle.parameters import Bus
 
@@ -220,7 +221,7 @@ def eds_is_no_ini_file(_kit):
 
 
 @situation
-def eds_has_a_broken_object(_kit):
+def eds_has_only_a_broken_object(_kit):
     Path("encoder.eds").write_text("[1018sub1]\nParameterName=Vendor\n", encoding="utf-8")
     load_eds("encoder.eds", 1)
 
@@ -249,3 +250,19 @@ def test_an_error_of_a_node_names_it_and_its_short_form_leaves_the_advice_out(
     error = caught.value
     assert str(error).startswith(f"node {error.node}: {error.problem}; ")
     assert len(str(error)) > len(error.problem) + 20
+
+
+@pytest.mark.parametrize("end", ["  ", "\n", ": "])
+def test_a_traceback_in_what_an_interface_says_is_left_out(end):
+    """python-can's socketcand client puts its traceback into the text of its error."""
+    said = f"Failed to receive: [Errno 104] reset{end}Traceback (most recent call last):\n  File x, line 1\n"
+    lost = BusLost(can.CanError(said))
+    assert lost.cause == "Failed to receive: [Errno 104] reset"
+    assert str(lost) == (
+        "the bus interface failed: Failed to receive: [Errno 104] reset; "
+        "check the adapter, its cable and the power of the bus"
+    )
+
+
+def test_an_interface_that_says_nothing_is_named_by_the_kind_of_its_error():
+    assert BusLost(BrokenPipeError()).cause == "BrokenPipeError"

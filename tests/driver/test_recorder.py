@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import can
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from omnimate.driver.driver import Driver
 from omnimate.driver.recorder import Recorder
@@ -41,6 +43,17 @@ def test_every_frame_is_there_in_order_sent_and_received(kit, tmp_path):
     assert [line.split()[2] for line in lines[-3:]] == ["080#", "181#00000000", "182#00000000"]
     times = [float(line.split()[0].strip("()")) for line in lines]
     assert times == sorted(times)
+
+
+@given(times=st.lists(st.floats(1e9, 2e9), max_size=20))
+def test_the_log_never_steps_backwards(kit, tmp_path_factory, times):
+    folder = tmp_path_factory.mktemp("run")
+    with Recorder(folder, kit.one_truck()) as recorder:
+        for time in times:
+            recorder.frame(time, kit.frame(0x080))
+    written = [float(line.split()[0].strip("()")) for line in (folder / "can.log").read_text().splitlines()]
+    assert written == sorted(written)
+    assert len(written) == len(times)
 
 
 def test_the_vehicle_file_holds_the_ranges_that_were_found(kit, tmp_path):

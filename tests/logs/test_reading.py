@@ -54,6 +54,46 @@ def block_of(rows, form="log"):
     return "".join(line + "\n" for line in format_lines(frames_of(rows), form)).encode()
 
 
+def screen(times):
+    """A log as candump prints it on the screen, with these times."""
+    return b"".join(b" (%010.6f)  can0  181   [2]  00 01\n" % time for time in times)
+
+
+steps = st.lists(st.integers(1, 3_000_000), min_size=3, max_size=40)
+
+
+@given(steps=steps.filter(lambda steps: np.mean(np.diff(steps) > 0) < 0.8))
+def test_times_since_the_last_frame_are_added_up(tmp_path_factory, steps):
+    """`candump -td`; the same frames as `candump -tz` have the same times."""
+    path = tmp_path_factory.mktemp("log")
+    passed = np.cumsum([0, *steps]) / 1e6
+    since_start = read(path, screen(passed))
+    assert since_start.frames.time == pytest.approx(passed, abs=1e-7)
+    since_last = read(path, screen([0.0, *np.array(steps) / 1e6]))
+    assert since_last.frames.time == pytest.approx(passed, abs=1e-6)
+    assert "candump -td" in next(since_last.problems())
+    assert since_last.is_whole
+
+
+@given(rows=logs, dlc=st.sampled_from(["[{}] ", "{} ", ""]), between=st.sampled_from([" ", ""]))
+def test_the_plain_form_of_other_recorders_is_read(rows, dlc, between):
+    """`time interface id [dlc] bytes`."""
+    for row in rows:
+        if row.flags & (REMOTE | ERROR):
+            continue
+        identifier = f"{row.can_id:08X}" if row.flags & EXTENDED else f"{row.can_id:03X}"
+        length, data = dlc.format(len(row.data)), between.join(f"{byte:02x}" for byte in row.data)
+        line = f"{row.time:.6f} {row.channel} {identifier} {length}{data}"
+        assert parse_line(line.encode()) == row._replace(flags=row.flags & EXTENDED)
+
+
+@pytest.mark.parametrize(
+    "line", [b"1.5 can0 181 [3] 01 02", b"1.5 can0 181 " + b" 01" * 9, b"(1.5) can0 181"]
+)
+def test_a_plain_line_that_is_no_frame_is_told(line):
+    assert isinstance(parse_line(line), str)
+
+
 @given(rows=logs)
 def test_column_by_column_reads_what_line_by_line_reads(rows):
     block = block_of(rows)
