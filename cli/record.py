@@ -48,9 +48,7 @@ def record(
     folder: Annotated[Path, typer.Argument(help="Recording folder to write.")],
     bus: Annotated[
         str,
-        typer.Option(
-            help="socketcan://can0, socketcand://host:port/can0, slcan:///dev/ttyACM0@500000 or virtual://name."
-        ),
+        typer.Option(help="socketcan://can0, socketcand://host:port/can0, pcan://PCAN_USBBUS1, or another."),
     ],
     vehicle: Annotated[
         Path | None, typer.Option(help="vehicle.toml of the robot; else the reference robot.")

@@ -5,12 +5,16 @@ from __future__ import annotations
 import importlib.util
 import logging
 import socket
+from dataclasses import replace
 from typing import TYPE_CHECKING
-from urllib.parse import SplitResult, urlsplit
+from urllib.parse import urlsplit
 
 import can
+from can.interfaces.socketcan import SocketcanBus
 
+from omnimate.driver.adapters import BusUrl, open_adapter
 from omnimate.driver.errors import BusError, in_one_line
+from omnimate.driver.socketcan_stamps import StampedSocket
 from omnimate.driver.socketcand_bus import RobustSocketcandBus
 from omnimate.driver.virtual_bus import FastVirtualBus
 
@@ -20,66 +24,75 @@ if TYPE_CHECKING:
 PROBE_TIMEOUT = 2.0  # [s]
 DEFAULT_PORT = 29536  # of socketcand
 DEFAULT_BITRATE = 500_000
-SCHEMES = "virtual://name, socketcan://can0, socketcand://host:port/can0, slcan:///dev/ttyACM0@500000"
 
 # python-can writes every incomplete TCP segment as a warning; what matters is raised or counted here.
 logging.getLogger("can").addHandler(logging.NullHandler())
 
 
-def open_bus(url: str) -> can.BusABC:
+def open_bus(url: str, bitrate: int | None = None) -> can.BusABC:
     """Return the bus that a URL names.
 
     Args:
-        url: One of `virtual://name`, `socketcan://can0`, `socketcand://host:port/can0`,
-            `slcan:///dev/ttyACM0@500000`.
+        url: `interface://channel?key=value` with any interface of python-can and its keys, such as
+            `socketcan://can0`, `socketcand://host:port/can0`, `slcan:///dev/ttyACM0@500000`,
+            `virtual://name`, `pcan://PCAN_USBBUS1?bitrate=250000&sample_point=87.5`.
+        bitrate: Bit rate where the URL has none and the interface needs one [bit/s].
 
     Raises:
-        BusError: The scheme is unknown, nothing answers, or the interface refuses.
+        BusError: There is no such interface or key, nothing answers, or the interface refuses.
     """
     try:
-        parts = urlsplit(url)
-        opener = _OPENERS.get(parts.scheme)
-        if opener is None:
-            raise BusError(url, f"unknown scheme {parts.scheme!r}; expected one of {SCHEMES}")
-        return opener(url, parts)
-    except (can.CanError, OSError, ValueError) as error:
+        parts = BusUrl.of(url)
+        opener = _OPENERS.get(parts.interface)
+        return open_adapter(parts, bitrate) if opener is None else opener(parts, bitrate)
+    except (can.CanError, OSError, ValueError, TypeError) as error:
         raise BusError(
             url, f"cannot be opened: {in_one_line(error)}; check the URL, and that the adapter is connected"
         ) from error
 
 
-def _virtual(_url: str, parts: SplitResult) -> can.BusABC:
-    return FastVirtualBus(channel=parts.netloc or parts.path.lstrip("/") or "omnimate")
+def _virtual(url: BusUrl, _bitrate: int | None) -> can.BusABC:
+    if url.options:
+        return open_adapter(url, None)
+    return FastVirtualBus(channel=url.channel or "omnimate")
 
 
-def _socketcan(url: str, parts: SplitResult) -> can.BusABC:
-    if parts.netloc not in {name for _, name in socket.if_nameindex()}:
+def _socketcan(url: BusUrl, _bitrate: int | None) -> can.BusABC:
+    rate = url.options.get("bitrate", DEFAULT_BITRATE)
+    up = f"ip link set {url.channel or 'can0'} up type can bitrate {rate}"
+    if url.channel not in {name for _, name in socket.if_nameindex()}:
         raise BusError(
-            url,
-            f"no network interface {parts.netloc!r}; expected a CAN interface that is up: "
-            f"ip link set {parts.netloc or 'can0'} up type can bitrate {DEFAULT_BITRATE}",
+            url.text,
+            f"no network interface {url.channel!r}; expected a CAN interface that is up: {up}",
         )
-    return can.Bus(interface="socketcan", channel=parts.netloc)
+    if "bitrate" in url.options:
+        raise BusError(url.text, f"Linux sets the bit rate of socketcan, not this URL; use {up}")
+    bus = open_adapter(url, None)
+    if isinstance(bus, SocketcanBus):
+        bus.socket = StampedSocket.take_over(bus.socket)
+    return bus
 
 
-def _slcan(url: str, parts: SplitResult) -> can.BusABC:
+def _slcan(url: BusUrl, bitrate: int | None) -> can.BusABC:
     if importlib.util.find_spec("serial") is None:
-        raise BusError(url, "slcan needs pyserial: pip install 'omnimate[slcan]'")
-    device, _, bitrate = (parts.netloc + parts.path).partition("@")
-    return can.Bus(interface="slcan", channel=device, bitrate=int(bitrate or DEFAULT_BITRATE))
+        raise BusError(url.text, "slcan needs pyserial: pip install 'omnimate[slcan]'")
+    device, _, rate = url.channel.partition("@")
+    options = {"bitrate": int(rate)} if rate else {}
+    return open_adapter(replace(url, channel=device, options=options | dict(url.options)), bitrate)
 
 
-def _socketcand(url: str, parts: SplitResult) -> can.BusABC:
+def _socketcand(url: BusUrl, _bitrate: int | None) -> can.BusABC:
+    parts = urlsplit(f"//{url.channel}")
     host, port = parts.hostname, parts.port or DEFAULT_PORT
     if host is None:
-        raise BusError(url, "no host; expected socketcand://host:port/can0")
-    _probe(url, host, port)
+        raise BusError(url.text, "no host; expected socketcand://host:port/can0")
+    _probe(url.text, host, port)
     channel = parts.path.strip("/") or "can0"
     try:
         return RobustSocketcandBus(channel=channel, host=host, port=port, tcp_tune=True)  # type: ignore[no-untyped-call]  # python-can
     except can.CanError as error:
         raise BusError(
-            url, f"the server refuses channel {channel!r} ({error}); expected a channel that it serves"
+            url.text, f"the server refuses channel {channel!r} ({error}); expected a channel that it serves"
         ) from error
 
 
@@ -101,7 +114,7 @@ def _probe(url: str, host: str, port: int) -> None:
         )
 
 
-_OPENERS: dict[str, Callable[[str, SplitResult], can.BusABC]] = {
+_OPENERS: dict[str, Callable[[BusUrl, int | None], can.BusABC]] = {
     "virtual": _virtual,
     "socketcan": _socketcan,
     "socketcand": _socketcand,

@@ -71,7 +71,9 @@ class Driver:
         """
         self._url = bus if isinstance(bus, str) else None
         self._clock: Clock = clock or WallClock(vehicle.bus.sync_period)
-        self._network = BusNetwork(open_bus(bus) if isinstance(bus, str) else bus, self._clock, recorder)
+        self._network = BusNetwork(
+            open_bus(bus, vehicle.bus.bitrate) if isinstance(bus, str) else bus, self._clock, recorder
+        )
         self._monitor = Monitor(vehicle, self._clock)
         self._monitor.on_sdo = self._network.notify
         self._network.handler = self._monitor.take
@@ -259,7 +261,7 @@ class Driver:
             self._clock.sleep(delay)
             waited += delay
             try:
-                return open_bus(url)
+                return open_bus(url, self.vehicle.bus.bitrate)
             except BusError:
                 delay = min(2.0 * delay, LONGEST_DELAY)
         raise BusError(

@@ -48,7 +48,9 @@ class PassiveReader:
         self.vehicle = vehicle
         self._url = bus if isinstance(bus, str) else None
         self._clock = WallClock(vehicle.bus.sync_period)
-        self._network = BusNetwork(open_bus(bus) if isinstance(bus, str) else bus, self._clock, recorder)
+        self._network = BusNetwork(
+            open_bus(bus, vehicle.bus.bitrate) if isinstance(bus, str) else bus, self._clock, recorder
+        )
         self._monitor = Monitor(vehicle, self._clock)
         nodes = nodes_of(vehicle)
         masters = {

@@ -24,9 +24,7 @@ def track(
     ] = None,
     bus: Annotated[
         str | None,
-        typer.Option(
-            help="socketcan://can0, socketcand://host:port/can0, slcan:///dev/ttyACM0@500000 or virtual://name."
-        ),
+        typer.Option(help="socketcan://can0, socketcand://host:port/can0, pcan://PCAN_USBBUS1, or another."),
     ] = None,
     vehicle: Annotated[
         Path | None,

@@ -195,7 +195,7 @@ def bus_has_no_sync(kit):
 
 
 @situation
-def bus_url_has_an_unknown_scheme(_kit):
+def bus_is_given_without_its_interface(_kit):
     open_bus("can0")
 
 

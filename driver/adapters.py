@@ -1,0 +1,159 @@
+"""Any interface of python-can by its URL, with its bit timing: `pcan://PCAN_USBBUS1?bitrate=250000`."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qsl, unquote
+
+import can
+from can.interfaces import BACKENDS
+
+from omnimate.driver.errors import BusError
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+CLOCK = 8_000_000  # [Hz] on which bit timing is given where the URL has no f_clock; python-can adjusts it
+REGISTERS = ("brp", "tseg1", "tseg2", "sjw")  # of the controller, on f_clock
+TIMING_KEYS = frozenset({*REGISTERS, "nof_samples", "f_clock", "sample_point"})
+EXTRAS = {"gs_usb": "gs-usb", "udp_multicast": "multicast", "cantact": "cantact", "slcan": "serial"}
+_URL = re.compile(r"(?P<interface>\w+):(?://)?(?P<channel>[^?]*)(?:\?(?P<query>.*))?")
+_DOCUMENTED = re.compile(r":param\s+(?:[^:\n]*?\s)?(\w+)\s*:")
+
+
+@dataclass(frozen=True, slots=True)
+class BusUrl:
+    """The parts of a bus's URL.
+
+    Attributes:
+        text: URL as it was given.
+        interface: Name of python-can's interface.
+        channel: Channel of the interface; empty for its default.
+        options: What stands behind the question mark, as numbers and booleans where they are such.
+    """
+
+    text: str
+    interface: str
+    channel: str
+    options: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, text: str) -> BusUrl:
+        """Return the parts of `interface://channel?key=value&key=value` or `interface:channel?...`.
+
+        Raises:
+            BusError: The text is no such URL, or a key stands twice.
+        """
+        match = _URL.fullmatch(text)
+        if match is None:
+            raise BusError(text, "no URL of a bus; expected interface://channel, such as socketcan://can0")
+        pairs = parse_qsl(match["query"] or "", keep_blank_values=True)
+        keys = [key for key, _ in pairs]
+        twice = next((key for key in keys if keys.count(key) > 1), None)
+        if twice is not None:
+            raise BusError(text, f"{twice} stands twice; expected each key once")
+        options = {key: _value(value) for key, value in pairs}
+        return cls(text, match["interface"], unquote(match["channel"]), options)
+
+
+def open_adapter(url: BusUrl, bitrate: int | None) -> can.BusABC:
+    """Return a bus of python-can's interface.
+
+    Args:
+        url: The interface, its channel, and its keys: those of python-can, and for the bit timing `bitrate`
+            with or without `sample_point` [%], or `f_clock` [Hz], `brp`, `tseg1`, `tseg2`, `sjw`.
+        bitrate: Bit rate where the URL has none [bit/s]; None for the interface's own.
+
+    Raises:
+        BusError: There is no such interface or key, or what the interface needs is not installed.
+        can.CanError: The interface refuses.
+    """
+    kind = _class_of(url)
+    known = _keys_of(kind)
+    options = dict(url.options)
+    if bitrate is not None and "bitrate" in known and not TIMING_KEYS & options.keys():
+        options.setdefault("bitrate", bitrate)
+    if url.channel:
+        options["channel"] = url.channel
+    if TIMING_KEYS & (options.keys() - known):
+        options = _with_timing(url, options, known)
+    unknown = options.keys() - known
+    if unknown:
+        expected = ", ".join(sorted(known | (TIMING_KEYS if "timing" in known else set())))
+        raise BusError(url.text, f"{url.interface} has no {', '.join(sorted(unknown))}; expected {expected}")
+    try:
+        return kind(**options)
+    except (ImportError, NameError, AttributeError) as error:  # python-can finds some only now
+        raise _not_here(url, error) from error
+
+
+def _class_of(url: BusUrl) -> type[can.BusABC]:
+    if url.interface not in BACKENDS:
+        expected = ", ".join(f"{name}://" for name in sorted(BACKENDS))
+        raise BusError(url.text, f"unknown interface {url.interface!r}; expected one of {expected}")
+    module, name = BACKENDS[url.interface]
+    try:
+        kind: type[can.BusABC] = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, OSError) as error:
+        raise _not_here(url, error) from error
+    return kind
+
+
+def _not_here(url: BusUrl, error: Exception) -> BusError:
+    extra = EXTRAS.get(url.interface, url.interface)
+    return BusError(
+        url.text,
+        f"what {url.interface} needs is not here ({error}); install the adapter's driver, and pip install "
+        f"'python-can[{extra}]' where there is such an extra",
+    )
+
+
+def _keys_of(kind: type[can.BusABC]) -> frozenset[str]:
+    """Return the keys that an interface takes: those of its signature, and those that it documents."""
+    signature = set(inspect.signature(kind.__init__).parameters) - {"self", "args", "kwargs"}
+    text = f"{kind.__doc__}\n{kind.__init__.__doc__}"
+    return frozenset(signature | set(_DOCUMENTED.findall(text)) - {"kwargs"})
+
+
+def _with_timing(url: BusUrl, options: Mapping[str, Any], known: Collection[str]) -> dict[str, Any]:
+    """Return the options with one `timing` instead of the keys that describe it.
+
+    Raises:
+        BusError: The interface takes no bit timing, or it is incomplete or impossible.
+    """
+    if "timing" not in known:
+        raise BusError(
+            url.text, f"{url.interface} takes no bit timing; expected bitrate alone, or another adapter"
+        )
+    given = {key: options[key] for key in options if key in TIMING_KEYS | {"bitrate"}}
+    rest = {key: value for key, value in options.items() if key not in given}
+    clock = given.pop("f_clock", CLOCK)
+    try:
+        if given.keys() == {"bitrate", "sample_point"}:
+            timing = can.BitTiming.from_sample_point(clock, **given)
+        elif set(REGISTERS) <= given.keys() <= {*REGISTERS, "nof_samples"}:
+            timing = can.BitTiming(clock, **given)
+        else:
+            raise BusError(
+                url.text,
+                f"bit timing of {', '.join(sorted(given))}; expected bitrate and sample_point, or "
+                f"{', '.join(REGISTERS)}",
+            )
+    except (ValueError, TypeError) as error:
+        raise BusError(url.text, f"no controller with {clock} Hz has this bit timing: {error}") from error
+    return {**rest, "timing": timing}
+
+
+def _value(text: str) -> Any:  # noqa: ANN401  # a number, a boolean or a word
+    if text.lower() in {"true", "false"}:
+        return text.lower() == "true"
+    for kind in (lambda word: int(word, 0), float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
