@@ -39,6 +39,9 @@ def drive_program(
         recorder: Receives laps and fixes; the frames reach it through the driver.
         fix: Measures absolute poses; None where nothing does.
         watch: Is called with every moment of the drive.
+
+    Raises:
+        DrivesStopped: A drive has stopped all wheels.
     """
     journal, runner = Journal(program, recorder), Runner(program, driver.vehicle)
     screen = _Screen(program.directions)
@@ -55,6 +58,7 @@ def drive_program(
                 bar.update(task, completed=runner.progress, lap=screen.words, pace=pace)
             watch(moment)
         bar.update(task, completed=1.0, lap="done")
+    driver.drives.require_enabled()
     driver.stop()
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import math
+import shlex
 import signal
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
     from omnimate.driver.driver import Driver
+    from omnimate.driver.errors import DrivesStopped
     from omnimate.driver.passive import PassiveReader
     from omnimate.driver.recorder import Recorder
     from omnimate.vehicle.arcs import PoseTuple
@@ -42,6 +45,18 @@ class NothingHeardError(OmnimateError):
     def __init__(self, bus: str) -> None:
         super().__init__(f"{bus}: ended before the first SYNC; nothing was recorded")
         self.bus = bus
+
+
+class RobotStoppedError(OmnimateError):
+    """A drive that was ended because a wheel did not do as commanded.
+
+    Attributes:
+        command: The command that drives again.
+    """
+
+    def __init__(self, stopped: DrivesStopped, command: str) -> None:
+        super().__init__(f"{stopped}: {command}")
+        self.command = command
 
 
 def record(
@@ -70,6 +85,7 @@ def record(
 ) -> None:
     """Read the encoders of a robot from its bus and write a recording, until Ctrl-C."""
     from omnimate.cli.driving import drive_program
+    from omnimate.driver.errors import DrivesStopped
     from omnimate.driver.passive import PassiveReader
     from omnimate.driver.recorder import Recorder
 
@@ -87,17 +103,32 @@ def record(
     except BaseException:
         recorder.discard()
         raise
-    with _kept(recorder, reader), contextlib.suppress(KeyboardInterrupt):
-        out.print(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it", soft_wrap=True)
-        if program is not None and not isinstance(reader, PassiveReader):
-            drive_program(reader, program, recorder)
-        else:
-            _follow(reader.samples(), robot, seconds)
+    stopped = None
+    try:
+        with _kept(recorder, reader), contextlib.suppress(KeyboardInterrupt):
+            out.print(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it", soft_wrap=True)
+            if program is not None and not isinstance(reader, PassiveReader):
+                drive_program(reader, program, recorder)
+            else:
+                _follow(reader.samples(), robot, seconds)
+    except DrivesStopped as error:
+        stopped = error
     if reader.report().syncs == 0:
         recorder.discard()
         raise NothingHeardError(bus)
     show_report(reader.report())
     out.print(f"recording: {folder}", soft_wrap=True)
+    if stopped is not None:
+        raise RobotStoppedError(stopped, _same_call(folder)) from stopped
+
+
+def _same_call(folder: Path) -> str:
+    """Return this call as a command, with a folder that does not exist yet."""
+    number = 2
+    while (other := folder.with_name(f"{folder.name}-{number}")).exists():
+        number += 1
+    arguments = [str(other) if argument == str(folder) else argument for argument in sys.argv[1:]]
+    return shlex.join(["omnimate", *arguments])
 
 
 @contextlib.contextmanager

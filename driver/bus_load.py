@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from omnimate.driver.drive_watch import STATUS_AGE
 from omnimate.driver.errors import BusOverload
 from omnimate.driver.expected_pdos import pdo_lengths
+from omnimate.driver.heartbeat import DRIVE_HEARTBEAT_MS, HEARTBEAT_MS
 from omnimate.driver.node_counts import nodes_of
 
 if TYPE_CHECKING:
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 WARN, REFUSE = 0.60, 0.80  # share of the bus
-RPDO_BYTES = 4  # 60FFh
+RPDO_BYTES, SDO_BYTES = 4, 8  # 60FFh; a request or an answer
 
 
 def frame_bits(length: int, *, stuffed: bool) -> int:
@@ -54,18 +56,20 @@ class BusLoad:
         return f"{text}; above {WARN:.0%}: PDOs may come late" if self.is_high else text
 
 
-def forecast_load(vehicle: VehicleParameters, heartbeat: float) -> BusLoad:
-    """Return the load of SYNC, TPDOs, RPDOs sent with every SYNC, and heartbeats.
+def forecast_load(vehicle: VehicleParameters) -> BusLoad:
+    """Return the load of SYNC, TPDOs, RPDOs sent with every SYNC, heartbeats, and status words by SDO.
 
     Args:
         vehicle: Vehicle whose encoders and drives are on the bus.
-        heartbeat: Heartbeat period of each node and of the driver [s].
     """
+    drives = {drive.node for drive in vehicle.drives}
+    others = len(set(nodes_of(vehicle)) - drives) + 1  # and the driver
     rate = 1.0 / vehicle.bus.sync_period
     frames = [(0, rate)]
     frames += [(length, rate) for length in pdo_lengths(vehicle).values()]
     frames += [(RPDO_BYTES, rate)] * len(vehicle.drives)
-    frames += [(1, 1.0 / heartbeat)] * (len(nodes_of(vehicle)) + 1)
+    frames += [(1, 1000.0 / HEARTBEAT_MS)] * others
+    frames += [(1, 1000.0 / DRIVE_HEARTBEAT_MS), (SDO_BYTES, 2.0 / STATUS_AGE)] * len(drives)
     return BusLoad(
         vehicle.bus.bitrate,
         _share(frames, vehicle.bus.bitrate, stuffed=False),

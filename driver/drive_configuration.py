@@ -5,8 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.configuration import NodeConfiguration
+from omnimate.driver.drive_watch import (
+    BY_EVENT,
+    LONGEST_INHIBIT,
+    STATUS_WORD,
+    StatusSource,
+    status_source,
+)
 from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
-from omnimate.driver.heartbeat import set_heartbeat
+from omnimate.driver.heartbeat import DRIVE_HEARTBEAT_MS, set_heartbeat
 from omnimate.driver.identity import check_identity
 from omnimate.driver.network import NMT_PRE_OPERATIONAL
 from omnimate.driver.notes import Notes
@@ -16,6 +23,7 @@ from omnimate.driver.pdo_parameters import (
     TPDO,
     PdoSetting,
     Transmission,
+    read_pdo,
     read_pdos,
     switch_off,
     write_pdo,
@@ -28,10 +36,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Drive
 
 TARGET_VELOCITY = Entry(0x60FF, 0, 32)
-STATUS_WORD = Entry(0x6041, 0, 16)
 ON_RECEPTION = (255, 254)  # transmission types: a target counts as soon as it comes
-BY_EVENT = 254  # transmission types from here on are sent at every change
-STATUS_INHIBIT = 1000  # [100 us] between two status words
 HEARTBEAT_TIMEOUT_MS = 500  # after which a drive misses the driver's heartbeat, where it can
 QUICK_STOP = 3  # abort connection option code 6007h
 
@@ -41,8 +46,9 @@ def configure_drive(
     drive: Drive,
     driver_node: int,
     encoder_cob_ids: Collection[int],
+    sync_period: float,
     nmt: Callable[[int, int], None],
-) -> tuple[NodeConfiguration, tuple[int, ...]]:
+) -> tuple[NodeConfiguration, StatusSource]:
     """Map the RPDO of a drive, limit the rate of its status word, and set heartbeats both ways.
 
     The node is left pre-operational. Nothing is written that holds already. Where the configuration fails,
@@ -53,10 +59,11 @@ def configure_drive(
         drive: Drive as `vehicle.toml` describes it.
         driver_node: Node id under which the driver sends its heartbeat.
         encoder_cob_ids: COB-IDs of the encoders' PDOs, which are left alone.
+        sync_period: Time between two SYNCs [s].
         nmt: Sends an NMT command to a node: command specifier, node id.
 
     Returns:
-        What was read and changed, and the COB-IDs of the TPDOs that begin with the status word 6041h.
+        What was read and changed, and how the status word 6041h reaches the driver.
 
     Raises:
         NodeMissing: The node does not answer.
@@ -70,9 +77,11 @@ def configure_drive(
     nmt(NMT_PRE_OPERATIONAL, drive.node)
     with sdo.restoring():
         _map_target(sdo, drive, notes)
-        status_words = _limit_status_words(sdo, encoder_cob_ids, notes)
-        heartbeat = set_heartbeat(sdo, notes)
+        settings = [_limited(sdo, setting, encoder_cob_ids, notes) for setting in read_pdos(sdo, TPDO)]
+        heartbeat = set_heartbeat(sdo, notes, DRIVE_HEARTBEAT_MS, DRIVE_HEARTBEAT_MS)
         _watch_driver(sdo, driver_node, notes)
+    shows_its_end = heartbeat is not None and 1000.0 * heartbeat <= DRIVE_HEARTBEAT_MS
+    source = status_source(drive.node, settings, sync_period if shows_its_end else None)
     configuration = NodeConfiguration(
         drive.node,
         names,
@@ -81,7 +90,7 @@ def configure_drive(
         tuple(notes.remarks),
         heartbeat=heartbeat,
     )
-    return configuration, status_words
+    return configuration, source
 
 
 def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> None:
@@ -108,35 +117,32 @@ def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> None:
         )
 
 
-def _limit_status_words(sdo: Sdo, encoder_cob_ids: Collection[int], notes: Notes) -> tuple[int, ...]:
-    """Limit the rate of TPDOs that begin with the status word; return their COB-IDs. Others stay."""
-    status_words = []
-    for setting in read_pdos(sdo, TPDO):
-        if not setting.is_valid or setting.cob_id in encoder_cob_ids:
-            continue
-        if setting.entries[:1] == (STATUS_WORD,):
-            status_words.append(setting.cob_id)
-            _inhibit(sdo, setting, notes)
-        else:
-            notes.remarks.append(f"{setting.in_words()}; its frames count as unknown")
-    return tuple(status_words)
+def _limited(sdo: Sdo, setting: PdoSetting, encoder_cob_ids: Collection[int], notes: Notes) -> PdoSetting:
+    """Return a TPDO, where it carries the status word with its rate limited; others stay as they are."""
+    if not setting.is_valid or setting.cob_id in encoder_cob_ids:
+        return setting
+    if STATUS_WORD not in setting.entries:
+        notes.remarks.append(f"{setting.in_words()}; its frames count as unknown")
+        return setting
+    if setting.transmission < BY_EVENT or setting.inhibit is None or 0 < setting.inhibit <= LONGEST_INHIBIT:
+        return setting
+    return _inhibited(sdo, setting, notes)
 
 
-def _inhibit(sdo: Sdo, setting: PdoSetting, notes: Notes) -> None:
-    """Keep a status word that changes with every command from filling the bus; faults come by EMCY too."""
-    if setting.inhibit is None or setting.inhibit >= STATUS_INHIBIT or setting.transmission < BY_EVENT:
-        return
+def _inhibited(sdo: Sdo, setting: PdoSetting, notes: Notes) -> PdoSetting:
+    """Keep a status word that changes with every command from filling the bus, yet let a fault through."""
     try:
         switch_off(sdo, setting)
-        sdo.put(setting.base, 3, STATUS_INHIBIT)
+        sdo.put(setting.base, 3, LONGEST_INHIBIT)
     except (SdoRefused, NotTaken) as error:
         notes.remarks.append(f"inhibit time of {setting.name} stays: {error.problem}")
     else:
         notes.changed.append(
-            f"inhibit time of {setting.name}: {setting.inhibit} to {STATUS_INHIBIT} x 100 us"
+            f"inhibit time of {setting.name}: {setting.inhibit} to {LONGEST_INHIBIT} x 100 us"
         )
     if sdo.find(setting.base, 1) != setting.raw:
         sdo.write(setting.base, 1, setting.raw)
+    return read_pdo(sdo, setting.base) or setting
 
 
 def _watch_driver(sdo: Sdo, driver_node: int, notes: Notes) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.errors import DriveError
-from omnimate.driver.supervision import FAULT, FAULT_MASK
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -14,6 +13,8 @@ if TYPE_CHECKING:
 
 PROFILE_VELOCITY = 3
 SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, FAULT_RESET = 0x06, 0x07, 0x0F, 0x80
+QUICK_STOP = 0x02
+FAULT_MASK, FAULT = 0x4F, 0x08
 STATE_MASK = 0x6F
 READY, SWITCHED_ON, ENABLED = 0x21, 0x23, 0x27
 POLLS, POLL_PAUSE = 200, 0.01  # [s]: a brake may take two seconds to open

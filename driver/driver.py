@@ -15,12 +15,12 @@ from omnimate.driver.configuration import ConfigurationReport, NodeConfiguration
 from omnimate.driver.drives import Drives
 from omnimate.driver.encoder_nodes import EncoderNodes
 from omnimate.driver.errors import BusError, BusLost
-from omnimate.driver.frozen_wheels import FrozenWheelWatch
-from omnimate.driver.heartbeat import HEARTBEAT_MS
 from omnimate.driver.monitor import Monitor
 from omnimate.driver.network import BusNetwork
 from omnimate.driver.recovery import Recovery
 from omnimate.driver.report import DriverReport, make_report
+from omnimate.driver.troubles import Trouble
+from omnimate.driver.wheel_watch import WheelWatch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 SHORT_WAIT = 0.01  # [s] of host time for PDOs that do not answer reliably
 MAX_DRAIN = 20_000  # frames read before a SYNC; more than two seconds of a full 1 Mbit/s bus
+REACTION = 0.01  # [s] between two looks at the drives while nothing comes
 FIRST_DELAY, LONGEST_DELAY = 0.1, 5.0  # [s] before a lost bus is opened again
 
 
@@ -82,12 +83,10 @@ class Driver:
             node: self._network.sdo(node, dictionaries, vehicle.bus.sdo_timeout)
             for node in self._monitor.counts
         }
-        self.drives = Drives(
-            vehicle, self._network, sdos.__getitem__, self._supervision, self._events, watchdog
-        )
+        self.drives = Drives(vehicle, self._network, sdos.__getitem__, self._monitor, watchdog)
         self._encoders = EncoderNodes(vehicle, self._monitor, sdos, self._network.nmt_command)
         self._recovery = Recovery(self._encoders.configure, self._events, inline=self._clock.inline)
-        self._frozen = FrozenWheelWatch(vehicle, self._events)
+        self._wheels = WheelWatch(vehicle)
         self._patience = patience
         self._syncs = 0
 
@@ -115,7 +114,7 @@ class Driver:
             SdoSilent: A node stops answering.
             BusLost: The interface failed.
         """
-        load = forecast_load(self.vehicle, HEARTBEAT_MS / 1000.0)
+        load = forecast_load(self.vehicle)
         check_load(load)
         nodes = self._encoders.configure_all()
         self._monitor.begin(self.vehicle)
@@ -159,7 +158,7 @@ class Driver:
                 self._reconnect(lost)
             if assembler.is_open:
                 sample = assembler.close()
-                self._frozen.check(sample, self.drives.speeds if self.drives.is_enabled else None)
+                self._check_wheels(sample)
                 return sample
 
     def report(self) -> DriverReport:
@@ -176,7 +175,8 @@ class Driver:
     def _until_due(self) -> None:
         """Read the bus until SYNC is due and nothing is left of what came before it."""
         while (wait := self._clock.due()) > 0.0:
-            self._network.pump(wait)
+            self._network.pump(min(wait, REACTION))
+            self._look_after_drives()
         take, receive = self._monitor.take, self._network.receive
         for _ in range(MAX_DRAIN):
             message = receive(0.0)
@@ -184,8 +184,21 @@ class Driver:
                 break
             take(message, self._network.arrival)
         now = self._clock.now()
-        self._react(now)
+        self._look_after_drives()
+        self._recover(now)
         self.drives.tick(now)
+
+    def _look_after_drives(self) -> None:
+        """Stop all wheels where a drive is in trouble."""
+        now, troubles = self._clock.now(), self._supervision.troubles
+        self._monitor.check(now)
+        while troubles:
+            trouble = troubles.pop(0)
+            self.drives.halt(trouble)
+            if trouble.has_restarted and trouble.node is not None:
+                self._monitor.assembler.restarted(trouble.node)
+                if trouble.node in self._encoders.ids:
+                    self._recovery.request(trouble.node, now)
 
     def _send_sync(self) -> None:
         at = self._clock.sync()
@@ -196,7 +209,7 @@ class Driver:
             self._network.send_sync(at)
         self._monitor.assembler.begin(self._syncs, at)
         self._syncs += 1
-        self._monitor.check(at)
+        self._monitor.synced(at)
 
     def _collect(self) -> None:
         """Read the bus until all awaited PDOs have come, or the window is over and the bus is read out."""
@@ -205,28 +218,31 @@ class Driver:
             if assembler.is_complete:
                 break
             left = self._clock.remaining()
-            message = receive(max(left, 0.0))
+            message = receive(min(max(left, 0.0), REACTION))
             if message is not None:
                 take(message, self._network.arrival)
             elif left <= 0.0:
                 break
+            else:
+                self._look_after_drives()
         end = time.monotonic() + SHORT_WAIT
         while (
             not assembler.is_settled and (left := min(end - time.monotonic(), self._clock.remaining())) > 0.0
         ):
             self._network.pump(left)
 
-    def _react(self, now: float) -> None:
-        """Have restarted nodes configured again and stop the wheels where a drive is out."""
-        supervision = self._supervision
-        while supervision.restarted:
-            node = supervision.restarted.pop()
-            self._monitor.assembler.restarted(node)
-            self.drives.dropped(node, now)
-            if node in self._encoders.ids:
-                self._recovery.request(node, now)
-        while supervision.lost:
-            self.drives.dropped(supervision.lost.pop(), now)
+    def _check_wheels(self, sample: Sample) -> None:
+        """Report the wheels that stand, and stop all where one stands against its command."""
+        speeds = self.drives.speeds if self.drives.is_enabled else None
+        for wheel in self._wheels.check(sample, speeds):
+            node = self.vehicle.encoder(wheel).node
+            should = "the truck moves" if speeds is None else "it is commanded to turn"
+            what = f"{wheel}: count stands still while {should}: encoder frozen, or wheel blocked"
+            self._events.add(sample.time, node, what)
+            self.drives.stands(wheel, sample.time)
+
+    def _recover(self, now: float) -> None:
+        """Go on to configure restarted nodes again."""
         if self._recovery.is_busy:
             configuration = self._recovery.poll(now)
             if configuration is not None and not self._encoders.start_again(configuration, now):
@@ -249,11 +265,11 @@ class Driver:
         away = self._clock.now() - before
         self._events.add(before + away, None, f"bus opened again after {away:.1f} s")
         self._supervision.pause(away)
+        self._monitor.watch.pause(away)
         self._monitor.assembler.skip(int(away / self.vehicle.bus.sync_period))
         for node in self._encoders.ids:
             self._recovery.request(node, before + away)
-        for drive in self.vehicle.drives:  # they have missed the driver's heartbeat
-            self.drives.dropped(drive.node, before + away)
+        self.drives.halt(Trouble(before + away, None, "the bus was lost, and with it the driver's heartbeat"))
 
     def _reopen(self, url: str, lost: BusLost) -> can.BusABC:
         delay, waited = FIRST_DELAY, 0.0

@@ -6,22 +6,25 @@ import math
 from typing import TYPE_CHECKING
 
 from omnimate.driver.drive_configuration import configure_drive
-from omnimate.driver.drive_states import disable_drive, enable_drive
-from omnimate.driver.errors import BadCommand, BusLost, DriverError, NotEnabled
-from omnimate.driver.network import NMT_START
+from omnimate.driver.drive_states import QUICK_STOP, disable_drive, enable_drive
+from omnimate.driver.errors import BadCommand, BusLost, DriverError, DrivesStopped, NotEnabled
+from omnimate.driver.network import NMT_PRE_OPERATIONAL, NMT_START
+from omnimate.driver.supervision import STOPPED
+from omnimate.driver.troubles import Trouble
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from omnimate.driver.configuration import NodeConfiguration
-    from omnimate.driver.event_log import EventLog
+    from omnimate.driver.drive_watch import StatusSource
+    from omnimate.driver.monitor import Monitor
     from omnimate.driver.network import BusNetwork
     from omnimate.driver.sdo import Sdo
-    from omnimate.driver.supervision import Supervision
-    from omnimate.vehicle.parameters import Drive, VehicleParameters
+    from omnimate.vehicle.parameters import Channel, Drive, VehicleParameters
 
 REFRESH = 0.1  # [s] between two RPDOs of an unchanged command, and between two heartbeats of the driver
 OPERATIONAL = b"\x05"
+MAX_TROUBLES = 8  # a fault is soon followed by more; the first ones say why
 INT32 = 2**31 - 1
 
 
@@ -32,13 +35,12 @@ class Drives:
         vehicle: Vehicle with its drives and their wheels.
         network: Network that sends the frames.
         sdo_of: Returns the objects of a node.
-        supervision: Supervision of the nodes.
-        events: Log for stops and refused commands.
+        monitor: Monitor of the bus, which watches the drives while they are enabled.
         watchdog: Time without a command after which the wheels are stopped [s].
 
     Attributes:
         is_enabled: Whether commands are taken.
-        reason: Why commands are not taken, where they are not.
+        troubles: What stopped all wheels since the drives were last enabled; empty where nothing did.
         speeds: Last command [rad/s] in the order of `vehicle.wheels`.
         limited: Number of commands that were slowed down to `vehicle.limits.speed`.
     """
@@ -48,22 +50,24 @@ class Drives:
         vehicle: VehicleParameters,
         network: BusNetwork,
         sdo_of: Callable[[int], Sdo],
-        supervision: Supervision,
-        events: EventLog,
+        monitor: Monitor,
         watchdog: float,
     ) -> None:
         self.is_enabled = False
         self._is_alive = False  # the driver's heartbeat has begun, and the drives watch it
-        self.reason = "enable() has not been called"
+        self.troubles: tuple[Trouble, ...] = ()
+        self._reason = "enable() has not been called"
         self.speeds = (0.0,) * len(vehicle.wheels)
         self.limited = 0
         self._vehicle, self._network, self._sdo_of = vehicle, network, sdo_of
-        self._supervision, self._events, self._watchdog = supervision, events, watchdog
+        self._events, self._supervision, self._watch = monitor.events, monitor.supervision, monitor.watch
+        self._watchdog = watchdog
         self._drives = [vehicle.drive(wheel) for wheel in vehicle.wheels] if vehicle.drives else []
         self._radii = [vehicle.wheel_diameter(wheel) / 2.0 for wheel in vehicle.wheels]
         self._sent: list[int | None] = [None] * len(self._drives)
         self._commanded = self._refreshed = -math.inf
-        used = supervision.nodes
+        self._nodes = {drive.node: f"drive of {drive.wheel}" for drive in self._drives}
+        used = self._supervision.nodes
         self._driver_node = next(node for node in range(127, 0, -1) if node not in used)
 
     def enable(self) -> tuple[NodeConfiguration, ...]:
@@ -83,14 +87,14 @@ class Drives:
             raise NotEnabled("vehicle.toml has no [[drive]]", "add one for each wheel to vehicle.toml")
         self._is_alive = True
         self._heartbeat()
-        nodes = tuple(self._configure(drive) for drive in self._drives)
-        for drive in self._drives:
-            self._heartbeat()
-            enable_drive(self._sdo_of(drive.node), self._network.pump)
-        self.is_enabled, self.reason = True, ""
+        configured = [self._configure(drive) for drive in self._drives]
+        answered = {source: self._enable(source.node) for _, source in configured}
+        self._forget_old_troubles()
+        self.is_enabled, self.troubles = True, ()
         self._commanded = self._network.clock.now()
         self._send_all((0.0,) * len(self._drives))
-        return nodes
+        self._watch.begin(answered, lambda node: self._sdo_of(node).ask(0x6041), self._commanded)
+        return tuple(configuration for configuration, _ in configured)
 
     def command(self, speeds: Sequence[float]) -> tuple[float, ...]:
         """Command wheel speeds [rad/s] in the order of `vehicle.wheels`; return them as limited.
@@ -99,12 +103,12 @@ class Drives:
         so that the path stays the same.
 
         Raises:
-            NotEnabled: `enable` has not been called, or a drive has dropped out since.
+            NotEnabled: `enable` has not been called.
+            DrivesStopped: A drive has stopped all wheels since.
             BadCommand: The command is not one finite number for each wheel.
             BusLost: The interface failed.
         """
-        if not self.is_enabled:
-            raise NotEnabled(self.reason)
+        self.require_enabled()
         if len(speeds) != len(self._drives) or not all(map(math.isfinite, speeds)):
             raise BadCommand(
                 f"command {list(speeds)}: expected {len(self._drives)} finite wheel speeds [rad/s], "
@@ -114,6 +118,18 @@ class Drives:
         self.speeds = self._limit(speeds)
         self._send_changed()
         return self.speeds
+
+    def require_enabled(self) -> None:
+        """Raise where the drives are not enabled.
+
+        Raises:
+            NotEnabled: `enable` has not been called.
+            DrivesStopped: A drive has stopped all wheels since.
+        """
+        if self.troubles:
+            raise DrivesStopped(self.troubles, self._nodes)
+        if not self.is_enabled:
+            raise NotEnabled(self._reason)
 
     def tick(self, now: float) -> None:
         """Send the command again, or stop where no command comes any more; once per SYNC at `now` [s].
@@ -146,20 +162,54 @@ class Drives:
         if not self._is_alive:
             return
         self.stop()
+        self._watch.end()
         self._is_alive = self.is_enabled = False
-        self.reason = "they were disabled"
+        self._reason = "they were disabled"
         for drive in self._drives:
             try:
                 disable_drive(self._sdo_of(drive.node))
             except DriverError as error:
                 self._events.add(self._network.clock.now(), drive.node, f"could not be disabled: {error}")
 
-    def dropped(self, node: int, now: float) -> None:
-        """Stop all wheels because a drive is out at `now` [s]; only `enable` starts them again."""
-        if self.is_enabled and any(drive.node == node for drive in self._drives):
-            self.stop()
-            self.is_enabled, self.reason = False, f"the drive of node {node} dropped out"
-            self._events.add(now, node, "its drive dropped out: all wheels stopped, enable() is needed")
+    def stands(self, wheel: Channel, now: float) -> None:
+        """Stop all wheels because one stands against its command at `now` [s]."""
+        if self.is_enabled:
+            what = f"{wheel} is commanded and stands"
+            self.halt(Trouble(now, self._vehicle.drive(wheel).node, what))
+
+    def halt(self, trouble: Trouble) -> None:
+        """Stop all wheels where a trouble is one of an enabled drive; only `enable` starts them again.
+
+        Every drive is commanded to stand by PDO, and then to a quick stop by SDO, which a drive hears that
+        is not operational. Nothing is waited for.
+        """
+        is_ours = trouble.node is None or trouble.node in self._nodes
+        if not is_ours or not (self.is_enabled or self.troubles):
+            return
+        self.troubles = (*self.troubles, trouble)[:MAX_TROUBLES]
+        if not self.is_enabled:
+            return
+        self.is_enabled = False
+        self._watch.end()
+        self.stop()
+        try:
+            self._quick_stop()
+        except BusLost as lost:
+            self._events.add(trouble.time, None, f"quick stop could not be sent: {lost.cause}")
+        self._events.add(trouble.time, trouble.node, "all wheels stopped; enable() is needed")
+
+    def _quick_stop(self) -> None:
+        for node in self._nodes:
+            if self._supervision.nodes[node].state == STOPPED:  # it has no SDO in this state
+                self._network.nmt_command(NMT_PRE_OPERATIONAL, node)
+            self._sdo_of(node).post(0x6040, 0, QUICK_STOP)
+
+    def _forget_old_troubles(self) -> None:
+        """Forget what the drives reported before they reached operation enabled."""
+        troubles = self._supervision.troubles
+        troubles[:] = [
+            trouble for trouble in troubles if trouble.has_restarted or trouble.node not in self._nodes
+        ]
 
     def _limit(self, speeds: Sequence[float]) -> tuple[float, ...]:
         limit = self._vehicle.limits.speed
@@ -185,16 +235,29 @@ class Drives:
     def _heartbeat(self) -> None:
         self._network.send_message(0x700 + self._driver_node, OPERATIONAL)
 
-    def _configure(self, drive: Drive) -> NodeConfiguration:
-        """Configure a drive's node and start it."""
-        encoder_cob_ids = {encoder.cob_id for encoder in self._vehicle.encoders}
-        configuration, status_words = configure_drive(
-            self._sdo_of(drive.node), drive, self._driver_node, encoder_cob_ids, self._network.nmt_command
+    def _configure(self, drive: Drive) -> tuple[NodeConfiguration, StatusSource]:
+        """Configure a drive's node and start it; return what was changed, and where its status word is."""
+        configuration, source = configure_drive(
+            self._sdo_of(drive.node),
+            drive,
+            self._driver_node,
+            {encoder.cob_id for encoder in self._vehicle.encoders},
+            self._vehicle.bus.sync_period,
+            self._network.nmt_command,
         )
-        self._supervision.status_words.update(dict.fromkeys(status_words, drive.node))
+        self._watch.expect(source)
         self._network.nmt_command(NMT_START, drive.node)
         self._supervision.started(drive.node, configuration.heartbeat)
-        return configuration
+        return configuration, source
+
+    def _enable(self, node: int) -> float:
+        """Enable a drive; return how long it takes to answer for its status word [s]."""
+        self._heartbeat()
+        sdo, clock = self._sdo_of(node), self._network.clock
+        enable_drive(sdo, self._network.pump)
+        asked = clock.now()
+        sdo.read(0x6041)
+        return clock.now() - asked
 
 
 def target_velocity(drive: Drive, speed: float) -> int:

@@ -8,7 +8,9 @@ from omnimate.logs.canopen_words import sdo_abort_in_words
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+
+    from omnimate.driver.troubles import Trouble
 
 # What to do about an SDO abort, by its code; CiA 301 lists the codes.
 ABORT_ADVICE = {
@@ -223,6 +225,27 @@ class NotEnabled(DriverError):  # noqa: N818  # named after what it says
     def __init__(self, reason: str, advice: str = "call enable() first") -> None:
         super().__init__(f"the drives are not enabled: {reason}; {advice}")
         self.reason = reason
+
+
+class DrivesStopped(DriverError):  # noqa: N818  # named after what it says
+    """A command after a drive has stopped all wheels.
+
+    Attributes:
+        troubles: What stopped them, the first one first.
+    """
+
+    def __init__(self, troubles: Sequence[Trouble], names: Mapping[int, str]) -> None:
+        causes = [
+            trouble.what
+            if trouble.node is None
+            else f"node {trouble.node} ({names[trouble.node]}): {trouble.what}"
+            for trouble in troubles
+        ]
+        super().__init__(
+            f"all wheels were stopped, because of {'; '.join(causes)}; put the cause right, then enable the "
+            "drives again, which resets a fault"
+        )
+        self.troubles = tuple(troubles)
 
 
 class BadCommand(DriverError):  # noqa: N818  # named after what it says

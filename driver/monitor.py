@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.assembler import Assembler
+from omnimate.driver.drive_watch import DriveWatch
 from omnimate.driver.event_log import EventLog
 from omnimate.driver.flooding import FloodWatch
 from omnimate.driver.node_counts import NodeCounts, nodes_of
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 EMCY, SDO_ANSWER, HEARTBEAT = 0x080, 0x580, 0x700
-CHECK_INTERVAL = 0.1  # [s] between two checks of the heartbeats
 
 
 class Monitor:
@@ -35,6 +35,7 @@ class Monitor:
         counts: Frame counters of encoders and drives by node id.
         assembler: Assembler of the samples.
         supervision: Supervision of the nodes.
+        watch: Watch over the status words of the drives.
         unknown: Frames that nothing expects.
         on_sdo: Takes an SDO answer: COB-ID, data, time [s].
         others: Takes an 11-bit identifier and returns whether another master may use it.
@@ -45,13 +46,13 @@ class Monitor:
         self.counts = {node: NodeCounts() for node in nodes_of(vehicle)}
         self.assembler = Assembler(vehicle, self.events, self.counts)
         self.supervision = Supervision(self.counts, self.events)
+        self.watch = DriveWatch(self.supervision.troubles, self.events)
         self.unknown = UnknownFrames(self.counts)
         self._flooding = FloodWatch(self.counts, self.events)
         self.on_sdo: Callable[[int, bytearray, float], None] = lambda _can_id, _data, _now: None
         self.others: Callable[[int], bool] = lambda _can_id: False
         self._clock = clock
         self._pdos = self.assembler.pdos
-        self._checked: float | None = None
 
     def begin(self, vehicle: VehicleParameters) -> None:
         """Count from zero again, for the vehicle with the ranges that its devices report."""
@@ -66,23 +67,31 @@ class Monitor:
             self.unknown.count(message)
         elif message.arbitration_id in self._pdos:
             self.assembler.frame(message.arbitration_id, message.data, message.timestamp, arrival)
+            if message.arbitration_id in self.watch.fields:
+                self.watch.pdo(message.arbitration_id, message.data, self._clock.now())
         elif not self._take_service(message.arbitration_id, message.data):
             self._flooding.note(message.arbitration_id)
             if not self.others(message.arbitration_id):
                 self.unknown.count(message)
 
-    def check(self, now: float) -> None:
-        """Check heartbeats and the traffic of each node, once per SYNC at `now` [s]."""
+    def synced(self, now: float) -> None:
+        """Compare the traffic of each node with the number of SYNCs, once per SYNC at `now` [s]."""
         self._flooding.check(now)
-        if self._checked is None or now - self._checked >= CHECK_INTERVAL:
-            self._checked = now
-            self.supervision.check(now)
+
+    def check(self, now: float) -> None:
+        """Check heartbeats and status words at `now` [s], as often as possible.
+
+        Raises:
+            BusLost: The interface failed while a status word was asked for.
+        """
+        self.supervision.check(now)
+        self.watch.check(now)
 
     def _take_service(self, can_id: int, data: bytearray) -> bool:
         """Take a frame of a CANopen service of one of the vehicle's nodes; return False where it is none."""
         function, node = can_id & ~0x7F, can_id & 0x7F
-        if can_id in self.supervision.status_words:
-            self.supervision.status_word(can_id, data, self._clock.now())
+        if can_id in self.watch.fields:
+            self.watch.pdo(can_id, data, self._clock.now())
             return True
         if node not in self.counts or function not in {EMCY, SDO_ANSWER, HEARTBEAT}:
             return False
@@ -95,6 +104,7 @@ class Monitor:
         now = self._clock.now()
         if function == SDO_ANSWER:
             if len(data) == 8:
+                self.watch.sdo_answer(node, data, now)
                 self.on_sdo(SDO_ANSWER + node, data, now)
             return len(data) == 8
         self._flooding.note(function + node)

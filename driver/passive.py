@@ -115,13 +115,15 @@ class PassiveReader:
     def _begin(self) -> None:
         now = self._clock.now()
         self._monitor.assembler.begin(self._syncs, now)
+        self._monitor.synced(now)
         self._monitor.check(now)
         self._syncs += 1
 
     def _close(self) -> Sample:
         supervision = self._monitor.supervision
         sample = self._monitor.assembler.close()
-        for node in supervision.restarted:
-            self._monitor.assembler.restarted(node)
-        supervision.restarted.clear()
+        for trouble in supervision.troubles:
+            if trouble.has_restarted and trouble.node is not None:
+                self._monitor.assembler.restarted(trouble.node)
+        supervision.troubles.clear()
         return sample

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from omnimate.driver.sdo_client import PumpedSdoClient
 
 TRIES = 3
+UPLOAD, DOWNLOAD = 0x40, 0x23  # requests of an expedited transfer; the second with its size indicated
 # SDO abort codes, CiA 301
 LENGTH_WRONG = frozenset({0x06070010, 0x06070012, 0x06070013})
 
@@ -117,6 +118,23 @@ class Sdo:
         if self._written is not None and before is not None:
             self._written.append((index, subindex, before))
 
+    def ask(self, index: int, subindex: int = 0) -> None:
+        """Request an object without waiting; whoever follows the node's SDO answers gets it.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        self._request(UPLOAD, index, subindex, b"")
+
+    def post(self, index: int, subindex: int, value: int) -> None:
+        """Write an object in its standard size without waiting for the confirmation.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        size = self._size(index, subindex)
+        self._request(DOWNLOAD | (4 - size) << 2, index, subindex, _pack(value, size))
+
     def _restore(self, written: list[tuple[int, int, int]]) -> None:
         """Write former values back; a value that is refused is passed over, silence ends it."""
         self._written = None
@@ -131,6 +149,11 @@ class Sdo:
     def _size(self, index: int, subindex: int) -> int:
         variable = self.client.od.get_variable(index, subindex)
         return len(variable) // 8 if variable is not None and variable.data_type in INTEGER_TYPES else 4
+
+    def _request(self, command: int, index: int, subindex: int, data: bytes) -> None:
+        """Send a request of an expedited transfer, CiA 301."""
+        head = bytes((command,)) + index.to_bytes(2, "little") + bytes((subindex,))
+        self.client.network.send_message(self.client.rx_cobid, head + data.ljust(4, b"\0"))
 
     def _transfer(self, index: int, subindex: int, data: bytes | None, *, whole: bool = False) -> bytes:
         for left in reversed(range(TRIES)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from omnimate.driver.troubles import Trouble
 from omnimate.logs.canopen_words import emcy_in_words, nmt_state_in_words
 
 if TYPE_CHECKING:
@@ -12,8 +13,8 @@ if TYPE_CHECKING:
 
     from omnimate.driver.event_log import EventLog
 
-BOOT_UP, OPERATIONAL = 0x00, 0x05
-FAULT_MASK, FAULT = 0x4F, 0x08  # of the status word, CiA 402
+BOOT_UP, STOPPED, OPERATIONAL = 0x00, 0x04, 0x05
+NO_ERROR = 0x0000  # emergency error code: an error has gone
 LOST_AFTER = 3.0  # heartbeat periods
 NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may have been on its way while NMT start was sent
 
@@ -50,7 +51,7 @@ class NodeState:
 
 
 class Supervision:
-    """Follows every node of the vehicle; the driver reacts to `restarted` and `lost`.
+    """Follows every node of the vehicle; the driver reacts to `troubles`.
 
     Args:
         nodes: Node ids of the vehicle.
@@ -58,16 +59,12 @@ class Supervision:
 
     Attributes:
         nodes: State of each node by node id.
-        restarted: Nodes that have lost their configuration, until the driver has reacted.
-        lost: Nodes whose heartbeat was lost or whose drive has a fault, until the driver has reacted.
-        status_words: Node of each TPDO that begins with a drive's status word, by COB-ID.
+        troubles: Emergencies, lost heartbeats and restarts, until the driver has reacted.
     """
 
     def __init__(self, nodes: Iterable[int], events: EventLog) -> None:
         self.nodes = {node: NodeState(node) for node in nodes}
-        self.restarted: set[int] = set()
-        self.lost: set[int] = set()
-        self.status_words: dict[int, int] = {}
+        self.troubles: list[Trouble] = []
         self._events = events
 
     def started(self, node: int, heartbeat: float | None) -> None:
@@ -100,18 +97,12 @@ class Supervision:
             return False
         code, register = int.from_bytes(data[:2], "little"), data[2]
         self.nodes[node].emergencies += 1
-        self._events.add(
-            now, node, f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {register:02X}h)"
-        )
+        what = f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {register:02X}h)"
+        if code == NO_ERROR:
+            self._events.add(now, node, what)
+        else:
+            self._report(now, node, what)
         return True
-
-    def status_word(self, cob_id: int, data: bytes | bytearray, now: float) -> None:
-        """Take a TPDO that begins with the status word 6041h of a CiA 402 drive, at time `now` [s]."""
-        status = int.from_bytes(data[:2], "little")
-        if len(data) >= 2 and status & FAULT_MASK == FAULT:
-            node = self.status_words[cob_id]
-            self.lost.add(node)
-            self._events.add(now, node, f"the drive reports a fault (status word {status:04X}h)")
 
     def check(self, now: float) -> None:
         """Find the nodes whose heartbeat is overdue at time `now` [s]."""
@@ -120,8 +111,7 @@ class Supervision:
                 continue
             if now - state.heard > state.timeout:
                 state.is_lost = True
-                self.lost.add(state.node)
-                self._events.add(now, state.node, f"heartbeat lost: none for {state.timeout:g} s")
+                self._report(now, state.node, f"heartbeat lost: none for {state.timeout:g} s")
 
     def pause(self, seconds: float) -> None:
         """Do not count a time in which the bus was not heard [s] as missing heartbeats."""
@@ -143,5 +133,8 @@ class Supervision:
         if state.is_running:
             state.restarts += 1
             state.is_running = False
-            self.restarted.add(state.node)
-            self._events.add(now, state.node, what)
+            self._report(now, state.node, what, has_restarted=True)
+
+    def _report(self, now: float, node: int, what: str, *, has_restarted: bool = False) -> None:
+        self._events.add(now, node, what)
+        self.troubles.append(Trouble(now, node, what, has_restarted))

@@ -17,7 +17,7 @@ FAULTS = [
     "silence:node=2,at=3,duration=1",
     "reboot:node=1,at=4",
     "length:node=4,at=5,duration=0.5",
-    "frozen:node=2,at=6,duration=0.5",
+    "frozen:node=2,at=6,duration=0.4",
     "babbling:node=3,at=6,duration=0.5",
     "jitter:node=5,at=7,duration=1",
 ]

@@ -275,7 +275,7 @@ class Opener:
     def __init__(self, bus):
         self.bus, self.failures = bus, 0
 
-    def __call__(self, url):
+    def __call__(self, url, bitrate=None):
         if self.failures:
             self.failures -= 1
             raise BusError(url, "nobody answers")

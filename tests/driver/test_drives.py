@@ -7,7 +7,7 @@ import pytest
 from omnimate.driver import driver as module
 from omnimate.driver.driver import Driver
 from omnimate.driver.drives import target_velocity
-from omnimate.driver.errors import BadCommand, DriveError, NodeMissing, NotEnabled
+from omnimate.driver.errors import BadCommand, DriveError, DrivesStopped, NodeMissing, NotEnabled
 
 COUNTS = 40000 / (2 * math.pi)
 
@@ -85,8 +85,8 @@ def test_a_status_word_sent_at_every_change_gets_an_inhibit_time(robot):
     driver, bus = robot
     report = driver.enable()
     writes = [write for write in bus.devices[17].writes if write[0] == 0x1800]
-    assert writes == [(0x1800, 1, 0x80000191), (0x1800, 3, 1000), (0x1800, 1, 0x191)]
-    assert "inhibit time of TPDO1: 0 to 1000 x 100 us" in report[0].changed
+    assert writes == [(0x1800, 1, 0x80000191), (0x1800, 3, 200), (0x1800, 1, 0x191)]
+    assert "inhibit time of TPDO1: 0 to 200 x 100 us" in report[0].changed
 
 
 def test_an_inhibit_time_that_cannot_be_set_is_remarked_and_the_status_stays_on(robot):
@@ -110,7 +110,8 @@ def test_an_unchanged_command_is_refreshed_every_100_ms_only(robot):
     driver.enable()
     driver.cycle()
     before = len(targets(bus, 0x211))
-    for _ in range(100):
+    for step in range(100):
+        bus.devices[1].position = bus.devices[2].position = 60 * step
         driver.command((1.0, 1.0))
         driver.cycle()
     assert 9 <= len(targets(bus, 0x211)) - before <= 12
@@ -198,7 +199,7 @@ def test_a_drive_that_drops_out_stops_all_wheels_until_enable(kit, robot, drop_o
     for _ in range(200):
         driver.cycle()
     assert targets(bus, 0x212)[-1] == 0
-    with pytest.raises(NotEnabled, match="node 17 dropped out"):
+    with pytest.raises(DrivesStopped, match="node 17"):
         driver.command((1.0, 1.0))
     driver.enable()
     driver.command((1.0, 1.0))
@@ -210,14 +211,14 @@ def test_a_bus_that_was_lost_leaves_the_drives_disabled(kit, monkeypatch):
     drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
     devices = [kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)]
     buses = [kit.Bus(devices), kit.Bus(devices)]
-    monkeypatch.setattr(module, "open_bus", lambda _url: buses[0])
+    monkeypatch.setattr(module, "open_bus", lambda *_arguments: buses[0])
     with Driver(kit.one_truck(drives=drives), "virtual://fake", clock=kit.Clock()) as driver:
         driver.configure()
         driver.enable()
         driver.cycle()
         buses.pop(0).is_dead = True
         driver.cycle()
-        with pytest.raises(NotEnabled, match="dropped out"):
+        with pytest.raises(DrivesStopped, match="the bus was lost"):
             driver.command((1.0, 1.0))
         driver.enable()
         driver.command((1.0, 1.0))
@@ -234,14 +235,19 @@ def test_a_target_saturates_at_32_bits(kit):
     assert target_velocity(kit.drive("a.left", 17), -1e12) == -(2**31 - 1)
 
 
-def test_a_wheel_that_stands_against_its_command_is_remarked(robot):
-    driver, _ = robot
-    driver.enable()
+def stand_still(driver):
     for _ in range(150):
         driver.command((4.0, 4.0))
         driver.cycle()
-    still = {event.node for event in driver.report().events if "stands still" in event.what}
-    assert still == {1, 2}
+
+
+def test_a_wheel_that_stands_against_its_command_stops_all(robot):
+    driver, bus = robot
+    driver.enable()
+    with pytest.raises(DrivesStopped, match=r"a\.left is commanded and stands"):
+        stand_still(driver)
+    assert targets(bus, 0x212)[-1] == 0
+    assert {event.node for event in driver.report().events if "stands still" in event.what} == {1, 2}
 
 
 def test_a_wheel_that_is_commanded_to_stand_is_not_frozen(robot):

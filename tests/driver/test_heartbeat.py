@@ -6,25 +6,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.driver.heartbeat import HEARTBEAT_BOUNDS_MS, HEARTBEAT_MS, set_heartbeat
+from omnimate.driver.heartbeat import DRIVE_HEARTBEAT_MS, HEARTBEAT_MS, LONGEST_MS, SHORTEST_MS, set_heartbeat
 from omnimate.driver.notes import Notes
 
-LEAST, MOST = HEARTBEAT_BOUNDS_MS
 
-
-@given(st.integers(0, 0xFFFF))
-def test_the_period_is_within_the_bounds_afterwards_and_only_changed_where_it_was_not(kit, before):
+@pytest.mark.parametrize(
+    ("wanted", "longest"), [(HEARTBEAT_MS, LONGEST_MS), (DRIVE_HEARTBEAT_MS, DRIVE_HEARTBEAT_MS)]
+)
+@given(before=st.integers(0, 0xFFFF))
+def test_the_period_is_within_the_bounds_afterwards_and_only_changed_where_it_was_not(
+    kit, before, wanted, longest
+):
     device, notes = kit.encoder_device(1), Notes()
     device.objects[0x1017, 0][0] = before
-    period = set_heartbeat(kit.sdo([device])[0], notes)
+    period = set_heartbeat(kit.sdo([device])[0], notes, wanted, longest)
     after = device.objects[0x1017, 0][0]
-    assert LEAST <= after <= MOST
+    assert SHORTEST_MS <= after <= longest
     assert period == after / 1000.0
-    assert (after == before) == (LEAST <= before <= MOST) or before == HEARTBEAT_MS
+    assert (after == before) == (SHORTEST_MS <= before <= longest)
     assert bool(notes.changed) == (after != before)
 
 
-@pytest.mark.parametrize(("before", "period"), [(0, None), (50, 0.05), (5000, 5.0)])
+@pytest.mark.parametrize(("before", "period"), [(0, None), (5, 0.005), (5000, 5.0)])
 def test_a_refusal_leaves_the_period_as_it_is_with_a_remark(kit, before, period):
     device, notes = kit.encoder_device(1), Notes()
     device.objects[0x1017, 0][0] = before

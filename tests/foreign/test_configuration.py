@@ -357,7 +357,7 @@ def drive():
 
 def set_up_drive(connect, device):
     sdo, network = connect(device)
-    return configure_drive(sdo, drive(), 127, (), network.nmt_command)[0]
+    return configure_drive(sdo, drive(), 127, (), 0.01, network.nmt_command)[0]
 
 
 def map_rpdo(device, cob_id, kind, *entries):

@@ -1,0 +1,22 @@
+"""What the frames of a node show that the driver must react to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """A node, or the bus, that is not as it must be.
+
+    Attributes:
+        time: When it was seen, on the recording's clock [s].
+        node: CANopen node id; None where it concerns the bus.
+        what: What was seen, in words.
+        has_restarted: Whether the node may have lost its configuration.
+    """
+
+    time: float
+    node: int | None
+    what: str
+    has_restarted: bool = False

@@ -1,0 +1,104 @@
+"""Finds wheels whose count stands still although they should turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from omnimate.vehicle.bridging import partners
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.vehicle.parameters import Channel, VehicleParameters
+    from omnimate.vehicle.sample import Sample
+
+STANDING_AFTER = 0.5  # [s] without a count: brakes, plays and ramps of a drive take less
+MOVED = 0.01  # [m] that the wheel should have moved by then: many counts of most encoders
+LEAST_COUNTS = 4.0  # and so many counts of the others
+
+
+@dataclass(slots=True)
+class _Wheel:
+    """One wheel since its count last changed.
+
+    Attributes:
+        wheel: Channel of the wheel.
+        column: Column of the wheel in a sample.
+        other: Column of the truck's other wheel.
+        radius: Radius of the wheel [m].
+        other_scale: Travel per count of the other wheel [m].
+        enough: Travel that must show in the count [m].
+        since: Time of the first sample with this count [s]; None before it.
+        count: The count.
+        expected: Travel that the wheel should have made since [m]; negative backwards.
+    """
+
+    wheel: Channel
+    column: int
+    other: int
+    radius: float
+    other_scale: float
+    enough: float
+    since: float | None = None
+    count: int = 0
+    expected: float = 0.0
+
+
+class WheelWatch:
+    """Compares each wheel with its command, or with the other wheel of its truck where there is none.
+
+    A wheel stands when its count has not changed for `STANDING_AFTER`, and its command, all that time in the
+    same direction, would have moved it by `MOVED` or `LEAST_COUNTS`. A sample without it says nothing.
+
+    Args:
+        vehicle: Vehicle whose wheels are compared.
+    """
+
+    def __init__(self, vehicle: VehicleParameters) -> None:
+        self._wheels = []
+        self._last: Sample | None = None
+        for column, other in partners(vehicle).items():
+            wheel = vehicle.channels[column]
+            enough = max(MOVED, LEAST_COUNTS * abs(vehicle.metres_per_count(wheel)))
+            scale = vehicle.metres_per_count(vehicle.channels[other])
+            radius = vehicle.wheel_diameter(wheel) / 2.0
+            self._wheels.append(_Wheel(wheel, column, other, radius, scale, enough))
+
+    def check(self, sample: Sample, speeds: Sequence[float] | None) -> list[Channel]:
+        """Return the wheels that are found to stand in this sample; each once in `STANDING_AFTER`.
+
+        Args:
+            sample: Sample that has just been closed.
+            speeds: Commanded speeds [rad/s] in the order of `vehicle.wheels`; None without commands.
+        """
+        last, self._last = self._last, sample
+        if last is None:
+            return []
+        found = []
+        for number, wheel in enumerate(self._wheels):
+            speed = None if speeds is None else speeds[number]
+            if _follow(wheel, last, sample, speed):
+                found.append(wheel.wheel)
+        return found
+
+
+def _follow(wheel: _Wheel, last: Sample, sample: Sample, speed: float | None) -> bool:
+    """Take one sample of a wheel; return whether the wheel is found to stand."""
+    count = sample.counts[wheel.column]
+    if speed is None:
+        travel = (sample.counts[wheel.other] - last.counts[wheel.other]) * wheel.other_scale
+    else:
+        travel = speed * wheel.radius * (sample.time - last.time)
+    turned_back = travel * wheel.expected < 0.0
+    is_read = sample.present[wheel.column] and last.present[wheel.column]
+    is_told_to_stand = speed == 0.0
+    if wheel.since is None or not is_read or count != wheel.count or turned_back or is_told_to_stand:
+        wheel.since, wheel.count, wheel.expected = sample.time, count, 0.0
+        return False
+    wheel.expected += travel
+    stands = sample.time - wheel.since >= STANDING_AFTER and math.fabs(wheel.expected) > wheel.enough
+    if stands:
+        wheel.since, wheel.expected = sample.time, 0.0
+    return stands
