@@ -53,6 +53,10 @@ VERBS = {
         "Show where the robot is by odometry, IPEC and the filter, with what was corrected and why.",
     ),
     "dump": Verb("omnimate.cli.dump:dump", "Print the frames of a log or of a live bus."),
+    "conform": Verb(
+        "omnimate.cli.conform:conform",
+        "Check a device against CiA 301, 305, 402 and 406, and say what it does not do. It must not drive.",
+    ),
     "dbc": Verb("omnimate.cli.dbc:dbc", "Write a DBC file with which other tools decode the same values."),
     "umbmark": Verb(
         "omnimate.cli.umbmark.verb:umbmark",

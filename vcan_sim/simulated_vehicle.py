@@ -175,14 +175,14 @@ class SimulatedVehicle:
 
     def receive(self, message: can.Message) -> None:
         """Take one frame from the bus; what is not of CANopen's base format is ignored."""
-        if message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd:
+        if message.is_extended_id or message.is_error_frame or message.is_fd:
             return
-        if message.arbitration_id == SYNC_ID:
-            self._on_sync()
+        if message.arbitration_id == SYNC_ID and not message.is_remote_frame:
+            self._on_sync(bytes(message.data))
         else:
-            self._router.receive(message.arbitration_id, bytes(message.data), self.time)
+            self._router.receive_message(message, self.time)
 
-    def _on_sync(self) -> None:
+    def _on_sync(self, data: bytes) -> None:
         """Move the plant by one period, latch all counters, let the devices answer, run their timers."""
         self.syncs += 1
         self._time = self.syncs * self._period
@@ -191,7 +191,7 @@ class SimulatedVehicle:
         self.plant.step(self._speeds(), self._period)
         self._latch.take(self.plant.raw_counts())
         for device in self._devices:
-            device.on_sync(now)
+            device.on_sync(now, data)
         self._run_device_timers(now)
 
     def _speeds(self) -> Sequence[float]:

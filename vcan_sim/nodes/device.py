@@ -1,4 +1,4 @@
-"""A CANopen device: object dictionary, SDO, NMT, heartbeat, EMCY and PDOs of one node (CiA 301)."""
+"""A CANopen device: object dictionary and services of one node (CiA 301), and its LSS slave (CiA 305)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from omnimate.vcan_sim.errors import SdoAbort
 from omnimate.vcan_sim.nodes.abort import Abort
 from omnimate.vcan_sim.nodes.dictionary import ObjectStore
-from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, Emergency
+from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, SYNC_LENGTH, Emergency
 from omnimate.vcan_sim.nodes.exchange import PdoExchange
-from omnimate.vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from omnimate.vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer, NodeGuarding
+from omnimate.vcan_sim.nodes.lss import SLAVE, UNCONFIGURED, LssSlave
 from omnimate.vcan_sim.nodes.objects import Objects
 from omnimate.vcan_sim.nodes.sdo import SdoServer
 from omnimate.vcan_sim.nodes.transmitter import Transmitter
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 SYNC_ID = 0x080
 _LAST_COMMUNICATION_OBJECT, _LAST_OBJECT = 0x1FFF, 0xFFFF
+_SAVE, _LOAD = int.from_bytes(b"save", "little"), int.from_bytes(b"load", "little")  # 1010h, 1011h
+_CONSUMES_TIME = 1 << 31  # of 1012h
+_DAY = 86_400.0  # [s]
 
 
 class NmtState(IntEnum):
@@ -49,7 +53,9 @@ class Device:
         objects: Object dictionary of the device, with what happens when an object is read or written.
         state: NMT state of the device.
         emergency: Errors that the device reports by EMCY.
+        time_of_day: Last TIME [s] since 1984; None before the first, or where 1012h does not take it.
         transmitter: Sending side of the device, where its faults act.
+        lss: LSS slave of the device.
     """
 
     def __init__(
@@ -67,9 +73,14 @@ class Device:
         self.state = NmtState.PRE_OPERATIONAL
         self.transmitter = Transmitter(send)
         self.emergency = Emergency(lambda data: self.transmitter.send(self.store[0x1014, 0], data))
-        self._sdo = SdoServer(self.objects.read, self.objects.write)
+        self.time_of_day: float | None = None
+        self._sdo = SdoServer(self.objects.read, self.objects.write, self.objects.size)
         self._producer = HeartbeatProducer()
         self._consumer = HeartbeatConsumer()
+        self._guarding = NodeGuarding()
+        self.lss = LssSlave(
+            node, self._identity, lambda data: self.transmitter.send(SLAVE, data), self._boot_with_new_id
+        )
         self._exchange = PdoExchange(self.objects, self.transmitter, self.emergency, self.master_lost)
         self._add_communication_objects()
 
@@ -79,6 +90,13 @@ class Device:
         objects.readers |= {(0x1003, sub): partial(self.emergency.history, sub) for sub in range(9)}
         objects.checks[0x1003] = lambda _sub, value: self.emergency.erase_history(value)
         objects.checks[0x1005] = _check_sync_id
+        objects.checks[0x1010] = lambda _sub, value: _check_signature(value, _SAVE)
+        objects.checks[0x1011] = lambda _sub, value: _check_signature(value, _LOAD)
+        objects.checks[0x1019] = _check_sync_overflow
+        objects.readers |= {(index, 1): lambda: 1 for index in (0x1010, 0x1011)}  # on command
+        objects.reactions[0x100C] = objects.reactions[0x100D] = lambda _sub, _value: self._guard()
+        objects.reactions[0x1010] = lambda _sub, _value: self.store.store()
+        objects.reactions[0x1011] = lambda _sub, _value: self.store.forget_stored()
         objects.reactions[0x1016] = lambda _sub, value: self._consumer.configure(value)
         objects.reactions[0x1017] = lambda _sub, value: self._producer.configure(value, self.now)
         for index in self._exchange.indices:
@@ -97,6 +115,17 @@ class Device:
     def configure_pdos(self) -> None:
         """Take over the PDO parameters of the object dictionary and the NMT state."""
         self._exchange.configure(self.now, operational=self.state is NmtState.OPERATIONAL)
+
+    def _guard(self) -> None:
+        self._guarding.configure(self.store[0x100C, 0], self.store[0x100D, 0])
+
+    def _identity(self) -> tuple[int, ...]:
+        return tuple(self.store[0x1018, sub] for sub in range(1, 5))
+
+    @property
+    def _is_out(self) -> bool:
+        """Whether it takes nothing from the bus: without power, or without a node id."""
+        return self.transmitter.disturbance.off or self.node == UNCONFIGURED
 
     # What a profile adds
 
@@ -122,19 +151,37 @@ class Device:
         """Stop as without power; `reset` starts it again."""
         self.now = now
         self.reset_application()
+        self.lss.pending = self.lss.stored
+        self._fall_silent()
+
+    def _fall_silent(self) -> None:
         self._enter(NmtState.STOPPED)
-        self._producer.configure(0, now)
+        self._producer.configure(0, self.now)
         self._consumer.configure(0)
+        self._guarding.reset()
         self._reschedule()
 
     def _restart(self, last_index: int) -> None:
         self._sdo.reset()
         self.emergency.reset()
         self.store.reset(last_index)
+        if self.lss.pending != self.node:
+            self.store.assign(self.lss.pending, self.node)
+            self.node = self.lss.active = self.lss.pending
+            self.store.reset(last_index)
+        if self.node == UNCONFIGURED:
+            self._fall_silent()
+            return
         self._producer.configure(self.store[0x1017, 0], self.now)
         self._consumer.configure(self.store[0x1016, 1])
+        self._guarding.reset()
+        self._guard()
         self.transmitter.send(0x700 + self.node, b"\0")
         self._enter(NmtState.PRE_OPERATIONAL)
+
+    def _boot_with_new_id(self) -> None:
+        """Join the bus, after LSS has given a node id to a device that had none."""
+        self._restart(_LAST_COMMUNICATION_OBJECT)
 
     def _enter(self, state: NmtState) -> None:
         if self.state is NmtState.OPERATIONAL and state is not NmtState.OPERATIONAL:
@@ -146,7 +193,7 @@ class Device:
     def on_nmt(self, command: int, now: float) -> None:
         """Follow an NMT command; unknown ones are ignored."""
         self.now = now
-        if self.transmitter.disturbance.off:
+        if self._is_out:
             return
         if command == 0x81:
             self.reset(now)
@@ -164,29 +211,53 @@ class Device:
         self.now = now
         if self.state is NmtState.STOPPED:
             return
-        answer = self._sdo.answer(request)
-        if answer is not None:
+        for answer in self._sdo.answers(request):
             self.transmitter.send(0x580 + self.node, answer)
         self._after_input()
+
+    def on_lss(self, data: bytes, now: float) -> None:
+        """Take a message of the LSS master."""
+        self.now = now
+        if not self.transmitter.disturbance.off:
+            self.lss.receive(data)
+            self._reschedule()
+
+    def on_remote(self, can_id: int, now: float) -> None:
+        """Answer node guarding, where the device has no heartbeat; other remote frames are not answered."""
+        self.now = now
+        if can_id == 0x700 + self.node and not self._is_out and self._producer.due == math.inf:
+            self.emergency.clear(HEARTBEAT_ERROR)
+            self.transmitter.send(can_id, self._guarding.answer(self.state, now))
+            self._reschedule()
+
+    def on_time(self, can_id: int, data: bytes, now: float) -> None:
+        """Take TIME, where 1012h says so: milliseconds after midnight, days since 1 January 1984."""
+        self.now = now
+        cob_id = self.store[0x1012, 0]
+        if cob_id & _CONSUMES_TIME and cob_id & 0x7FF == can_id and len(data) == 6 and not self._is_out:
+            milliseconds = int.from_bytes(data[:4], "little") & 0x0FFF_FFFF
+            self.time_of_day = int.from_bytes(data[4:], "little") * _DAY + milliseconds * 1e-3
 
     def on_rpdo(self, rpdo: Rpdo, data: bytes, now: float) -> None:
         """Take one of the device's RPDOs in."""
         self.now = now
-        if not self.transmitter.disturbance.off:
+        if not self._is_out:
             self._exchange.receive(rpdo, data, now)
             self._after_input()
 
     def on_heartbeat(self, node: int, now: float) -> None:
         """Note the heartbeat of another node."""
         self.now = now
-        if not self.transmitter.disturbance.off and self._consumer.heard(node, now):
+        if not self._is_out and self._consumer.heard(node, now):
             self.emergency.clear(HEARTBEAT_ERROR)
             self._reschedule()
 
-    def on_sync(self, now: float) -> None:
-        """Answer SYNC with what was latched."""
+    def on_sync(self, now: float, data: bytes = b"") -> None:
+        """Answer SYNC, whose counter may stand in its data, with what was latched."""
         self.now = now
-        self._exchange.on_sync(now)
+        if data or self.store[0x1019, 0]:
+            self._check_sync(data)
+        self._exchange.on_sync(now, data[0] if data else None)
         self.due = min(self.due, self._exchange.due, self.transmitter.due)
 
     def disturb(self, disturbance: Disturbance, now: float) -> None:
@@ -201,13 +272,29 @@ class Device:
         if now >= self._producer.due:
             self._producer.sent(now)
             self.transmitter.send(0x700 + self.node, bytes([self.state]))
-        if now >= self._consumer.due:
-            self._consumer.due = math.inf
+        if now >= min(self._consumer.due, self._guarding.due):
+            self._consumer.due = self._guarding.due = math.inf
             self.emergency.set(HEARTBEAT_ERROR)
             self.master_lost()
+            self._change_state_after_error()
         self._exchange.run_timers(now)
         self.transmitter.run(now)
         self._after_input()
+
+    def _change_state_after_error(self) -> None:
+        """Do what 1029h:1 asks for after an error of the communication."""
+        behaviour = self.store[0x1029, 1]
+        if behaviour == 0 and self.state is NmtState.OPERATIONAL:
+            self._enter(NmtState.PRE_OPERATIONAL)
+        elif behaviour == 2 and self.state is not NmtState.STOPPED:
+            self._enter(NmtState.STOPPED)
+
+    def _check_sync(self, data: bytes) -> None:
+        """Report a SYNC that has a counter though 1019h is 0, or none though it is not."""
+        if len(data) == (1 if self.store[0x1019, 0] else 0):
+            self.emergency.clear(SYNC_LENGTH)
+        else:
+            self.emergency.set(SYNC_LENGTH)
 
     def _after_input(self) -> None:
         """Send what the input has changed, and find the next timer."""
@@ -215,10 +302,23 @@ class Device:
         self._reschedule()
 
     def _reschedule(self) -> None:
-        self.due = min(self._producer.due, self._consumer.due, self._exchange.due, self.transmitter.due)
+        watched = min(self._consumer.due, self._guarding.due)
+        self.due = min(self._producer.due, watched, self._exchange.due, self.transmitter.due)
 
 
 def _check_sync_id(_sub: int, value: int) -> None:
     """Refuse another COB-ID for SYNC than 80h; raises SdoAbort."""
     if value & 0x3FFF_FFFF != SYNC_ID:
         raise SdoAbort(Abort.VALUE)
+
+
+def _check_sync_overflow(_sub: int, value: int) -> None:
+    """Refuse what is no overflow of the SYNC counter; raises SdoAbort."""
+    if value != 0 and not 2 <= value <= 240:
+        raise SdoAbort(Abort.VALUE)
+
+
+def _check_signature(value: int, signature: int) -> None:
+    """Refuse to store or to restore without the signature; raises SdoAbort."""
+    if value != signature:
+        raise SdoAbort(Abort.NOT_STORED)

@@ -22,6 +22,8 @@ EDS_FOLDER = Path(__file__).parent.parent / "eds"
 
 Key = tuple[int, int]
 Value = int | bytes
+# Objects that command something, which must not happen again at power-on.
+_NOT_STORED = {0x1003, 0x1010, 0x1011, 0x6003, 0x6010, 0x6040, 0x60FF}
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +113,8 @@ class ObjectStore:
             for key, variable in variables.items()
         }
         self._defaults.update(settings)
+        self._relative = {key for key, variable in variables.items() if variable.relative}
+        self._stored: dict[Key, Value] = {}
         self._values = dict(self._defaults)
 
     def __contains__(self, key: Key) -> bool:
@@ -138,4 +142,25 @@ class ObjectStore:
 
     def reset(self, last_index: int) -> None:
         """Set all objects up to an index, included, to their values after power-on."""
-        self._values.update({key: value for key, value in self._defaults.items() if key[0] <= last_index})
+        values = self._defaults | self._stored
+        self._values.update({key: value for key, value in values.items() if key[0] <= last_index})
+
+    def store(self) -> None:
+        """Keep what SDO may write for after the next power-on (1010h)."""
+        self._stored = {
+            key: self._values[key]
+            for key, variable in self._variables.items()
+            if variable.writable and key[0] not in _NOT_STORED
+        }
+
+    def forget_stored(self) -> None:
+        """Have the factory's values again after the next power-on (1011h)."""
+        self._stored = {}
+
+    def assign(self, node: int, before: int) -> None:
+        """Take another node id: the defaults that contain it follow; stored values that do are forgotten."""
+        for key in self._relative:
+            default = self._defaults[key]
+            assert isinstance(default, int)  # a string has no node id
+            self._defaults[key] = default + node - before
+            self._stored.pop(key, None)

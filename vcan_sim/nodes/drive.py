@@ -55,6 +55,7 @@ class DriveDevice(Device):
         self._radians_per_increment = radians_per_increment
         self.objects.readers.update(
             {
+                (0x603F, 0): lambda: self.emergency.code,
                 (0x6041, 0): self._statusword,
                 (0x6061, 0): lambda: self.store[0x6060, 0],
                 (0x6064, 0): sensor.position if sensor else lambda: round(self._position),

@@ -20,6 +20,7 @@ _REGISTER_BITS = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08, 0x8: 0x10, 0xF: 0x80}
 LENGTH_ERROR = 0x8210
 RPDO_TIMEOUT = 0x8250
 HEARTBEAT_ERROR = 0x8130
+SYNC_LENGTH = 0x8240
 
 
 class Emergency:
@@ -29,6 +30,11 @@ class Emergency:
         self._send = send
         self._active: list[int] = []
         self._history: list[int] = []
+
+    @property
+    def code(self) -> int:
+        """The last error that is active still, as a drive shows it in 603Fh; 0 where none is."""
+        return self._active[-1] if self._active else 0
 
     @property
     def register(self) -> int:

@@ -72,13 +72,17 @@ class PdoExchange:
         self._held = tuple(rpdo for rpdo in self.rpdos if rpdo.synchronous)
         self._reschedule()
 
-    def on_sync(self, now: float) -> None:
-        """Answer SYNC: the hot path of the simulation."""
+    def on_sync(self, now: float, counter: int | None = None) -> None:
+        """Answer SYNC, with its counter where it has one: the hot path of the simulation."""
         for rpdo in self._held:
             if rpdo.waiting is not None:
                 self._apply(rpdo, rpdo.waiting)
                 rpdo.waiting = None
         for tpdo in self._answers:
+            if tpdo.start and counter is not None:
+                if counter != tpdo.start:
+                    continue
+                tpdo.start, tpdo.syncs = 0, tpdo.kind - 1
             tpdo.syncs += 1
             if tpdo.syncs >= tpdo.kind:
                 tpdo.syncs = 0

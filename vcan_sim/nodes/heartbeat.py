@@ -1,4 +1,4 @@
-"""Heartbeats: produced by 1017h, supervised by 1016h (CiA 301 7.2.8.3.2)."""
+"""Heartbeats: produced by 1017h, supervised by 1016h; node guarding (CiA 301 7.2.8.3.2, 7.2.8.3.1)."""
 
 from __future__ import annotations
 
@@ -50,3 +50,32 @@ class HeartbeatConsumer:
             return False
         self.due = now + self._period
         return True
+
+
+class NodeGuarding:
+    """Answers the master's remote frames, and notes when they stop.
+
+    Attributes:
+        due: Time at which the master's next remote frame is overdue [s]; inf while none is expected.
+    """
+
+    def __init__(self) -> None:
+        self.due = math.inf
+        self._life_time = 0.0
+        self._toggle = 0
+
+    def configure(self, guard_time: int, factor: int) -> None:
+        """Take over 100Ch [ms] and 100Dh; the life time begins with the first remote frame."""
+        self._life_time = guard_time * factor * 1e-3
+        self.due = math.inf
+
+    def reset(self) -> None:
+        """Begin with toggle bit 0, as after a reset."""
+        self._toggle, self.due = 0, math.inf
+
+    def answer(self, state: int, now: float) -> bytes:
+        """Return the answer to a remote frame in an NMT state."""
+        self.due = now + self._life_time if self._life_time else math.inf
+        data = bytes([state | self._toggle])
+        self._toggle ^= 0x80
+        return data

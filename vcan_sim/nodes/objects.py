@@ -42,6 +42,14 @@ class Objects:
             return self.store.data((index, sub))
         return self.store.variable((index, sub)).encode(reader())
 
+    def size(self, index: int, sub: int) -> int | None:
+        """Return how many bytes an object has; None for a string.
+
+        Raises:
+            SdoAbort: There is no such object.
+        """
+        return self.store.variable((index, sub)).size
+
     def write(self, index: int, sub: int, data: bytes) -> None:
         """Set an object, as SDO downloads and RPDOs do.
 

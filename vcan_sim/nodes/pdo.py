@@ -24,6 +24,7 @@ class Tpdo:
         cob_id: COB-ID of the PDO.
         valid: Whether the PDO is valid and the device operational.
         kind: Transmission type of the PDO.
+        start: SYNC counter with which it begins to answer; 0 where it has begun, or answers from the next on.
         data: Data that were sent last; None before the first transmission.
         due: Time at which the event timer or a held-back event asks for a transmission [s].
     """
@@ -39,6 +40,7 @@ class Tpdo:
         "kind",
         "length",
         "sent",
+        "start",
         "syncs",
         "valid",
     )
@@ -49,7 +51,7 @@ class Tpdo:
         self.cob_id, self.kind, self.length = 0, DEVICE_EVENT, 0
         self.valid = False
         self.inhibit = self.event = 0.0
-        self.syncs = 0
+        self.syncs = self.start = 0
         self.sent, self.due = -math.inf, math.inf
         self.data: bytes | None = None
 
@@ -62,6 +64,7 @@ class Tpdo:
         self.kind = store[self.index, 2]
         self.inhibit, self.event = store[self.index, 3] * 1e-4, store[self.index, 5] * 1e-3
         self.syncs, self.data, self.sent = 0, None, -math.inf
+        self.start = store[self.index, 6]
         fields, shift = [], 0
         for key, bits in mapped(store, self.index + MAPPING):
             fields.append((reader(key), (1 << bits) - 1, shift))

@@ -1,27 +1,46 @@
-"""Which device gets which frame of the bus: NMT, SDO requests, heartbeats, and RPDOs by their COB-IDs."""
+"""Which device gets which frame of the bus: NMT, SDO, heartbeats, LSS, TIME, and RPDOs by their COB-IDs."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from omnimate.vcan_sim.nodes.device import SYNC_ID
+from omnimate.vcan_sim.nodes.lss import MASTER
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import can
 
     from omnimate.vcan_sim.nodes.device import Device
     from omnimate.vcan_sim.nodes.pdo import Rpdo
 
 
+TIME_ID = 0x100
+
+
 class Router:
-    """Gives the frames of the bus to the devices that they are for; SYNC is not its business."""
+    """Gives the frames of the bus to the devices that they are for."""
 
     def __init__(self, devices: Sequence[Device]) -> None:
         self._devices = devices
-        self._by_node = {device.node: device for device in devices}
         self._routes: dict[int, list[tuple[Device, Rpdo]]] | None = None
 
     def forget_routes(self) -> None:
         """Look the RPDOs up again at the next frame, because a device may have been configured anew."""
         self._routes = None
+
+    def receive_message(self, message: can.Message, now: float) -> None:
+        """Give a message, received at a time [s], to all devices that take it; SYNC too."""
+        can_id, data = message.arbitration_id, bytes(message.data)
+        if message.is_remote_frame:
+            for device in self._devices:
+                device.on_remote(can_id, now)
+        elif can_id == SYNC_ID:
+            for device in self._devices:
+                device.on_sync(now, data)
+        else:
+            self.receive(can_id, data, now)
 
     def receive(self, can_id: int, data: bytes, now: float) -> None:
         """Give a frame, received at a time [s], to all devices that take it."""
@@ -32,8 +51,15 @@ class Router:
         elif 0x700 < can_id <= 0x77F:
             for device in self._devices:
                 device.on_heartbeat(can_id - 0x700, now)
+        elif can_id == MASTER:
+            for device in self._devices:
+                device.on_lss(data, now)
+            self.forget_routes()
         else:
             self._on_rpdo(can_id, data, now)
+            if can_id == TIME_ID:
+                for device in self._devices:
+                    device.on_time(can_id, data, now)
 
     def _on_nmt(self, data: bytes, now: float) -> None:
         if len(data) == 2:
@@ -43,10 +69,10 @@ class Router:
         self.forget_routes()
 
     def _on_sdo(self, node: int, data: bytes, now: float) -> None:
-        device = self._by_node.get(node)
-        if device is not None:
-            device.on_sdo(data, now)
-            self.forget_routes()
+        for device in self._devices:
+            if device.node == node:
+                device.on_sdo(data, now)
+                self.forget_routes()
 
     def _on_rpdo(self, can_id: int, data: bytes, now: float) -> None:
         if self._routes is None:

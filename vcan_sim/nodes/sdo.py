@@ -1,4 +1,4 @@
-"""The SDO server of a device: expedited and segmented transfers, one answer per request (CiA 301 7.2.4)."""
+"""The SDO server of a device: expedited, segmented and block transfers (CiA 301 7.2.4)."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.errors import SdoAbort
 from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.sdo_block import BLOCK_SIZE, BlockDownload, BlockUpload
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Sequence
 
 _HEADER = struct.Struct("<BHB")
 _ABORT = struct.Struct("<BHBL")
@@ -24,89 +25,127 @@ class _Transfer:
     index: int
     sub: int
     upload: bool
+    size: int | None = None  # bytes that a download has announced
     buffer: bytearray = field(default_factory=bytearray)
     toggle: int = 0
 
 
 class SdoServer:
-    """Answers the requests of one client."""
+    """Answers the requests of one client.
 
-    def __init__(self, read: Callable[[int, int], bytes], write: Callable[[int, int, bytes], None]) -> None:
-        self._read = read
-        self._write = write
+    Args:
+        read: Returns an object's bytes.
+        write: Sets an object.
+        size: Returns how many bytes an object has; None for a string.
+    """
+
+    def __init__(
+        self,
+        read: Callable[[int, int], bytes],
+        write: Callable[[int, int, bytes], None],
+        size: Callable[[int, int], int | None],
+    ) -> None:
+        self._read, self._write, self._size = read, write, size
         self._transfer: _Transfer | None = None
-        self._steps = {
+        self._upload_block: BlockUpload | None = None
+        self._download_block: BlockDownload | None = None
+        self._about: Sequence[int] = (0, 0)  # object of the transfer under way, which an abort names
+        self._steps: dict[int, Callable[[bytes], Iterable[bytes]]] = {
             0: self._download_segment,
             1: self._download,
             2: self._upload,
             3: self._upload_segment,
+            5: self._block_upload,
+            6: self._block_download,
         }
 
     def reset(self) -> None:
         """Forget a transfer under way."""
-        self._transfer = None
+        self._transfer = self._upload_block = self._download_block = None
 
-    def answer(self, request: bytes) -> bytes | None:
-        """Return the answer to a request, None where there is none (an abort, or not 8 bytes)."""
-        if len(request) != 8 or request[0] >> 5 == 4:
-            self._transfer = None
-            return None
-        specifier = request[0] >> 5
-        _, index, sub = _HEADER.unpack_from(request)
-        if specifier in {0, 3} and self._transfer is not None:
-            index, sub = self._transfer.index, self._transfer.sub
+    def answers(self, request: bytes) -> tuple[bytes, ...]:
+        """Return the answers to a request: none to an abort or to what has not 8 bytes, else mostly one."""
+        if len(request) != 8 or request[0] == 0x80:
+            self.reset()
+            return ()
         try:
-            step = self._steps.get(specifier, self._refuse)
-            return step(request).ljust(8, b"\0")
+            return tuple(answer.ljust(8, b"\0") for answer in self._follow(request))
         except SdoAbort as abort:
-            self._transfer = None
-            return _ABORT.pack(0x80, index, sub, abort.code)
+            self.reset()
+            return (_ABORT.pack(0x80, *self._about, abort.code),)
 
-    @staticmethod
-    def _refuse(_request: bytes) -> bytes:
-        """Refuse block transfers; a client falls back to segments."""
-        raise SdoAbort(Abort.COMMAND)
+    def _follow(self, request: bytes) -> Iterable[bytes]:
+        block = self._download_block
+        if block is not None and not block.is_ended:
+            answer = block.take(request)
+            return () if answer is None else (answer,)
+        specifier = request[0] >> 5
+        if specifier == 4:  # an abort with bits that mean nothing
+            self.reset()
+            return ()
+        if not self._goes_on(specifier, request[0]):
+            self.reset()
+            _, *self._about = _HEADER.unpack_from(request)
+        step = self._steps.get(specifier)
+        if step is None:
+            raise SdoAbort(Abort.COMMAND)
+        return step(request)
 
-    def _upload(self, request: bytes) -> bytes:
+    def _goes_on(self, specifier: int, command: int) -> bool:
+        """Say whether a request belongs to a transfer under way, and names no object."""
+        if specifier in {0, 3}:
+            return self._transfer is not None
+        if specifier == 5:
+            return bool(command & 0x03) and self._upload_block is not None
+        return specifier == 6 and bool(command & 0x01) and self._download_block is not None
+
+    # Expedited and segmented
+
+    def _upload(self, request: bytes) -> Iterable[bytes]:
         _, index, sub = _HEADER.unpack_from(request)
+        data = self._data_of(index, sub)
+        if len(data) <= 4:
+            return (_HEADER.pack(0x43 | (4 - len(data)) << 2, index, sub) + data,)
+        self._transfer = _Transfer(index, sub, upload=True, buffer=bytearray(data))
+        return (_HEADER.pack(0x41, index, sub) + len(data).to_bytes(4, "little"),)
+
+    def _data_of(self, index: int, sub: int) -> bytes:
         data = self._read(index, sub)
         if not data:
             raise SdoAbort(Abort.NO_DATA)
-        if len(data) <= 4:
-            self._transfer = None
-            return _HEADER.pack(0x43 | (4 - len(data)) << 2, index, sub) + data
-        self._transfer = _Transfer(index, sub, upload=True, buffer=bytearray(data))
-        return _HEADER.pack(0x41, index, sub) + len(data).to_bytes(4, "little")
+        return data
 
-    def _upload_segment(self, request: bytes) -> bytes:
+    def _upload_segment(self, request: bytes) -> Iterable[bytes]:
         transfer = self._under_way(request, upload=True)
         part = bytes(transfer.buffer[:7])
         del transfer.buffer[:7]
         last = not transfer.buffer
         head = (request[0] & 0x10) | (7 - len(part)) << 1 | last
         self._transfer = None if last else transfer
-        return bytes([head]) + part
+        return (bytes([head]) + part,)
 
-    def _download(self, request: bytes) -> bytes:
+    def _download(self, request: bytes) -> Iterable[bytes]:
         command, index, sub = _HEADER.unpack_from(request)
-        self._transfer = None
         if command & 0x02:
-            size = 4 - (command >> 2 & 0x03) if command & 0x01 else 4
+            size = 4 - (command >> 2 & 0x03) if command & 0x01 else self._size(index, sub) or 4
             self._write(index, sub, request[4 : 4 + size])
         else:
             self._read(index, sub)  # an object that is not there is refused before its data come
-            self._transfer = _Transfer(index, sub, upload=False)
-        return _HEADER.pack(0x60, index, sub)
+            announced = int.from_bytes(request[4:], "little") if command & 0x01 else None
+            self._transfer = _Transfer(index, sub, upload=False, size=announced)
+        return (_HEADER.pack(0x60, index, sub),)
 
-    def _download_segment(self, request: bytes) -> bytes:
+    def _download_segment(self, request: bytes) -> Iterable[bytes]:
         transfer = self._under_way(request, upload=False)
         transfer.buffer += request[1 : 8 - (request[0] >> 1 & 0x07)]
         if len(transfer.buffer) > _LONGEST_DOWNLOAD:
             raise SdoAbort(Abort.LENGTH)
         if request[0] & 0x01:
+            if transfer.size not in {None, len(transfer.buffer)}:
+                raise SdoAbort(Abort.LENGTH)
             self._transfer = None
             self._write(transfer.index, transfer.sub, bytes(transfer.buffer))
-        return bytes([0x20 | (request[0] & 0x10)])
+        return (bytes([0x20 | (request[0] & 0x10)]),)
 
     def _under_way(self, request: bytes, *, upload: bool) -> _Transfer:
         """Return the transfer that a segment belongs to, its toggle bit checked."""
@@ -117,3 +156,43 @@ class SdoServer:
             raise SdoAbort(Abort.TOGGLE)
         transfer.toggle ^= 0x10
         return transfer
+
+    # Block
+
+    def _block_upload(self, request: bytes) -> Iterable[bytes]:
+        step = request[0] & 0x03
+        if step == 0:
+            return self._begin_block_upload(request)
+        block = self._upload_block
+        if block is None:
+            raise SdoAbort(Abort.COMMAND)
+        if step == 1:  # the client has everything
+            self._upload_block = None
+            return ()
+        if step == 2 and block.confirm(request[1], request[2]):
+            return (block.end(),)
+        return tuple(block.segments())
+
+    def _begin_block_upload(self, request: bytes) -> Iterable[bytes]:
+        _, index, sub = _HEADER.unpack_from(request)
+        data, block_size, threshold = self._data_of(index, sub), request[4], request[5]
+        if len(data) <= threshold:
+            return self._upload(request)
+        if not 1 <= block_size <= BLOCK_SIZE:
+            raise SdoAbort(Abort.BLOCK_SIZE)
+        self._upload_block = BlockUpload(data, block_size)
+        return (_HEADER.pack(0xC6, index, sub) + len(data).to_bytes(4, "little"),)
+
+    def _block_download(self, request: bytes) -> Iterable[bytes]:
+        command, index, sub = _HEADER.unpack_from(request)
+        block = self._download_block
+        if command & 0x01:
+            if block is None or not block.is_ended:
+                raise SdoAbort(Abort.COMMAND)
+            self._download_block = None
+            self._write(block.index, block.sub, block.finish(request))
+            return (b"\xa1",)
+        self._read(index, sub)  # an object that is not there is refused before its data come
+        size = int.from_bytes(request[4:], "little") if command & 0x02 else None
+        self._download_block = BlockDownload(index, sub, size, bool(command & 0x04), _LONGEST_DOWNLOAD)
+        return (_HEADER.pack(0xA4, index, sub) + bytes([BLOCK_SIZE]),)

@@ -1,0 +1,78 @@
+"""`omnimate conform`: does a device do what the CANopen standards ask for?"""
+
+from __future__ import annotations
+
+import json
+from enum import Enum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from omnimate.cli.console import err, out
+from omnimate.cli.errors import CallError
+
+if TYPE_CHECKING:
+    from omnimate.driver.conformance.run import Result
+
+
+class Most(Enum):
+    """What may be done to the device."""
+
+    reads = "reads"
+    writes = "writes"
+    resets = "resets"
+    stores = "stores"
+
+
+def conform(
+    bus: Annotated[str, typer.Option(help="Bus of the device, such as socketcan://can0.")],
+    node: Annotated[int, typer.Option(min=1, max=127, help="Its node id.")],
+    most: Annotated[
+        Most,
+        typer.Option(
+            help="What may be done to it: read; write and put back; reset and start it too; store too, and "
+            "take its node id away for a moment."
+        ),
+    ] = Most.resets,
+    timeout: Annotated[float, typer.Option(min=0.01, help="Time in which it answers [s].")] = 0.5,
+    force: Annotated[bool, typer.Option("--force", help="Go on although another master sends SYNC.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+) -> None:
+    """Check a device against CiA 301, 305, 402 and 406, and say what it does not do. It must not drive."""
+    from omnimate.driver.bus import open_bus
+    from omnimate.driver.conformance.probe import Probe
+    from omnimate.driver.conformance.run import conform as run
+
+    results = []
+    with open_bus(bus) as opened:
+        probe = Probe(opened, node, timeout)
+        if not force and probe.heard(0x080, 0.3):
+            raise CallError(
+                f"{bus}: another master sends SYNC; stop it, so that no robot drives, or add --force"
+            )
+        for result in run(probe, most.value):
+            results.append(result)
+            if not as_json:
+                out.print(_line(result), soft_wrap=True)
+    if as_json:
+        out.print(json.dumps([_fields(result) for result in results], indent=1), soft_wrap=True)
+    counts = {name: sum(r.outcome == name for r in results) for name in ("passed", "failed", "absent")}
+    err.print(", ".join(f"{count} {name}" for name, count in counts.items()))
+    if counts["failed"]:
+        raise typer.Exit(1)
+
+
+def _line(result: Result) -> str:
+    check = result.check
+    return f"{check.standard}  {check.subject:<31} {result.outcome:<7} {result.reason}".rstrip()
+
+
+def _fields(result: Result) -> dict[str, str]:
+    check = result.check
+    return {
+        "standard": check.standard,
+        "subject": check.subject,
+        "demand": check.demand,
+        "outcome": result.outcome,
+        "reason": result.reason,
+    }
