@@ -16,7 +16,7 @@ from omnimate.driver.expected_pdos import ExpectedPdo, expected_pdos
 from omnimate.driver.gap_log import GapLog
 from omnimate.driver.node_counts import NodeCounts
 from omnimate.vehicle.bridging import Bridges
-from omnimate.vehicle.counters import Counter, counter_law
+from omnimate.vehicle.counters import Counter, counter_law, samples_left_out
 from omnimate.vehicle.sample import Sample
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Gap
 
 TRUSTED_AFTER = 100  # SYNCs in a row with an answer, after a miss, before it is waited for at length again
+SILENT_TIME = 2.0  # [s] without an answer after which a node is configured again; a boot takes less
 SILENT_AFTER = 3  # SYNCs in a row without an answer, before it is called silence and not waited for
-MAX_SKIP = 100_000  # SYNCs; a longer pause says nothing about where a counter may be
 
 
 class Assembler:
@@ -64,6 +64,7 @@ class Assembler:
         self._counters = [Counter(counter_law(encoder, vehicle)) for encoder in vehicle.encoders]
         self._bridges = Bridges(vehicle)
         self._gap_log = GapLog(vehicle.channels)
+        self._silent: set[int] = set()
         self._absent = (math.nan,) * width
         self._nothing = (False,) * width
         # COB-IDs: PDOs that answer reliably are waited for at length, unreliable ones only for a short time.
@@ -98,7 +99,11 @@ class Assembler:
         self.pdos[cob_id].is_exact = True
 
     def begin(self, index: int, time: float) -> None:
-        """Open sample number `index` at the time of its SYNC [s]."""
+        """Open sample number `index` at the time of its SYNC [s]; SYNCs that were left out are missed."""
+        if self.started is not None:
+            left_out = samples_left_out(time - self._time, self.vehicle)
+            for counter in self._counters if left_out else ():
+                counter.skip(left_out)
         self._index, self._time, self.is_open = index, time, True
         if self.started is None:
             self.started = time
@@ -166,27 +171,29 @@ class Assembler:
             tuple(self._arrival_time),
         )
 
-    def restarted(self, node: int) -> None:
-        """Note that a node has booted: the counters of its wheels go on from their last positions."""
-        for column, encoder in enumerate(self.vehicle.encoders):
-            if encoder.node == node:
-                self._counters[column].rebase()
-                self._gap_log.restarted(column, self._time)
-        self.await_again(node)
-
-    def await_again(self, node: int) -> None:
-        """Take a node's PDOs for reliable from the next SYNC on, and none of their frames for late."""
+    def node_booted(self, node: int) -> None:
+        """Note that a boot-up of a node was heard, which its PDOs have to confirm."""
         for pdo in self.pdos.values():
             if pdo.node == node:
+                pdo.has_booted, pdo.was_started = True, False
+
+    def node_started(self, node: int) -> None:
+        """Note that a node, 0 for all, was started: its PDOs are reliable, none of their frames is late."""
+        for pdo in self.pdos.values():
+            if node in {0, pdo.node}:
+                pdo.was_started = pdo.has_booted
                 pdo.missed_last = False
                 self._unreliable.discard(pdo.cob_id)
                 self._reliable.add(pdo.cob_id)
 
-    def skip(self, syncs: int) -> None:
-        """Note that so many SYNCs could not be sent, during which the counters have gone on."""
-        for _ in range(min(syncs, MAX_SKIP)):
-            for counter in self._counters:
-                counter.step(None)
+    def is_answering(self, node: int) -> bool:
+        """Return whether all PDOs of a node answered the last SYNC."""
+        return not any(pdo.misses for pdo in self.pdos.values() if pdo.node == node)
+
+    def take_silent(self) -> set[int]:
+        """Return the nodes that have not answered for `SILENT_TIME` since they were last returned."""
+        silent, self._silent = self._silent, set()
+        return silent
 
     def gaps_until_now(self) -> tuple[Gap, ...]:
         """Return all gaps; one that is still open ends with the last sample."""
@@ -202,6 +209,9 @@ class Assembler:
     def _accept(self, pdo: ExpectedPdo, word: int, device_time: float, arrival_time: float) -> None:
         pdo.answered = pdo.heard = True
         pdo.counts.received += 1
+        if pdo.has_booted:
+            self._confirm_boot(pdo)
+        pdo.last = self._index
         self._waiting.discard(pdo.cob_id)
         self._waiting_shortly.discard(pdo.cob_id)
         for field in pdo.fields:
@@ -213,6 +223,16 @@ class Assembler:
             else:
                 pdo.counts.jumps += 1
                 self._gap_log.jumped(column)
+
+    def _confirm_boot(self, pdo: ExpectedPdo) -> None:
+        """Believe a boot-up where the PDO stopped, or was started: its counters begin anew."""
+        if pdo.last is None or self._index - pdo.last > 1 or pdo.was_started:
+            for field in pdo.fields:
+                self._counters[field.column].rebase()
+                self._gap_log.restarted(field.column, self._time)
+        else:
+            self.events.add(self._time, pdo.node, "its boot-up is not believed: its PDOs did not stop")
+        pdo.has_booted = pdo.was_started = False
 
     def _accept_held(self, pdo: ExpectedPdo) -> None:
         """Take the held frame for the answer to this SYNC: no second one has come."""
@@ -233,6 +253,8 @@ class Assembler:
         if pdo.misses == SILENT_AFTER:
             names = ", ".join(pdo.channels)
             self.events.add(self._time, pdo.node, f"{names}: no valid answer to SYNC")
+        if pdo.misses % max(SILENT_AFTER, round(SILENT_TIME / self.vehicle.bus.sync_period)) == 0:
+            self._silent.add(pdo.node)
 
     def _mark_unreliable(self, pdo: ExpectedPdo) -> None:
         """Wait for a PDO only for a short time, until it has answered many times in a row."""

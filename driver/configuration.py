@@ -27,6 +27,7 @@ class NodeConfiguration:
         heartbeat: Heartbeat period [s]; None where the node has none.
         encoder_objects: Values that a CiA 406 encoder reports about itself, by index, such as the offset
             6509h and the serial number 650Bh.
+        woken: What it took to have the node answer, in words; None where it answered.
     """
 
     node: int
@@ -38,10 +39,12 @@ class NodeConfiguration:
     lengths: dict[int, int] = field(default_factory=dict)
     heartbeat: float | None = None
     encoder_objects: dict[int, int] = field(default_factory=dict)
+    woken: str | None = None
 
     def lines(self) -> tuple[tuple[str, str], ...]:
         """Return each line with its kind: found, changed or remark."""
-        kinds = (("found", self.read), ("changed", self.changed), ("remark", self.remarks))
+        changed = (*self.changed, self.woken) if self.woken else self.changed
+        kinds = (("found", self.read), ("changed", changed), ("remark", self.remarks))
         return tuple((kind, line) for kind, lines in kinds for line in lines)
 
 

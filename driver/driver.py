@@ -195,10 +195,8 @@ class Driver:
         while troubles:
             trouble = troubles.pop(0)
             self.drives.halt(trouble)
-            if trouble.has_restarted and trouble.node is not None:
-                self._monitor.assembler.restarted(trouble.node)
-                if trouble.node in self._encoders.ids:
-                    self._recovery.request(trouble.node, now)
+            if trouble.has_restarted and trouble.node in self._encoders.ids:
+                self._recovery.request(trouble.node, now)
 
     def _send_sync(self) -> None:
         at = self._clock.sync()
@@ -242,7 +240,10 @@ class Driver:
             self.drives.stands(wheel, sample.time)
 
     def _recover(self, now: float) -> None:
-        """Go on to configure restarted nodes again."""
+        """Go on to configure nodes again that have restarted, or that have not answered SYNC for long."""
+        for node in self._monitor.assembler.take_silent():
+            if not self._supervision.nodes[node].is_lost:
+                self._recovery.request(node, now)
         if self._recovery.is_busy:
             configuration = self._recovery.poll(now)
             if configuration is not None and not self._encoders.start_again(configuration, now):
@@ -266,7 +267,6 @@ class Driver:
         self._events.add(before + away, None, f"bus opened again after {away:.1f} s")
         self._supervision.pause(away)
         self._monitor.watch.pause(away)
-        self._monitor.assembler.skip(int(away / self.vehicle.bus.sync_period))
         for node in self._encoders.ids:
             self._recovery.request(node, before + away)
         self.drives.halt(Trouble(before + away, None, "the bus was lost, and with it the driver's heartbeat"))

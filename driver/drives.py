@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from omnimate.driver.drive_configuration import configure_drive
@@ -11,6 +12,7 @@ from omnimate.driver.errors import BadCommand, BusLost, DriverError, DrivesStopp
 from omnimate.driver.network import NMT_PRE_OPERATIONAL, NMT_START
 from omnimate.driver.supervision import STOPPED
 from omnimate.driver.troubles import Trouble
+from omnimate.driver.waking import wake
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -237,8 +239,10 @@ class Drives:
 
     def _configure(self, drive: Drive) -> tuple[NodeConfiguration, StatusSource]:
         """Configure a drive's node and start it; return what was changed, and where its status word is."""
+        sdo = self._sdo_of(drive.node)
+        woken = wake(sdo, self._network.nmt_command)
         configuration, source = configure_drive(
-            self._sdo_of(drive.node),
+            sdo,
             drive,
             self._driver_node,
             {encoder.cob_id for encoder in self._vehicle.encoders},
@@ -248,7 +252,7 @@ class Drives:
         self._watch.expect(source)
         self._network.nmt_command(NMT_START, drive.node)
         self._supervision.started(drive.node, configuration.heartbeat)
-        return configuration, source
+        return replace(configuration, woken=woken), source
 
     def _enable(self, node: int) -> float:
         """Enable a drive; return how long it takes to answer for its status word [s]."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from omnimate.driver.configuration import with_ranges
 from omnimate.driver.configure import configure_node
-from omnimate.driver.network import NMT_PRE_OPERATIONAL, NMT_START
+from omnimate.driver.network import NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION, NMT_START
 from omnimate.driver.supervision import OPERATIONAL
+from omnimate.driver.waking import wake
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -45,7 +47,8 @@ class EncoderNodes:
         self.ids = tuple(sorted({encoder.node for encoder in vehicle.encoders}))
         self._monitor, self._sdos, self._nmt = monitor, sdos, nmt
         self._encoder_objects: dict[int, dict[int, int]] = {}
-        self._boots: dict[int, int] = {}
+        self._boots: dict[int, int] = {}  # boot-ups heard before the last configuration
+        self._known_boots: dict[int, int] = {}  # and before the last start
         self._interrupted: set[int] = set()  # were operational before they were configured
 
     def configure(self, node: int) -> NodeConfiguration:
@@ -53,14 +56,17 @@ class EncoderNodes:
 
         Where that fails, the nodes that were operational before are started again.
         """
-        self._boots[node] = self._monitor.supervision.nodes[node].boots
+        state = self._monitor.supervision.nodes[node]
+        self._boots[node] = state.boots
+        woken = wake(self._sdos[node], self._nmt)
         try:
-            return configure_node(self._sdos[node], self.vehicle, self._interrupt)
+            configuration = configure_node(self._sdos[node], self.vehicle, self._interrupt)
         except BaseException:
             for stopped in self._interrupted:
                 self._nmt(NMT_START, stopped)
             self._interrupted.clear()
             raise
+        return replace(configuration, woken=woken)
 
     def configure_all(self) -> tuple[NodeConfiguration, ...]:
         """Configure every node and take over the ranges of their counters; errors as of `configure_node`."""
@@ -74,26 +80,48 @@ class EncoderNodes:
         Raises:
             BusLost: The interface failed.
         """
+        self._take_over(configuration)
+        self._nmt(NMT_START, configuration.node)
+        self._monitor.assembler.node_started(configuration.node)
+
+    def _take_over(self, configuration: NodeConfiguration) -> None:
+        """Expect of a node what was configured."""
         node = configuration.node
+        self._known_boots[node] = self._boots[node]
         self._encoder_objects[node] = configuration.encoder_objects
         for cob_id, length in configuration.lengths.items():
             self._monitor.assembler.expect_length(cob_id, length)
-        self._nmt(NMT_START, node)
         self._interrupted.discard(node)
         self._monitor.supervision.started(node, configuration.heartbeat)
-        self._monitor.assembler.await_again(node)
 
     def start_again(self, configuration: NodeConfiguration, now: float) -> bool:
         """Start a node that was configured again at `now` [s], and log what has changed in it.
 
+        A node that has lost objects restarted. Where its boot-up was not heard, it is made to send one, so
+        that it stands in the recording. A node that has lost nothing and sends its PDOs is not started again:
+        the boot-up or the heartbeat did not come from it.
+
         Returns:
-            Whether the configuration holds; False where the node has booted since, so that it is lost again.
+            Whether the configuration holds; False where the node has booted since, so that it is lost again,
+            or was made to boot.
 
         Raises:
             BusLost: The interface failed.
         """
         node, events = configuration.node, self._monitor.events
         changed = configuration.changed
+        if configuration.woken:
+            events.add(now, node, configuration.woken)
+        if changed and self._boots[node] == self._known_boots[node]:
+            events.add(
+                now, node, "restarted unheard: its communication is reset, so that its boot-up is heard"
+            )
+            self._nmt(NMT_RESET_COMMUNICATION, node)
+            return False
+        if not changed and self._monitor.assembler.is_answering(node):
+            events.add(now, node, "has not restarted: its objects are as they were, and its PDOs go on")
+            self._take_over(configuration)
+            return self._monitor.supervision.nodes[node].boots == self._boots[node]
         amount = f"{len(changed)} objects set anew" if changed else "nothing had changed"
         events.add(now, node, f"configured again ({amount}) and started")
         for index in WATCHED_OBJECTS:

@@ -30,6 +30,9 @@ class ExpectedPdo:
         held: Content and times of such a frame, until the sample closes or a second frame comes.
         misses: SYNCs in a row without an answer.
         answers: SYNCs in a row with an answer, since the last miss.
+        last: Number of the sample that it last entered; None before the first.
+        has_booted: Whether a boot-up of its node was heard since then.
+        was_started: Whether the node was started after that.
     """
 
     cob_id: int
@@ -45,6 +48,9 @@ class ExpectedPdo:
     held: tuple[int, float, float] | None = None
     misses: int = 0
     answers: int = 0
+    last: int | None = None
+    has_booted: bool = False
+    was_started: bool = False
 
 
 def pdo_lengths(vehicle: VehicleParameters) -> dict[int, int]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 EMCY, SDO_ANSWER, HEARTBEAT = 0x080, 0x580, 0x700
+BOOT_UP = b"\0"
 
 
 class Monitor:
@@ -109,5 +110,7 @@ class Monitor:
             return len(data) == 8
         self._flooding.note(function + node)
         if function == HEARTBEAT:
+            if bytes(data) == BOOT_UP:
+                self.assembler.node_booted(node)
             return self.supervision.heartbeat(node, data, now)
         return self.supervision.emergency(node, data, now)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 SYNC_ID = 0x080
-NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
+NMT_START, NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION = 0x01, 0x80, 0x82
 
 # What canopen logs is raised here as an error of the driver, with the node and the words.
 logging.getLogger("canopen").addHandler(logging.NullHandler())

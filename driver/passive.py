@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.sample import Sample
 
 NMT_ID, SDO_REQUEST, HEARTBEAT = 0x000, 0x600, 0x700
+NMT_START = b"\x01"
 
 
 class PassiveReader:
@@ -92,6 +93,8 @@ class PassiveReader:
                 heard = time.monotonic()
                 self._begin()
             else:
+                if message.arbitration_id == NMT_ID and bytes(message.data[:1]) == NMT_START:
+                    self._monitor.assembler.node_started(message.data[1] if len(message.data) == 2 else 0)
                 self._monitor.take(message, self._network.arrival)
         if not self._syncs:
             raise NoSync(patience)
@@ -122,8 +125,5 @@ class PassiveReader:
     def _close(self) -> Sample:
         supervision = self._monitor.supervision
         sample = self._monitor.assembler.close()
-        for trouble in supervision.troubles:
-            if trouble.has_restarted and trouble.node is not None:
-                self._monitor.assembler.restarted(trouble.node)
         supervision.troubles.clear()
         return sample

@@ -53,6 +53,16 @@ class Sdo:
         finally:
             self._written = None
 
+    def answers(self) -> bool:
+        """Ask once for the device type 1000h; return whether any answer comes."""
+        try:
+            self._transfer(0x1000, 0, None, tries=1)
+        except SdoRefused:
+            return True
+        except SdoSilent:
+            return False
+        return True
+
     def read(self, index: int, subindex: int = 0) -> int:
         """Return an object as an unsigned number.
 
@@ -155,8 +165,10 @@ class Sdo:
         head = bytes((command,)) + index.to_bytes(2, "little") + bytes((subindex,))
         self.client.network.send_message(self.client.rx_cobid, head + data.ljust(4, b"\0"))
 
-    def _transfer(self, index: int, subindex: int, data: bytes | None, *, whole: bool = False) -> bytes:
-        for left in reversed(range(TRIES)):
+    def _transfer(
+        self, index: int, subindex: int, data: bytes | None, *, whole: bool = False, tries: int = TRIES
+    ) -> bytes:
+        for left in reversed(range(tries)):
             self.client.begin(index, subindex, is_write=data is not None)
             try:
                 if data is not None:

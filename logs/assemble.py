@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.logs.canopen_words import SYNC_ID
+from omnimate.logs.canopen_words import NMT_START, SYNC_ID
 from omnimate.logs.frame_classes import CLASSES, FrameClass, classify, is_class
 from omnimate.logs.gaps import gaps_of
 from omnimate.logs.pdo_fields import decode
 from omnimate.logs.pdo_units import drive_conversion
 from omnimate.vehicle.bridging import bridge
-from omnimate.vehicle.counters import counter_law, unwrap
+from omnimate.vehicle.counters import counter_law, samples_left_out, unwrap
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.recording import Recording
 
@@ -141,6 +141,7 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
     counts = np.zeros((len(time), len(channels)), np.int64)
     present, rebased = np.zeros(counts.shape, bool), np.zeros(counts.shape, bool)
     gaps: list[Gap] = []
+    left_out = [0, *(samples_left_out(passed, vehicle) for passed in np.diff(time).tolist())]
     answers = {
         cob_id: _answers(log, [encoder for encoder in vehicle.encoders if encoder.cob_id == cob_id])
         for cob_id in dict.fromkeys(encoder.cob_id for encoder in vehicle.encoders)
@@ -149,7 +150,7 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
         answer = answers[encoder.cob_id]
         raw, received = np.zeros(len(time), np.int64), np.zeros(len(time), bool)
         raw[answer.samples], received[answer.samples] = decode(answer.words, encoder), True
-        unwrapped = unwrap(raw, counter_law(encoder, vehicle), received, answer.restarts)
+        unwrapped = unwrap(raw, counter_law(encoder, vehicle), received, answer.restarts, left_out)
         counts[:, column], present[:, column] = unwrapped.counts, unwrapped.present
         rebased[:, column] = unwrapped.rebased
         gaps += gaps_of(encoder.channel, time, unwrapped.present, received, answer.restarts)
@@ -231,7 +232,11 @@ def _length(lengths: NDArray[np.uint8], encoders: list[Encoder]) -> int:
 
 
 def _restarts(log: _Log, used: Rows, samples: Rows, node: int) -> tuple[NDArray[np.bool_], int]:
-    """Return before which samples a node had restarted, `(N,)`, and how often it did."""
+    """Return before which samples a node had restarted, `(N,)`, and how often its boot-up was heard.
+
+    A boot-up is believed where the PDO stopped, so that a SYNC between its frames around the boot-up has no
+    answer, or where the node was started before its next frame.
+    """
     frames = log.frames
     boots = np.flatnonzero(
         (frames.can_id == 0x700 + node)
@@ -239,9 +244,19 @@ def _restarts(log: _Log, used: Rows, samples: Rows, node: int) -> tuple[NDArray[
         & (frames.length == 1)
         & (frames.data[:, 0] == 0)
     )
+    starts = np.flatnonzero(
+        is_class(log.classes, "NMT")
+        & (frames.length == 2)
+        & (frames.data[:, 0] == NMT_START)
+        & np.isin(frames.data[:, 1], (0, node))
+    )
     restarts = np.zeros(len(log.time), bool)
     after = np.searchsorted(used, boots)
-    restarts[samples[after[after < len(used)]]] = True
+    for boot, place in zip(boots.tolist(), after.tolist(), strict=True):
+        if place == len(used):
+            continue
+        stopped = place == 0 or samples[place] - samples[place - 1] > 1
+        restarts[samples[place]] |= stopped or bool(((starts > boot) & (starts < used[place])).any())
     return restarts, len(boots)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 SYNC_ID, TIME_ID = 0x080, 0x100
 LSS_IDS = {0x7E5: "LSS command", 0x7E4: "LSS answer"}
 
+NMT_START = 0x01
 NMT_COMMANDS = {
-    0x01: "start",
+    NMT_START: "start",
     0x02: "stop",
     0x80: "enter pre-operational",
     0x81: "reset node",

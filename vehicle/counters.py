@@ -23,6 +23,11 @@ MAX_SPEED = 10.0  # [m/s] of a wheel or of the slider; no floor robot is faster
 MAX_TURN_RATE = 20.0  # [rad/s] of a joint; likewise
 
 
+def samples_left_out(passed: float, vehicle: VehicleParameters) -> int:
+    """Return how many samples there could have been between two that are `passed` seconds apart."""
+    return max(0, round(passed / vehicle.bus.sync_period) - 1)
+
+
 @dataclass(frozen=True, slots=True)
 class CounterLaw:
     """How one encoder's raw readings follow each other.
@@ -116,6 +121,10 @@ class Counter:
         self._raw, self._suspect, self._samples, self._rebase = raw, None, 0, False
         return True
 
+    def skip(self, samples: int) -> None:
+        """Note that so many samples could not be taken, while the counter may have gone on."""
+        self._samples += samples
+
     def correct(self, counts: int) -> None:
         """Add counts that the encoder has lost."""
         if self.count is not None:
@@ -143,7 +152,11 @@ class Unwrapped:
 
 
 def unwrap(
-    raw: ArrayLike, law: CounterLaw, present: ArrayLike | None = None, restarts: ArrayLike | None = None
+    raw: ArrayLike,
+    law: CounterLaw,
+    present: ArrayLike | None = None,
+    restarts: ArrayLike | None = None,
+    left_out: ArrayLike | None = None,
 ) -> Unwrapped:
     """Unwrap a whole channel: what `Counter` gives reading by reading.
 
@@ -152,10 +165,12 @@ def unwrap(
         law: How the encoder's readings follow each other.
         present: Where a reading was received, shape `(N,)`; everywhere by default.
         restarts: (N,) True where the device restarted since the sample before.
+        left_out: Samples that could not be taken before each one, shape `(N,)`; none by default.
     """
     raw = np.asarray(raw, np.int64)
     present = np.ones(len(raw), bool) if present is None else np.array(present, bool)
     restarts = np.zeros(len(raw), bool) if restarts is None else np.asarray(restarts, bool)
+    left_out = np.zeros(len(raw), np.int64) if left_out is None else np.asarray(left_out, np.int64)
     where = np.flatnonzero(present)
     if len(where) == 0:
         return Unwrapped(np.zeros(len(raw), np.int64), present, np.zeros(len(raw), bool))
@@ -167,9 +182,9 @@ def unwrap(
         begun = np.diff(np.cumsum(restarts)[where]) > 0
         steps[begun] = 0
         rebased[where[1:][begun]] = True
-    limit = np.minimum(law.max_step * np.diff(where), law.below_half)
+    limit = np.minimum(law.max_step * np.diff(where + np.cumsum(left_out)[where]), law.below_half)
     if np.any(np.abs(steps) > limit):
-        return _reading_by_reading(raw, law, present, restarts)
+        return _reading_by_reading(raw, law, present, restarts, left_out)
     counts = raw[where[0]] + np.concatenate(([0], np.cumsum(steps)))
     return Unwrapped(counts[np.maximum(np.cumsum(present) - 1, 0)], present, rebased)
 
@@ -179,6 +194,7 @@ def _reading_by_reading(
     law: CounterLaw,
     present: NDArray[np.bool_],
     restarts: NDArray[np.bool_],
+    left_out: NDArray[np.int64],
 ) -> Unwrapped:
     """Unwrap a channel with rejected readings, which is rare, by the stepwise law itself."""
     counter = Counter(law)
@@ -187,6 +203,7 @@ def _reading_by_reading(
     for index, value in enumerate(raw.tolist()):
         if restarts[index]:
             counter.rebase()
+        counter.skip(int(left_out[index]))
         believed[index] = counter.step(value if present[index] else None)
         counts[index] = counter.count if counter.count is not None else 0
         rebased[index] = counter.rebased

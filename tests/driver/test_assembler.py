@@ -180,7 +180,8 @@ def test_a_restart_rebases_wheels_and_not_joints():
     cycle(assembler, 0, 1000)
     cycle(assembler, 1, 1010)
     for node in (1, 5):
-        assembler.restarted(node)
+        assembler.node_booted(node)
+        assembler.node_started(node)
     sample = cycle(assembler, 2, 1020)
     assert sample.counts[0] == 1020, "the other wheel drove on by ten counts, in proportion"
     assert sample.counts[1] == 1020
@@ -194,7 +195,8 @@ def test_a_restart_rebases_wheels_and_not_joints():
 def test_a_restarted_wheel_goes_on_from_its_new_zero():
     assembler = Assembler(VEHICLE)
     cycle(assembler, 0, 100_000)
-    assembler.restarted(1)
+    assembler.node_booted(1)
+    assembler.node_started(1)
     assert cycle(assembler, 1, 0).counts[0] == 100_000
     assert cycle(assembler, 2, 7).counts[0] == 100_007
 
@@ -208,11 +210,24 @@ def test_an_impossible_reading_is_a_jump():
     assert {gap.reason for gap in assembler.gaps_until_now()} == {"jump"}
 
 
-def test_skipped_syncs_widen_what_a_counter_may_have_moved():
+def test_syncs_that_were_left_out_widen_what_a_counter_may_have_moved():
     assembler = Assembler(VEHICLE)
     cycle(assembler, 0, 0)
-    assembler.skip(1000)
     assert cycle(assembler, 1001, 200_000).present[0]
+
+
+def test_a_boot_up_is_believed_where_the_pdos_stopped_and_not_where_they_go_on():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 1000)
+    assembler.node_booted(1)
+    assert cycle(assembler, 1, 1010).counts[0] == 1010
+    assert [event.what for event in assembler.events.all()] == [
+        "its boot-up is not believed: its PDOs did not stop"
+    ]
+    assembler.node_booted(1)
+    cycle(assembler, 2, 1020, COB_IDS[1:])
+    assert cycle(assembler, 3, 1030).present[0]
+    assert [(gap.channel, gap.reason) for gap in assembler.gaps] == [("a.left", "reboot")]
 
 
 frames = st.tuples(st.sampled_from([0, 1, 2, 3, 4, 5, 6]), st.binary(max_size=8), st.booleans())

@@ -76,6 +76,7 @@ def test_a_boot_up_in_a_replay_rebases_the_wheel(kit, replay):
     frames = [
         *cycle(kit, 5000),
         kit.frame(0x701, b"\0"),
+        kit.frame(0x000, b"\1\1"),
         *cycle(kit, 0, (1,)),
         kit.frame(0x182, b"\x88\x13\0\0"),
     ]
