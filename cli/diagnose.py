@@ -38,19 +38,28 @@ def diagnose(
         typer.Option("--each", help="Diagnose each folder alone; answers beside the folders."),
     ] = False,
     jobs: Annotated[int, typer.Option(help="Processes, with --each.", min=1)] = 1,
+    triage: Annotated[
+        bool,
+        typer.Option("--triage", help="Only ask, in 0.3 s, whether anything is there, and where."),
+    ] = False,
 ) -> None:
     """Hold a simulation of the robot against recordings: where they differ, which physics is missing."""
+    if triage and (report or effects_out):
+        raise CallError("--triage names no effects; leave out --report and --effects-out")
     if each:
         if json_out or report or effects_out:
             raise CallError(
                 "--each writes <folder>.json and <folder>.html beside every recording; "
                 "leave out --json, --report and --effects-out"
             )
-        _each(recordings, jobs)
+        _each(recordings, jobs, triage=triage)
         return
     if jobs > 1:
         raise CallError("--jobs shares recordings of several robots among processes; add --each")
     loaded = [_load(folder) for folder in recordings]
+    if triage:
+        _triage(loaded, json_out)
+        return
     diagnosis = _watched(loaded)
     _write(diagnosis, json_out, report, effects_out)
     _show(diagnosis)
@@ -76,13 +85,29 @@ def _watched(recordings: Sequence[Recording]) -> Diagnosis:
         return ask(recordings, progress=report_progress)
 
 
+def _triage(recordings: Sequence[Recording], json_out: Path | None) -> None:
+    """Print, and write, whether anything is there at all."""
+    from omnimate.mismatch.triage.triage import triage as ask
+
+    answer = ask(recordings)
+    if json_out is not None:
+        _write_json(json_out, answer.as_json())
+    out.print(f"{answer.verdict}: {answer.says}", style="bold", soft_wrap=True)
+
+
+def _write_json(path: Path, content: object) -> None:
+    from omnimate.vehicle.atomic import write_text
+
+    write_text(path, json.dumps(content, indent=2) + "\n")
+
+
 def _write(
     diagnosis: Diagnosis, json_out: Path | None, report: Path | None, effects_out: Path | None
 ) -> None:
     from omnimate.vehicle.atomic import write_text
 
     if json_out is not None:
-        write_text(json_out, json.dumps(diagnosis.as_json(), indent=2) + "\n")
+        _write_json(json_out, diagnosis.as_json())
     if report is not None:
         from omnimate.mismatch.report import render
 
@@ -91,6 +116,19 @@ def _write(
         from omnimate.vcan_sim.effects.file import save_effects
 
         save_effects(effects_out, diagnosis.effects)
+
+
+def _triage_folder(folder: Path) -> tuple[Path, str]:
+    """Ask whether a folder shows anything, in a separate process; return the line that says what came out."""
+    from omnimate.logs.folder import load_recording
+    from omnimate.mismatch.triage.triage import triage
+
+    try:
+        answer = triage([load_recording(folder)])
+    except OmnimateError as error:
+        return folder, f"error: {error}"
+    _write_json(folder.with_name(f"{folder.name}.triage.json"), answer.as_json())
+    return folder, f"{answer.verdict}: {answer.says}"
 
 
 def _diagnose_folder(folder: Path) -> tuple[Path, str]:
@@ -106,7 +144,7 @@ def _diagnose_folder(folder: Path) -> tuple[Path, str]:
     return folder, f"{diagnosis.verdict}: {diagnosis.says}"
 
 
-def _each(folders: Sequence[Path], jobs: int) -> None:
+def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
     """Diagnose folders in separate processes of one thread each: more would fight over the cores."""
     from threadpoolctl import threadpool_limits
 
@@ -115,7 +153,7 @@ def _each(folders: Sequence[Path], jobs: int) -> None:
         ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool,
     ):
         task = progress.add_task("diagnosing", total=len(folders))
-        for folder, line in pool.map(_diagnose_folder, folders):
+        for folder, line in pool.map(_triage_folder if triage else _diagnose_folder, folders):
             progress.advance(task)
             if line.startswith("error: "):
                 report_problem(f"{folder}: {line.removeprefix('error: ')}")

@@ -47,6 +47,10 @@ class Alternative:
     component: str
     probability: float
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the contract's object of an alternative."""
+        return {"effect": self.effect, "component": self.component, "probability": self.probability}
+
 
 @dataclass(frozen=True, slots=True)
 class Where:
@@ -65,6 +69,16 @@ class Where:
     regime: str = ""
     laps: tuple[int, ...] = ()
     places: tuple[tuple[float, float], ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the contract's object of a place."""
+        return {
+            "channels": list(self.channels),
+            "intervals": [list(interval) for interval in self.intervals],
+            "regime": self.regime,
+            "laps": list(self.laps),
+            "places": [list(place) for place in self.places],
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,17 +120,8 @@ class Finding:
             "effect": self.effect,
             "component": self.component,
             "probability": self.probability,
-            "alternatives": [
-                {"effect": one.effect, "component": one.component, "probability": one.probability}
-                for one in self.alternatives
-            ],
-            "where": {
-                "channels": list(self.where.channels),
-                "intervals": [list(interval) for interval in self.where.intervals],
-                "regime": self.where.regime,
-                "laps": list(self.where.laps),
-                "places": [list(place) for place in self.where.places],
-            },
+            "alternatives": [one.as_json() for one in self.alternatives],
+            "where": self.where.as_json(),
             "parameters": {one.name: one.as_json() for one in self.parameters},
             "explained": self.explained,
             "says": self.says,

@@ -18,7 +18,7 @@ from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
 from omnimate.mismatch.fit import Fitted, fitted
 from omnimate.mismatch.learn.law_terms import learned
-from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, WAVES, estimate_noise
+from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, FINE, ROUGH, WAVES, estimate_noise
 from omnimate.mismatch.noise.outliers import freed
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.vcan_sim.effects import effect_named
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.noise.levels import NoiseLevels
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
     Progress = Callable[[int, int, str], None]
 
@@ -86,7 +87,8 @@ def investigate(
     left_out = set(without)
     library = [single for single in smooth_terms(signals) if single.effect not in left_out]
     nothing = fitted(signals, DEFAULT_LEVELS, (), ())
-    noise = _noise_beside(nothing.regression, library)
+    nothing.regression.add(usual(library, signals))
+    noise = noise_beside(nothing.regression)
     fit = fitted(signals, noise, (), (), turns=0)
     names: set[tuple[tuple[str, str], int]] = set()
     for turn in range(ROUNDS):
@@ -145,6 +147,34 @@ def _posterior(
     offered = merged(terms, library)
     places += regression.add(offered)
     terms += offered
+    posterior = with_everyday(regression, terms, places, fit.part)
+    if scan:
+        besides = [posterior.beside(start), *([posterior.beside(())] if start else [])]
+        more = [
+            single
+            for single in merged(terms, events(regression, besides, nameless=nameless))
+            if single.effect not in left_out
+        ]
+        posterior = replace(
+            posterior,
+            terms=[*terms, *more],
+            places=[*places, *regression.add(more)],
+            known={},
+        )
+    return posterior, start
+
+
+def with_everyday(
+    regression: Regression, terms: Sequence[Term], places: Sequence[slice], shift: Array
+) -> Posterior:
+    """Return candidates beside what every robot has a little of, whose columns are added.
+
+    Args:
+        regression: With the candidates' columns.
+        terms: The candidates.
+        places: Where each one's columns are.
+        shift: What of the data's column the base of the regression has taken away, `(V,)`.
+    """
     numbers, sizes, names = [], [], {}
     for single, place in zip(terms, places, strict=True):
         size = _everyday(single)
@@ -163,18 +193,7 @@ def _posterior(
         names[column] = "noise", "linkage"
     regression.white = np.hstack([regression.white, echoes])
     everyday = np.array(numbers, np.int64), np.array(sizes)
-    posterior = Posterior(regression, terms, places, everyday, names, fit.part)
-    if scan:
-        besides = [posterior.beside(start), *([posterior.beside(())] if start else [])]
-        more = [
-            single
-            for single in merged(terms, events(regression, besides, nameless=nameless))
-            if single.effect not in left_out
-        ]
-        places += regression.add(more)
-        terms += more
-        posterior = Posterior(regression, terms, places, everyday, names, fit.part)
-    return posterior, start
+    return Posterior(regression, list(terms), list(places), everyday, names, shift)
 
 
 def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
@@ -240,18 +259,26 @@ def _settled(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], 
     return terms, sizes
 
 
-def _noise_beside(regression: Regression, library: Sequence[Term]) -> NoiseLevels:
-    """Return the levels of noise of a robot of which nothing is known yet.
+def usual(library: Sequence[Term], signals: Sequence[Signals]) -> list[Term]:
+    """Return what may be wrong with any robot, and is a nuisance while nothing is known yet."""
+    seen = any(single.poses is not None for single in signals)
+    names = _USUAL | (_OUTSIDE if seen else set())
+    return [single for single in library if single.effect in names and single.size == 1.0]
 
-    What may be wrong with any robot is a nuisance; windows in which something happened do not count.
+
+def noise_beside(regression: Regression, *, roughly: bool = False) -> NoiseLevels:
+    """Return the levels of noise of a robot of which nothing is known yet, and whiten with them.
+
+    Windows in which something happened do not count.
+
+    Args:
+        regression: Of the nominal robot, with the columns of nuisances.
+        roughly: Whether one length of waves and levels near the likeliest ones will do.
     """
-    seen = any(single.signals.poses is not None for single in regression.windows)
-    usual = _USUAL | (_OUTSIDE if seen else set())
-    regression.add([single for single in library if single.effect in usual and single.size == 1.0])
     noise = regression.noise
-    for waves in ((noise.wave,), WAVES):
+    for waves in ((noise.wave,),) if roughly else ((noise.wave,), WAVES):
         windows, _count = freed(regression, _without(regression))
-        noise = estimate_noise(windows, regression.raw, noise, waves)
+        noise = estimate_noise(windows, regression.raw, noise, waves, ROUGH if roughly else FINE)
         regression.whiten(noise)
     return noise
 

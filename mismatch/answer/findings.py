@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.mismatch.answer.heldout import HeldOut
+    from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.fit import Fitted
     from omnimate.mismatch.investigate import Investigation
     from omnimate.vehicle.se2 import Array
@@ -126,13 +127,9 @@ def answer(found: Investigation) -> Diagnosis:
             drawn,
             tuple(effect for effect in fit.effects if effect.name != "unknown"),
         )
-    blind = _blind(found)
-    if blind:
-        drives = drives_for(sorted({effect for effect, _ in blind}))
-        what = ", ".join(
-            f"the {effect.replace('_', ' ')} of {part(component)}" for effect, component in blind[:4]
-        )
-        says = f"Nothing stands out, but this drive cannot show {what}. Drive: {'; '.join(drives)}."
+    unseen = blind(found.posterior)
+    if unseen:
+        says, drives = unseen_in_words(unseen)
         return Diagnosis("insufficient", says, (), told, 0.0, (), vehicle.name, names, drives, drawn)
     says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
     return Diagnosis("agreement", says, (), told, 0.0, (), vehicle.name, names, (), drawn)
@@ -295,9 +292,17 @@ def _headline(findings: Sequence[Finding], fit: Fit) -> str:
     )
 
 
-def _blind(found: Investigation) -> list[Key]:
+def unseen_in_words(unseen: Sequence[Key]) -> tuple[str, tuple[str, ...]]:
+    """Return a sentence on what a drive cannot show, and the drives that would."""
+    drives = drives_for(sorted({effect for effect, _ in unseen}))
+    what = ", ".join(
+        f"the {effect.replace('_', ' ')} of {part(component)}" for effect, component in unseen[:4]
+    )
+    return f"Nothing stands out, but this drive cannot show {what}. Drive: {'; '.join(drives)}.", drives
+
+
+def blind(posterior: Posterior) -> list[Key]:
     """Return which of an owner's numbers this drive would not show to be wrong, were they."""
-    posterior = found.posterior
     left = posterior.beside(()).left
     return [
         term.key

@@ -35,7 +35,7 @@ ONSETS = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)  # of a bump, in windows after the 
 ORDERS = tuple(range(2, 41))
 _LIMITS = 24  # speeds above which counts may be lost
 _SHORTEST = 1.2  # [s] of a cell: a robot's length at its pace
-_CELLS = 240  # of a recording, however long that is
+CELLS = 240  # of a recording, however long that is
 _PLACES = 4  # stretches under one wheel that are looked at
 _STRONGEST = 16  # windows under one wheel
 _CHUNK = 128
@@ -53,7 +53,7 @@ def events(regression: Regression, besides: Sequence[Beside], *, nameless: bool 
     """
     found = [
         *(single for beside in besides for single in _moments(regression, beside, nameless=nameless)),
-        *_spans(regression, besides),
+        *spans(regression, besides),
         *_losses(regression, besides),
         *_harmonics(regression, besides),
     ]
@@ -66,7 +66,7 @@ def _moments(regression: Regression, beside: Beside, *, nameless: bool) -> list[
     tries = sum(len(windows.ends) for windows in regression.windows)
     pushes = regression.shocks(beside.residual)
     for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
-        sigmas = _lost_way(windows, scores, informations)
+        sigmas = lost_way(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
             own = sigmas[:, number]
             high = np.flatnonzero(own > SEEN)
@@ -96,7 +96,7 @@ def _begun(
     return [offers[len(ONSETS) * row + int(np.argmax(own))] for row, own in enumerate(sigmas)]
 
 
-def _lost_way(windows: Windows, scores: Array, informations: Array) -> Array:
+def lost_way(windows: Windows, scores: Array, informations: Array) -> Array:
     """Return by how many sigma each wheel lost way in each window, `(M, W)`."""
     lever = -np.sign(travelled(windows))[:, :, None] * windows.lever
     score = np.einsum("mwn,mn->mw", lever, scores)
@@ -141,14 +141,19 @@ def strengths(regression: Regression, besides: Sequence[Beside], build: Build, c
     return [beside.strength(columns) for beside in besides]
 
 
-def _spans(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
+def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) -> list[Term]:
     """Return stretches of time in which wheels slipped, and moments at which their radius changed.
 
     A recording is cut into cells; the column of a stretch is the sum of those of its cells, and so all
     stretches of whole cells are compared at once.
+
+    Args:
+        regression: Whose recordings to look at.
+        besides: What is left of them.
+        most: Cells of a recording, at most.
     """
     wheels = wheels_of(regression)
-    edges = [_cells(windows) for windows in regression.windows]
+    edges = [_cells(windows, most) for windows in regression.windows]
     firsts = np.concatenate(([0], np.cumsum([len(own) - 1 for own in edges])))
     count = int(firsts[-1])
     found = []
@@ -175,10 +180,10 @@ def _spans(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
     return [single for single in found if lasts(regression, single)]
 
 
-def _cells(windows: Windows) -> Array:
+def _cells(windows: Windows, most: int) -> Array:
     """Return the edges of a recording's cells [s]."""
     start, end = float(windows.time[0]), float(windows.time[-1])
-    count = int(np.clip((end - start) / _SHORTEST, 1, _CELLS))
+    count = int(np.clip((end - start) / _SHORTEST, 1, most))
     return np.linspace(start, end, count + 1)
 
 

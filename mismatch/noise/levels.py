@@ -33,6 +33,7 @@ _FREEDOM = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7])
 # one, and what is fifty times worse is a fault.
 _LEAST, _MOST = math.log(10.0), math.log(50.0)
 WAVES = (0.05, 0.15)  # [m] lengths of the floor's waves: from joints of tiles to a wheel's length of contact
+FINE, ROUGH = 1e-5, 5e-3  # part of the log likelihood by which a turn must raise it, or the search ends
 _TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss
 
 
@@ -190,6 +191,7 @@ def estimate_noise(
     columns: Sequence[tuple[Array, Array]],
     start: NoiseLevels | None = None,
     waves: Sequence[float] = WAVES,
+    tolerance: float = FINE,
 ) -> NoiseLevels:
     """Return the levels that make recordings likeliest, with all columns but the first as nuisances.
 
@@ -201,12 +203,13 @@ def estimate_noise(
             nuisances in units of their scale.
         start: From which to look; robots that work by default.
         waves: Lengths of the floor's waves that are tried [m].
+        tolerance: Part of the log likelihood by which a turn of the search must raise it.
     """
     centre = _first_guess(windows)
     guess = centre if start is None else start
     best, lowest = guess, math.inf
     for wave in waves:
-        levels, cost = _likeliest(windows, columns, replace(guess, wave=wave), centre)
+        levels, cost = _likeliest(windows, columns, replace(guess, wave=wave), centre, tolerance)
         if cost < lowest:
             best, lowest = levels, cost
     return best
@@ -217,6 +220,7 @@ def _likeliest(
     columns: Sequence[tuple[Array, Array]],
     guess: NoiseLevels,
     centre: NoiseLevels,
+    tolerance: float,
 ) -> tuple[NoiseLevels, float]:
     """Return the likeliest levels at one length of waves, and minus their log posterior."""
     active = np.array(_active(windows))
@@ -238,7 +242,7 @@ def _likeliest(
         jac=True,
         method="L-BFGS-B",
         bounds=[(level - _LEAST, level + _MOST) for level in middle],
-        options={"maxiter": 20, "ftol": 1e-5},
+        options={"maxiter": 20, "ftol": tolerance},
     )
     return at(found.x), float(found.fun)
 

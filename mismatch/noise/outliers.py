@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 HAPPENED = 16.27  # chi-square with three degrees of freedom that noise exceeds in one window of a thousand
 SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck in one window, one standard deviation
-_MOST = 0.1  # of all windows: what happens more often is how the floor is
+_MOST = 0.1  # of all windows, and of what is measured: what happens more often is how the floor is
 
 
 def freed(regression: Regression, rows: Array) -> tuple[list[Windows], int]:
@@ -30,10 +30,11 @@ def freed(regression: Regression, rows: Array) -> tuple[list[Windows], int]:
     loose, count = [], 0
     for windows, (scores, informations) in zip(regression.windows, regression.shocks(rows), strict=True):
         covariance = windows.rounding.copy()
+        share = _MOST * min(1.0, np.isfinite(windows.measured).sum() / (3.0 * len(covariance)))
         for number in range(len(windows.signals.trucks)):
             own = slice(3 * number, 3 * number + 3)
             chi_square = power(scores[:, own], informations[:, own, own])
-            least = max(HAPPENED, float(np.quantile(chi_square, 1.0 - _MOST)))
+            least = max(HAPPENED, float(np.quantile(chi_square, 1.0 - share)))
             pushed = np.flatnonzero(chi_square > least)
             covariance[pushed, own, own] += np.diag(SHOVE**2)
             count += len(pushed)

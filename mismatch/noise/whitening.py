@@ -159,10 +159,13 @@ def adjoint(
             seen, gain = observe[moment, row], gains[moment, row]
             # with L = I - gain seen': score = seen v / s + L' score,
             # information = seen seen' / s + L' information L
-            along = np.dot(gain, score)
+            along = twice = 0.0
             for number in range(states):
-                pulled[number] = np.dot(information[number], gain)
-            twice = np.dot(gain, pulled)
+                along += gain[number] * score[number]
+                pulled[number] = 0.0
+                for other in range(states):  # faster than a call of BLAS for a vector as short as this
+                    pulled[number] += information[number, other] * gain[other]
+                twice += gain[number] * pulled[number]
             error = white[moment, row] / np.sqrt(size) - along
             by_variance[moment, row] = 0.5 * (error * error - 1.0 / size - twice)
             for number in range(states):

@@ -159,7 +159,7 @@ def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
     """
     path, inputs = signals.path, np.zeros((len(ends) - 1, 3 * twist.shape[1]))
     last = np.repeat(ends[1:], np.diff(ends))
-    for truck in range(twist.shape[1]):
+    for truck in np.flatnonzero(twist.any(axis=(0, 2))):
         own = path[:, truck]
         heading = 0.5 * (own[1:, 2] + own[:-1, 2])
         lag = own[last, :2] - 0.5 * (own[1:, :2] + own[:-1, :2])

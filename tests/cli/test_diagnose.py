@@ -48,3 +48,25 @@ def test_a_folder_without_a_vehicle_is_an_error(omnimate, tmp_path):
     result = omnimate("diagnose", str(tmp_path))
     assert result.code == 1
     assert "vehicle.toml" in result.err
+
+
+def test_triage_says_that_something_is_there_and_where(omnimate, folder, tmp_path):
+    result = omnimate("diagnose", str(folder), "--triage", "--json", str(tmp_path / "a.json"))
+    assert result.code == 0
+    assert result.out.startswith("mismatch: Something stands out on ")
+    answer = json.loads((tmp_path / "a.json").read_text())
+    assert answer["verdict"] == "mismatch"
+    assert answer["where"]["channels"]
+
+
+def test_triage_of_each_folder_writes_beside_it(omnimate, folder):
+    result = omnimate("diagnose", str(folder), "--triage", "--each")
+    assert result.code == 0
+    assert "mismatch: Something stands out" in result.out
+    assert json.loads(folder.with_name("worn.triage.json").read_text())["verdict"] == "mismatch"
+
+
+def test_triage_makes_no_report(omnimate, folder, tmp_path):
+    result = omnimate("diagnose", str(folder), "--triage", "--report", str(tmp_path / "a.html"))
+    assert result.code == 1
+    assert "--triage names no effects" in result.err
