@@ -28,7 +28,6 @@ class Drive:
         joints: Angles of both joints [rad], shape `(N, 2)`; zeros without a linkage.
         link: Length of the link [m], shape `(N,)`; zeros without a linkage.
         poses: True poses of the trucks [m, m, rad], shape `(N, T, 3)`.
-        heights: Heights of the wheel hubs [m], shape `(N, 2 T)`.
         crossings: Contacts with obstacles, each as (obstacle, first row, last row).
     """
 
@@ -37,7 +36,6 @@ class Drive:
     joints: NDArray[np.float64]
     link: NDArray[np.float64]
     poses: NDArray[np.float64]
-    heights: NDArray[np.float64]
     crossings: tuple[tuple[int, int, int], ...]
 
 
@@ -147,6 +145,22 @@ def above_noise(
             max(0.0, float((z**2).sum()) - float((((healthy - healthy.mean(axis=0)) / sigma) ** 2).sum()))
         )
     )
+
+
+def contacts(touches: NDArray[np.bool_], apart: int) -> tuple[tuple[int, int, int], ...]:
+    """Return the contacts with obstacles, each as (obstacle, first row, last row), in order of time.
+
+    Args:
+        touches: Whether each obstacle is touched in each row, shape `(N, O)`.
+        apart: Rows without a touch after which the next one is another contact.
+    """
+    found: list[tuple[int, int, int]] = []
+    for obstacle, column in enumerate(touches.T):
+        rows = np.flatnonzero(column)
+        if len(rows):
+            parts = np.split(rows, np.flatnonzero(np.diff(rows) > apart) + 1)
+            found.extend((obstacle, int(part[0]), int(part[-1]) + 1) for part in parts)
+    return tuple(sorted(found, key=lambda contact: contact[1]))
 
 
 def crossings(

@@ -46,6 +46,8 @@ ONLY_IN = {
     "mujoco": {"proof"},
     "numba": {"vehicle"},
     "prometheus_client": {"service"},
+    "pybullet": {"proof"},
+    "pybullet_data": {"proof"},
     "pydantic": {"service"},
     "rich": {"cli", "evaluation"},
     "rosbags": {"importers"},

@@ -48,22 +48,28 @@ def write_wide(folder: Path, request: Request, jobs: int, report: Report) -> Map
 
 def write_mujoco(folder: Path, request: Request, _jobs: int, _report: Report) -> Mapping[str, Label]:
     """Write the cases of the two-truck robot in MuJoCo."""
-    return _with_contacts("mujoco", folder, request)
-
-
-def write_bullet(folder: Path, request: Request, _jobs: int, _report: Report) -> Mapping[str, Label]:
-    """Write the cases of foreign robots in PyBullet."""
-    return _with_contacts("bullet", folder, request)
-
-
-def _with_contacts(engine: str, folder: Path, request: Request) -> Mapping[str, Label]:
-    """Write the cases of `proof.ENGINE.corpus`: its `write(folder, corpus(count), seed)` gives labels."""
-    library = {"mujoco": "mujoco", "bullet": "pybullet"}[engine]
-    if find_spec(library) is None:
-        raise AbsentError(f"{library} is not installed (pip install {library}): {engine} is left out")
-    if find_spec(f"omnimate.proof.{engine}") is None:
-        raise AbsentError(f"proof/{engine} is not there: {engine} is left out")
-    corpus = import_module(f"omnimate.proof.{engine}.corpus")
-    count = request.cases or (QUICK_CONTACTS if request.quick else CONTACTS)
-    labels: Mapping[str, Label] = corpus.write(folder, corpus.corpus(count), request.seed)
+    _check_installed("mujoco", "mujoco")
+    corpus = import_module("omnimate.proof.mujoco.corpus")
+    labels: Mapping[str, Label] = corpus.write(folder, corpus.corpus(_count(request)), request.seed)
     return labels
+
+
+def write_bullet(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
+    """Write the cases of foreign robots in PyBullet."""
+    _check_installed("pybullet", "bullet")
+    make = import_module("omnimate.proof.bullet.cases").make
+    made = {
+        f"bullet-{number:04d}": (folder / f"bullet-{number:04d}", request.seed, number)
+        for number in range(_count(request))
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    return run.ask_all(make, made, jobs, report, folder / "labels.jsonl")
+
+
+def _count(request: Request) -> int:
+    return request.cases or (QUICK_CONTACTS if request.quick else CONTACTS)
+
+
+def _check_installed(library: str, extra: str) -> None:
+    if find_spec(library) is None:
+        raise AbsentError(f"{library} is not installed (the extra `{extra}`): {extra} is left out")

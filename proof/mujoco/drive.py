@@ -11,7 +11,7 @@ import numpy as np
 from omnimate.proof.mujoco.control import Controller
 from omnimate.proof.mujoco.model import model_xml
 from omnimate.proof.mujoco.robot import FEET, WHEELS
-from omnimate.proof.true_motion import Drive
+from omnimate.proof.true_motion import WINDOW, Drive, contacts
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,19 +78,17 @@ def drive(
     dt, joints = robot.timestep * SUBSTEPS, ("joint_a", "joint_b", "link")
     where = np.array([model.joint(name).qposadr[0] for name in (*WHEELS, *joints)])
     bodies = [model.body(name).id for name in ("a", "b")]
-    hubs = [model.body(name).id for name in WHEELS]
     for _ in range(60):
         _settle(scene, floor)
     controller = Controller(nominal, dt, weave)
     controller.pose[1, 0] = -nominal.link
-    rows, poses, heights, touches = [], [], [], []
+    rows, poses, touches = [], [], []
     leader = 0
     for row in range(len(program.v)):
         readings = data.qpos[where] * (1, 1, 1, 1, -1, 1, 1)
         readings[6] += robot.link
         rows.append(readings)
         poses.append(_poses(data, bodies))
-        heights.append(data.xpos[hubs, 2])
         touches.append(_touched(scene, len(robot.cables)))
         if (new := 0 if program.leader[row] == "a" else 1) != leader:
             leader = new
@@ -111,9 +109,8 @@ def drive(
         )
     table = np.array(rows, dtype=np.float64)
     time = np.arange(len(rows), dtype=np.float64) * dt
-    crossed = _crossings(np.array(touches))
-    places = np.array(poses), np.array(heights)
-    return Drive(time, table[:, :4], table[:, 4:6], table[:, 6], *places, crossed)
+    crossed = contacts(np.array(touches).reshape(len(rows), -1), WINDOW)
+    return Drive(time, table[:, :4], table[:, 4:6], table[:, 6], np.array(poses), crossed)
 
 
 def _scene(robot: Robot) -> Scene:
@@ -144,14 +141,3 @@ def _touched(scene: Scene, cables: int) -> NDArray[np.bool_]:
                 if first <= geom < first + cables:
                     out[geom - first] = True
     return out
-
-
-def _crossings(touches: NDArray[np.bool_]) -> tuple[tuple[int, int, int], ...]:
-    """Return the contacts with cables; touches within half a second are one crossing."""
-    out: list[tuple[int, int, int]] = []
-    for cable in range(touches.shape[1] if touches.ndim == 2 else 0):
-        rows = np.flatnonzero(touches[:, cable])
-        if len(rows):
-            parts = np.split(rows, np.flatnonzero(np.diff(rows) > 33) + 1)
-            out.extend((cable, int(part[0]), int(part[-1]) + 1) for part in parts)
-    return tuple(sorted(out, key=lambda crossing: crossing[1]))

@@ -1,0 +1,1 @@
+"""Robots of `pybullet_data` and others in PyBullet: faults of geometry and friction, measured labels."""

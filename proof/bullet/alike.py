@@ -1,0 +1,89 @@
+"""What a label says beside the effect: how strong it is, what looks like it, and what healthy robots show.
+
+Changes are those of the true motion: the drive of the robot with the fault less that of its healthy twin,
+both on a plane. They are measured in standard deviations of what floor and sensors add to the recording
+(`proof.strength`), and compared with what each effect of the vocabulary would change.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimate.proof.strength.bound import left_of
+from omnimate.proof.strength.rivals import SEPARATE, rivals
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from omnimate.proof.strength.bound import Ruler
+    from omnimate.proof.strength.drive import Drive
+
+    Array = NDArray[np.float64]
+    Name = tuple[str, str]
+
+MOST = (
+    0.5  # share of a change without a law that a name may leave; it then explains three quarters of its power
+)
+CLEAR = 5.0  # standard deviations below which a recording may not show something
+# What contacts do to every robot: tyres creep, skid and scrub.
+EVERYDAY = ("lateral_slip", "traction_slip", "turn_scrub", "wheelbase")
+
+
+def alike(
+    change: Array, effect: str, component: str, more: Mapping[str, Any], healthy: Drive, ruler: Ruler
+) -> list[dict[str, Any]]:
+    """Return the effects that count as right in the place of one, each with what it leaves of the change.
+
+    An effect with a law is matched by what explains its change as well as its own law does, up to 3 standard
+    deviations; a change without a law by what explains most of it.
+
+    Args:
+        change: Whitened change `(K,)`.
+        effect: The effect, or "unknown".
+        component: Component on which it acts.
+        more: Its parameters; of something unknown, the intervals in which it acts.
+        healthy: What sensors see of the healthy twin.
+        ruler: Its ruler.
+    """
+    moments = "slip_patch" if effect == "unknown" and more.get("intervals") else effect
+    columns = rivals(moments, more, [healthy], ruler)
+    leaves = {name: left_of(change, own) for name, own in columns.items()}
+    own = leaves.pop((effect, component), 0.0)
+    most = np.hypot(own, SEPARATE)
+    if effect == "unknown":
+        most = max(most, MOST * float(np.linalg.norm(change)))
+    return [
+        {"effect": name, "component": place, "leaves": round(left, 2)}
+        for (name, place), left in leaves.items()
+        if left < most
+    ]
+
+
+def everyday(healthy: Drive, ruler: Ruler, missed: Array) -> list[dict[str, Any]]:
+    """Return what is true of the healthy robot beside any fault: naming it is right, missing it no mistake.
+
+    Args:
+        healthy: What sensors see of the healthy robot.
+        ruler: Its ruler.
+        missed: What dead reckoning misses of it, whitened, shape `(K,)`.
+    """
+    columns = {name: own for name, own in rivals("", {}, [healthy], ruler).items() if name[0] in EVERYDAY}
+    whole = float(np.linalg.norm(missed))
+    found = [
+        {"effect": name, "component": place, "explains": round(explained, 2)}
+        for (name, place), own in columns.items()
+        if (explained := float(np.sqrt(max(0.0, whole**2 - left_of(missed, own) ** 2)))) > SEPARATE
+    ]
+    left = left_of(missed, [column for own in columns.values() for column in own])
+    if left > CLEAR:
+        trucks = sorted({place[0] for _, place in columns})
+        found += [
+            {"effect": name, "component": truck, "explains": round(left, 2)}
+            for truck in trucks
+            for name in ("unknown", "law")
+        ]
+    return found
