@@ -1,9 +1,8 @@
 """PDOs to samples: one sample per SYNC, in which no frame of another SYNC can stand.
 
 This file uses no bus and no clock. Between `begin` and `close` the first well-formed frame of a PDO enters
-the sample. A PDO that missed a SYNC may still answer it after the next one, and nothing in the frame shows
-which SYNC it answers. So its next frame is held back: where a second one comes, the first was the late one,
-else it enters at `close`.
+the sample. A PDO that missed a SYNC may still answer it after the next one: its frames are held back until
+it is known which of them is current (`omnimate.logs.answers`), at the latest at `close`.
 """
 
 from __future__ import annotations
@@ -59,7 +58,7 @@ class Assembler:
         self.pdos = expected_pdos(vehicle, self.counts)
         self.is_open = False
         self.started: float | None = None
-        self._index, self._time = 0, 0.0
+        self._index, self._time, self._arrived = 0, 0.0, math.nan
         width = len(vehicle.channels)
         self._counters = [Counter(counter_law(encoder, vehicle)) for encoder in vehicle.encoders]
         self._bridges = Bridges(vehicle)
@@ -98,13 +97,19 @@ class Assembler:
         self.pdos[cob_id].length = length
         self.pdos[cob_id].is_exact = True
 
-    def begin(self, index: int, time: float) -> None:
-        """Open sample number `index` at the time of its SYNC [s]; SYNCs that were left out are missed."""
+    def begin(self, index: int, time: float, arrival_time: float = math.nan) -> None:
+        """Open a sample; SYNCs that were left out since the last one count as missed.
+
+        Args:
+            index: Number of the sample.
+            time: Time of its SYNC on the recording's clock [s].
+            arrival_time: Monotonic time at which SYNC was sent or received [s]; nan where it is unknown.
+        """
         if self.started is not None:
             left_out = samples_left_out(time - self._time, self.vehicle)
             for counter in self._counters if left_out else ():
                 counter.skip(left_out)
-        self._index, self._time, self.is_open = index, time, True
+        self._index, self._time, self._arrived, self.is_open = index, time, arrival_time, True
         if self.started is None:
             self.started = time
         self._waiting = self._reliable.copy()
@@ -114,6 +119,7 @@ class Assembler:
         self._arrival_time[:] = self._absent
         for pdo in self.pdos.values():
             pdo.answered = pdo.heard = False
+            pdo.held, pdo.frames = None, 0
 
     def frame(self, cob_id: int, data: bytes | bytearray, device_time: float, arrival_time: float) -> None:
         """Take a frame of an expected PDO, at any time and of any content.
@@ -138,20 +144,27 @@ class Assembler:
             pdo.counts.duplicate += 1
         elif not self.is_open:
             self._late(pdo)
-        elif pdo.missed_last and pdo.held is None:
+        elif pdo.owed.count > pdo.frames:
             pdo.held = (int.from_bytes(data, "little"), device_time, arrival_time)
+            pdo.frames += 1
             pdo.heard = True
             self._held.add(cob_id)
             self._waiting_shortly.discard(cob_id)
         else:
-            if pdo.held is not None:
-                self._late(pdo)
+            pdo.counts.late += pdo.frames
+            pdo.counts.missing -= pdo.frames
+            if pdo.frames:
+                self._mark_unreliable(pdo)
+                self._held.discard(cob_id)
+            if not pdo.owed.count:
+                pdo.owed.usual = arrival_time - self._arrived
+            pdo.owed.settle()
             self._accept(pdo, int.from_bytes(data, "little"), device_time, arrival_time)
 
     def close(self) -> Sample:
         """Close the open sample and return it; frames that still come belong to no sample."""
         for cob_id in self._held:
-            self._accept_held(self.pdos[cob_id])
+            self._decide(self.pdos[cob_id])
         self._held.clear()
         self.is_open = False
         for pdo in self.pdos.values():
@@ -178,11 +191,10 @@ class Assembler:
                 pdo.has_booted, pdo.was_started = True, False
 
     def node_started(self, node: int) -> None:
-        """Note that a node, 0 for all, was started: its PDOs are reliable, none of their frames is late."""
+        """Note that a node, 0 for all, was started, and its PDOs are waited for again."""
         for pdo in self.pdos.values():
             if node in {0, pdo.node}:
                 pdo.was_started = pdo.has_booted
-                pdo.missed_last = False
                 self._unreliable.discard(pdo.cob_id)
                 self._reliable.add(pdo.cob_id)
 
@@ -201,9 +213,9 @@ class Assembler:
 
     def _late(self, pdo: ExpectedPdo) -> None:
         pdo.counts.late += 1
-        pdo.counts.missing -= pdo.missed_last
-        pdo.missed_last, pdo.held, pdo.heard = False, None, True
-        self._held.discard(pdo.cob_id)
+        pdo.counts.missing -= pdo.owed.count > 0
+        pdo.owed.late()
+        pdo.heard = True
         self._mark_unreliable(pdo)
 
     def _accept(self, pdo: ExpectedPdo, word: int, device_time: float, arrival_time: float) -> None:
@@ -234,18 +246,21 @@ class Assembler:
             self.events.add(self._time, pdo.node, "its boot-up is not believed: its PDOs did not stop")
         pdo.has_booted = pdo.was_started = False
 
-    def _accept_held(self, pdo: ExpectedPdo) -> None:
-        """Take the held frame for the answer to this SYNC: no second one has come."""
-        held, pdo.held, pdo.missed_last = pdo.held, None, False
-        if held is not None:
-            self._accept(pdo, *held)
+    def _decide(self, pdo: ExpectedPdo) -> None:
+        """Take the held frame for the answer to this SYNC, or all that are held for late ones."""
+        assert pdo.held is not None  # the caller has seen that it is
+        if pdo.owed.close(pdo.frames, pdo.held[2] - self._arrived) is not None:
+            self._accept(pdo, *pdo.held)
+        else:
+            pdo.counts.late += pdo.frames
+            pdo.counts.missing += 1 - pdo.frames
 
     def _missed(self, pdo: ExpectedPdo) -> None:
         for field in pdo.fields:
             self._counters[field.column].step(None)
         if not pdo.heard:
             pdo.counts.missing += 1
-            pdo.missed_last = True
+            pdo.owed.close(0, math.nan)
         pdo.misses += 1
         self._mark_unreliable(pdo)
         if pdo.misses >= SILENT_AFTER and not pdo.heard:

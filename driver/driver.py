@@ -205,7 +205,7 @@ class Driver:
         except BusLost as lost:
             self._events.add(at, None, f"SYNC could not be sent, tried again: {lost.cause}")
             self._network.send_sync(at)
-        self._monitor.assembler.begin(self._syncs, at)
+        self._monitor.assembler.begin(self._syncs, at, time.monotonic())
         self._syncs += 1
         self._monitor.synced(at)
 

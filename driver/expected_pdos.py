@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.driver.pdo_fields import PdoField, field_of
+from omnimate.logs.answers import Owed
 
 if TYPE_CHECKING:
     from omnimate.driver.node_counts import NodeCounts
@@ -23,11 +24,12 @@ class ExpectedPdo:
         fields: Bits of each channel in the PDO.
         length: Expected length [bytes].
         counts: Frame counters of the node.
+        owed: Answers that it owes, so that its next frames may be those.
         is_exact: False where a longer PDO is accepted too, because its mapping has not been read.
         answered: Whether a valid frame entered the open sample.
         heard: Whether any frame of the PDO came since the last SYNC.
-        missed_last: Whether it missed a SYNC, so that its next frame may be the late answer to that one.
-        held: Content and times of such a frame, until the sample closes or a second frame comes.
+        held: Content and times of the last of such frames, until the sample closes.
+        frames: Number of such frames since the last SYNC.
         misses: SYNCs in a row without an answer.
         answers: SYNCs in a row with an answer, since the last miss.
         last: Number of the sample that it last entered; None before the first.
@@ -41,11 +43,12 @@ class ExpectedPdo:
     fields: tuple[PdoField, ...]
     length: int
     counts: NodeCounts
+    owed: Owed
     is_exact: bool = False
     answered: bool = False
     heard: bool = False
-    missed_last: bool = False
     held: tuple[int, float, float] | None = None
+    frames: int = 0
     misses: int = 0
     answers: int = 0
     last: int | None = None
@@ -76,5 +79,6 @@ def expected_pdos(vehicle: VehicleParameters, counts: dict[int, NodeCounts]) -> 
             tuple(field_of(encoder, column) for column, encoder in carried),
             length,
             counts[node],
+            Owed(vehicle.bus.sync_period),
         )
     return pdos

@@ -117,7 +117,7 @@ class PassiveReader:
 
     def _begin(self) -> None:
         now = self._clock.now()
-        self._monitor.assembler.begin(self._syncs, now)
+        self._monitor.assembler.begin(self._syncs, now, self._network.arrival)
         self._monitor.synced(now)
         self._monitor.check(now)
         self._syncs += 1

@@ -1,9 +1,9 @@
 """From the frames of a log to samples: every SYNC opens one, and the encoders' PDOs fill it.
 
 A PDO belongs to the last SYNC before it. Of two in one sample the first counts, the other is a duplicate;
-only where the sample before it got none, the first is that one's late answer: it is dropped and the second
-counts. A PDO's length is the commonest one in the log that holds all of its fields; others never enter a
-sample. Frames before the first SYNC are ignored. A log without any SYNC is cut at the PDO that comes first.
+where a sample before it got none, the first may be that one's late answer (`omnimate.logs.answers`). A
+PDO's length is the commonest one in the log that holds all of its fields; others never enter a sample. Frames
+before the first SYNC are ignored. A log without any SYNC is cut at the PDO that comes first.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.logs.answers import current
 from omnimate.logs.canopen_words import NMT_START, SYNC_ID
 from omnimate.logs.frame_classes import CLASSES, FrameClass, classify, is_class
 from omnimate.logs.gaps import gaps_of
@@ -143,7 +144,11 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
     gaps: list[Gap] = []
     left_out = [0, *(samples_left_out(passed, vehicle) for passed in np.diff(time).tolist())]
     answers = {
-        cob_id: _answers(log, [encoder for encoder in vehicle.encoders if encoder.cob_id == cob_id])
+        cob_id: _answers(
+            log,
+            [encoder for encoder in vehicle.encoders if encoder.cob_id == cob_id],
+            vehicle.bus.sync_period,
+        )
         for cob_id in dict.fromkeys(encoder.cob_id for encoder in vehicle.encoders)
     }
     for column, encoder in enumerate(vehicle.encoders):
@@ -197,7 +202,7 @@ def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> tuple[_Log,
     return _Log(frames, classes, opens, np.cumsum(opens) - 1), opener
 
 
-def _answers(log: _Log, encoders: list[Encoder]) -> _Answers:
+def _answers(log: _Log, encoders: list[Encoder], period: float) -> _Answers:
     """Pick the PDO of each sample out of the frames of one COB-ID, which several encoders may share."""
     cob_id, node, count = encoders[0].cob_id, encoders[0].node, len(log.time)
     rows = log.pdo_rows(cob_id)
@@ -206,16 +211,21 @@ def _answers(log: _Log, encoders: list[Encoder]) -> _Answers:
     good = rows[right]
     owner = log.owner[good]
     tally = np.bincount(owner, minlength=count)
-    late = (tally > 1) & (np.concatenate(([1], tally[:-1])) == 0)
-    samples = np.flatnonzero(tally)
-    used = good[(np.cumsum(tally) - tally + late)[samples]]
+    begin = np.cumsum(tally) - tally
+    latency = np.append(log.frames.time[good] - log.time[owner], np.nan)  # the last one stands for none
+    first = latency[np.where(tally > 0, begin, -1)]
+    last = latency[np.where(tally > 0, begin + tally - 1, -1)]
+    places = current(tally, first, last, period)
+    samples = np.flatnonzero(places >= 0)
+    used = good[(begin + places)[samples]]
     restarts, number = _restarts(log, used, samples, node)
-    late_ones, missing = int(late.sum()), count - len(samples)
+    late_ones = int(places[samples].sum() + tally[places < 0].sum())
+    missing = count - len(samples)
     traffic = PdoTraffic(
         cob_id,
         node,
         used=len(used),
-        missing=missing - late_ones,
+        missing=max(0, missing - late_ones),
         late=late_ones,
         duplicate=len(good) - len(used) - late_ones,
         wrong_length=int((~right).sum()),
