@@ -11,7 +11,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from omnimate.proof.bullet.urdf import Place, bare, joint, link, sphere, with_links, with_soft, with_tread
+from omnimate.proof.bullet.urdf import (
+    Place,
+    bare,
+    joint,
+    link,
+    sphere,
+    with_inertia,
+    with_links,
+    with_soft,
+    with_tread,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -22,6 +32,9 @@ if TYPE_CHECKING:
 # them aside, so that it turns on one wheelbase.
 CREEP = (0.1, 0.2)
 CASTOR_RADIUS, SLIDES = 0.03, 0.02
+# Inertia [kg m^2] of a wheel with its motor's, seen through the gear. It is large against what creeping tyres
+# take or give in a step, which would ring on the bare wheels.
+GEARED = 0.05
 FRONT = 2000.0, 60.0  # [N/m], [N s/m] of the racecar's front tyres: on stiff ones a rear wheel would lift
 
 
@@ -94,8 +107,11 @@ def husky(chance: Generator) -> Chassis:
         f"a.{side}": Wheel(joints, tuple(f"{name}_link" for name in joints), 0.17775, 1)
         for side, joints in sides.items()
     }
+    urdf = _round("husky/husky.urdf", wheels)
+    for name in (name for wheel in wheels.values() for name in wheel.links):
+        urdf = with_inertia(urdf, name, 10.0 * GEARED)
     creep = float(chance.uniform(*CREEP))
-    return Chassis("husky", _round("husky/husky.urdf", wheels), wheels, (0.5708,), 0.0, 300.0, creep=creep)
+    return Chassis("husky", urdf, wheels, (0.5708,), 0.0, 300.0, creep=creep)
 
 
 def r2d2(chance: Generator) -> Chassis:
@@ -198,7 +214,7 @@ def _truck(
         channel = f"{name}.{side}"
         wheels[channel] = Wheel((channel,), (channel,), radius, 1)
         parts += [
-            link(channel, 1.0, 0.5 * radius**2, sphere(radius)),
+            link(channel, 1.0, GEARED, sphere(radius)),
             joint(channel, "continuous", (name, channel), (0.0, y, 0.0), (0.0, 1.0, 0.0)),
         ]
     return "".join(parts), wheels

@@ -240,7 +240,8 @@ def _scene(chassis: Chassis, ground: int, height: float) -> Scene:
     with tempfile.NamedTemporaryFile("w", suffix=".urdf", encoding="utf-8") as file:
         file.write(chassis.urdf)
         file.flush()
-        body = pybullet.loadURDF(file.name, [0.0, 0.0, height], turn)
+        flags = pybullet.URDF_USE_INERTIA_FROM_FILE  # else it is guessed from shapes, which are gone
+        body = pybullet.loadURDF(file.name, [0.0, 0.0, height], turn, flags=flags)
     known = [pybullet.getJointInfo(body, number) for number in range(pybullet.getNumJoints(body))]
     links = {info[12].decode(): number for number, info in enumerate(known)}
     joints = {info[1].decode(): number for number, info in enumerate(known)}

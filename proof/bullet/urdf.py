@@ -55,6 +55,16 @@ def middle(text: str, link: str) -> Place:
     return ORIGIN if origin is None else _place(origin.attrib["xyz"])
 
 
+def with_inertia(text: str, link: str, inertia: float) -> str:
+    """Return a URDF with another moment of inertia of a link about each axis [kg m^2]."""
+    root = ET.fromstring(text)  # noqa: S314  # made here
+    known = _named(root, "link", link).find("inertial/inertia")
+    assert known is not None, f"{link} has no inertia"
+    for axis in ("ixx", "iyy", "izz"):
+        known.set(axis, repr(inertia))
+    return ET.tostring(root, encoding="unicode")
+
+
 def with_soft(text: str, link: str, stiffness: float, damping: float) -> str:
     """Return a URDF with a soft contact of a link: its stiffness [N/m] and damping [N s/m]."""
     root = ET.fromstring(text)  # noqa: S314  # made here
