@@ -52,7 +52,10 @@ VERBS = {
         "omnimate.cli.track.verb:track",
         "Show where the robot is by odometry, IPEC and the filter, with what was corrected and why.",
     ),
-    "dump": Verb("omnimate.cli.dump:dump", "Print the frames of a log or of a live bus."),
+    "dump": Verb(
+        "omnimate.cli.dump:dump",
+        "Print the frames of a log or of a live bus, all or those that are asked for.",
+    ),
     "conform": Verb(
         "omnimate.cli.conform:conform",
         "Check a device against CiA 301, 305, 402 and 406, and say what it does not do. It must not drive.",

@@ -2,69 +2,89 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from omnimate.logs.canopen_words import describe_frame
+from omnimate.logs.dbc_reading import EXTENDED_KEY
 from omnimate.logs.frames import ERROR, EXTENDED, REMOTE, Frame
 from omnimate.logs.pdo_units import drive_conversion, encoder_conversion
+from omnimate.logs.signals import Signal
 
 if TYPE_CHECKING:
-    from omnimate.logs.pdo_units import Conversion
+    from collections.abc import Mapping, Sequence
+
     from omnimate.vehicle.parameters import VehicleParameters
 
 
-class _Field(NamedTuple):
-    """A number in a PDO."""
-
-    name: str
-    start_bit: int
-    bits: int
-    signed: bool
-    conversion: Conversion
-
-    def in_words(self, data: bytes) -> str:
-        """Return the field's name and value in the data of a PDO."""
-        if 8 * len(data) < self.start_bit + self.bits:
-            return f"{self.name}: wrong length, {len(data)} bytes"
-        raw = int.from_bytes(data, "little") >> self.start_bit & ((1 << self.bits) - 1)
-        if self.signed and raw >> (self.bits - 1):
-            raw -= 1 << self.bits
-        return f"{self.name} = {self.conversion(raw):.6g} {self.conversion.unit} ({raw} counts)"
+def vehicle_signals(vehicle: VehicleParameters) -> dict[int, tuple[Signal, ...]]:
+    """Return the channels and drive targets in a vehicle's PDOs, by COB-ID."""
+    signals: dict[int, tuple[Signal, ...]] = {}
+    for encoder in vehicle.encoders:
+        factor, offset, unit = encoder_conversion(encoder, vehicle)
+        signal = Signal(
+            encoder.channel,
+            encoder.start_bit,
+            encoder.bits,
+            encoder.signed,
+            factor,
+            offset,
+            unit,
+            counts="counts",
+        )
+        signals[encoder.cob_id] = (*signals.get(encoder.cob_id, ()), signal)
+    for drive in vehicle.drives:
+        factor, offset, unit = drive_conversion(drive)
+        signal = Signal(
+            f"target {drive.wheel}",
+            0,
+            32,
+            signed=True,
+            factor=factor,
+            offset=offset,
+            unit=unit,
+            counts="counts",
+        )
+        signals[drive.cob_id] = (*signals.get(drive.cob_id, ()), signal)
+    return signals
 
 
 class FrameDecoder:
-    """Says what frames mean; without a vehicle, what the predefined connection set of CANopen says."""
+    """Says what frames mean; without a description, what the predefined connection set of CANopen says.
 
-    def __init__(self, vehicle: VehicleParameters | None) -> None:
-        """Prepare the names of a vehicle's PDOs and nodes."""
+    Attributes:
+        signals: Signals by identifier, to which `EXTENDED_KEY` is added for 29 bits.
+    """
+
+    def __init__(
+        self,
+        vehicle: VehicleParameters | None = None,
+        signals: Mapping[int, Sequence[Signal]] | None = None,
+    ) -> None:
+        """Take the signals that are known of the bus; a vehicle's own count before others.
+
+        Args:
+            vehicle: The robot on the bus; None where it is not known.
+            signals: Signals of a DBC file, an object dictionary or a mapping, by identifier.
+        """
         self._vehicle = vehicle
-        self._fields: dict[int, list[_Field]] = {}
+        own = vehicle_signals(vehicle) if vehicle is not None else {}
+        self.signals: dict[int, Sequence[Signal]] = {**(signals or {}), **own}
         self._nodes: dict[int, list[str]] = {}
-        if vehicle is None:
-            return
-        for encoder in vehicle.encoders:
-            conversion = encoder_conversion(encoder, vehicle)
-            self._add(
-                encoder.cob_id,
-                encoder.node,
-                _Field(encoder.channel, encoder.start_bit, encoder.bits, encoder.signed, conversion),
-            )
-        for drive in vehicle.drives:
-            field = _Field(f"target {drive.wheel}", 0, 32, signed=True, conversion=drive_conversion(drive))
-            self._add(drive.cob_id, drive.node, field)
-
-    def _add(self, cob_id: int, node: int, field: _Field) -> None:
-        self._fields.setdefault(cob_id, []).append(field)
-        self._nodes.setdefault(node, []).append(field.name)
+        if vehicle is not None:
+            owners = [(encoder.node, str(encoder.channel)) for encoder in vehicle.encoders]
+            owners += [(drive.node, f"target {drive.wheel}") for drive in vehicle.drives]
+            for node, name in owners:
+                self._nodes.setdefault(node, []).append(name)
 
     def __call__(self, frame: Frame) -> str:
         """Return what a frame means."""
         if frame.flags & ERROR:
             return "error frame of the adapter"
+        carried = () if frame.flags & REMOTE else self._carried(frame.can_id, frame.flags)
+        if carried:
+            return ", ".join(s.in_words(frame.data) for s in carried if s.is_in(frame.data))
         if frame.flags & EXTENDED:
             return "not CANopen: 29-bit identifier"
-        if frame.can_id in self._fields and not frame.flags & REMOTE:
-            return self._values(frame)
         words = describe_frame(frame.can_id, frame.data, remote=bool(frame.flags & REMOTE))
         if words is None:
             return "not CANopen: no such COB-ID or length in the predefined connection set"
@@ -72,14 +92,15 @@ class FrameDecoder:
 
     def name(self, can_id: int, flags: int, data: bytes) -> str:
         """Return what an identifier carries, without the values."""
-        if not flags & (EXTENDED | ERROR | REMOTE) and can_id in self._fields:
-            return ", ".join(field.name for field in self._fields[can_id])
+        carried = () if flags & (ERROR | REMOTE) else self._carried(can_id, flags)
+        if carried:
+            return ", ".join(signal.name for signal in carried)
         if can_id == 0:
             return "NMT"
         return self(Frame(0.0, can_id, data, flags)).partition(":")[0].partition(",")[0]
 
-    def _values(self, frame: Frame) -> str:
-        return ", ".join(field.in_words(frame.data) for field in self._fields[frame.can_id])
+    def _carried(self, can_id: int, flags: int) -> Sequence[Signal]:
+        return self.signals.get(can_id | (EXTENDED_KEY if flags & EXTENDED else 0), ())
 
     def _whose(self, can_id: int) -> str:
         """Return whose frame it is, where a vehicle is known."""

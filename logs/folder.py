@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimate.logs.assemble import Assembly, assemble
-from omnimate.logs.formats.candump_lines import format_lines
+from omnimate.logs.formats.candump_text import candump_text
 from omnimate.logs.poses_csv import format_poses, parse_poses
 from omnimate.logs.reading import LogReadResult, read_log
 from omnimate.logs.recording_to_frames import frames_of_recording
@@ -104,7 +104,7 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
             write_poses(recording.poses, folder / POSES)
         if recording.run is not None:
             write_run(recording.run, folder / RUN)
-        text = "\n".join([*format_lines(frames_of_recording(recording)), ""]).encode()
+        text = b"".join(candump_text(frames_of_recording(recording)))
         log = folder / (f"{LOG}.gz" if compress else LOG)
         write_bytes(log, gzip.compress(text, 6) if compress else text)
     except OSError as error:

@@ -43,14 +43,15 @@ _RANGES: dict[FrameClass, tuple[range, ...]] = {
 }
 
 
-def classify(frames: Frames, vehicle: VehicleParameters) -> NDArray[np.uint8]:
-    """Return for each frame the index of its class in `CLASSES`, `(N,)`."""
+def classify(frames: Frames, vehicle: VehicleParameters | None = None) -> NDArray[np.uint8]:
+    """Return for each frame the index of its class in `CLASSES`, `(N,)`; with no vehicle no PDO is known."""
     table = np.full(0x800, CLASSES.index("foreign"), np.uint8)
     for name, ranges in _RANGES.items():
         for identifiers in ranges:
             table[identifiers.start : identifiers.stop] = CLASSES.index(name)
-    mine = [encoder.cob_id for encoder in vehicle.encoders] + [drive.cob_id for drive in vehicle.drives]
-    table[mine] = CLASSES.index("PDO")
+    if vehicle is not None:
+        mine = [encoder.cob_id for encoder in vehicle.encoders] + [drive.cob_id for drive in vehicle.drives]
+        table[mine] = CLASSES.index("PDO")
     classes: NDArray[np.uint8] = table[frames.can_id & 0x7FF]
     classes[(classes == CLASSES.index("SYNC")) & (frames.length > 1)] = CLASSES.index("foreign")
     classes[frames.flags & REMOTE > 0] = CLASSES.index("remote")

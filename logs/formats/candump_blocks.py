@@ -167,11 +167,11 @@ class _Table:
             _NIBBLE[rows[:, shape.identifier]],
             _NIBBLE[rows[:, shape.data]],
         )
-        can_id = identifier.astype(np.float64) @ 16.0 ** np.arange(identifier.shape[1] - 1, -1, -1)
+        can_id = _number(identifier, 16)
         fits: NDArray[np.bool_] = _all_of_row(rows[:, shape.constant] == rows[0, shape.constant])
         fits &= _all_of_row(stamp < 10) & _all_of_row(data < 16) & _all_of_row(identifier < 16)
         fits &= can_id <= (0x1FFFFFFF if shape.flags & EXTENDED else 0x7FF)
-        time = stamp.astype(np.float64) @ 10.0 ** np.arange(stamp.shape[1] - 1, -1, -1) / shape.divisor
+        time = _number(stamp, 10) / shape.divisor
         pairs = data[:, ::2] << 4 | data[:, 1::2]
         if not fits.all():
             group, time, can_id, pairs = group[fits], time[fits], can_id[fits], pairs[fits]
@@ -202,6 +202,15 @@ class _Table:
             channels or (DEFAULT_CHANNEL,),
         )
         return frames if self.is_frame.all() else frames.select(self.is_frame)
+
+
+def _number(digits: NDArray[np.uint8], base: int) -> NDArray[np.int64]:
+    """Return the numbers that rows of digits are, shape `(K,)`."""
+    value = digits[:, 0].astype(np.int64)
+    for place in range(1, digits.shape[1]):
+        value *= base
+        value += digits[:, place]
+    return value
 
 
 def _all_of_row(right: NDArray[np.bool_]) -> NDArray[np.bool_]:

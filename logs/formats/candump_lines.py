@@ -28,7 +28,7 @@ _DIRECTION = RECEIVED | SENT
 _LOG_DIRECTIONS = {RECEIVED: " R", SENT: " T"}
 _TA_DIRECTIONS = {RECEIVED: "  RX - -", SENT: "  TX - -"}
 _PARSED_DIRECTIONS = {b"R": RECEIVED, b"T": SENT, b"RX": RECEIVED, b"TX": SENT, None: 0}
-_ERROR_BIT = 0x20000000  # CAN_ERR_FLAG of linux/can.h, printed as part of the identifier
+ERROR_BIT = 0x20000000  # CAN_ERR_FLAG of linux/can.h, printed as part of the identifier
 
 LOG_LINE = re.compile(rb"\((\d{1,10}\.\d{1,9})\) +(\S+) +([0-9A-Fa-f]+)#(\S*)(?: ([RT]))?\s*")
 _TA_LINE = re.compile(
@@ -105,7 +105,7 @@ def parse_line(line: bytes) -> Frame | str:
 
 def _identifier(frame: Frame) -> str:
     if frame.flags & ERROR:
-        return f"{frame.can_id | _ERROR_BIT:08X}"
+        return f"{frame.can_id | ERROR_BIT:08X}"
     return f"{frame.can_id:08X}" if frame.flags & EXTENDED else f"{frame.can_id:03X}"
 
 
@@ -132,10 +132,10 @@ def _frame(
     if isinstance(content, str):
         return content
     can_id = int(identifier, 16)
-    if len(identifier) == 8 and can_id < _ERROR_BIT:
+    if len(identifier) == 8 and can_id < ERROR_BIT:
         kind = EXTENDED
-    elif len(identifier) == 8 and can_id < 2 * _ERROR_BIT:
-        kind, can_id = ERROR, can_id & ~_ERROR_BIT
+    elif len(identifier) == 8 and can_id < 2 * ERROR_BIT:
+        kind, can_id = ERROR, can_id & ~ERROR_BIT
     elif len(identifier) == 3 and can_id <= 0x7FF:
         kind = 0
     else:

@@ -2,6 +2,7 @@
 
 import gzip
 import signal
+from pathlib import Path
 
 import can
 import pytest
@@ -104,6 +105,52 @@ def test_a_rate_is_that_of_the_time_in_which_frames_came_and_not_of_a_pause(log)
     assert run(log, "--rates").stdout.splitlines()[1].split()[:4] == ["can0", "701", "40", "2.000"]
     log.write_text("(1700000000.000000) can0 701#05\n(1700003600.000000) can0 701#05\n")
     assert run(log, "--rates").stdout.splitlines()[1].split()[3] == "0.000"
+
+
+def body(log, *arguments):
+    return [line.split() for line in run(log, *arguments).stdout.splitlines()]
+
+
+def test_filters_keep_what_is_asked_for(log):
+    assert [line[2] for line in body(log, "--id", "080")] == ["080#", "080#"]
+    assert [line[2].split("#")[0] for line in body(log, "--node", 1)] == ["181", "701"]
+    assert [line[2].split("#")[0] for line in body(log, "--kind", "emcy", "--kind", "nmt")] == ["083", "000"]
+    assert len(body(log, "--id", "~080")) == 10
+    assert [line[2] for line in body(log, "--from", 0.005)] == ["080#"]
+
+
+def test_a_trigger_keeps_what_is_around_it_and_says_when(log, vehicle):
+    result = run(log, "--trigger", "emcy", "--around", 0.0003)
+    assert [line.split()[2].split("#")[0] for line in result.stdout.splitlines()] == ["701", "083", "58A"]
+    assert "emcy: 1 times, at 0.001 s" in result.stderr
+    result = run(log, "--trigger", "link>1.05", "--around", 0, "--vehicle", vehicle)
+    assert [line.split()[2].split("#")[0] for line in result.stdout.splitlines()] == ["187"]
+
+
+def test_times_as_of_candump_td_and_tz(log):
+    lines = LOG.splitlines(keepends=True)
+    log.write_text(lines[0] + lines[1] + lines[3])
+    assert [line[0] for line in body(log, "--form", "td")] == ["(000.000000)", "(000.000250)", "(000.000500)"]
+    assert [line[0] for line in body(log, "--form", "tz")] == ["(000.000000)", "(000.000250)", "(000.000750)"]
+
+
+def test_a_dbc_and_an_eds_name_the_values(log, tmp_path):
+    dbc = tmp_path / "bus.dbc"
+    dbc.write_text('BO_ 391 link: 4 x\n SG_ rod : 0|32@1+ (0.001,0) [0|0] "m" x\n')
+    eds = Path(__file__).parents[2] / "vcan_sim" / "eds" / "encoder_cia406.eds"
+    lines = run(log, "--decode", "--dbc", dbc, "--eds", f"1={eds}").stdout.splitlines()
+    assert lines[2].endswith("; rod = 1 m")
+    assert lines[1].endswith("; 1.6004h Position value = 40000")
+
+
+def test_the_mapping_that_the_log_shows_names_the_values(log):
+    mapping = "(1700000000.000100) can0 601#23001A0120000460\n"
+    log.write_text(mapping + LOG)
+    assert run(log, "--decode").stdout.splitlines()[2].endswith("; 1.6004h Position value = 40000")
+
+
+def test_an_eds_is_given_with_its_node(log):
+    assert "expected NODE=FILE" in str(run(log, "--eds", "encoder.eds").exception)
 
 
 def test_count_ends_early(log):
@@ -231,3 +278,13 @@ def test_the_real_car_log_is_dumped_byte_for_byte_and_reported_as_foreign(shared
     assert len(words) == 2000
     assert not any(" counts)" in line for line in words)
     assert sum("not of this vehicle" in line or "not CANopen" in line for line in words) > 1800
+
+
+def test_a_live_bus_is_filtered_too_and_has_no_triggers(live):
+    assert live("--id", "181", "--count", 1).stdout == LIVE.splitlines(keepends=True)[1]
+    assert "needs a log" in str(run("--bus", "virtual://x", "--trigger", "emcy").exception)
+
+
+def test_live_times_as_of_candump_td(live):
+    lines = live("--form", "td", "--count", 3).stdout.splitlines()
+    assert [line.split()[0] for line in lines] == ["(000.000000)", "(000.000250)", "(000.009750)"]

@@ -1,0 +1,87 @@
+"""What is known of the frames on a bus: by a vehicle, DBC and EDS files, and the SDO traffic itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from omnimate.cli.console import warn
+from omnimate.cli.errors import CallError
+from omnimate.logs.decoding import FrameDecoder
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from omnimate.driver.eds import Eds
+    from omnimate.logs.signals import Signal
+    from omnimate.vehicle.parameters import VehicleParameters
+
+
+def decoder_of(
+    vehicle: VehicleParameters | None,
+    dbc: Sequence[Path],
+    eds: Sequence[str],
+    seen: Mapping[tuple[int, int, int], int],
+) -> FrameDecoder:
+    """Return what the frames mean by all that is given; what is named first here counts.
+
+    Args:
+        vehicle: The robot; None where it is not known.
+        dbc: DBC files.
+        eds: EDS or DCF files, each as `NODE=FILE`.
+        seen: PDO parameters that SDO traffic showed, by node, index and sub-index.
+
+    Raises:
+        CallError: An EDS is not given as `NODE=FILE`.
+        EdsError: An EDS cannot be read.
+        LogError: A DBC file cannot be read.
+    """
+    signals: dict[int, Sequence[Signal]] = {}
+    if eds or seen:
+        from omnimate.driver.mapped_signals import default_objects, mapped_signals
+
+        dictionaries = {node: described.dictionary for node, described in map(_described, eds)}
+        objects = dict(seen)
+        for node, dictionary in dictionaries.items():
+            objects = default_objects(dictionary, node) | objects
+        signals.update(mapped_signals(objects, dictionaries))
+    if dbc:
+        from omnimate.logs.dbc_reading import read_dbc
+
+        for path in dbc:
+            signals.update(read_dbc(path))
+    return FrameDecoder(vehicle, signals)
+
+
+def described_by(path: Path, node: int) -> Eds:
+    """Return what an EDS or DCF file describes, and warn of what had to be repaired.
+
+    Raises:
+        EdsError: The file cannot be read.
+    """
+    from omnimate.driver.eds import load_eds
+
+    eds = load_eds(path, node)
+    for remark in eds.remarks:
+        warn(f"{path}: {remark}")
+    return eds
+
+
+def vehicle_of(path: Path | None, source: Path | None) -> VehicleParameters | None:
+    """Return the robot that was asked for, or the one of a recording folder."""
+    if path is None and source is not None and source.is_dir():
+        from omnimate.logs.folder import VEHICLE
+
+        path = source / VEHICLE
+    if path is None:
+        return None
+    from omnimate.vehicle.file import load_vehicle
+
+    return load_vehicle(path)
+
+
+def _described(text: str) -> tuple[int, Eds]:
+    node, equals, path = text.partition("=")
+    if not equals or not node.isdigit() or not 1 <= int(node) <= 127:
+        raise CallError(f"--eds {text}: expected NODE=FILE, such as 5=encoder.eds")
+    return int(node), described_by(Path(path), int(node))
