@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from omnimate.cli.console import out
+from omnimate.cli.console import out, report_problem
 from omnimate.cli.tables import show
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def show_configuration(report: ConfigurationReport, *, verbose: bool = False) ->
 
 
 def show_report(report: DriverReport) -> None:
-    """Print the frames of each node and what happened, or that nothing did."""
+    """Print the frames of each node and what happened, or that nothing did; report the problems."""
     if report.is_clean:
         out.print(f"  {report.syncs} SYNCs, each answered by every node in time")
         return
@@ -52,6 +52,13 @@ def show_report(report: DriverReport) -> None:
     _show_gaps(report)
     for identifier, what, frames in report.unknown_frames:
         out.print(f"  not of this vehicle: {identifier} {what}: {frames} frames", soft_wrap=True)
+    report_problems(report)
+
+
+def report_problems(report: DriverReport) -> None:
+    """Report what somebody must put right, so that the exit code is 1."""
+    for event in report.problems:
+        report_problem(event.what if event.node is None else f"node {event.node}: {event.what}")
 
 
 def _node_table(report: DriverReport) -> Table:

@@ -202,6 +202,10 @@ class Assembler:
         """Return whether all PDOs of a node answered the last SYNC."""
         return not any(pdo.misses for pdo in self.pdos.values() if pdo.node == node)
 
+    def never_answered(self, node: int) -> bool:
+        """Return whether a PDO of a node has not entered any sample."""
+        return any(pdo.last is None for pdo in self.pdos.values() if pdo.node == node)
+
     def take_silent(self) -> set[int]:
         """Return the nodes that have not answered for `SILENT_TIME` since they were last returned."""
         silent, self._silent = self._silent, set()

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from omnimate.driver.configuration import NodeConfiguration
-from omnimate.driver.errors import MappingImpossible, SdoRefused
+from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
 from omnimate.driver.heartbeat import set_heartbeat
 from omnimate.driver.identity import check_identity, read_encoder
 from omnimate.driver.network import NMT_PRE_OPERATIONAL, SYNC_ID
@@ -60,7 +60,7 @@ def configure_node(
     notes.remarks += [remark for _, remark in choices.values()]
     with sdo.restoring():
         heartbeat = set_heartbeat(sdo, notes)
-        _listen_to_sync(sdo, notes)
+        _listen_to_sync(sdo, vehicle.bus.sync_period, notes)
         lengths = _set_pdos(sdo, vehicle, encoders, nmt, notes)
     return NodeConfiguration(
         sdo.node,
@@ -75,14 +75,28 @@ def configure_node(
     )
 
 
-def _listen_to_sync(sdo: Sdo, notes: Notes) -> None:
-    """Have the node take 080h for SYNC, and not produce SYNC itself."""
+def _listen_to_sync(sdo: Sdo, period: float, notes: Notes) -> None:
+    """Have the node take 080h without a counter for SYNC, at this period [s], and not produce SYNC itself.
+
+    1019h can be changed while 1006h is 0 only (CiA 301). A node that has no period in 1006h gets none.
+    """
     cob_id = sdo.find(0x1005)
-    if cob_id is None or (cob_id & 0x7FF == SYNC_ID and not cob_id & GENERATES_SYNC):
-        return
-    wanted = cob_id & CONSUMES_SYNC | SYNC_ID
-    sdo.put(0x1005, 0, wanted)
-    notes.changed.append(f"COB-ID SYNC 1005h: {cob_id:08X}h to {wanted:08X}h")
+    if cob_id is not None and (cob_id & 0x7FF != SYNC_ID or cob_id & GENERATES_SYNC):
+        wanted = cob_id & CONSUMES_SYNC | SYNC_ID
+        sdo.put(0x1005, 0, wanted)
+        notes.changed.append(f"COB-ID SYNC 1005h: {cob_id:08X}h to {wanted:08X}h")
+    cycle, overflow = sdo.find(0x1006), sdo.find(0x1019)
+    try:
+        if overflow:
+            if cycle:
+                sdo.put(0x1006, 0, 0)
+            sdo.put(0x1019, 0, 0)
+            notes.changed.append(f"SYNC counter 1019h: {overflow} to 0, because SYNC has no counter here")
+        microseconds = round(1e6 * period)
+        if cycle and (sdo.put(0x1006, 0, microseconds) and cycle != microseconds):
+            notes.changed.append(f"SYNC period 1006h: {cycle} to {microseconds} us")
+    except (SdoRefused, NotTaken) as error:
+        notes.remarks.append(f"expects another SYNC: {error.problem}")
 
 
 def _set_pdos(

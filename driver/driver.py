@@ -183,8 +183,8 @@ class Driver:
             if message is None:
                 break
             take(message, self._network.arrival)
-        now = self._clock.now()
         self._look_after_drives()
+        now = self._clock.now()
         self._recover(now)
         self.drives.tick(now)
 
@@ -242,6 +242,8 @@ class Driver:
     def _recover(self, now: float) -> None:
         """Go on to configure nodes again that have restarted, or that have not answered SYNC for long."""
         for node in self._monitor.assembler.take_silent():
+            if self._monitor.assembler.never_answered(node):
+                self._monitor.trouble("has never answered SYNC: check its PDO mapping and 1005h", node)
             if not self._supervision.nodes[node].is_lost:
                 self._recovery.request(node, now)
         if self._recovery.is_busy:

@@ -103,6 +103,17 @@ class NodeMissing(NodeError):  # noqa: N818  # named after what it says
         self.names = tuple(names)
 
 
+class TwoDevices(NodeError):  # noqa: N818  # named after what it says
+    """Two devices that have the same node id."""
+
+    def __init__(self, node: int) -> None:
+        super().__init__(
+            node,
+            "each SDO request is answered twice; expected one device with this node id",
+            "give one of the two devices another node id",
+        )
+
+
 class WrongDevice(NodeError):  # noqa: N818  # named after what it says
     """A node that is another device than `vehicle.toml` states.
 

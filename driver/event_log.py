@@ -17,6 +17,7 @@ class Event:
         count: How often it happened.
         node: CANopen node id; None where it concerns the bus.
         what: What happened, in words.
+        is_problem: Whether somebody must put it right before the data can be trusted.
     """
 
     time: float
@@ -24,6 +25,7 @@ class Event:
     count: int
     node: int | None
     what: str
+    is_problem: bool = False
 
 
 class EventLog:
@@ -37,20 +39,21 @@ class EventLog:
         self.dropped = 0
         self._events: dict[tuple[int | None, str], Event] = {}
 
-    def add(self, time: float, node: int | None, what: str) -> None:
+    def add(self, time: float, node: int | None, what: str, *, is_problem: bool = False) -> None:
         """Add an event; beyond `MAX_EVENTS` it is only counted in `dropped`.
 
         Args:
             time: Time of the event on the recording's clock [s].
             node: CANopen node id; None where it concerns the bus.
             what: What happened, in words.
+            is_problem: Whether somebody must put it right before the data can be trusted.
         """
         key = (node, what)
         known = self._events.get(key)
         if known is not None:
-            self._events[key] = Event(known.time, time, known.count + 1, node, what)
+            self._events[key] = Event(known.time, time, known.count + 1, node, what, is_problem)
         elif len(self._events) < MAX_EVENTS:
-            self._events[key] = Event(time, time, 1, node, what)
+            self._events[key] = Event(time, time, 1, node, what, is_problem)
         else:
             self.dropped += 1
 

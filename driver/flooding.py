@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 INTERVAL = 0.5  # [s] between two checks
 FACTOR = 3  # unexpected frames per SYNC above which a node counts as babbling
+MOST = 0.8  # second answers per SYNC above which a second device answers
 AT_LEAST = 10  # SYNCs: a bus that starts up may send this many times `FACTOR` frames
 
 
@@ -35,21 +36,30 @@ class FloodWatch:
         """Count a frame that should be rare, known or not, by its 11-bit identifier."""
         self._traffic[can_id] = self._traffic.get(can_id, 0) + 1
 
-    def check(self, now: float) -> None:
-        """Compare, once per SYNC at time `now` [s], whether a node floods the bus."""
+    def check(self, now: float) -> list[int]:
+        """Compare, once per SYNC at time `now` [s], whether a node floods the bus.
+
+        Returns:
+            The nodes that answered most SYNCs since the last check twice.
+        """
         self._syncs += 1
         if self._checked is not None and now - self._checked < INTERVAL:
-            return
+            return []
         limit = FACTOR * max(self._syncs, AT_LEAST)
         for can_id, frames in self._traffic.items():
             if frames > limit:
                 self._report(now, can_id & 0x7F, f"floods the bus with frames {can_id:03X}h")
+        twice = []
         for node, counts in self._counts.items():
-            if counts.duplicate - self._duplicates.get(node, 0) > limit:
+            duplicates = counts.duplicate - self._duplicates.get(node, 0)
+            if duplicates > limit:
                 self._report(now, node, "floods the bus with PDOs that no SYNC asked for")
+            elif self._syncs >= AT_LEAST and duplicates > MOST * self._syncs:
+                twice.append(node)
             self._duplicates[node] = counts.duplicate
         self._traffic.clear()
         self._checked, self._syncs = now, 0
+        return twice
 
     def _report(self, now: float, node: int, problem: str) -> None:
         known = node in self._counts

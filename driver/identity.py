@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.driver.errors import NodeMissing, SdoSilent, WrongDevice
+from omnimate.driver.errors import NodeMissing, SdoSilent, TwoDevices, WrongDevice
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from omnimate.driver.sdo import Sdo
     from omnimate.vehicle.parameters import Encoder
 
+SECOND_ANSWERS = 2  # to four requests: one may be a device's mistake
 PROFILES = {406: "cia406", 402: "cia402"}
 IDENTITY = ((1, "vendor"), (2, "product"), (4, "serial"))
 # What a CiA 406 encoder may report; all optional, all only read.
@@ -39,6 +40,7 @@ def check_identity(sdo: Sdo, names: Sequence[str], encoder: Encoder | None, note
 
     Raises:
         NodeMissing: The node does not answer.
+        TwoDevices: Two devices answer.
         WrongDevice: The node has another profile, vendor, product or serial number.
         SdoSilent: The node stops answering.
     """
@@ -46,6 +48,7 @@ def check_identity(sdo: Sdo, names: Sequence[str], encoder: Encoder | None, note
         device_type = sdo.find(0x1000) or 0
     except SdoSilent as silent:
         raise NodeMissing(sdo.node, names) from silent
+    check_alone(sdo)
     notes.read.append(f"device type 1000h = {device_type:08X}h")
     if encoder is None:
         return
@@ -55,6 +58,20 @@ def check_identity(sdo: Sdo, names: Sequence[str], encoder: Encoder | None, note
         if value is not None:
             notes.read.append(f"{key} 1018h:{subindex:02X} = {value}")
         _check_value(sdo, f"1018h:{subindex:02X}", key, getattr(encoder, key), value, notes)
+
+
+def check_alone(sdo: Sdo) -> None:
+    """Check that one device answers under this node id: each request has one answer.
+
+    Raises:
+        TwoDevices: Two of three requests were answered twice.
+        SdoSilent: The node stops answering.
+    """
+    sdo.client.count_anew()
+    for subindex in range(1, 5):
+        sdo.find(0x1018, subindex)
+    if sdo.client.second_answers >= SECOND_ANSWERS:
+        raise TwoDevices(sdo.node)
 
 
 def read_encoder(sdo: Sdo, encoders: Sequence[Encoder], notes: Notes) -> dict[int, int]:

@@ -10,7 +10,9 @@ from omnimate.driver.event_log import EventLog
 from omnimate.driver.flooding import FloodWatch
 from omnimate.driver.node_counts import NodeCounts, nodes_of
 from omnimate.driver.supervision import Supervision
+from omnimate.driver.troubles import Trouble
 from omnimate.driver.unknown_frames import UnknownFrames
+from omnimate.logs.canopen_words import SYNC_ID
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 EMCY, SDO_ANSWER, HEARTBEAT = 0x080, 0x580, 0x700
 BOOT_UP = b"\0"
+FOREIGN_SYNCS = 3  # SYNCs of another device that are too many
 
 
 class Monitor:
@@ -53,6 +56,7 @@ class Monitor:
         self.on_sdo: Callable[[int, bytearray, float], None] = lambda _can_id, _data, _now: None
         self.others: Callable[[int], bool] = lambda _can_id: False
         self._clock = clock
+        self._foreign_syncs = 0
         self._pdos = self.assembler.pdos
 
     def begin(self, vehicle: VehicleParameters) -> None:
@@ -64,7 +68,7 @@ class Monitor:
 
     def take(self, message: can.Message, arrival: float) -> None:
         """Take a received frame that arrived at a monotonic time [s]."""
-        if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
+        if message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd:
             self.unknown.count(message)
         elif message.arbitration_id in self._pdos:
             self.assembler.frame(message.arbitration_id, message.data, message.timestamp, arrival)
@@ -74,10 +78,27 @@ class Monitor:
             self._flooding.note(message.arbitration_id)
             if not self.others(message.arbitration_id):
                 self.unknown.count(message)
+            if message.arbitration_id == SYNC_ID and message.is_rx:
+                self._foreign_sync()
+
+    def _foreign_sync(self) -> None:
+        """Count a SYNC that another device has sent; a few are a master that ends."""
+        self._foreign_syncs += 1
+        if self._foreign_syncs >= FOREIGN_SYNCS:
+            what = "another device produces SYNC, too: switch it off there (bit 30 of its 1005h)"
+            self.trouble(what)
+
+    def trouble(self, what: str, node: int | None = None) -> None:
+        """Report something that somebody must put right, and that stops the robot."""
+        now = self._clock.now()
+        self.events.add(now, node, what, is_problem=True)
+        self.supervision.troubles.append(Trouble(now, None, what))
 
     def synced(self, now: float) -> None:
         """Compare the traffic of each node with the number of SYNCs, once per SYNC at `now` [s]."""
-        self._flooding.check(now)
+        for node in self._flooding.check(now):
+            if self._foreign_syncs < FOREIGN_SYNCS:
+                self.trouble("answers each SYNC twice: two devices have this node id; renumber one", node)
 
     def check(self, now: float) -> None:
         """Check heartbeats and status words at `now` [s], as often as possible.

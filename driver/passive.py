@@ -126,4 +126,7 @@ class PassiveReader:
         supervision = self._monitor.supervision
         sample = self._monitor.assembler.close()
         supervision.troubles.clear()
+        for node in self._monitor.assembler.take_silent():
+            if self._monitor.assembler.never_answered(node):
+                self._monitor.trouble("has never answered SYNC: check that it is there and started", node)
         return sample

@@ -80,7 +80,10 @@ class Recorder:
         """Write a frame that was on the bus at time `at` [s], or with the frame before where that is later.
 
         Frames come in the order in which they were on the bus; two threads may take their times in another.
+        CAN FD frames are none of CANopen's, and are left out.
         """
+        if message.is_fd:
+            return
         self._latest = max(at, self._latest)
         flags = (
             message.is_extended_id * EXTENDED

@@ -86,6 +86,11 @@ class DriverReport:
         """Whether every SYNC was answered by every node and nothing else happened."""
         return not (self.events or self.gaps or self.unknown_frames or self.skipped)
 
+    @property
+    def problems(self) -> tuple[Event, ...]:
+        """What somebody must put right before the data can be trusted, in order of time."""
+        return tuple(event for event in self.events if event.is_problem)
+
     def node(self, node: int) -> NodeReport:
         """Return the report of one node.
 

@@ -37,6 +37,7 @@ class PumpedSdoClient(SdoClient):
     Attributes:
         responses_left: How many answers are still accepted in the current transfer.
         object: Index and sub-index of the current transfer as they stand in a frame, 3 bytes.
+        second_answers: Answers to requests that had been answered, since the last `count_anew`.
     """
 
     def __init__(
@@ -49,16 +50,33 @@ class PumpedSdoClient(SdoClient):
         self.responses_left = MAX_RESPONSES
         self.object = b""
         self._not_awaited = DOWNLOADED
+        self.second_answers = 0
+        self._answered: set[bytes] = set()  # objects that were asked for once, and answered
+        self._asked: set[bytes] = set()
+        self._repeated: set[bytes] = set()
+
+    def count_anew(self) -> None:
+        """Count second answers from zero; requests that are repeated from now on may have two."""
+        self.second_answers = 0
+        for objects in (self._asked, self._answered, self._repeated):
+            objects.clear()
 
     def begin(self, index: int, subindex: int, *, is_write: bool = False) -> None:
         """Expect answers about one object from now on, at most `MAX_RESPONSES`."""
         self.responses_left = MAX_RESPONSES
         self.object = index.to_bytes(2, "little") + bytes((subindex,))
         self._not_awaited = UPLOADED if is_write else DOWNLOADED
+        if self.object in self._asked:
+            self._repeated.add(self.object)
+        self._asked.add(self.object)
 
     def on_response(self, can_id: int, data: bytes | bytearray, timestamp: float) -> None:
         """Take an answer of 8 bytes, unless it is a late one about another request."""
         kind, about = data[0] & 0xE0, bytes(data[1:4])
+        if kind not in SEGMENTS and about in self._answered - self._repeated:
+            self.second_answers += 1
+        elif about == self.object:
+            self._answered.add(about)
         if kind in SEGMENTS or (kind != self._not_awaited and about in {self.object, NO_OBJECT}):
             super().on_response(can_id, data, timestamp)  # type: ignore[no-untyped-call]  # canopen
 

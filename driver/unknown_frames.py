@@ -61,12 +61,16 @@ def _key(message: can.Message) -> str:
     if message.is_error_frame:
         return "error frame"
     key = f"{message.arbitration_id:08X}h" if message.is_extended_id else f"{message.arbitration_id:03X}h"
+    if message.is_fd:
+        return f"{key} CAN FD"
     return f"{key} remote" if message.is_remote_frame else key
 
 
 def _describe(message: can.Message) -> str:
     if message.is_error_frame:
         return "the adapter reports an error on the bus"
+    if message.is_fd:
+        return "a CAN FD frame, not CANopen"
     if message.is_extended_id:
         return "29-bit identifier, not CANopen"
     words = describe_frame(message.arbitration_id, bytes(message.data), remote=message.is_remote_frame)

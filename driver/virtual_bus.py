@@ -41,6 +41,8 @@ def _copy(message: can.Message, stamp: float) -> can.Message:
         is_extended_id=message.is_extended_id,
         is_remote_frame=message.is_remote_frame,
         is_error_frame=message.is_error_frame,
+        is_fd=message.is_fd,
+        bitrate_switch=message.bitrate_switch,
         dlc=message.dlc,
         data=bytearray(message.data),
     )

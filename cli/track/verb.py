@@ -93,6 +93,7 @@ def _track_bus(
     every: float,
     listen_only: bool,
 ) -> None:
+    from omnimate.cli.driver_reports import report_problems
     from omnimate.cli.track.live import follow
     from omnimate.driver.opening import open_driver
     from omnimate.driver.passive import PassiveReader
@@ -101,5 +102,6 @@ def _track_bus(
     reader = PassiveReader(robot, bus) if listen_only else open_driver(robot, bus)[0]
     with reader, contextlib.suppress(KeyboardInterrupt):
         follow(reader.samples(), tracker, writer, seconds=seconds, every=every)
+    report_problems(reader.report())
     if tracker.started:
         show_summary(tracker.row(), tracker.slow, to_stdout=writer.leaves_stdout)

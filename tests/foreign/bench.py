@@ -35,7 +35,7 @@ class Bench(can.BusABC):
 
     def __init__(self, nodes):
         self.now = 1000.0
-        self.sent, self.heard, self._coming = [], [], []
+        self.sent, self.heard, self._coming, self._others = [], [], [], []
         channel = f"bench {next(_numbers)}"
         self._near = can.Bus(interface="virtual", channel=channel)
         self.far = can.Bus(interface="virtual", channel=channel)
@@ -58,6 +58,13 @@ class Bench(can.BusABC):
         while self.now < end:
             self.now = min(end, self.now + STEP)
             self._step()
+
+    def add(self, node):
+        """Put another device on the bus, which may have the node id of one that is there."""
+        network = ForeignNetwork(self.far)
+        node.now = self.now
+        network[node.id] = node
+        self._others.append((network, node))
 
     def at(self, seconds, happen):
         """Let something happen after so long [s]; return when that is [s]."""
@@ -97,9 +104,10 @@ class Bench(can.BusABC):
     def _step(self):
         """Hand the devices what came for them, and let their timers run."""
         while (message := self.far.recv(0.0)) is not None:
-            self.network.notify(message.arbitration_id, message.data, self.now)
+            for network in (self.network, *(network for network, _ in self._others)):
+                network.notify(message.arbitration_id, message.data, self.now)
         for coming in [coming for coming in self._coming if coming[0] <= self.now]:
             self._coming.remove(coming)
             coming[1]()
-        for node in self.nodes.values():
+        for node in (*self.nodes.values(), *(node for _, node in self._others)):
             node.tick(self.now)

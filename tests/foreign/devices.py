@@ -165,8 +165,9 @@ class ForeignNode(canopen.LocalNode):
 class ForeignEncoder(ForeignNode):
     """A CiA 406 encoder; `position` counts on while it has power."""
 
-    def __init__(self, node, kind=254):
+    def __init__(self, node, kind=254, more=()):
         extra = [
+            *more,
             (0x6000, 0, UNSIGNED16, "rw", 0),
             (0x6004, 0, UNSIGNED32, "ro", 0),
             (0x6500, 0, UNSIGNED16, "ro", 0),

@@ -1,0 +1,123 @@
+"""Two devices on one node id, a second SYNC master, encoders that never answer, and CAN FD frames."""
+
+from __future__ import annotations
+
+import pytest
+
+from omnimate.driver import driver as module
+from omnimate.driver.errors import DrivesStopped, TwoDevices
+from omnimate.vehicle.file import save_vehicle
+from tests.cli.conftest import omnimate
+from tests.foreign.devices import UNSIGNED8, UNSIGNED32, ForeignEncoder
+from tests.foreign.robots import devices, two_trucks
+from tests.foreign.test_restarts import cycles, rolling, words
+from tests.foreign.test_stopping import drive
+
+__all__ = ["omnimate"]
+PERIOD_US = 15_000
+
+
+@pytest.fixture
+def record(omnimate, monkeypatch, tmp_path):
+    """Return what runs `omnimate record` on a bench for three seconds."""
+
+    def run(bus, *options):
+        monkeypatch.setattr(module, "open_bus", lambda *_arguments: bus)
+        monkeypatch.setattr(bus, "shutdown", lambda: None)
+        save_vehicle(two_trucks(), tmp_path / "vehicle.toml")
+        arguments = ("--bus", "virtual://robot", "--vehicle", tmp_path / "vehicle.toml", *options)
+        return omnimate("record", tmp_path / "lap", *arguments)
+
+    return run
+
+
+def second_master(bus, period=0.02):
+    """Have a device that is not of the vehicle send SYNC."""
+    bus.at(period, lambda: (bus.inject(0x080, b""), second_master(bus, period)))
+
+
+def test_two_devices_on_one_node_id_are_found_before_anything_is_set(bench, driver_on):
+    bus = bench(devices())
+    bus.add(ForeignEncoder(3))
+    with pytest.raises(TwoDevices, match="node 3: each SDO request is answered twice") as caught:
+        driver_on(two_trucks(), bus).configure()
+    assert caught.value.node == 3
+
+
+def test_a_second_device_that_is_switched_on_later_is_found_by_its_pdos(bench, driver_on):
+    bus = bench(devices())
+    driver = driver_on(two_trucks(), bus)
+    driver.configure()
+    driver.enable()
+    cycles(driver, 0.5)
+    twin = ForeignEncoder(3)
+    bus.add(twin)
+    twin.data_store = {index: dict(values) for index, values in bus.nodes[3].data_store.items()}
+    twin.state = 5
+    cycles(driver, 2.0)
+    assert (3, "answers each SYNC twice: two devices have this node id; renumber one") in words(driver)
+    with pytest.raises(DrivesStopped, match="two devices"):
+        driver.command((0.0,) * 4)
+
+
+def test_a_second_sync_master_stops_the_robot_and_ends_with_code_1(bench, driver_on, record):
+    bus = bench(devices())
+    driver = driver_on(two_trucks(), bus)
+    driver.configure()
+    driver.enable()
+    second_master(bus)
+    with pytest.raises(DrivesStopped, match="another device produces SYNC"):
+        drive(driver, 1.0)
+
+    bus = bench(devices())
+    second_master(bus)
+    result = record(bus, "--seconds", "1")
+    assert result.code == 1
+    assert "another device produces SYNC" in result.err
+
+
+@pytest.mark.parametrize("options", [("--seconds", "3"), ("--drive", "straight")])
+def test_an_encoder_that_never_answers_sync_ends_with_code_1(bench, record, options):
+    bus = bench(devices())
+    bus.network.unsubscribe(0x80, bus.nodes[5]._on_sync)
+    result = record(bus, *options)
+    assert result.code == 1
+    assert "node 5: has never answered SYNC" in result.err
+
+
+def test_a_node_that_waits_for_a_sync_with_a_counter_or_of_another_period_is_set_right(bench, driver_on):
+    nodes = devices()
+    counting = ForeignEncoder(1, more=[(0x1006, 0, UNSIGNED32, "rw", 0), (0x1019, 0, UNSIGNED8, "rw", 0)])
+    bus = bench([counting if node.id == 1 else node for node in nodes])
+    counting.put(0x1006, 0, 20_000)
+    counting.put(0x1019, 0, 240)
+    written = []
+    counting.add_write_callback(
+        lambda *, index, data, **_: written.append((index, int.from_bytes(data, "little")))
+    )
+    driver = driver_on(two_trucks(), bus)
+    report = driver.configure()
+    assert [write for write in written if write[0] in {0x1006, 0x1019}] == [
+        (0x1006, 0),
+        (0x1019, 0),
+        (0x1006, PERIOD_US),
+    ]
+    assert any("SYNC counter 1019h: 240 to 0" in line for line in report.nodes[0].changed)
+    assert any("SYNC period 1006h: 20000 to 15000 us" in line for line in report.nodes[0].changed)
+
+
+def test_can_fd_frames_with_the_identifier_of_a_pdo_change_no_sample(bench, driver_on):
+    def run(is_forged):
+        bus = bench(devices())
+        rolling(bus)
+        driver = driver_on(two_trucks(), bus)
+        driver.configure()
+        for number in range(40 if is_forged else 0):
+            bus.at(0.0203 * number, lambda: bus.inject(0x181, bytes(4), is_fd=True))
+        return driver, [(sample.counts, sample.present) for sample in cycles(driver, 1.0)]
+
+    _, untouched = run(False)
+    driver, samples = run(True)
+    assert samples == untouched
+    kinds = {key: (what, count) for key, what, count in driver.report().unknown_frames}
+    assert kinds["181h CAN FD"] == ("a CAN FD frame, not CANopen", 40)
