@@ -44,6 +44,10 @@ def prove(
     real_only: Annotated[
         bool, typer.Option("--real-only", help="Only the two real robots that are described wrongly.")
     ] = False,
+    laws: Annotated[
+        bool,
+        typer.Option("--laws", help="Only the laws that are learned where an effect is not in the library."),
+    ] = False,
     figures: Annotated[
         Path | None,
         typer.Option(
@@ -61,6 +65,9 @@ def prove(
 ) -> None:
     """Prove the mismatch tool on recordings of known truth, from many worlds that share no code with it."""
     check_checkout("prove", "evaluation")
+    if laws:
+        _laws(folder, cases, seed, jobs, figures, quick=quick)
+        return
     from omnimate.evaluation.real import real_part
     from omnimate.evaluation.study import study
     from omnimate.evaluation.worlds.registry import chosen
@@ -77,3 +84,15 @@ def prove(
     if real_only or not (quick or world):
         for result in real_part(data / "real", figures):
             out.print(result, soft_wrap=isinstance(result, str))
+
+
+def _laws(
+    folder: Path | None, cases: int | None, seed: int, jobs: int, figures: Path | None, *, quick: bool
+) -> None:
+    """Show how much of what an effect explains a learned law recovers."""
+    from omnimate.evaluation.laws.study import CASES, study
+
+    with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
+        count = cases or (1 if quick else CASES)
+        for result in study(Path(place), seed, jobs, progress_bar, figures, count=count, quick=quick):
+            show(result) if not isinstance(result, str) else out.print(result, soft_wrap=True)

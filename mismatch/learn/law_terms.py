@@ -14,6 +14,8 @@ from omnimate.vcan_sim.effects.law import Law
 from omnimate.vcan_sim.effects.variables import Motion, known
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from omnimate.mismatch.evidence.posterior import Beside, Posterior
     from omnimate.mismatch.learn.learned import LearnedLaw
     from omnimate.vehicle.se2 import Array
@@ -54,26 +56,59 @@ def learned(posterior: Posterior, beside: Beside, unknown: Term) -> list[LawTerm
         beside: What is left beside the named effects.
         unknown: Candidate that says on which component, and on what of it, the error acts.
     """
-    acts_on = unknown.fixed["acts_on"]
-    if not acts_on:
+    if not unknown.fixed["acts_on"]:
         return []
+    law = law_of(posterior, beside, unknown.component, unknown.fixed["acts_on"])
+    return [] if law is None else _terms(law, unknown.odds)
+
+
+def law_of(posterior: Posterior, beside: Beside, component: str, acts_on: str) -> LearnedLaw | None:
+    """Return the law of an error of a component that is left beside the members of a set, or None.
+
+    Args:
+        posterior: Of the candidates.
+        beside: What is left.
+        component: Component that has the error.
+        acts_on: Quantity that the error changes, as in an effect `law`.
+    """
+    return learn(
+        *observed(posterior, beside, component, acts_on),
+        beside.residual,
+        posterior.fold,
+        component=component,
+        acts_on=acts_on,
+        scale=sizes_of(component, acts_on),
+    )
+
+
+def observed(
+    posterior: Posterior, beside: Beside, component: str, acts_on: str
+) -> tuple[dict[str, Array], Callable[[Array], Array]]:
+    """Return what an error of a component may depend on, and what it would add to the rows.
+
+    Args:
+        posterior: Of the candidates.
+        beside: What is left.
+        component: Component that has the error.
+        acts_on: Quantity that the error changes, as in an effect `law`.
+
+    Returns:
+        Variables of the drive by name, each of shape `(N,)`, and the function from error series `(N, B)` to
+        whitened rows `(V, B)`.
+    """
     regression = posterior.regression
-    names = list(known(unknown.component, trucks=len(regression.windows[0].signals.trucks)))
-    motions = [
-        Motion(windows.signals.block, unknown.component).values(names) for windows in regression.windows
-    ]
+    names = list(known(component, trucks=len(regression.windows[0].signals.trucks)))
+    motions = [Motion(windows.signals.block, component).values(names) for windows in regression.windows]
     variables = {name: np.concatenate([motion[name] for motion in motions]) for name in names}
     variables = {name: values for name, values in variables.items() if np.all(np.isfinite(values))}
-    scale = sizes_of(unknown.component, acts_on)
+    scale = sizes_of(component, acts_on)
     edges = np.cumsum([len(windows.signals.block) for windows in regression.windows])[:-1]
 
     def columns(series: Array) -> Array:
         raw = []
         for windows, own in zip(regression.windows, np.split(series, edges), strict=True):
             error = next(
-                error
-                for error in errors(windows)
-                if (error.component, error.acts_on) == (unknown.component, acts_on)
+                error for error in errors(windows) if (error.component, error.acts_on) == (component, acts_on)
             )
             pairs = [error.build(values / scale) for values in own.T]
             raw.append(
@@ -81,16 +116,7 @@ def learned(posterior: Posterior, beside: Beside, unknown: Term) -> list[LawTerm
             )
         return beside.free(regression.whitened(raw))
 
-    law = learn(
-        variables,
-        columns,
-        beside.residual,
-        posterior.fold,
-        component=unknown.component,
-        acts_on=acts_on,
-        scale=scale,
-    )
-    return [] if law is None else _terms(law, unknown.odds)
+    return variables, columns
 
 
 def _terms(law: LearnedLaw, odds: float) -> list[LawTerm]:
