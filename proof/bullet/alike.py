@@ -35,11 +35,12 @@ EVERYDAY = ("lateral_slip", "traction_slip", "turn_scrub", "wheelbase")
 
 def alike(
     change: Array, effect: str, component: str, more: Mapping[str, Any], healthy: Drive, ruler: Ruler
-) -> list[dict[str, Any]]:
-    """Return the effects that count as right in the place of one, each with what it leaves of the change.
+) -> tuple[bool, list[dict[str, Any]]]:
+    """Return whether an effect's law explains its change, and the effects that count as right in its place.
 
-    An effect with a law is matched by what explains its change as well as its own law does, up to 3 standard
-    deviations; a change without a law by what explains most of it.
+    A law that leaves more than half of the change does not explain it: the effect then is none of the
+    vocabulary, whatever was built in. An effect whose law explains its change is matched by what explains it
+    as well, up to 3 standard deviations; a change without a law by what explains most of it.
 
     Args:
         change: Whitened change `(K,)`.
@@ -52,14 +53,14 @@ def alike(
     moments = "slip_patch" if effect == "unknown" and more.get("intervals") else effect
     columns = rivals(moments, more, [healthy], ruler)
     leaves = {name: left_of(change, own) for name, own in columns.items()}
-    own = leaves.pop((effect, component), 0.0)
-    most = np.hypot(own, SEPARATE)
-    if effect == "unknown":
-        most = max(most, MOST * float(np.linalg.norm(change)))
-    return [
+    half = MOST * float(np.linalg.norm(change))
+    own = leaves.get((effect, component), np.inf)
+    named = own <= max(half, SEPARATE)
+    most = np.hypot(own, SEPARATE) if named else max(half, SEPARATE)
+    return named, [
         {"effect": name, "component": place, "leaves": round(left, 2)}
         for (name, place), left in leaves.items()
-        if left < most
+        if left < most and (name, place) != (effect, component)
     ]
 
 
@@ -80,10 +81,10 @@ def everyday(healthy: Drive, ruler: Ruler, missed: Array) -> list[dict[str, Any]
     ]
     left = left_of(missed, [column for own in columns.values() for column in own])
     if left > CLEAR:
-        trucks = sorted({place[0] for _, place in columns})
+        places = sorted({place for _, place in columns})  # trucks and wheels
         found += [
-            {"effect": name, "component": truck, "explains": round(left, 2)}
-            for truck in trucks
+            {"effect": name, "component": place, "explains": round(left, 2)}
+            for place in places
             for name in ("unknown", "law")
         ]
     return found

@@ -306,11 +306,13 @@ def _label(
     size = fault.measure(alone)
     when = [] if fault.intervals is None else fault.intervals(alone)
     change = ruler.change([case.seen(alone, [fault])])
-    own = label(fault.effect, fault.component, size)
+    own = label(fault.effect, fault.component, size) | {"built": f"{fault.effect} {fault.component}"}
     if fault.effect == "bump":  # when and how much is a matter of the drive that is recorded
-        own = label(fault.effect, fault.component, fault.measure(driven))
+        own |= label(fault.effect, fault.component, fault.measure(driven))
     own["intervals"] = [] if fault.intervals is None else fault.intervals(driven)
     more: Mapping[str, Any] = {**size, "intervals": when} if when else size
-    own["acceptable"] = alike(change, fault.effect, fault.component, more, healthy, ruler)
+    named, own["acceptable"] = alike(change, fault.effect, fault.component, more, healthy, ruler)
+    if not named and fault.effect != "unknown":
+        own |= {"effect": "unknown", "component": fault.component[0], "parameters": {}}
     own["sigmas_above_noise"] = round(float(np.linalg.norm(change)), 2)
     return own

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-OILY = (0.1, 0.2)  # share of its grip that a tyre keeps on oil
+OILY = (0.02, 0.05)  # share of its grip that a tyre keeps on oil
 LOADED = (0.5, 1.0)  # mass of a payload over that of the Husky's body, 33 kg; R2D2's is about the same
-BOXES = 4  # on the floor
+BOXES, HEIGHTS = 4, (0.05, 0.09)  # on the floor; their heights over the radius of the wheel
 
 
 def wheel_diameter(at: Setting) -> Fault:
@@ -155,7 +155,7 @@ def tyre_loses_air(at: Setting) -> Fault:
 def bump(at: Setting) -> Fault:
     """Return boxes on the path of a wheel."""
     wheel = at.wheel()
-    height = at.chance.uniform(0.02, 0.04) * at.chassis.wheels[wheel].radius ** 0.5 * 0.3
+    height = at.chance.uniform(*HEIGHTS) * at.chassis.wheels[wheel].radius
     boxes = tuple(
         Box(wheel, (x, y), heading, (at.chance.uniform(0.01, 0.04), 0.12, height))
         for x, y, heading in _places(at, wheel, BOXES)

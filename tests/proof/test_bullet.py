@@ -10,12 +10,17 @@ pytest.importorskip("pybullet", reason="pybullet is not installed: the extra `bu
 
 from omnimate.logs.folder import load_recording
 from omnimate.proof.bullet import cases, faults
+from omnimate.proof.bullet.alike import alike
 from omnimate.proof.bullet.chassis import ROBOTS
 from omnimate.proof.bullet.drive import Course, TippedError, drive
 from omnimate.proof.bullet.floor import CELL, Floor
 from omnimate.proof.bullet.setting import Setting, with_treads
 from omnimate.proof.drives import commands
+from omnimate.proof.strength.bound import Noise, Ruler
+from omnimate.proof.strength.laws import altered
+from omnimate.proof.strength.residual import residual
 from omnimate.proof.true_motion import Nominal, calibrate, residuals
+from omnimate.proof.writing import Measuring
 
 PLANE = Floor(0.0)
 BENDS = [("none", [(0.3, 0.0, 3.0), (0.3, 0.5, 3.0), (0.3, -0.4, 3.0)])]
@@ -117,6 +122,21 @@ def test_a_floor_is_as_rough_as_it_says():
 @pytest.fixture
 def short(monkeypatch):
     monkeypatch.setattr(cases, "DURATIONS", (8.0, 25.0))
+
+
+def test_a_change_that_the_law_of_its_fault_does_not_explain_has_no_name(short):
+    case = cases._case(np.random.default_rng(2), "tug", 1, 1)
+    case = replace(case, measuring=Measuring((0.001, 0.001, 0.001), 0.1, both=False))
+    healthy = case.seen(case.setting.healthy, [])
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, residual(healthy)["a"].shape)
+    ruler = Ruler(Noise.of([{"a": noise}]), (residual(healthy),))
+    change = ruler.change([altered(healthy, "wheel_diameter", "a.left", {"ratio": 1.05})])
+    named, others = alike(change, "wheel_diameter", "a.left", {"ratio": 1.05}, healthy, ruler)
+    assert named
+    assert ("wheel_misalignment", "a") not in {(each["effect"], each["component"]) for each in others}
+    named, others = alike(change, "wheel_misalignment", "a", {"angle": 0.01}, healthy, ruler)
+    assert not named
+    assert ("wheel_diameter", "a.left") in {(each["effect"], each["component"]) for each in others}
 
 
 @pytest.mark.parametrize("number", [2])
