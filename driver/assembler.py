@@ -42,6 +42,7 @@ class Assembler:
         pdos: Expected PDOs by COB-ID.
         is_open: Whether a SYNC has been sent and its sample is not closed.
         started: Time of the first SYNC [s]; None before it.
+        is_synchronous: Whether PDOs answer SYNC; otherwise each is current when it comes, and none is late.
     """
 
     def __init__(
@@ -56,7 +57,7 @@ class Assembler:
         for encoder in vehicle.encoders:
             self.counts.setdefault(encoder.node, NodeCounts())
         self.pdos = expected_pdos(vehicle, self.counts)
-        self.is_open = False
+        self.is_open, self.is_synchronous = False, True
         self.started: float | None = None
         self._index, self._time, self._arrived = 0, 0.0, math.nan
         width = len(vehicle.channels)
@@ -64,6 +65,7 @@ class Assembler:
         self._bridges = Bridges(vehicle)
         self._gap_log = GapLog(vehicle.channels)
         self._silent: set[int] = set()
+        self._long = max(SILENT_AFTER, round(SILENT_TIME / vehicle.bus.sync_period))  # SYNCs
         self._absent = (math.nan,) * width
         self._nothing = (False,) * width
         # COB-IDs: PDOs that answer reliably are waited for at length, unreliable ones only for a short time.
@@ -264,15 +266,19 @@ class Assembler:
             self._counters[field.column].step(None)
         if not pdo.heard:
             pdo.counts.missing += 1
-            pdo.owed.close(0, math.nan)
+            if self.is_synchronous:
+                pdo.owed.close(0, math.nan)
         pdo.misses += 1
         self._mark_unreliable(pdo)
         if pdo.misses >= SILENT_AFTER and not pdo.heard:
             self._unreliable.discard(pdo.cob_id)
-        if pdo.misses == SILENT_AFTER:
+        if pdo.misses == SILENT_AFTER and self.is_synchronous:
             names = ", ".join(pdo.channels)
             self.events.add(self._time, pdo.node, f"{names}: no valid answer to SYNC")
-        if pdo.misses % max(SILENT_AFTER, round(SILENT_TIME / self.vehicle.bus.sync_period)) == 0:
+        if (
+            self.is_synchronous
+            and pdo.misses % max(SILENT_AFTER, round(SILENT_TIME / self.vehicle.bus.sync_period)) == 0
+        ):
             self._silent.add(pdo.node)
 
     def _mark_unreliable(self, pdo: ExpectedPdo) -> None:
@@ -287,7 +293,7 @@ class Assembler:
         if pdo.answers >= TRUSTED_AFTER:
             self._unreliable.discard(pdo.cob_id)
             self._reliable.add(pdo.cob_id)
-        if pdo.misses >= SILENT_AFTER:
+        if pdo.misses >= SILENT_AFTER and self.is_synchronous:
             names = ", ".join(pdo.channels)
             self.events.add(self._time, pdo.node, f"{names}: answers SYNC again after {pdo.misses} without")
         pdo.misses = 0

@@ -279,7 +279,7 @@ class EdsError(DriverError):
 
 
 class NoSync(DriverError):  # noqa: N818  # named after what it says
-    """No SYNC on a bus that is only listened to.
+    """Neither SYNC nor a PDO of the vehicle on a bus that is only listened to.
 
     Attributes:
         waited: Time that was waited for the first SYNC [s].
@@ -287,7 +287,7 @@ class NoSync(DriverError):  # noqa: N818  # named after what it says
 
     def __init__(self, waited: float) -> None:
         super().__init__(
-            f"no SYNC (COB-ID 080h) within {waited:g} s; "
+            f"no SYNC (COB-ID 080h) and no PDO of this vehicle within {waited:g} s; "
             "expected a master or a replay on this bus: start it, or let the driver produce SYNC itself"
         )
         self.waited = waited

@@ -1,4 +1,8 @@
-"""Listens to a bus on which another master or a replay produces SYNC. Sends nothing."""
+"""Listens to a bus on which another master or a replay produces SYNC, or on which encoders need none.
+
+Nothing is sent. As in a log (`omnimate.logs.assemble`), a sample begins with SYNC; where there is none, with
+the PDO of the vehicle that came first.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +28,9 @@ if TYPE_CHECKING:
 
 NMT_ID, SDO_REQUEST, HEARTBEAT = 0x000, 0x600, 0x700
 NMT_START = b"\x01"
+SYNC_WAIT = (
+    1.0  # [s] after the first PDO in which SYNC must come; masters produce it ten times a second or more
+)
 
 
 class PassiveReader:
@@ -64,6 +71,8 @@ class PassiveReader:
         for node in nodes:
             self._monitor.supervision.started(node, None)
         self._syncs = 0
+        self._opener: int | None = None  # COB-ID of what begins a sample
+        self._first: tuple[int, float] | None = None  # COB-ID of the first PDO, and when it came
 
     def __enter__(self) -> Self:
         return self
@@ -74,31 +83,59 @@ class PassiveReader:
     def samples(self, idle: float = 2.0, patience: float = 30.0) -> Iterator[Sample]:
         """Yield a sample per SYNC, each when the next SYNC shows that it is over.
 
+        Without SYNC within `SYNC_WAIT` after the first PDO, that PDO takes its place.
+
         Args:
             idle: Time without a SYNC after which the source counts as ended [s].
-            patience: Time in which the first SYNC must come [s].
+            patience: Time in which the first SYNC or PDO must come, and after which a bus without SYNC on
+                which nothing is sent counts as ended [s].
 
         Raises:
-            NoSync: There was no SYNC at all.
+            NoSync: There was neither SYNC nor a PDO of the vehicle.
             BusError: The interface failed.
         """
-        assembler, heard = self._monitor.assembler, time.monotonic()
-        while time.monotonic() - heard < (idle if self._syncs else patience):
-            message = self._receive(idle)
-            if message is None:
-                continue
-            if message.arbitration_id == SYNC_ID and not message.is_extended_id:
+        assembler = self._monitor.assembler
+        for message, arrival, now in self._frames(idle, patience):
+            if _identifier(message) == self._opener:
                 if assembler.is_open:
                     yield self._close()
-                heard = time.monotonic()
-                self._begin()
-            else:
-                if message.arbitration_id == NMT_ID and bytes(message.data[:1]) == NMT_START:
-                    self._monitor.assembler.node_started(message.data[1] if len(message.data) == 2 else 0)
-                self._monitor.take(message, self._network.arrival)
+                self._begin(now, arrival)
+                if self._opener == SYNC_ID:
+                    continue
+            if message.arbitration_id == NMT_ID and bytes(message.data[:1]) == NMT_START:
+                assembler.node_started(message.data[1] if len(message.data) == 2 else 0)
+            self._monitor.take(message, arrival)
         if not self._syncs:
             raise NoSync(patience)
         yield self._close()
+
+    def _frames(self, idle: float, patience: float) -> Iterator[tuple[can.Message, float, float]]:
+        """Yield frames with monotonic and recorded time, as soon as it is known what opens a sample."""
+        early: list[tuple[can.Message, float, float]] = []
+        heard = time.monotonic()
+        while time.monotonic() - heard < (idle if self._opener == SYNC_ID else patience):
+            message = self._receive(min(idle, SYNC_WAIT))
+            identifier = None if message is None else _identifier(message)
+            if message is not None:
+                early.append((message, self._network.arrival, self._clock.now()))
+            if self._opener is None:
+                self._opener = self._find_opener(identifier)
+            if self._opener is not None:
+                if identifier == SYNC_ID or (message is not None and self._opener != SYNC_ID):
+                    heard = time.monotonic()
+                yield from early
+                early.clear()
+
+    def _find_opener(self, identifier: int | None) -> int | None:
+        """Return SYNC where it comes, else the vehicle's first PDO once `SYNC_WAIT` has passed since then."""
+        if identifier == SYNC_ID:
+            return SYNC_ID
+        if self._first is None and identifier in self._monitor.assembler.pdos:
+            self._first = (identifier, time.monotonic())
+        if self._first is None or time.monotonic() - self._first[1] < SYNC_WAIT:
+            return None
+        self._monitor.assembler.is_synchronous = False
+        return self._first[0]
 
     def report(self) -> DriverReport:
         """Return what has been heard so far."""
@@ -115,9 +152,8 @@ class PassiveReader:
         except BusLost as lost:
             raise BusError(self._url or "bus", str(lost)) from lost
 
-    def _begin(self) -> None:
-        now = self._clock.now()
-        self._monitor.assembler.begin(self._syncs, now, self._network.arrival)
+    def _begin(self, now: float, arrival: float) -> None:
+        self._monitor.assembler.begin(self._syncs, now, arrival)
         self._monitor.synced(now)
         self._monitor.check(now)
         self._syncs += 1
@@ -130,3 +166,9 @@ class PassiveReader:
             if self._monitor.assembler.never_answered(node):
                 self._monitor.trouble("has never answered SYNC: check that it is there and started", node)
         return sample
+
+
+def _identifier(message: can.Message) -> int | None:
+    """Return the identifier of a classic data frame of 11 bits, None for any other."""
+    is_other = message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd
+    return None if is_other else message.arbitration_id

@@ -91,12 +91,14 @@ class _Log:
         classes: Class of each frame as an index into `CLASSES`, shape `(F,)`.
         opens: Whether a frame opens a sample, shape `(F,)`.
         owner: Sample that each frame belongs to, shape `(F,)`; -1 before the first.
+        has_sync: Whether PDOs answer SYNC; otherwise each is current when it comes, and none is late.
     """
 
     frames: Frames
     classes: NDArray[np.uint8]
     opens: NDArray[np.bool_]
     owner: Rows
+    has_sync: bool = True
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -199,7 +201,7 @@ def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> tuple[_Log,
             )
         opener = int(frames.can_id[first[0]])
         opens = (frames.can_id == opener) & is_class(classes, "PDO")
-    return _Log(frames, classes, opens, np.cumsum(opens) - 1), opener
+    return _Log(frames, classes, opens, np.cumsum(opens) - 1, opener == SYNC_ID), opener
 
 
 def _answers(log: _Log, encoders: list[Encoder], period: float) -> _Answers:
@@ -215,7 +217,7 @@ def _answers(log: _Log, encoders: list[Encoder], period: float) -> _Answers:
     latency = np.append(log.frames.time[good] - log.time[owner], np.nan)  # the last one stands for none
     first = latency[np.where(tally > 0, begin, -1)]
     last = latency[np.where(tally > 0, begin + tally - 1, -1)]
-    places = current(tally, first, last, period)
+    places = current(tally, first, last, period) if log.has_sync else np.where(tally > 0, 0, -1)
     samples = np.flatnonzero(places >= 0)
     used = good[(begin + places)[samples]]
     restarts, number = _restarts(log, used, samples, node)

@@ -84,8 +84,8 @@ def test_a_boot_up_in_a_replay_rebases_the_wheel(kit, replay):
     assert samples[1].counts == (5000, 5000)
 
 
-def test_a_bus_without_sync_is_an_error(kit, replay):
-    reader = PassiveReader(kit.one_truck(), replay([kit.frame(0x181, bytes(4))]))
+def test_a_bus_without_sync_and_without_a_pdo_of_the_vehicle_is_an_error(kit, replay):
+    reader = PassiveReader(kit.one_truck(), replay([kit.frame(0x1FF, bytes(4))]))
     with pytest.raises(NoSync, match="no SYNC"):
         list(reader.samples(idle=1.0))
 

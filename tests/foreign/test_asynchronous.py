@@ -1,0 +1,75 @@
+"""Encoders that send by themselves (transmission types 254 and 255), without SYNC: live as in a recording."""
+
+from __future__ import annotations
+
+import pytest
+
+from omnimate.driver import passive as module
+from omnimate.driver.errors import NoSync
+from omnimate.driver.passive import PassiveReader
+from omnimate.driver.recorder import Recorder
+from omnimate.logs.folder import load_recording, read_recording
+from omnimate.vehicle.file import save_vehicle
+from omnimate.vehicle.odometry import Odometer
+from tests.cli.conftest import omnimate
+from tests.foreign.devices import OPERATIONAL, ForeignEncoder
+from tests.foreign.robots import devices, two_trucks
+from tests.foreign.test_restarts import rolling
+
+__all__ = ["omnimate"]
+
+
+def free_running(bench, kind=254):
+    """Return a bus on which encoders send at every change, and roll from 1.5 s on for three seconds."""
+    nodes = [ForeignEncoder(node.id, kind) if node.id <= 7 else node for node in devices()]
+    for node in nodes:
+        node.state = OPERATIONAL
+    bus = bench(nodes)
+    bus.at(1.5, lambda: rolling(bus))
+    bus.at(4.5, lambda: rolling(bus, -0.3))  # stands: both speeds add up to nothing
+    return bus
+
+
+@pytest.mark.parametrize("kind", [254, 255])
+def test_encoders_without_sync_give_live_what_their_recording_gives(bench, tmp_path, kind):
+    bus = free_running(bench, kind)
+    with Recorder(tmp_path / "lap", two_trucks()) as recorder:
+        samples = list(PassiveReader(two_trucks(), bus, recorder=recorder).samples(idle=1.0, patience=3.0))
+    assert bus.sent == []
+    read = read_recording(tmp_path / "lap")
+    recording = read.recording
+    assert read.assembly.opened_by == 0x181
+    assert recording.counts.tolist() == [list(sample.counts) for sample in samples]
+    assert recording.present.tolist() == [list(sample.present) for sample in samples]
+    assert recording.time == pytest.approx([sample.time for sample in samples], abs=1e-5)
+    odometer = Odometer(two_trucks(), "a")
+    x, _, heading = [odometer.step(sample) for sample in samples][-1]
+    assert x == pytest.approx(0.9, abs=0.01)
+    assert heading == pytest.approx(0.0, abs=0.01)
+
+
+def test_sync_that_comes_within_a_second_opens_the_samples(bench):
+    bus = free_running(bench)
+    for number in range(50):
+        bus.at(0.9 + 0.015 * number, lambda: bus.inject(0x080, b""))
+    samples = list(PassiveReader(two_trucks(), bus).samples(idle=1.0))
+    assert len(samples) == 50
+
+
+def test_record_listen_only_takes_such_a_bus(bench, monkeypatch, omnimate, tmp_path):
+    bus = free_running(bench)
+    monkeypatch.setattr(module, "open_bus", lambda *_arguments: bus)
+    monkeypatch.setattr(bus, "shutdown", lambda: None)
+    save_vehicle(two_trucks(), tmp_path / "vehicle.toml")
+    options = ("--vehicle", tmp_path / "vehicle.toml", "--listen-only", "--seconds", "2")
+    result = omnimate("record", tmp_path / "lap", "--bus", "virtual://robot", *options)
+    assert result.code == 0, result.err
+    assert load_recording(tmp_path / "lap").counts[-1][0] > 0
+    assert bus.sent == []
+
+
+def test_heartbeats_alone_are_no_source(bench):
+    bus = bench(devices())
+    bus.nodes[1].put(0x1017, 0, 100)
+    with pytest.raises(NoSync):
+        list(PassiveReader(two_trucks(), bus).samples(idle=1.0, patience=2.0))
