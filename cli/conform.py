@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import err, out
-from omnimate.cli.errors import CallError
 
 if TYPE_CHECKING:
     from omnimate.driver.conformance.run import Result
@@ -42,14 +41,13 @@ def conform(
     from omnimate.driver.bus import open_bus
     from omnimate.driver.conformance.probe import Probe
     from omnimate.driver.conformance.run import conform as run
+    from omnimate.driver.node_access import refuse_beside_a_master
 
     results = []
     with open_bus(bus) as opened:
         probe = Probe(opened, node, timeout)
-        if not force and probe.heard(0x080, 0.3):
-            raise CallError(
-                f"{bus}: another master sends SYNC; stop it, so that no robot drives, or add --force"
-            )
+        if not force:
+            refuse_beside_a_master(opened, bus)
         for result in run(probe, most.value):
             results.append(result)
             if not as_json:

@@ -56,6 +56,16 @@ VERBS = {
         "omnimate.cli.dump:dump",
         "Print the frames of a log or of a live bus, all or those that are asked for.",
     ),
+    "sdo": Verb("omnimate.cli.objects:sdo", "Read or write one object of a node by SDO."),
+    "od": Verb(
+        "omnimate.cli.objects:od",
+        "Read all objects of a node, those of its EDS or else those of the profiles, and print them.",
+    ),
+    "nmt": Verb(
+        "omnimate.cli.nodes:nmt",
+        "Send an NMT command, and print the states that heartbeats and boot-ups then say.",
+    ),
+    "lss": Verb("omnimate.cli.nodes:lss", "Find devices without a node id, and give them one (CiA 305)."),
     "conform": Verb(
         "omnimate.cli.conform:conform",
         "Check a device against CiA 301, 305, 402 and 406, and say what it does not do. It must not drive.",

@@ -42,6 +42,13 @@ ARRAYS: Mapping[int, tuple[str, int]] = {
     0x6020: ("Position value for multi-sensor devices", INTEGER32),
     **{base + n: ("PDO mapping", UNSIGNED32) for base in (0x1600, 0x1A00) for n in PDO_NUMBERS},
 }
+# Entries by name, where there are several; the last two bits of a PDO's index are its number.
+ENTRIES: Mapping[int, tuple[str, ...]] = {
+    0x1018: ("Vendor-ID", "Product code", "Revision number", "Serial number"),
+    0x6020: tuple(f"Position {number}" for number in range(1, 5)),
+    0x1600: tuple(f"Object {number}" for number in range(1, 9)),
+    0x1A00: tuple(f"Object {number}" for number in range(1, 9)),
+}
 PDO_RECORD = {1: UNSIGNED32, 2: UNSIGNED8, 3: UNSIGNED16, 5: UNSIGNED16}
 
 
@@ -53,7 +60,8 @@ def standard_dictionary() -> ObjectDictionary:
     for index, (name, data_type) in ARRAYS.items():
         array = ODArray(f"{name} {index:04X}h", index)
         array.add_member(_variable("Highest sub-index", index, 0, UNSIGNED8))
-        array.add_member(_variable("Entry", index, 1, data_type))
+        for subindex, entry in enumerate(ENTRIES.get(index & 0xFFFC, ("Entry",)), start=1):
+            array.add_member(_variable(entry, index, subindex, data_type))
         dictionary.add_object(array)
     for index in (base + n for base in (0x1400, 0x1800) for n in PDO_NUMBERS):
         record = ODRecord(f"PDO communication {index:04X}h", index)

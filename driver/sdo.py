@@ -72,6 +72,14 @@ class Sdo:
         """
         return int.from_bytes(self._transfer(index, subindex, None), "little")
 
+    def read_bytes(self, index: int, subindex: int = 0) -> bytes:
+        """Return all bytes of an object, in the size that the device gives it; errors as of `read`."""
+        return self._transfer(index, subindex, None, whole=True)
+
+    def write_bytes(self, index: int, subindex: int, data: bytes) -> None:
+        """Write an object's bytes as they are; errors as of `write`."""
+        self._transfer(index, subindex, data)
+
     def find(self, index: int, subindex: int = 0) -> int | None:
         """Return an object as an unsigned number, or None where the device refuses to show one.
 

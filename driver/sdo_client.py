@@ -35,6 +35,7 @@ class PumpedSdoClient(SdoClient):
         pump: Reads and handles one frame, waiting for it at most so many seconds.
 
     Attributes:
+        most_responses: How many answers are accepted in one transfer.
         responses_left: How many answers are still accepted in the current transfer.
         object: Index and sub-index of the current transfer as they stand in a frame, 3 bytes.
         second_answers: Answers to requests that had been answered, since the last `count_anew`.
@@ -47,7 +48,7 @@ class PumpedSdoClient(SdoClient):
         self.network = network
         self._pump = pump
         self._thread = threading.get_ident()
-        self.responses_left = MAX_RESPONSES
+        self.most_responses = self.responses_left = MAX_RESPONSES
         self.object = b""
         self._not_awaited = DOWNLOADED
         self.second_answers = 0
@@ -62,8 +63,8 @@ class PumpedSdoClient(SdoClient):
             objects.clear()
 
     def begin(self, index: int, subindex: int, *, is_write: bool = False) -> None:
-        """Expect answers about one object from now on, at most `MAX_RESPONSES`."""
-        self.responses_left = MAX_RESPONSES
+        """Expect answers about one object from now on, at most `most_responses`."""
+        self.responses_left = self.most_responses
         self.object = index.to_bytes(2, "little") + bytes((subindex,))
         self._not_awaited = UPLOADED if is_write else DOWNLOADED
         if self.object in self._asked:

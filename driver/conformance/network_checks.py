@@ -15,6 +15,7 @@ from omnimate.driver.conformance.probe import (
     expect,
     expect_code,
 )
+from omnimate.driver.lss import NO_ID, LssMaster
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 PERIOD = 0.1  # [s] of the heartbeat in the checks
 STATES = {START: 0x05, STOP: 0x04, PRE_OPERATIONAL: 0x7F}
 VALUE, STATE, SIGNATURE = 0x06090030, 0x08000022, (0x08000020, 0x08000021, 0x08000022, 0x06090030)
-LSS_MASTER, LSS_SLAVE = 0x7E5, 0x7E4
-LSS_SILENCE = 0.04  # [s] after which no answer comes to a question of fastscan
 
 
 def device_type(probe: Probe) -> None:
@@ -250,74 +249,41 @@ def store_and_restore(probe: Probe) -> None:
 
 def lss_selective(probe: Probe) -> None:
     """LSS switches the node with its identity to configuration, where it tells its node id."""
-    _select(probe)
+    master = _selected(probe)
     try:
-        answer = _lss(probe, b"\x5e")
-        expect(answer is not None and answer[1] == probe.node, f"inquire node id: {answer!r}")
-        for number, subindex in ((0x5A, 1), (0x5B, 2), (0x5C, 3), (0x5D, 4)):
-            answer = _lss(probe, bytes([number]))
-            value = int.from_bytes((answer or bytes(5))[1:5], "little")
-            expect(value == probe.need(0x1018, subindex), f"inquire 1018h:{subindex:02X}: {value:X}h")
+        expect(master.node_id() == probe.node, f"it tells node id {master.node_id()}")
+        identity_there = tuple(probe.need(0x1018, subindex) for subindex in (1, 2, 3, 4))
+        expect(
+            master.identity() == identity_there, f"it tells {master.identity()}; 1018h is {identity_there}"
+        )
     finally:
-        probe.send(LSS_MASTER, b"\x04\x00".ljust(8, b"\0"))
+        master.leave()
 
 
 def lss_fastscan(probe: Probe) -> None:
     """A node without an id is found by fastscan, gets its id back, and boots."""
-    wanted = [probe.need(0x1018, subindex) for subindex in (1, 2, 3, 4)]
-    _select(probe)
-    _configure_id(probe, 0xFF)
-    probe.send(LSS_MASTER, b"\x04\x00".ljust(8, b"\0"))
+    wanted = tuple(probe.need(0x1018, subindex) for subindex in (1, 2, 3, 4))
+    master = _selected(probe)
+    expect(master.configure_id(NO_ID), "it does not give its node id up")
+    master.leave()
     probe.send(0x000, bytes([RESET_COMMUNICATION, probe.node]))
     probe.listen(PERIOD)
-    found = _fastscan(probe)
+    found = master.fastscan()
     if found is not None:
-        _configure_id(probe, probe.node)
-        probe.send(LSS_MASTER, b"\x04\x00".ljust(8, b"\0"))
+        expect(master.configure_id(probe.node), f"it does not take the node id {probe.node}")
+        probe.drain()
+        master.leave()
         boot = probe.await_frame(0x700 + probe.node)
         expect(boot is not None and boot.data == b"\0", "no boot-up after the node id was set")
     expect(found == wanted, f"fastscan found {found}; expected {wanted}")
 
 
-def _fastscan(probe: Probe) -> list[int] | None:
-    """Return the identity of the one node without an id, None where none answers (CiA 305, 6.7)."""
-    if _lss(probe, b"\x51" + bytes(4) + b"\x80\x00\x00") is None:
-        return None
-    found = []
-    for sub in range(4):
-        value = 0
-        for bit in range(31, -1, -1):
-            asked = b"\x51" + value.to_bytes(4, "little") + bytes([bit, sub, sub])
-            value |= (_lss(probe, asked, LSS_SILENCE) is None) << bit
-        confirmed = b"\x51" + value.to_bytes(4, "little") + bytes([0, sub, (sub + 1) % 4])
-        if _lss(probe, confirmed) is None:
-            return None
-        found.append(value)
-    return found
-
-
-def _select(probe: Probe) -> None:
+def _selected(probe: Probe) -> LssMaster:
     """Switch the node to LSS configuration by its identity; raise AbsentError where it has no LSS."""
-    identity_values = [probe.find(0x1018, subindex) or 0 for subindex in (1, 2, 3, 4)]
-    probe.send(LSS_MASTER, b"\x04\x00".ljust(8, b"\0"))
-    for command, value in zip((0x40, 0x41, 0x42), identity_values, strict=False):
-        probe.send(LSS_MASTER, bytes([command]) + value.to_bytes(4, "little") + bytes(3))
-    answer = _lss(probe, b"\x43" + identity_values[3].to_bytes(4, "little"))
-    if answer is None:
+    master = LssMaster(probe)
+    if not master.select([probe.find(0x1018, subindex) or 0 for subindex in (1, 2, 3, 4)]):
         raise AbsentError("no LSS: the node does not answer to its identity")
-    expect(answer[0] == 0x44, f"answer {answer[0]:02X}h; expected 44h")
-
-
-def _configure_id(probe: Probe, node: int) -> None:
-    answer = _lss(probe, bytes([0x11, node]))
-    expect(answer is not None and answer[:2] == b"\x11\x00", f"configure node id {node}: {answer!r}")
-
-
-def _lss(probe: Probe, request: bytes, seconds: float | None = None) -> bytes | None:
-    probe.listen(0.0)
-    probe.send(LSS_MASTER, request.ljust(8, b"\0"))
-    reply = probe.await_frame(LSS_SLAVE, seconds)
-    return None if reply is None else reply.data
+    return master
 
 
 def _begin_heartbeat(probe: Probe) -> None:

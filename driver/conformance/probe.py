@@ -60,7 +60,7 @@ class Probe:
         bus: Bus to send to and to receive from.
         node: CANopen node id.
         timeout: Time in which an answer must come [s].
-        clock: Monotonic time [s].
+        clock: Monotonic time [s]; that of the host where it is None.
 
     Attributes:
         node: CANopen node id.
@@ -68,10 +68,10 @@ class Probe:
     """
 
     def __init__(
-        self, bus: can.BusABC, node: int, timeout: float = 0.5, clock: Callable[[], float] = time.monotonic
+        self, bus: can.BusABC, node: int, timeout: float = 0.5, clock: Callable[[], float] | None = None
     ) -> None:
         self.node, self.timeout = node, timeout
-        self._bus, self._clock = bus, clock
+        self._bus, self._clock = bus, clock or time.monotonic
 
     def send(self, can_id: int, data: bytes = b"", *, remote: bool = False) -> None:
         """Send a frame; a remote one asks for one byte.
@@ -106,6 +106,10 @@ class Probe:
                     return replies
             if self._clock() >= end:
                 return replies
+
+    def drain(self) -> None:
+        """Forget what has come."""
+        self.listen(0.0)
 
     def heard(self, can_id: int, seconds: float) -> list[Reply]:
         """Return the frames of one identifier that come in so many seconds."""

@@ -2,10 +2,13 @@
 
 import os
 import sys
+from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
 
+from docs.generate.conformance import BenchBus
 from omnimate.cli.main import main
 
 
@@ -30,3 +33,24 @@ def omnimate(capsys, monkeypatch):
         return Result(code, *capsys.readouterr())
 
     return run
+
+
+@pytest.fixture
+def on_bench(monkeypatch):
+    """Return a function by which the verbs open a bus with these devices, on which some frames wait."""
+
+    def use(kind, frames=()):
+        bus = BenchBus(kind)
+        bus._waiting.extend(frames)
+
+        @contextmanager
+        def opened(_url):
+            yield bus
+
+        monkeypatch.setattr("omnimate.driver.bus.open_bus", opened)
+        monkeypatch.setattr("omnimate.driver.node_access.open_bus", opened)
+        for module in ("node_access", "sdo_client", "conformance.probe"):  # time passes on the bench alone
+            monkeypatch.setattr(f"omnimate.driver.{module}.time", SimpleNamespace(monotonic=lambda: bus.time))
+        return bus
+
+    return use

@@ -1,43 +1,23 @@
 """`omnimate conform`: what a device does not do is told, and the exit code says whether there is anything."""
 
 import json
-from contextlib import contextmanager
 
-import pytest
-
-from docs.generate.conformance import BenchBus, Local, Simulated, frame
+from docs.generate.conformance import Local, Simulated, frame
 from omnimate.vcan_sim.reference import reference_vehicle
 
 NODE = reference_vehicle().encoders[0].node
 
 
-@pytest.fixture
-def on(monkeypatch):
-    """Have the verb open a bus with these devices."""
-
-    def use(kind, frames=()):
-        bus = BenchBus(kind)
-        bus._waiting.extend(frames)
-
-        @contextmanager
-        def opened(_url):
-            yield bus
-
-        monkeypatch.setattr("omnimate.driver.bus.open_bus", opened)
-
-    return use
-
-
-def test_a_device_that_does_all_is_told_line_by_line(omnimate, on):
-    on(Simulated)
+def test_a_device_that_does_all_is_told_line_by_line(omnimate, on_bench):
+    on_bench(Simulated)
     result = omnimate("conform", "--bus", "virtual://x", "--node", NODE, "--most", "reads", "--timeout", 0.02)
     assert result.code == 0
     assert "CiA 301  1018h identity                  passed" in result.out.splitlines()
     assert " 0 failed" in result.err
 
 
-def test_what_a_device_does_not_do_is_told_with_what_was_found(omnimate, on):
-    on(Local)
+def test_what_a_device_does_not_do_is_told_with_what_was_found(omnimate, on_bench):
+    on_bench(Local)
     call = ("conform", "--bus", "virtual://x", "--node", 1, "--most", "reads", "--timeout", 0.02)
     result = omnimate(*call)
     assert result.code == 1
@@ -47,15 +27,15 @@ def test_what_a_device_does_not_do_is_told_with_what_was_found(omnimate, on):
     assert rows[0]["demand"] == "1000h is there, 4 bytes long."
 
 
-def test_on_a_bus_that_another_master_drives_nothing_is_sent_unless_it_is_told_to(omnimate, on):
-    on(Local, [frame(0x080, b"")])
+def test_on_a_bus_that_another_master_drives_nothing_is_sent_unless_it_is_told_to(omnimate, on_bench):
+    on_bench(Local, [frame(0x080, b"")])
     result = omnimate("conform", "--bus", "virtual://x", "--node", 1, "--most", "reads", "--timeout", 0.02)
     assert (result.code, result.out) == (1, "")
     assert "another master sends SYNC" in result.err
 
 
-def test_a_node_that_is_not_there_is_one_sentence(omnimate, on):
-    on(Local)
+def test_a_node_that_is_not_there_is_one_sentence(omnimate, on_bench):
+    on_bench(Local)
     result = omnimate("conform", "--bus", "virtual://x", "--node", 99, "--timeout", 0.02)
     assert (result.code, result.out) == (1, "")
     assert "no answer to SDO about 1000h:00" in result.err

@@ -1,0 +1,130 @@
+"""The LSS master (CiA 305): finds devices without a node id and gives them one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+MASTER, SLAVE = 0x7E5, 0x7E4  # COB-IDs
+NO_ID = 0xFF
+SILENCE = 0.04  # [s] after which no answer comes to a question of fastscan
+BIT_RATES = {1_000_000: 0, 800_000: 1, 500_000: 2, 250_000: 3, 125_000: 4, 50_000: 6, 20_000: 7, 10_000: 8}
+
+Identity = tuple[int, int, int, int]  # vendor, product, revision, serial number: 1018h:1 to :4
+
+
+class _Reply(Protocol):
+    @property
+    def data(self) -> bytes:
+        """Data bytes of the frame."""
+        ...
+
+
+class Frames(Protocol):
+    """Where frames are sent and received."""
+
+    def send(self, can_id: int, data: bytes = b"") -> None:
+        """Send a frame."""
+        ...
+
+    def drain(self) -> None:
+        """Forget what has come."""
+        ...
+
+    def await_frame(self, can_id: int, seconds: float | None = None) -> _Reply | None:
+        """Return the next frame of an identifier, or None where none comes in time."""
+        ...
+
+
+class LssMaster:
+    """The one LSS master of a bus; one request at a time.
+
+    Args:
+        frames: Where frames are sent and received.
+    """
+
+    def __init__(self, frames: Frames) -> None:
+        self._frames = frames
+
+    def ask(self, request: bytes, seconds: float | None = None) -> bytes | None:
+        """Send a request and return the answer of 8 bytes, None where none comes."""
+        self._frames.drain()
+        self.tell(request)
+        reply = self._frames.await_frame(SLAVE, seconds)
+        return None if reply is None else reply.data.ljust(8, b"\0")
+
+    def tell(self, request: bytes) -> None:
+        """Send a request to which there is no answer."""
+        self._frames.send(MASTER, request.ljust(8, b"\0"))
+
+    def leave(self) -> None:
+        """Switch all devices back from configuration; one that got its first id boots."""
+        self.tell(b"\x04\x00")
+
+    def select_all(self) -> None:
+        """Switch all devices to configuration, which is right where there is one alone."""
+        self.tell(b"\x04\x01")
+
+    def select(self, identity: Sequence[int]) -> bool:
+        """Switch the device with an identity to configuration; return whether it answers."""
+        self.leave()
+        for command, value in zip((0x40, 0x41, 0x42), identity, strict=False):
+            self.tell(_number(command, value))
+        answer = self.ask(_number(0x43, identity[3]))
+        return answer is not None and answer[0] == 0x44
+
+    def node_id(self) -> int | None:
+        """Return the node id of the device in configuration (`NO_ID`: none); None where it is silent."""
+        answer = self.ask(b"\x5e")
+        return answer[1] if answer is not None and answer[0] == 0x5E else None
+
+    def identity(self) -> Identity | None:
+        """Return the identity of the device in configuration, None where it does not answer."""
+        found = []
+        for command in (0x5A, 0x5B, 0x5C, 0x5D):
+            answer = self.ask(bytes([command]))
+            if answer is None or answer[0] != command:
+                return None
+            found.append(int.from_bytes(answer[1:5], "little"))
+        return found[0], found[1], found[2], found[3]
+
+    def configure_id(self, node: int) -> bool:
+        """Give the device in configuration a node id for when it leaves; return whether it takes it."""
+        return self._is_done(bytes([0x11, node]))
+
+    def configure_bit_rate(self, bit_rate: int) -> bool:
+        """Give the device in configuration a bit rate of `BIT_RATES`; return whether it takes it."""
+        return self._is_done(bytes([0x13, 0, BIT_RATES[bit_rate]]))
+
+    def store(self) -> bool:
+        """Have the device in configuration keep its node id and bit rate without power."""
+        return self._is_done(b"\x17")
+
+    def _is_done(self, request: bytes) -> bool:
+        answer = self.ask(request)
+        return answer is not None and answer[:2] == bytes([request[0], 0])
+
+    def fastscan(self) -> Identity | None:
+        """Return the identity of a device without a node id, now in configuration; None where there is none.
+
+        The bits of the four numbers are asked for one by one (CiA 305, 6.7); of several devices the one with
+        the most zeros in front is found.
+        """
+        if self.ask(b"\x51" + bytes(4) + b"\x80\x00\x00") is None:
+            return None
+        found = []
+        for number in range(4):
+            value = 0
+            for bit in range(31, -1, -1):
+                asked = _number(0x51, value) + bytes([bit, number, number])
+                value |= (self.ask(asked, SILENCE) is None) << bit
+            if self.ask(_number(0x51, value) + bytes([0, number, (number + 1) % 4])) is None:
+                return None
+            found.append(value)
+        return found[0], found[1], found[2], found[3]
+
+
+def _number(command: int, value: int) -> bytes:
+    return bytes([command]) + value.to_bytes(4, "little")

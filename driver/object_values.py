@@ -1,0 +1,96 @@
+"""Values of objects as people write them: numbers, text and bytes, by the data types of CiA 301."""
+
+from __future__ import annotations
+
+import re
+import struct
+from typing import TYPE_CHECKING
+
+from canopen.objectdictionary import ODVariable
+from canopen.objectdictionary import datatypes as types
+
+from omnimate.driver.errors import DriverError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from canopen.objectdictionary import ObjectDictionary
+
+INTEGERS = {f"{sign}{bits}" for sign in "ui" for bits in (8, 16, 24, 32, 40, 48, 56, 64)}
+FLOATS = {"f32": "<f", "f64": "<d"}
+KINDS = (*sorted(INTEGERS), *FLOATS, "text", "hex")
+_KIND_OF = {
+    types.BOOLEAN: "u8",
+    types.UNSIGNED8: "u8", types.UNSIGNED16: "u16", types.UNSIGNED24: "u24", types.UNSIGNED32: "u32",
+    types.UNSIGNED40: "u40", types.UNSIGNED48: "u48", types.UNSIGNED56: "u56", types.UNSIGNED64: "u64",
+    types.INTEGER8: "i8", types.INTEGER16: "i16", types.INTEGER24: "i24", types.INTEGER32: "i32",
+    types.INTEGER40: "i40", types.INTEGER48: "i48", types.INTEGER56: "i56", types.INTEGER64: "i64",
+    types.REAL32: "f32", types.REAL64: "f64", types.VISIBLE_STRING: "text",
+}  # fmt: skip
+_PLACE = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?::(?:0x)?([0-9A-Fa-f]{1,2})h?)?")
+
+
+class ValueTextError(DriverError):
+    """A value or an object that cannot be understood."""
+
+
+def place_of(text: str, dictionary: ObjectDictionary) -> tuple[int, int]:
+    """Return index and sub-index of `6004`, `6004h`, `0x1018:4`, `1018h:04`, or of an object's name.
+
+    Raises:
+        ValueTextError: It is neither, or no object has this name.
+    """
+    if match := _PLACE.fullmatch(text.strip()):
+        return int(match[1], 16), int(match[2] or "0", 16)
+    for variable in variables_of(dictionary):
+        if text.lower() in {str(variable.qualname).lower(), str(variable.name).lower()}:
+            return variable.index, variable.subindex
+    raise ValueTextError(f"object {text!r}: expected 6004h, 1018h:04, or the name of an object in the EDS")
+
+
+def variables_of(dictionary: ObjectDictionary) -> Iterator[ODVariable]:
+    """Yield every variable of an object dictionary, in the order of index and sub-index."""
+    for _, entry in sorted(dictionary.items()):
+        if isinstance(entry, ODVariable):
+            yield entry
+        else:
+            for _, variable in sorted(entry.subindices.items()):
+                yield variable
+
+
+def kind_of(dictionary: ObjectDictionary, index: int, subindex: int) -> str | None:
+    """Return the kind in `KINDS` that a dictionary gives an object; None where it knows none."""
+    variable = dictionary.get_variable(index, subindex)
+    return None if variable is None else _KIND_OF.get(variable.data_type or 0)
+
+
+def decode(data: bytes, kind: str | None) -> int | float | str:
+    """Return the value of an object's bytes; without a kind, a number of up to 4 bytes, else hexadecimal."""
+    if kind is None:
+        return int.from_bytes(data, "little") if len(data) <= 4 else data.hex(" ").upper()
+    if kind in FLOATS and len(data) == struct.calcsize(FLOATS[kind]):
+        return float(struct.unpack(FLOATS[kind], data)[0])
+    if kind in INTEGERS:
+        return int.from_bytes(data, "little", signed=kind[0] == "i")
+    if kind == "text":
+        return data.split(b"\0")[0].decode("utf-8", "replace")
+    return data.hex(" ").upper()
+
+
+def encode(text: str, kind: str) -> bytes:
+    """Return the bytes of a value that is written as `kind`; integers may be `0x1F` or `1Fh`.
+
+    Raises:
+        ValueTextError: The text is no such value, or does not fit.
+    """
+    try:
+        if kind in FLOATS:
+            return struct.pack(FLOATS[kind], float(text))
+        if kind == "text":
+            return text.encode()
+        if kind == "hex":
+            return bytes.fromhex(text)
+        number = int(text[:-1], 16) if text[-1:] in {"h", "H"} else int(text, 0)
+        return number.to_bytes(int(kind[1:]) // 8, "little", signed=kind[0] == "i")
+    except (ValueError, OverflowError, struct.error) as error:
+        raise ValueTextError(f"value {text!r} is no {kind}: {error}") from error

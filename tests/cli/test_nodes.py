@@ -1,0 +1,73 @@
+"""`omnimate nmt` and `lss` on the simulated devices."""
+
+import json
+
+import pytest
+
+from docs.generate.conformance import Local, Simulated, frame
+from omnimate.vcan_sim.reference import reference_vehicle
+
+BUS = ("--bus", "virtual://x")
+ROBOT = reference_vehicle()
+NODES = sorted({owner.node for owner in (*ROBOT.encoders, *ROBOT.drives)})
+
+
+def identity(bus, node):
+    store = next(device for device in bus._devices._devices if device.node == node).store
+    return [store[0x1018, sub] for sub in (1, 2, 3, 4)]
+
+
+def test_a_reset_ends_with_the_boot_up_of_the_node(omnimate, on_bench):
+    on_bench(Simulated)
+    assert omnimate("nmt", "reset", *BUS, "--node", 1).out == "node 1: boot-up\n"
+    states = json.loads(omnimate("nmt", "reset-communication", *BUS, "--node", "all", "--json").out)
+    assert states == dict.fromkeys(map(str, NODES), "boot-up")
+
+
+@pytest.mark.parametrize(
+    ("command", "state"), [("start", "operational"), ("stop", "stopped"), ("preop", "pre-operational")]
+)
+def test_the_state_is_that_of_the_heartbeat(omnimate, on_bench, command, state):
+    on_bench(Simulated)
+    assert omnimate("nmt", command, *BUS, "--node", 1).out == "sent; no heartbeat within 1.5 s\n"
+    omnimate("nmt", "preop", *BUS, "--node", 1)
+    omnimate("sdo", "write", "1017h", "100", *BUS, "--node", 1)
+    assert omnimate("nmt", command, *BUS, "--node", 1).out == f"node 1: {state}\n"
+
+
+def test_beside_another_master_no_command_is_sent(omnimate, on_bench):
+    on_bench(Local, [frame(0x080, b"")])
+    assert "another master sends SYNC" in omnimate("nmt", "stop", *BUS, "--node", 1).err
+
+
+@pytest.mark.parametrize("node", ["0", "128", "x"])
+def test_a_node_that_cannot_be_is_refused(omnimate, on_bench, node):
+    on_bench(Local)
+    assert "expected 1 to 127, or all" in omnimate("nmt", "stop", *BUS, "--node", node).err
+
+
+def test_a_device_gets_another_id_by_its_identity_and_keeps_it(omnimate, on_bench):
+    bus = on_bench(Simulated)
+    named = ",".join(map(str, identity(bus, 1)))
+    assert omnimate("lss", "id", 99, *BUS, "--identity", named, "--store").code == 0
+    assert omnimate("nmt", "reset", *BUS, "--node", 1).out == "node 99: boot-up\n"
+    assert omnimate("nmt", "reset", *BUS, "--node", 99).out == "node 99: boot-up\n"
+
+
+def test_the_device_without_an_id_is_found_and_gets_one(omnimate, on_bench):
+    bus = on_bench(Simulated)
+    wanted = identity(bus, 2)
+    assert "no device without a node id" in omnimate("lss", "find", *BUS).err
+    device = next(device for device in bus._devices._devices if device.node == 2)
+    device.lss.pending = 0xFF
+    omnimate("nmt", "reset-communication", *BUS, "--node", 2)
+    found = json.loads(omnimate("lss", "find", *BUS, "--json").out)
+    assert list(found.values()) == wanted
+    assert omnimate("lss", "id", 77, *BUS).code == 0
+    assert omnimate("sdo", "read", "1018h:04", *BUS, "--node", 77).code == 0
+
+
+@pytest.mark.parametrize("text", ["1,2,3", "a,b,c,d", ""])
+def test_an_identity_that_cannot_be_is_refused(omnimate, on_bench, text):
+    on_bench(Simulated)
+    assert "expected VENDOR,PRODUCT,REVISION,SERIAL" in omnimate("lss", "id", 5, *BUS, "--identity", text).err
