@@ -154,11 +154,10 @@ class DriveWatch:
                 drive.sent = now
                 self._ask(drive.source.node)
 
-    def pause(self, seconds: float) -> None:
-        """Do not count a time in which the bus was not heard [s] as silence."""
+    def pause(self, now: float) -> None:
+        """Do not count a time until `now` [s] in which the bus was not heard as silence: ask anew."""
         for drive in self._drives.values():
-            drive.seen += seconds
-            drive.asked = None
+            drive.seen, drive.asked = now - STATUS_AGE, None
 
     def _request(self, drive: _Watched, now: float) -> None:
         drive.asked = drive.sent = now

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 SHORT_WAIT = 0.01  # [s] of host time for PDOs that do not answer reliably
 MAX_DRAIN = 20_000  # frames read before a SYNC; more than two seconds of a full 1 Mbit/s bus
 REACTION = 0.01  # [s] between two looks at the drives while nothing comes
+STALL = 0.05  # [s] between two looks after which the host was busy, and nothing says that a node was silent
 FIRST_DELAY, LONGEST_DELAY = 0.1, 5.0  # [s] before a lost bus is opened again
 
 
@@ -87,7 +88,7 @@ class Driver:
         self._encoders = EncoderNodes(vehicle, self._monitor, sdos, self._network.nmt_command)
         self._recovery = Recovery(self._encoders.configure, self._events, inline=self._clock.inline)
         self._wheels = WheelWatch(vehicle)
-        self._patience = patience
+        self._patience, self._looked = patience, self._clock.now()
         self._syncs = 0
 
     @property
@@ -191,6 +192,9 @@ class Driver:
     def _look_after_drives(self) -> None:
         """Stop all wheels where a drive is in trouble."""
         now, troubles = self._clock.now(), self._supervision.troubles
+        if now - self._looked > max(STALL, 2.0 * self.vehicle.bus.sync_period):
+            self._monitor.pause(now - self._looked, now)
+        self._looked = now
         self._monitor.check(now)
         while troubles:
             trouble = troubles.pop(0)
@@ -267,8 +271,7 @@ class Driver:
         self._network.replace_bus(self._reopen(self._url, lost))
         away = self._clock.now() - before
         self._events.add(before + away, None, f"bus opened again after {away:.1f} s")
-        self._supervision.pause(away)
-        self._monitor.watch.pause(away)
+        self._monitor.pause(away, before + away)
         for node in self._encoders.ids:
             self._recovery.request(node, before + away)
         self.drives.halt(Trouble(before + away, None, "the bus was lost, and with it the driver's heartbeat"))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from omnimate.driver.heartbeat import DRIVE_HEARTBEAT_MS
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -11,7 +13,7 @@ if TYPE_CHECKING:
     from omnimate.driver.node_counts import NodeCounts
 
 INTERVAL = 0.5  # [s] between two checks
-FACTOR = 3  # unexpected frames per SYNC above which a node counts as babbling
+FACTOR = 3  # unexpected frames per SYNC, or per heartbeat of a drive, above which a node counts as babbling
 MOST = 0.8  # second answers per SYNC above which a second device answers
 AT_LEAST = 10  # SYNCs: a bus that starts up may send this many times `FACTOR` frames
 
@@ -43,9 +45,13 @@ class FloodWatch:
             The nodes that answered most SYNCs since the last check twice.
         """
         self._syncs += 1
-        if self._checked is not None and now - self._checked < INTERVAL:
+        if self._checked is None:  # what came before the first SYNC came in a time that nobody knows
+            self._traffic.clear()
+            self._checked = now
+        passed = now - self._checked
+        if passed < INTERVAL:
             return []
-        limit = FACTOR * max(self._syncs, AT_LEAST)
+        limit = FACTOR * max(self._syncs, AT_LEAST, 1000.0 * passed / DRIVE_HEARTBEAT_MS)
         for can_id, frames in self._traffic.items():
             if frames > limit:
                 self._report(now, can_id & 0x7F, f"floods the bus with frames {can_id:03X}h")

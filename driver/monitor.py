@@ -100,6 +100,11 @@ class Monitor:
             if self._foreign_syncs < FOREIGN_SYNCS:
                 self.trouble("answers each SYNC twice: two devices have this node id; renumber one", node)
 
+    def pause(self, seconds: float, now: float) -> None:
+        """Do not count a time until `now` [s] in which the bus was not heard as silence of the nodes."""
+        self.supervision.pause(seconds, now)
+        self.watch.pause(now)
+
     def check(self, now: float) -> None:
         """Check heartbeats and status words at `now` [s], as often as possible.
 

@@ -113,11 +113,11 @@ class Supervision:
                 state.is_lost = True
                 self._report(now, state.node, f"heartbeat lost: none for {state.timeout:g} s")
 
-    def pause(self, seconds: float) -> None:
-        """Do not count a time in which the bus was not heard [s] as missing heartbeats."""
+    def pause(self, seconds: float, now: float) -> None:
+        """Do not count a time until `now` [s] in which the bus was not heard as missing heartbeats."""
         for state in self.nodes.values():
             if state.heard is not None:
-                state.heard += seconds
+                state.heard = min(state.heard + seconds, now)
 
     def _check_state(self, state: NodeState, now: float) -> None:
         if state.state == OPERATIONAL:

@@ -38,6 +38,18 @@ def test_an_identifier_of_no_node_of_the_vehicle_concerns_the_bus(counts):
     assert drive(counts, 0x3FF, 2 * FACTOR) == [(None, "babbles: floods the bus with frames 3FFh")]
 
 
+@pytest.mark.parametrize("waited", [0.0, 2.0])
+def test_heartbeats_of_25_ms_before_the_first_sync_and_in_a_pause_are_no_flood(counts, waited):
+    events = EventLog()
+    watch = FloodWatch(counts, events)
+    for start in (0.0, 10.0):
+        for _ in range(round(waited / 0.025)):
+            watch.note(0x701)
+        for sync in range(100):
+            watch.check(start + waited + 0.01 * sync)
+    assert events.all() == ()
+
+
 def test_second_answers_to_each_sync_are_a_flood_too(counts):
     events = EventLog()
     watch = FloodWatch(counts, events)

@@ -49,7 +49,7 @@ def test_three_periods_without_one_are_a_loss(supervision, events):
 
 def test_a_pause_of_the_bus_is_not_held_against_the_nodes(supervision, events):
     supervision.heartbeat(1, b"\x05", 10.0)
-    supervision.pause(5.0)
+    supervision.pause(5.0, 16.0)
     supervision.check(16.0)
     assert events.all() == ()
 

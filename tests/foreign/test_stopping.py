@@ -151,3 +151,16 @@ def test_a_drive_that_does_not_take_a_short_heartbeat_is_still_watched_by_its_st
     stopped, after = until_stopped(driver, bus)
     assert after <= 0.1 + 0.015
     assert "no answer for its status word" in str(stopped)
+
+
+@pytest.mark.parametrize("status", [None, "first"])
+@pytest.mark.parametrize("is_heard", [True, False])
+def test_a_host_that_was_busy_for_a_fifth_of_a_second_stops_nothing(bench, driver_on, status, is_heard):
+    """What the nodes sent meanwhile waits in the adapter, or is lost there."""
+    driver, bus = driving(bench, driver_on, status)
+    bus.sleep(0.19)
+    if not is_heard:
+        while bus._near.recv(0.0) is not None:
+            pass
+    drive(driver, 0.5)
+    assert driver.drives.troubles == ()
