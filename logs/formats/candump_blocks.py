@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from omnimate.logs.frames import Frame
 
 RELATIVE_WIDTH = 10  # characters of a relative time on candump's screen: three digits, a point, six digits
-_NEWLINE = 10
+_NEWLINE, _ZERO = 10, 48
 _FEW = 8  # lines: below this the careful parser is quicker
 _ROUNDS = 16  # shapes tried per line length
 _MAX_CHANNELS = 256
@@ -33,6 +33,21 @@ _TEXT = 80  # characters of a skipped line that are kept
 _NIBBLE = np.full(256, 255, np.uint8)
 _NIBBLE[np.frombuffer(b"0123456789ABCDEF", np.uint8)] = np.arange(16)
 _NIBBLE[np.frombuffer(b"abcdef", np.uint8)] = np.arange(10, 16)
+_NO_PAIR = 0x100
+
+
+def _pairs(base: int) -> NDArray[np.uint16]:
+    """Return what two characters, as one little-endian number, are worth as digits; `_NO_PAIR` for none."""
+    digits = _NIBBLE.astype(np.uint16)
+    first, second = digits[None, :], digits[:, None]  # the first character is the lower byte
+    return (
+        np.where((first < base) & (second < base), first * base + second, _NO_PAIR)
+        .reshape(-1)
+        .astype(np.uint16)
+    )
+
+
+_HEXADECIMAL, _DECIMAL = _pairs(16), _pairs(10)
 
 
 class SkippedLine(NamedTuple):
@@ -54,8 +69,8 @@ class _Shape(NamedTuple):
 
     stamp: NDArray[np.intp]
     divisor: float
-    identifier: slice
-    data: slice
+    identifier: NDArray[np.intp]
+    data: NDArray[np.intp]
     constant: NDArray[np.intp]
     channel: str
     flags: int
@@ -162,17 +177,13 @@ class _Table:
         self, group: NDArray[np.intp], rows: NDArray[np.uint8], shape: _Shape, channel: int
     ) -> NDArray[np.bool_]:
         """Read the lines `rows` (K, L) that have a shape, and say which have it, `(K,)`."""
-        stamp, identifier, data = (
-            rows[:, shape.stamp] - 48,
-            _NIBBLE[rows[:, shape.identifier]],
-            _NIBBLE[rows[:, shape.data]],
-        )
-        can_id = _number(identifier, 16)
         fits: NDArray[np.bool_] = _all_of_row(rows[:, shape.constant] == rows[0, shape.constant])
-        fits &= _all_of_row(stamp < 10) & _all_of_row(data < 16) & _all_of_row(identifier < 16)
+        stamp = _digits(rows, shape.stamp, _DECIMAL, fits)
+        identifier = _digits(rows, shape.identifier, _HEXADECIMAL, fits)
+        pairs = _digits(rows, shape.data, _HEXADECIMAL, fits)
+        can_id = _number(identifier, 256)
         fits &= can_id <= (0x1FFFFFFF if shape.flags & EXTENDED else 0x7FF)
-        time = _number(stamp, 10) / shape.divisor
-        pairs = data[:, ::2] << 4 | data[:, 1::2]
+        time = _number(stamp, 100) / shape.divisor
         if not fits.all():
             group, time, can_id, pairs = group[fits], time[fits], can_id[fits], pairs[fits]
         self.is_frame[group] = True
@@ -204,7 +215,23 @@ class _Table:
         return frames if self.is_frame.all() else frames.select(self.is_frame)
 
 
-def _number(digits: NDArray[np.uint8], base: int) -> NDArray[np.int64]:
+def _digits(
+    rows: NDArray[np.uint8], columns: NDArray[np.intp], table: NDArray[np.uint16], fits: NDArray[np.bool_]
+) -> NDArray[np.uint16]:
+    """Return the worth of every two characters of some columns, and clear `fits` where they are no digits.
+
+    An odd number of columns has a zero before the first.
+    """
+    odd = len(columns) % 2
+    characters = np.full((len(rows), len(columns) + odd), _ZERO, np.uint8)
+    characters[:, odd:] = rows[:, columns]
+    pairs: NDArray[np.uint16] = table[characters.view("<u2")]
+    if pairs.size and pairs.max() == _NO_PAIR:
+        fits &= (pairs != _NO_PAIR).all(axis=1)
+    return pairs
+
+
+def _number(digits: NDArray[np.uint16], base: int) -> NDArray[np.int64]:
     """Return the numbers that rows of digits are, shape `(K,)`."""
     value = digits[:, 0].astype(np.int64)
     for place in range(1, digits.shape[1]):
@@ -223,8 +250,8 @@ def _shape_of(line: bytes) -> _Shape | None:
     match = LOG_LINE.fullmatch(line)
     if match is None:
         return None
-    identifier, data = slice(*match.span(3)), slice(*match.span(4))
-    size = data.stop - data.start
+    identifier, data = np.arange(*match.span(3)), np.arange(*match.span(4))
+    size = len(data)
     if (
         match.end(3) - match.start(3) not in {3, 8}
         or size > 16
