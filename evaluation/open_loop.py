@@ -9,6 +9,7 @@ import numpy as np
 from omnimate.proof.strength.drive import rates
 from omnimate.vcan_sim.effects.ageing import AgedSamples
 from omnimate.vcan_sim.effects.block import Block
+from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
 from omnimate.vcan_sim.effects.stages import replay
 from omnimate.vehicle.arcs import integrate_twists
 from omnimate.vehicle.se2 import between
@@ -48,7 +49,7 @@ def _errors(recording: Recording, effects: Sequence[Effect]) -> Array:
 
 
 def _measured(recording: Recording, effects: Sequence[Effect]) -> Array:
-    """Return the measured pose at every sample `(N, 3)`, old stamps put right."""
+    """Return truck a's pose at every sample `(N, 3)`: stamps and the reference's place put right."""
     assert recording.poses is not None  # the caller chose recordings with poses
     poses = recording.poses.of("a")
     known = np.isfinite(poses.pose).all(axis=1)
@@ -56,6 +57,8 @@ def _measured(recording: Recording, effects: Sequence[Effect]) -> Array:
     for effect in effects:
         if isinstance(effect, AgedSamples) and effect.acts_at() == "poses":
             time = time - effect.age(time, float(recording.time[0]))
+        if isinstance(effect, ReferenceOffset) and effect.component == "a":
+            pose = effect.truck(pose)
     pose[:, 2] = np.unwrap(pose[:, 2])
     return np.stack([np.interp(recording.time, time, axis) for axis in pose.T], axis=1)
 

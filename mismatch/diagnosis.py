@@ -133,6 +133,29 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
+class Calibrated:
+    """What a recording with poses calibrates, whether or not it is a finding.
+
+    Attributes:
+        effect: of the vocabulary, or `reference_offset`, how the reference is mounted.
+        component: that it is of.
+        parameters: of it.
+    """
+
+    effect: str
+    component: str
+    parameters: tuple[Parameter, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object of what was calibrated."""
+        return {
+            "effect": self.effect,
+            "component": self.component,
+            "parameters": {one.name: one.as_json() for one in self.parameters},
+        }
+
+
+@dataclass(frozen=True, slots=True)
 class Change:
     """A normalised residual without and with what was found; 1.0 is the sensors' own noise."""
 
@@ -257,7 +280,9 @@ class Diagnosis:
         recordings: names, in order.
         drive_next: which drives would tell more, in words.
         evidence: for the report.
-        effects: what was found as the simulator takes it, "unknown" excepted.
+        effects: what was found and calibrated as the simulator takes it, "unknown" excepted.
+        calibrated: what is in the effects beside the findings: numbers of robot and reference that are
+            known better than the file says, though nothing says that the file is wrong.
     """
 
     verdict: Verdict
@@ -271,6 +296,7 @@ class Diagnosis:
     drive_next: tuple[str, ...] = ()
     evidence: Evidence = field(default_factory=Evidence)
     effects: tuple[Effect, ...] = ()
+    calibrated: tuple[Calibrated, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object."""
@@ -283,6 +309,7 @@ class Diagnosis:
             "fit": None if self.fit is None else self.fit.as_json(),
             "unexplained": {"fraction": self.unexplained, "depends_on": list(self.depends_on)},
             "drive_next": list(self.drive_next),
+            "calibrated": [single.as_json() for single in self.calibrated],
         }
 
 

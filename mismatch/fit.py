@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.terms import calibrated_terms
 from omnimate.mismatch.evidence.posterior import LARGEST
 from omnimate.mismatch.recording.response import relinearised
 from omnimate.mismatch.recording.windows import windows_of
@@ -21,47 +23,59 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
+# Declared sizes by which the two wheels of an axle differ, half their difference: what is common to both (a
+# tyre's load, a wrong figure in a data sheet) is larger than what two wheels of one batch differ by.
+UNEQUAL = 0.3
 TURNS = 2  # the effects are small, and the second turn changes them by their square
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted:
+class Acting:
     """Effects as they fit best.
 
     Attributes:
         terms: One for each effect, with what is not linear as found.
         values: Coefficients of each term, `(k,)`.
         effects: The effects that these are.
-        regression: About the effects, with the terms' columns.
-        places: Of the columns.
+        places: Of the terms' columns.
         covariance: Of all coefficients, `(K, K)`.
     """
 
     terms: tuple[Term, ...]
     values: tuple[Array, ...]
     effects: tuple[Effect, ...]
-    regression: Regression
     places: tuple[slice, ...]
     covariance: Array
 
-    @property
-    def part(self) -> Array:
-        """What of the data the effects explain, `(V,)`, whitened."""
-        white = self.regression.white
-        part = np.zeros(len(white))
-        for place, values in zip(self.places, self.values, strict=True):
-            part += white[:, place] @ values
-        return part
-
     def covariances(self) -> list[Array]:
         """Return the covariance of each term's coefficients."""
-        first = 0
-        found = []
-        for values in self.values:
-            own = slice(first, first + len(values))
-            found.append(self.covariance[own, own])
-            first += len(values)
-        return found
+        edges = np.cumsum([0, *(len(values) for values in self.values)]).tolist()
+        return [self.covariance[start:end, start:end] for start, end in itertools.pairwise(edges)]
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A set of effects, and what is calibrated in any case, as they fit best.
+
+    Attributes:
+        regression: About all of them, with the columns of their terms.
+        chosen: The set.
+        calibrated: What any recording with poses calibrates, unless it is in the set.
+    """
+
+    regression: Regression
+    chosen: Acting
+    calibrated: Acting
+
+    @property
+    def part(self) -> Array:
+        """What of the data all effects explain, `(V,)`, whitened."""
+        white = self.regression.white
+        part = np.zeros(len(white))
+        for acting in (self.chosen, self.calibrated):
+            for place, values in zip(acting.places, acting.values, strict=True):
+                part += white[:, place] @ values
+        return part
 
 
 def fitted(
@@ -70,6 +84,7 @@ def fitted(
     terms: Sequence[Term],
     values: Sequence[Array],
     turns: int = TURNS,
+    start: Fitted | None = None,
 ) -> Fitted:
     """Return terms with their coefficients fitted, each turn about what the last one found.
 
@@ -78,25 +93,67 @@ def fitted(
         noise: Levels of noise.
         terms: To fit.
         values: Of their coefficients, from which to start.
-        turns: Of Gauss-Newton; with none the effects stay as they are.
+        turns: Of Gauss-Newton.
+        start: Fit whose calibration is a good start.
     """
-    terms, values = [single.fine() for single in terms], list(values)
+    count, keys = len(terms), {single.key for single in terms}
+    every = [single.fine() for single in terms]
+    every += [single for single in calibrated_terms(signals) if single.key not in keys]
+    known = np.concatenate([np.zeros(0), *values, *(_begun(single, start) for single in every[count:])])
+    widths = [len(single.probes) for single in every]
+    edges = np.cumsum([0, *widths]).tolist()
+    own = [slice(first, last) for first, last in itertools.pairwise(edges)]
+    prior = _prior(every, count)
     for turn in range(turns + 1):
-        effects = tuple(single.built(own) for single, own in zip(terms, values, strict=True))
+        effects = tuple(single.built(known[at]) for single, at in zip(every, own, strict=True))
         windows = [windows_of(relinearised(single, effects)) for single in signals]
         regression = Regression(windows, noise, effects)
-        places = tuple(regression.add(terms))
+        places = tuple(regression.add(every))
         columns = regression.white[:, 1:]
-        precision = columns.T @ columns + np.eye(columns.shape[1]) / LARGEST**2
+        precision = columns.T @ columns + prior
         if turn == turns:
             break
-        known = np.concatenate([np.zeros(0), *values])
-        slope = columns.T @ regression.white[:, 0] - known / LARGEST**2
-        known = known + np.linalg.solve(precision, slope)
-        for number, place in enumerate(places):
-            values[number] = known[place.start - 1 : place.stop - 1]
-            if terms[number].positive:
-                values[number] = np.maximum(values[number], 0.0)
-    return Fitted(
-        tuple(terms), tuple(values), effects, regression, places, np.linalg.inv(precision).astype(np.float64)
-    )
+        known = known + np.linalg.solve(precision, columns.T @ regression.white[:, 0] - prior @ known)
+        for single, at in zip(every, own, strict=True):
+            if single.positive:
+                known[at] = np.maximum(known[at], 0.0)
+    covariance = np.linalg.inv(precision).astype(np.float64)
+    parts = []
+    for first, last in ((0, count), (count, len(every))):
+        some = slice(first, last)
+        inside = slice(edges[first], edges[last])
+        coefficients = tuple(known[at] for at in own[some])
+        parts.append(
+            Acting(tuple(every[some]), coefficients, effects[some], places[some], covariance[inside, inside])
+        )
+    return Fitted(regression, *parts)
+
+
+def _prior(terms: Sequence[Term], count: int) -> Array:
+    """Return the prior precision (K, K) of coefficients: of the first `count` terms, and of a calibration."""
+    width = [len(single.probes) for single in terms]
+    first = np.cumsum([0, *width])
+    prior = np.eye(int(first[-1]))
+    prior[: first[count], : first[count]] /= LARGEST**2
+    wheels = {
+        single.component: number for number, single in enumerate(terms) if single.effect == "wheel_diameter"
+    }
+    for wheel, left in wheels.items():
+        truck, side = wheel.split(".")
+        right = wheels.get(f"{truck}.right")
+        if side == "left" and right is not None and max(left, right) >= count:
+            common = LARGEST if min(left, right) < count else 1.0
+            pair = np.ix_([first[left], first[right]], [first[left], first[right]])
+            alike, opposite = np.ones((2, 2)), np.array([[1.0, -1.0], [-1.0, 1.0]])
+            prior[pair] = 0.25 * alike / common**2 + 0.25 * opposite / UNEQUAL**2
+    return prior
+
+
+def _begun(single: Term, start: Fitted | None) -> Array:
+    """Return the coefficients of a term in a fit, or zeros where it is in none."""
+    if start is not None:
+        for acting in (start.calibrated, start.chosen):
+            for other, values in zip(acting.terms, acting.values, strict=True):
+                if other.key == single.key and len(values) == len(single.probes):
+                    return values
+    return np.zeros(len(single.probes))

@@ -12,7 +12,7 @@ from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.events import events, merged
 from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
-from omnimate.mismatch.candidates.terms import SCANNED, SKEW, smooth_terms, term
+from omnimate.mismatch.candidates.terms import SCANNED, SKEW, mounted_terms, smooth_terms, term
 from omnimate.mismatch.candidates.unknown import add_unknown
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.candidates.terms import Term
+    from omnimate.mismatch.fit import Acting
     from omnimate.mismatch.noise.levels import NoiseLevels
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.recording import Recording
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 # Automatica 1999: identification in closed loop with a wrong noise model). So many windows, and weights.
 ECHOES, ECHO = 8, 0.15
 UNKNOWN = 8  # errors without a name that are held against the named ones: the best of all by far
-NONE = 1e-6  # declared sizes, below which an effect is none
+NONE = 1e-6  # declared sizes, below which an effect is none at all
 ROUNDS = 5  # of candidates, search, fit and noise, if the answer still changes
 STEPS = 2 * ROUNDS + 2  # that a progress bar sees
 # What may be wrong with any robot, and is a nuisance while nothing is known yet.
@@ -89,52 +90,90 @@ def investigate(
     nothing = fitted(signals, DEFAULT_LEVELS, (), ())
     nothing.regression.add(usual(library, signals))
     noise = noise_beside(nothing.regression)
-    fit = fitted(signals, noise, (), (), turns=0)
+    fit = fitted(signals, noise, (), (), turns=1, start=nothing)
     names: set[tuple[tuple[str, str], int]] = set()
     for turn in range(ROUNDS):
         progress(2 * turn + 1, STEPS, "comparing sets of effects")
         posterior, start = _posterior(fit, library, left_out, nameless=turn > 0)
-        members = search(posterior, start)
+        members = search(posterior, start if turn > 0 else _calibration(posterior, fit))
         progress(2 * turn + 2, STEPS, "fitting effects and noise")
         terms, values = _settled(posterior, members)
-        fit = fitted(signals, noise, terms, values)
+        fit = fitted(signals, noise, terms, values, start=fit)
         noise = _noise_about(fit)
-        fit = fitted(signals, noise, fit.terms, fit.values, turns=1)
+        fit = _again(signals, noise, fit)
         before, names = names, {(single.key, len(single.fixed.get("times", ()))) for single in terms}
         if turn > 0 and names == before:
             break
     # what is left now and is no noise has no candidate: it counts as noise, lest something be told for it
     noise = _noise_about(fit, free=False)
-    fit = fitted(signals, noise, fit.terms, fit.values, turns=1)
+    fit = _again(signals, noise, fit)
     progress(2 * ROUNDS + 1, STEPS, "holding the answer against its rivals")
     posterior, start = _posterior(fit, library, left_out, scan=False)
     if "unknown" not in left_out:
         posterior = _with_unknown(posterior, start)
-    members = search(posterior, start)
-    named = tuple(single for single in members if posterior.terms[single].probes)
-    terms, values = list(fit.terms), list(fit.values)
-    if named != start:
-        terms = [posterior.terms[single] for single in named]
-        values = [posterior.beside(set(members) - {single}).judge(single).coefficients for single in named]
-    beside = posterior.beside(named)
-    for single in set(members) - set(named):
-        for law in learned(posterior, beside, posterior.terms[single]):
-            terms.append(law)
-            values.append(np.ones(len(law.probes)))
-    if len(terms) != len(fit.terms) or named != start:
-        fit = fitted(signals, noise, terms, values, turns=1)
-    kept = [
-        number
-        for number, values in enumerate(fit.values)
-        if number >= len(named) or float(np.abs(values).max()) > NONE
-    ]
-    if len(kept) < len(fit.terms):  # a size that makes no sense below zero came to zero
-        terms, values = [fit.terms[at] for at in kept], [fit.values[at] for at in kept]
-        gone = {single for number, single in enumerate(named) if number not in kept}
-        named = tuple(single for single in named if single not in gone)
-        members = tuple(single for single in members if single not in gone)
-        fit = fitted(signals, noise, terms, values, turns=1)
-    return Investigation(signals, posterior, members, named, fit)
+    return _final(signals, noise, posterior, start, fit)
+
+
+def _final(
+    signals: tuple[Signals, ...],
+    noise: NoiseLevels,
+    posterior: Posterior,
+    start: tuple[int, ...],
+    fit: Fitted,
+) -> Investigation:
+    """Return what stands when the last set of a search is fitted beside everything that is calibrated.
+
+    What does not is no candidate any more, and the search goes on without it.
+    """
+    known = dict(zip(start, zip(fit.chosen.terms, fit.chosen.values, strict=True), strict=True))
+    members: tuple[int, ...] = start
+    while True:
+        members = search(posterior, members)
+        named = tuple(single for single in members if posterior.terms[single].probes)
+        terms, values = [], []
+        for single in named:
+            sizes = posterior.beside(set(members) - {single}).judge(single).coefficients
+            own, size = known.get(single, (posterior.terms[single], sizes))
+            terms.append(own)
+            values.append(size)
+        beside = posterior.beside(named)
+        for single in set(members) - set(named):
+            for law in learned(posterior, beside, posterior.terms[single]):
+                terms.append(law)
+                values.append(np.ones(len(law.probes)))
+        fit = fitted(signals, noise, terms, values, 1, fit)
+        fallen = [
+            single
+            for number, single in enumerate(named)
+            if not _stands(posterior.terms[single], fit.chosen, number)
+        ]
+        if not fallen:
+            return Investigation(signals, posterior, members, named, fit)
+        posterior.bar(fallen)
+        members = tuple(single for single in members if single not in fallen)
+
+
+def _stands(single: Term, chosen: Acting, number: int) -> bool:
+    """Say whether an effect of a fit may still be there beside all others and the calibration.
+
+    No prior gives a size that is z standard deviations from none a log Bayes factor beyond z^2/2 (Edwards,
+    Lindman & Savage, Psychological Review 1963); and what makes no sense below zero may have come to zero.
+    """
+    values, covariance = chosen.values[number], chosen.covariances()[number]
+    if float(np.abs(values).max()) <= NONE:
+        return False
+    return single.odds + 0.5 * float(values @ np.linalg.solve(covariance, values)) > 0.0
+
+
+def _calibration(posterior: Posterior, fit: Fitted) -> tuple[int, ...]:
+    """Return the candidates that are calibrated in any case: from these a search begins."""
+    keys = {single.key for single in fit.calibrated.terms}
+    return tuple(number for number, single in enumerate(posterior.terms) if single.key in keys)
+
+
+def _again(signals: Sequence[Signals], noise: NoiseLevels, fit: Fitted) -> Fitted:
+    """Return a fit at other levels of noise."""
+    return fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit)
 
 
 def _posterior(
@@ -142,7 +181,7 @@ def _posterior(
 ) -> tuple[Posterior, tuple[int, ...]]:
     """Return the candidates about a fit's effects, and the numbers of those effects among them."""
     regression = fit.regression
-    terms, places = list(fit.terms), list(fit.places)
+    terms, places = list(fit.chosen.terms), list(fit.chosen.places)
     start = tuple(range(len(terms)))
     offered = merged(terms, library)
     places += regression.add(offered)
@@ -182,7 +221,9 @@ def with_everyday(
             numbers.append(column)
             sizes.append(size)
             names[column] = single.key
-    for column in add_nuisances(regression):
+    mounted = mounted_terms([windows.signals for windows in regression.windows])
+    setup = [column for place in regression.add(mounted) for column in range(place.start, place.stop)]
+    for column in (*setup, *add_nuisances(regression)):
         numbers.append(column)
         sizes.append(1.0)
         names[column] = "nuisance", "any"

@@ -1,4 +1,4 @@
-"""Poses as a measuring system reports them whose clock is late or drifts: poses of an earlier time."""
+"""Poses as a measuring system reports them: of its reference, and of an earlier time if its clock is late."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.vcan_sim.effects.ageing import AgedSamples
+from omnimate.vcan_sim.effects.effect import TRUCK
+from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,7 +22,9 @@ class AgedPoses:
     """The true poses of all trucks, as far back as they may yet be asked for."""
 
     def __init__(self, effects: Iterable[Effect], start_time: float) -> None:
+        effects = tuple(effects)
         self._effects = [effect for effect in effects if isinstance(effect, AgedSamples)]
+        self._offsets = [effect for effect in effects if isinstance(effect, ReferenceOffset)]
         self._start = start_time
         self._past: deque[tuple[float, Array]] = deque()
 
@@ -32,7 +36,15 @@ class AgedPoses:
             self._past.popleft()
 
     def seen(self, truck: int) -> Array:
-        """Return the pose `(3,)` of a truck that is reported now."""
+        """Return the pose `(3,)` of a truck's reference that is reported now."""
+        pose = self._then(truck)
+        for effect in self._offsets:
+            if TRUCK.index(effect.component) == truck:
+                pose = effect.measured(pose)
+        return pose
+
+    def _then(self, truck: int) -> Array:
+        """Return the pose `(3,)` of a truck at the time of which poses are reported now."""
         now, poses = self._past[-1]
         if not self._effects:
             return np.array(poses[truck])

@@ -38,7 +38,7 @@ def evidence_of(
     numbers = {finding.key: number for number, finding in enumerate(findings)}
     signatures = [
         signature
-        for number, effect in enumerate(fit.effects)
+        for number, effect in enumerate(fit.chosen.effects)
         if (effect.name, effect.component) in numbers
         and (signature := _signature(fit, number, effect, numbers)) is not None
     ]
@@ -65,7 +65,7 @@ def _signature(
 ) -> Signature | None:
     """Return an effect's part of the data against the quantity that it depends on, in bins."""
     fitted = fit.regression
-    predicted = fitted.white[:, fit.places[number]] @ fit.values[number]
+    predicted = fitted.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
     rows = fitted.white[:, 0] + predicted
     power = np.bincount(fitted.channel, weights=predicted**2)
     channel = int(np.argmax(power))

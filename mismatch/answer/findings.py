@@ -17,9 +17,11 @@ from omnimate.mismatch.answer.words import drives_for, part, regime, sentence, s
 from omnimate.mismatch.candidates.moments import spreads
 from omnimate.mismatch.candidates.pushes import MOMENTS
 from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.terms import SETUP
 from omnimate.mismatch.diagnosis import (
     ASSERTED,
     Alternative,
+    Calibrated,
     Change,
     Diagnosis,
     Finding,
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.answer.heldout import HeldOut
     from omnimate.mismatch.evidence.posterior import Posterior
-    from omnimate.mismatch.fit import Fitted
+    from omnimate.mismatch.fit import Acting, Fitted
     from omnimate.mismatch.investigate import Investigation
     from omnimate.vehicle.se2 import Array
 
@@ -85,14 +87,15 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
 def _drop(fit: Fitted, number: int) -> float:
     """Return by how much the chi-square falls with an effect of a fit."""
     after = fit.regression.white[:, 0]
-    before = after + fit.regression.white[:, fit.places[number]] @ fit.values[number]
+    before = after + fit.regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
     return float(before @ before - after @ after)
 
 
 def answer(found: Investigation) -> Diagnosis:
     """Return the diagnosis; only effects that are in it are in the fit and in the effects file."""
     fit = found.fit
-    nominal = Regression(fit.regression.windows, fit.regression.noise, ())
+    mounted = [effect for effect in fit.calibrated.effects if effect.name == SETUP]
+    nominal = Regression(fit.regression.windows, fit.regression.noise, mounted)
     residuals = held_out(nominal, fit)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
     numbers = {member: number for number, member in enumerate(found.named)}
@@ -110,6 +113,10 @@ def answer(found: Investigation) -> Diagnosis:
     vehicle = found.signals[0].recording.vehicle
     names = tuple(single.recording.source for single in found.signals)
     told = _fit(fit, residuals)
+    calibrated = tuple(
+        Calibrated(effect.name, effect.component, _parameters(fit.regression, fit.calibrated, number))
+        for number, effect in enumerate(fit.calibrated.effects)
+    )
     drawn = evidence_of(fit, nominal, residuals, findings, _candidates(found, findings))
     if findings:
         advice = tuple(dict.fromkeys(finding.separates for finding in findings if finding.separates))
@@ -125,14 +132,45 @@ def answer(found: Investigation) -> Diagnosis:
             names,
             advice,
             drawn,
-            tuple(effect for effect in fit.effects if effect.name != "unknown"),
+            tuple(
+                effect
+                for effect in (*fit.chosen.effects, *fit.calibrated.effects)
+                if effect.name != "unknown"
+            ),
+            calibrated,
         )
     unseen = blind(found.posterior)
     if unseen:
         says, drives = unseen_in_words(unseen)
-        return Diagnosis("insufficient", says, (), told, 0.0, (), vehicle.name, names, drives, drawn)
+        return Diagnosis(
+            "insufficient",
+            says,
+            (),
+            told,
+            0.0,
+            (),
+            vehicle.name,
+            names,
+            drives,
+            drawn,
+            fit.calibrated.effects,
+            calibrated,
+        )
     says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
-    return Diagnosis("agreement", says, (), told, 0.0, (), vehicle.name, names, (), drawn)
+    return Diagnosis(
+        "agreement",
+        says,
+        (),
+        told,
+        0.0,
+        (),
+        vehicle.name,
+        names,
+        (),
+        drawn,
+        fit.calibrated.effects,
+        calibrated,
+    )
 
 
 def _excess(rows: Array) -> float:
@@ -142,8 +180,8 @@ def _excess(rows: Array) -> float:
 
 def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Finding:
     """Return an effect of the fit as a finding."""
-    effect, regression = fit.effects[number], fit.regression
-    part_of = regression.white[:, fit.places[number]] @ fit.values[number]
+    effect, regression = fit.chosen.effects[number], fit.regression
+    part_of = regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
     drop = _drop(fit, number)
     signals = [single.signals for single in regression.windows]
     intervals = crossings(effect, signals)
@@ -164,7 +202,7 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Findin
             laps_at(intervals, signals),
             places_at(intervals, signals),
         ),
-        () if unknown else _parameters(fit, number),
+        () if unknown else _parameters(fit.regression, fit.chosen, number),
         min(1.0, max(0.0, drop / excess)),
         _pushed(effect.component) if unknown else sentence(effect, signals[0].recording.vehicle),
         (MOMENTS,) if unknown else (),
@@ -184,7 +222,9 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) 
     columns = posterior.regression.white[:, posterior.places[member]]
     part_of = columns @ judged.coefficients
     quantity = term.fixed["quantity"]
-    laws = [effect for effect in fit.effects if effect.name == "law" and effect.component == term.component]
+    laws = [
+        effect for effect in fit.chosen.effects if effect.name == "law" and effect.component == term.component
+    ]
     says = (
         f"Something that no effect of the library explains acts on {part(term.component)}: "
         f"what is left depends on {quantity}."
@@ -227,10 +267,10 @@ def _merged(findings: Sequence[Finding]) -> list[Finding]:
     return list(found.values())
 
 
-def _parameters(fit: Fitted, number: int) -> tuple[Parameter, ...]:
-    term, effect = fit.terms[number], fit.effects[number]
-    known = sigmas(term, effect, fit.covariances()[number])
-    for name, spread in spreads(fit.regression, term, fit.values[number]).items():
+def _parameters(regression: Regression, acting: Acting, number: int) -> tuple[Parameter, ...]:
+    term, effect = acting.terms[number], acting.effects[number]
+    known = sigmas(term, effect, acting.covariances()[number])
+    for name, spread in spreads(regression, term, acting.values[number]).items():
         known[name] = spread if name == "times" else spread[0]
     return tuple(
         Parameter(spec.name, getattr(effect, spec.name), known.get(spec.name, 0.0), spec.unit)
@@ -277,7 +317,7 @@ def _fit(fit: Fitted, residuals: HeldOut) -> Fit:
         Change(size(residuals.before), size(residuals.after)),
         channels,
         (float(gain.sum()), spread),
-        rerun(regression, residuals),
+        rerun(regression, residuals, [one for one in fit.calibrated.effects if one.name == SETUP]),
         regression.noise.named(),
     )
 

@@ -64,7 +64,7 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
     before, train = nominal.white[:, 0], regression.white[:, 0]
     after = train.copy()
     kind: Kind = "laps"
-    if not fit.terms:
+    if not fit.chosen.terms and not fit.calibrated.terms:
         folds = _folds(regression, kind)
         count = int(folds.max()) + 1
         return HeldOut(
@@ -115,18 +115,19 @@ def _kind(fitted: Regression, columns: Array) -> Kind:
 def _shared(fit: Fitted) -> tuple[Array, Array]:
     """Return columns (V, k), all events of a wheel in one, and the coefficients (k,) of the base."""
     columns, origin = [], []
-    for term, place, values in zip(fit.terms, fit.places, fit.values, strict=True):
-        own = fit.regression.white[:, place]
-        if term.effect == "unknown":
-            continue  # no other moment tells what one push was
-        if term.effect == "bump" and own.shape[1] > 1:
-            mean = float(values.mean())
-            shape = values / mean if abs(mean) > 1e-9 else np.ones_like(values)
-            columns.append((own * shape).sum(axis=1))
-            origin.append(mean)
-        else:
-            columns += list(own.T)
-            origin += values.tolist()
+    for acting in (fit.chosen, fit.calibrated):
+        for term, place, values in zip(acting.terms, acting.places, acting.values, strict=True):
+            own = fit.regression.white[:, place]
+            if term.effect == "unknown":
+                continue  # no other moment tells what one push was
+            if term.effect == "bump" and own.shape[1] > 1:
+                mean = float(values.mean())
+                shape = values / mean if abs(mean) > 1e-9 else np.ones_like(values)
+                columns.append((own * shape).sum(axis=1))
+                origin.append(mean)
+            else:
+                columns += list(own.T)
+                origin += values.tolist()
     if not columns:
         return np.zeros((len(fit.regression.white), 0)), np.zeros(0)
     return np.stack(columns, axis=1), np.array(origin)
@@ -135,15 +136,16 @@ def _shared(fit: Fitted) -> tuple[Array, Array]:
 def _built(fit: Fitted, shared: Array) -> tuple[Effect, ...]:
     """Return the effects that shared coefficients (k,) stand for."""
     effects, at = [], 0
-    for term, values in zip(fit.terms, fit.values, strict=True):
-        if term.effect == "unknown":
-            effects.append(term.built(values))
-        elif term.effect == "bump" and len(values) > 1:
-            effects.append(term.built(np.full(len(values), shared[at])))
-            at += 1
-        else:
-            effects.append(term.built(shared[at : at + len(values)]))
-            at += len(values)
+    for acting in (fit.chosen, fit.calibrated):
+        for term, values in zip(acting.terms, acting.values, strict=True):
+            if term.effect == "unknown":
+                effects.append(term.built(values))
+            elif term.effect == "bump" and len(values) > 1:
+                effects.append(term.built(np.full(len(values), shared[at])))
+                at += 1
+            else:
+                effects.append(term.built(shared[at : at + len(values)]))
+                at += len(values)
     return tuple(effects)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from omnimate.mismatch.diagnosis import Change
 from omnimate.mismatch.recording.response import replayed
 from omnimate.mismatch.recording.signals import expected_reading, integrated, signals_of
+from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
 from omnimate.vehicle.se2 import between, wrap
 
 if TYPE_CHECKING:
@@ -31,17 +32,18 @@ STRETCH = 10.0  # [s] long against the sensors' resolution, short against what o
 _LEAST = 3  # stretches from which a root mean square is worth showing
 
 
-def rerun(regression: Regression, residuals: HeldOut) -> dict[str, Change]:
+def rerun(regression: Regression, residuals: HeldOut, mounted: Sequence[Effect]) -> dict[str, Change]:
     """Return of each channel the open-loop mismatch, root mean square, without and with effects.
 
     Args:
         regression: whose recordings to take.
         residuals: with the folds, and the effects fitted without each of them.
+        mounted: how references are mounted, which the robot as described has, too.
     """
     before: dict[str, list[Array]] = {}
     after: dict[str, list[Array]] = {}
     for windows, folds in zip(regression.windows, residuals.folds, strict=True):
-        nominal = _missed(windows.signals, ())
+        nominal = _missed(windows.signals, mounted)
         for name, (_, missed) in nominal.items():
             before.setdefault(name, []).append(missed)
         for fold in np.unique(folds):
@@ -87,7 +89,8 @@ def _missed(signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Arra
             stops = (
                 at if len(at) <= count else np.unique(at[np.searchsorted(at, edges).clip(max=len(at) - 1)])
             )
-            gone = [_driven(signals, block.twist, number, *pair) for pair in itertools.pairwise(stops)]
+            path = _truck_path(signals, effects, number)
+            gone = [_driven(path, block.twist[:, number], *pair) for pair in itertools.pairwise(stops)]
             off = np.array(gone)
             found[f"{truck} position"] = stops[1:], np.hypot(off[:, 0], off[:, 1])
             if np.isfinite(signals.poses.pose[signals.poses.body == truck, 2]).any():
@@ -106,10 +109,18 @@ def _linkage(signals: Signals, twist: Array, offset: Array, start: int, end: int
     return np.array([wrap(off[0]), wrap(off[1]), off[2]])
 
 
-def _driven(signals: Signals, twist: Array, truck: int, start: int, end: int) -> Array:
+def _truck_path(signals: Signals, effects: Sequence[Effect], number: int) -> Array:
+    """Return the poses (N, 3) of a truck, of those of the reference on it."""
+    path = signals.path[:, number]
+    for effect in effects:
+        if isinstance(effect, ReferenceOffset) and effect.component == signals.trucks[number]:
+            path = effect.truck(path)
+    return path
+
+
+def _driven(path: Array, twist: Array, start: int, end: int) -> Array:
     """Return by how much a truck's pose (3,) at a stretch's end is missed, as seen from its start."""
-    path = signals.path[:, truck]
-    driven = integrated(twist[start:end, truck], np.zeros(3))[-1]
+    driven = integrated(twist[start:end], np.zeros(3))[-1]
     off = between(path[start], path[end]) - driven
     off[2] = wrap(off[2])
     return np.asarray(off)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.candidates.terms import angle_of
+from omnimate.mismatch.candidates.terms import SETUP, angle_of
 from omnimate.vcan_sim.effects import effect_named
 
 if TYPE_CHECKING:
@@ -28,6 +28,10 @@ def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float |
         effect: that was built of it.
         covariance: (k, k) of its coefficients.
     """
+    if member.effect == SETUP:
+        own = effect_named(SETUP).parameters
+        told = np.sqrt(np.diag(covariance)).tolist()
+        return {one.name: one.scale * sigma for one, sigma in zip(own, told, strict=True)}
     spec = next(one for one in effect_named(member.effect).parameters if one.name == member.linear)
     value = getattr(effect, member.linear)
     inexact = FILM if member.fixed.get("pace") else PART * member.inexact
@@ -36,10 +40,10 @@ def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float |
         size, angle = max(value / spec.scale, 1e-9), getattr(effect, angle_name)
         along = np.array([math.cos(angle), math.sin(angle)])
         across = np.array([-math.sin(angle), math.cos(angle)])
-        told = spec.scale * math.sqrt(float(along @ covariance @ along))
+        size_told = spec.scale * math.sqrt(float(along @ covariance @ along))
         turned = math.sqrt(float(across @ covariance @ across)) / size
         return {
-            member.linear: math.hypot(told, inexact * value),
+            member.linear: math.hypot(size_told, inexact * value),
             angle_name: min(math.hypot(turned, inexact), math.pi),
         }
     deviations = spec.scale * np.sqrt(np.diag(covariance))

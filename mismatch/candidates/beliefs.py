@@ -36,6 +36,8 @@ class Belief:
 # With the Bayes factor's own penalty these odds let noise be told as one of a robot's eight numbers in one
 # recording of two hundred, and as one of its sixty faults likewise: one false alarm in a hundred.
 NUMBER = 0.03  # odds that one of the owner's numbers is wrong: what calibrations are for
+NUMBERS = ("wheel_diameter", "wheelbase")  # of a truck, which one calibration gives together
+UNCALIBRATED = 0.3  # odds that another one of them is wrong, too, if one is: the truck was not calibrated
 FAULT = 0.005  # odds of a fault of one component
 RARE = 0.002  # odds of what few workshops have ever met
 
@@ -53,17 +55,18 @@ BELIEFS: dict[str, Belief] = {
     "traction_slip": Belief(FAULT, 0.05, 0.2),
     "turn_scrub": Belief(RARE, 0.01, 0.1),
     "lateral_slip": Belief(RARE, 0.05, 0.2),
-    "floor_slope": Belief(FAULT, 0.03, 0.1),
+    "floor_slope": Belief(FAULT, 0.03, 0.1, most=3.0),
     "castor_kick": Belief(FAULT, 0.1, 0.3),
     "joint_eccentricity": Belief(FAULT, 0.05, 0.05),
     "joint_backlash": Belief(FAULT, 0.05, 0.3),
-    "link_eccentricity": Belief(RARE, 0.05, 0.05),
+    "link_eccentricity": Belief(RARE, 0.05, 0.05, most=5.0),
     "link_scale": Belief(RARE, 0.05, 0.05),
     "count_loss": Belief(FAULT, 0.01, 0.1),
     "latency": Belief(FAULT, 0.25, 0.05, most=5.0),
     "gear_backlash": Belief(FAULT, 0.05, 0.3),
     "gear_harmonic": Belief(FAULT, 0.05, 0.05),
-    "clock_drift": Belief(FAULT, 0.05, 0.05),
+    "clock_drift": Belief(FAULT, 0.05, 0.05, most=2.5),
     "unknown": Belief(RARE, 0.0, 0.1),
     "law": Belief(RARE, 0.0, 0.1),
+    "reference_offset": Belief(1.0),  # of every measurement; it is fitted, and never searched for
 }

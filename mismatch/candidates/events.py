@@ -204,7 +204,7 @@ def _slips(wheel: str, edges: Array, score: Array, gram: Array) -> list[Term]:
     power = diagonal[None, :] + diagonal[:, None] - area - area.T  # of the cells from row to column
     start, end = np.triu_indices(count + 1, 1)
     sigmas = (along[end] - along[start]) / np.sqrt(np.maximum(power[start, end], 1e-12))
-    sigmas[(start == 0) & (end == count)] = 0.0  # a wheel that always slips is a smaller wheel
+    sigmas[2 * (end - start) > count] = 0.0  # a wheel that slips nearly always is a smaller wheel
     found = []
     for _ in range(_PLACES):
         at = int(np.argmax(sigmas))

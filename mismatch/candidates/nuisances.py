@@ -6,28 +6,62 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.candidates.unknown import wheels_roll
+from omnimate.mismatch.candidates.unknown import standard, wheels_roll
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.recording.response import Columns
     from omnimate.mismatch.recording.windows import Windows
 
 DRIFT = 5e-4  # of a wheel's radius, by which tyres change while they warm up and loads shift: 0.05 %
 MODES = 3  # waves over a recording, of which such a change is made
-PLACE = 0.01  # [m] by which markers are not over the middle of the axle
+# [m, m, rad] by which cameras that agree with each other still see a pose wrongly, from place to place:
+# a millimetre in a room of some metres, and what that is on a body with markers half a metre apart
+FIELD = (1e-3, 1e-3, 2e-3)
+LATE = 1.0  # samples by which stamps that a computer gives on arrival are late in one recording
 
 
 def add_nuisances(regression: Regression) -> range:
     """Add the columns of what every robot has, each of the size of one standard deviation; return where."""
     raw = []
     for windows in regression.windows:
-        offered = [*_drifts(windows), *_mountings(windows)]
+        offered = [*_drifts(windows), *_fields(windows)]
         push = np.stack([column[0] for column in offered], axis=2)
         seen = np.stack([column[1] for column in offered], axis=2)
         raw.append((push, seen))
-    place = regression.extend(raw, [raw[0][0].shape[2]])[0]
-    return range(place.start, place.stop)
+    shared = regression.extend(raw, [raw[0][0].shape[2]])[0]
+    apart = regression.extend(*_of_each([_stamps(windows) for windows in regression.windows], regression))
+    return range(shared.start, apart[-1].stop if apart else shared.stop)
+
+
+def _of_each(columns: Sequence[list[Columns]], regression: Regression) -> tuple[list[Columns], list[int]]:
+    """Return columns that act in one recording each, for all recordings, and how many there are."""
+    count = sum(len(some) for some in columns)
+    raw, first = [], 0
+    for windows, some in zip(regression.windows, columns, strict=True):
+        push = np.zeros((*windows.drift.shape, count))
+        seen = np.zeros((*windows.measured.shape, count))
+        for number, (own_push, own_seen) in enumerate(some, start=first):
+            push[:, :, number], seen[:, :, number] = own_push, own_seen
+        first += len(some)
+        raw.append((push, seen))
+    return raw, [count] if count else []
+
+
+def _stamps(windows: Windows) -> list[Columns]:
+    """Return the column of a recording's poses that are all stamped late."""
+    signals = windows.signals
+    if signals.poses is None:
+        return []
+    late = LATE * float(np.median(np.diff(signals.time)))
+    measured = np.zeros(windows.measured.shape)
+    for truck in range(len(signals.trucks)):
+        first = windows.linkage + 3 * truck
+        rate = np.gradient(signals.path[:, truck], signals.time, axis=0)[windows.ends]
+        measured[:, first : first + 3] = -late * rate
+    return [(np.zeros(windows.drift.shape), measured)]
 
 
 def _drifts(windows: Windows) -> list[Columns]:
@@ -41,16 +75,32 @@ def _drifts(windows: Windows) -> list[Columns]:
     ]
 
 
-def _mountings(windows: Windows) -> list[Columns]:
-    """Return the columns of markers that are not where they should be on their truck."""
-    if windows.signals.poses is None:
+def _fields(windows: Windows) -> list[Columns]:
+    """Return the columns of poses whose error depends smoothly on place and heading.
+
+    A field's mean slope is a scale, which a wand of known length gives; what bends stays.
+    """
+    signals = windows.signals
+    if signals.poses is None:
         return []
     found = []
-    for truck in range(len(windows.signals.trucks)):
-        first, heading = windows.linkage + 3 * truck, windows.signals.path[windows.ends, truck, 2]
-        ahead = np.stack([np.cos(heading), np.sin(heading)], axis=1)
-        for along in (ahead, np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)):
-            measured = np.zeros(windows.measured.shape)
-            measured[:, first : first + 2] = PLACE * along
-            found.append((np.zeros(windows.drift.shape), measured))
+    for truck in range(len(signals.trucks)):
+        first, path = windows.linkage + 3 * truck, signals.path[windows.ends, truck]
+        x, y = standard(path[:, 0]), standard(path[:, 1])
+        curves = (
+            x**2,
+            x * y,
+            y**2,
+            x**3,
+            x**2 * y,
+            x * y**2,
+            y**3,
+            np.cos(2.0 * path[:, 2]),
+            np.sin(2.0 * path[:, 2]),
+        )
+        for axis, size in enumerate(FIELD):
+            for curve in curves:
+                measured = np.zeros(windows.measured.shape)
+                measured[:, first + axis] = size * curve
+                found.append((np.zeros(windows.drift.shape), measured))
     return found

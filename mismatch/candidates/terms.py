@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
-from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW
+from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, is_dense
 from omnimate.vcan_sim.effects import EFFECTS, effect_named
 from omnimate.vcan_sim.effects.block import LINKAGE
 from omnimate.vcan_sim.effects.effect import POSES
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.diagnosis import Key
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.se2 import Array
 
 ANGLES = ("phase", "direction")  # parameters that make a wave of two columns of the one before them
@@ -42,6 +43,7 @@ CLEAR = 10.0
 SWINGS = (0.0, 0.05, 0.15)  # [m] over which castors swing round: a few of their own trails
 SYNCED = 10.0  # times rarer than a drift of poses: an encoder that answers SYNC has no clock of its own
 SKEW = 5e-4  # [s] by which devices sample apart though they answer one SYNC: an interrupt, a short filter
+SETUP = "reference_offset"  # how poses are measured; no fault of a robot, and always fitted
 SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
 
 
@@ -78,7 +80,12 @@ class Term:
         linear, turned = self.linear, angle_of(kind)
         spec = {one.name: one for one in kind.parameters}
         values: dict[str, Any]
-        if turned is not None:
+        if self.effect == SETUP:
+            values = {
+                own.name: own.scale * float(value)
+                for own, value in zip(kind.parameters, coefficients, strict=True)
+            }
+        elif turned is not None:
             size = spec[linear].scale * math.hypot(coefficients[0], coefficients[1])
             angle = math.atan2(coefficients[1], coefficients[0])
             values = {linear: min(size, spec[linear].high), turned: angle}
@@ -99,6 +106,11 @@ class Term:
     def is_event(self) -> bool:
         """Whether it is at moments, of which a component may have several."""
         return "times" in self.fixed
+
+    @property
+    def is_local(self) -> bool:
+        """Whether it acts, or begins, at a place or time."""
+        return bool({"times", "time", "intervals"} & self.fixed.keys())
 
     @property
     def most(self) -> float:
@@ -135,6 +147,8 @@ def term(effect: str, component: str, tries: int = 1, size: float = 1.0, **fixed
         times = fixed["times"]
         pairs: list[dict[str, Any]] = [{"times": (time,), "lost": (linear.scale,)} for time in times]
         probes = tuple(kind(component=component, **pair) for pair in pairs)
+    elif effect == SETUP:
+        probes = tuple(kind(component=component, **{own.name: own.scale}) for own in kind.parameters)
     elif turned is not None:
         probes = tuple(
             kind(component=component, **{linear.name: linear.scale, turned: angle}, **fixed)
@@ -145,7 +159,7 @@ def term(effect: str, component: str, tries: int = 1, size: float = 1.0, **fixed
     own_clock = effect != "clock_drift" or component in POSES
     bare = BELIEFS[effect].log_odds - (0.0 if own_clock else math.log(SYNCED))
     odds = bare - math.log(tries) * len(fixed.get("times", (0,)))
-    positive = linear.low >= null and turned is None
+    positive = linear.low >= null and turned is None and effect != SETUP
     return Term(effect, component, probes, dict(fixed), odds, positive, size)
 
 
@@ -178,6 +192,33 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
                 sizes = BENT.get(kind.name, (1.0,))
                 terms += [term(kind.name, component, len(sizes), size) for size in sizes]
     return terms
+
+
+def mounted_terms(signals: Sequence[Signals]) -> list[Term]:
+    """Return the terms of how references are mounted, on every truck whose whole pose is measured often."""
+    return [term(SETUP, truck) for truck in _followed(signals)]
+
+
+def calibrated_terms(signals: Sequence[Signals]) -> list[Term]:
+    """Return the terms of what is calibrated in any case, of every truck whose whole pose is measured often.
+
+    They are how its reference is mounted, its wheelbase and its diameters.
+    """
+    trucks = _followed(signals)
+    return [
+        *mounted_terms(signals),
+        *(term("wheelbase", truck) for truck in trucks),
+        *(term("wheel_diameter", f"{truck}.{side}") for truck in trucks for side in ("left", "right")),
+    ]
+
+
+def _followed(signals: Sequence[Signals]) -> list[TruckName]:
+    """Return the trucks whose whole pose is measured often."""
+    return [
+        truck
+        for truck in signals[0].trucks
+        if any(one.poses is not None and is_dense(one.poses.of(truck)) for one in signals)
+    ]
 
 
 def moving_channels(signals: Sequence[Signals]) -> set[str]:

@@ -90,16 +90,16 @@ def quantities(windows: Windows) -> Curves:
     signals = windows.signals
     block, lead = signals.block, signals.path[1:, 0]
     phase = np.linspace(0.0, np.pi, len(block))
-    place = [_standard(lead[:, 0]), _standard(lead[:, 1])]
-    speed = _standard(np.abs(block.speed[:, :2]).mean(axis=1))
-    turning = _standard(block.twist[:, 0, 2] / block.period)
+    place = [standard(lead[:, 0]), standard(lead[:, 1])]
+    speed = standard(np.abs(block.speed[:, :2]).mean(axis=1))
+    turning = standard(block.twist[:, 0, 2] / block.period)
     curves = {
         "time": [np.cos(order * phase) for order in (1, 2, 3)],
         "heading": [wave(order * lead[:, 2]) for order in (1, 2) for wave in (np.cos, np.sin)],
         "place": [*place, place[0] * place[1], place[0] ** 2, place[1] ** 2],
-        "speed": [speed, _standard(speed**2)],
-        "acceleration": [_standard(block.acceleration[:, :2].mean(axis=1))],
-        "turn rate": [turning, _standard(np.abs(turning)), _standard(speed * turning)],
+        "speed": [speed, standard(speed**2)],
+        "acceleration": [standard(block.acceleration[:, :2].mean(axis=1))],
+        "turn rate": [turning, standard(np.abs(turning)), standard(speed * turning)],
     }
     if signals.reading.shape[1]:
         for number, joint in enumerate(("joint_a", "joint_b")):
@@ -107,11 +107,11 @@ def quantities(windows: Windows) -> Curves:
             curves[f"angle of {joint}"] = [
                 wave(order * angle) for order in (1, 2) for wave in (np.cos, np.sin)
             ]
-        curves["link length"] = [_standard(block.reading[:, 2])]
+        curves["link length"] = [standard(block.reading[:, 2])]
     return curves
 
 
-def _standard(values: Array) -> Array:
+def standard(values: Array) -> Array:
     """Return values less their mean, in units of their deviation; zeros where they are constant."""
     away = values - values.mean()
     deviation = float(away.std())

@@ -19,10 +19,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from omnimate.mismatch.candidates.beliefs import NUMBER, NUMBERS, UNCALIBRATED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -39,9 +42,12 @@ SEEN = 0.05  # of the noise's square: what has no name is told where one sees it
 CANCELLING = 3.0  # declared sizes of two faults that nearly cancel, beyond which nobody believes in both
 GROWN = 1.5  # times its size that a member grows when what nearly cancels it joins
 STRETCH = 4.0  # [s] in which scores are summed: long against what a filter remembers of a wrong model
+MOMENTS = 3  # seconds that may be outliers: what acts all the time must be seen in them and in the rest
 FOLDS = 8  # into which data are cut to be held out in turn
 KNOWN = 4.0  # stretches that say, before any is seen, that noise is white
-CONCENTRATED = 0.5  # of the information in one fold, from which every other second is held out instead
+CONCENTRATED = (
+    0.5  # of the information, or of the gain, in one part of the data, from which others must show it
+)
 NOTHING = -math.inf
 
 
@@ -88,6 +94,7 @@ class Posterior:
     stretch: NDArray[np.int64] = field(init=False)
     fold: NDArray[np.int64] = field(init=False)
     moments: NDArray[np.int64] = field(init=False)
+    moment: NDArray[np.int64] = field(init=False)
     second: NDArray[np.int64] = field(init=False)
     known: dict[frozenset[int], Beside] = field(default_factory=dict)
 
@@ -106,6 +113,9 @@ class Posterior:
             return_inverse=True,
         )
         self.second = self.second.ravel()
+        _, self.moment = np.unique(
+            owner * 10**6 + np.floor(time - starts[owner]).astype(np.int64), return_inverse=True
+        )
         self.moments = (np.floor(along).astype(np.int64)) % 2
 
     def beside(self, members: Iterable[int]) -> Beside:
@@ -124,9 +134,30 @@ class Posterior:
             return 0.0
         beside = self.beside(())
         gram, score = beside.products(chosen)
-        odds = sum(self.terms[single].odds for single in chosen)
+        odds = sum(self.odds(single, chosen[:number]) for number, single in enumerate(chosen))
         everyday = beside.everyday({self.terms[single].key for single in chosen})
         return log_evidence(gram, score, LARGEST) - everyday + odds
+
+    def bar(self, candidates: Iterable[int]) -> None:
+        """Let candidates be none any more."""
+        for single in candidates:
+            self.terms[single] = replace(self.terms[single], odds=NOTHING)
+        self.known.clear()
+
+    def odds(self, single: int, members: Iterable[int]) -> float:
+        """Return the log prior odds of a candidate beside a set.
+
+        Whoever has not calibrated one of a truck's numbers has not calibrated the others.
+        """
+        term = self.terms[single]
+        if term.effect in NUMBERS and any(
+            self.terms[other].effect in NUMBERS
+            and self.terms[other].component.startswith(term.component[:1])
+            and self.terms[other].key != term.key
+            for other in members
+        ):
+            return term.odds + math.log(UNCALIBRATED / NUMBER)
+        return term.odds
 
     def same(self, keys: set[tuple[str, str]]) -> tuple[NDArray[np.int64], Array]:
         """Return the everyday columns of what has one of some names, and their sizes."""
@@ -143,9 +174,8 @@ class Beside:
     """What is left of the data and of all candidates beside a set of members.
 
     Attributes:
-        rows: All columns, the data first, whitened anew with members and everyday sizes as noise, `(V, C)`.
-        held: What of each column the members' columns hold, in their coefficients, `(k, C)`.
-        left: Their products, `(C, C)`.
+        nuisance: Members and everyday sizes, which are noise to all others, whitened, `(V, n)`.
+        residual: What is left of the data, `(V,)`.
     """
 
     def __init__(self, posterior: Posterior, members: tuple[int, ...]) -> None:
@@ -153,31 +183,57 @@ class Beside:
         self.known: dict[int, float] = {}
         self.part: Array | None = None
         white = posterior.regression.white
-        rows = white.copy()
-        rows[:, 0] += posterior.shift
+        data = white[:, 0] + posterior.shift
         if members:
-            part = self._discrepancy(rows)
+            part = self._discrepancy(data)
             self.part = part if float((part**2).sum()) > 1.0 else None
             if self.part is not None:
                 self.weight = self._weight(self.part)
-                rows = loosened(rows * self.weight, self.part * self.weight, posterior.stretch)
         everyday, usual = posterior.everyday
         own = [at for single in members for at in posterior.columns(single)]
-        self.nuisance = rows[:, [*everyday, *own]] * np.concatenate((usual, np.full(len(own), LARGEST)))
+        sizes = np.concatenate((usual, np.full(len(own), LARGEST)))
+        self.nuisance = self._loosened(white[:, [*everyday, *own]]) * sizes
         self.inside = self.nuisance.T @ self.nuisance
         self.shrunk = shrinking(self.inside)
-        shared = self.nuisance.T @ rows
-        held = np.linalg.solve(self.inside + np.eye(len(shared)), shared)
-        self.held = LARGEST * held[len(everyday) :]
-        self.rows = rows - self.nuisance @ (self.shrunk @ shared)
-        self.left = self.rows.T @ self.rows
+        self.residual = self.free(data[:, None])[:, 0]
+        self._sizes = self._held_by(self._loosened(data[:, None]))[:, 0]
 
-    def _discrepancy(self, rows: Array) -> Array:
+    @cached_property
+    def rows(self) -> Array:
+        """What is left of all columns, the data first, `(V, C)`."""
+        rows = self.free(self.posterior.regression.white)
+        rows[:, 0] = self.residual
+        return rows
+
+    @cached_property
+    def left(self) -> Array:
+        """Products of what is left of all columns with each other, `(C, C)`."""
+        return np.asarray(self.rows.T @ self.rows)
+
+    def columns(self, columns: Sequence[int] | NDArray[np.int64]) -> Array:
+        """Return what is left of some columns, `(V, k)`."""
+        if "rows" in self.__dict__:
+            return np.asarray(self.rows[:, columns])
+        return self.free(self.posterior.regression.white[:, columns])
+
+    def _loosened(self, rows: Array) -> Array:
+        """Return rows (V, C) whitened anew, members being noise where their laws are not exact."""
+        if self.part is None:
+            return rows
+        return loosened(rows * self.weight, self.part * self.weight, self.posterior.stretch)
+
+    def _held_by(self, rows: Array) -> Array:
+        """Return what of whitened rows (V, k) the members hold, in their coefficients, `(n, k)`."""
+        count = len(self.posterior.everyday[0])
+        held = np.linalg.solve(self.inside + np.eye(len(self.inside)), self.nuisance.T @ rows)
+        return np.asarray(LARGEST * held[count:])
+
+    def _discrepancy(self, data: Array) -> Array:
         """Return what members may do otherwise than their laws say, `(V, k)`."""
-        terms = self.posterior.terms
-        columns = rows[:, [at for single in self.members for at in self.posterior.columns(single)]]
+        terms, white = self.posterior.terms, self.posterior.regression.white
+        columns = white[:, [at for single in self.members for at in self.posterior.columns(single)]]
         precision = columns.T @ columns + np.eye(columns.shape[1]) / LARGEST**2
-        sizes = np.linalg.solve(precision, columns.T @ rows[:, 0])
+        sizes = np.linalg.solve(precision, columns.T @ data)
         parts, first = [], 0
         for single in self.members:
             here = slice(first, first + len(self.posterior.columns(single)))
@@ -185,25 +241,25 @@ class Beside:
             first = here.stop
         return np.stack(parts, axis=1)
 
-    def _cancels(self, columns: Sequence[int], coefficients: Array) -> bool:
+    def _cancels(self, held: Array, coefficients: Array) -> bool:
         """Say whether a candidate makes members absurdly large, which it then nearly cancels.
 
         Such a pair would be believed for what the two laws, neither exact, leave of each other.
         """
         if not self.members:
             return False
-        sizes = np.abs(self.held[:, 0] - self.held[:, columns] @ coefficients)
-        return bool(np.any((sizes > GROWN * np.abs(self.held[:, 0])) & (sizes > CANCELLING)))
+        sizes = np.abs(self._sizes - held @ coefficients)
+        return bool(np.any((sizes > GROWN * np.abs(self._sizes)) & (sizes > CANCELLING)))
 
-    def _rarer(self, columns: Sequence[int], coefficients: Array) -> float:
+    def _rarer(self, held: Array, coefficients: Array) -> float:
         """Return by how much members are less likely a priori at the sizes that a candidate drives them to.
 
         Members are integrated out with one wide normal prior; that of faults has two parts.
         """
         if not self.members:
             return 0.0
-        with_it = self.held[:, 0] - self.held[:, columns] @ coefficients
-        return min(0.0, float((_density(with_it) - _density(self.held[:, 0])).sum()))
+        with_it = self._sizes - held @ coefficients
+        return min(0.0, float((_density(with_it) - _density(self._sizes)).sum()))
 
     def _weight(self, part: Array) -> Array:
         """Return the weights (V, 1) of rows: where members are strong, their shapes are not exact."""
@@ -213,11 +269,6 @@ class Beside:
         mean = np.bincount(second, weights=power) / count
         return np.asarray(1.0 / np.sqrt(1.0 + mean[second]))[:, None]
 
-    @property
-    def residual(self) -> Array:
-        """What is left of the data, `(V,)`."""
-        return np.asarray(self.rows[:, 0])
-
     def strength(self, added: Array) -> Array:
         """Return by how many sigma (C,) each of added columns (V, C) would be estimated, signed."""
         score, gram = self.scores(added)
@@ -225,14 +276,12 @@ class Beside:
 
     def free(self, added: Array) -> Array:
         """Return added columns (V, C) as what is left of them."""
-        if self.part is not None:
-            added = loosened(added * self.weight, self.part * self.weight, self.posterior.stretch)
+        added = self._loosened(added)
         return np.asarray(added - self.nuisance @ (self.shrunk @ (self.nuisance.T @ added)))
 
     def scores(self, added: Array) -> tuple[Array, Array]:
         """Return products of added columns (V, C) with the data (C,) and with each other (C, C)."""
-        if self.part is not None:
-            added = loosened(added * self.weight, self.part * self.weight, self.posterior.stretch)
+        added = self._loosened(added)
         shared = self.nuisance.T @ added
         taken = self.shrunk @ shared
         score = self.residual @ added - (self.residual @ self.nuisance) @ taken
@@ -244,14 +293,14 @@ class Beside:
 
         They are for a robot without any everyday size of what the candidates are called.
         """
-        posterior = self.posterior
+        posterior, left = self.posterior, self.left
         columns = [at for single in candidates for at in posterior.columns(single)]
         same, sizes = posterior.same({posterior.terms[single].key for single in candidates})
         both = [0, *columns]
-        gram = self.left[both][:, both]
+        gram = left[both][:, both]
         if len(same):
-            shared = sizes[:, None] * self.left[same][:, both]
-            inside = sizes[:, None] * self.left[np.ix_(same, same)] * sizes
+            shared = sizes[:, None] * left[same][:, both]
+            inside = sizes[:, None] * left[np.ix_(same, same)] * sizes
             gram = gram + shared.T @ np.linalg.solve((1.0 + 1e-9) * np.eye(len(same)) - inside, shared)
         return gram[1:, 1:], gram[1:, 0]
 
@@ -265,9 +314,13 @@ class Beside:
         same, sizes = self.posterior.same(keys)
         if not len(same):
             return 0.0
-        inside = sizes[:, None] * self.left[np.ix_(same, same)] * sizes
-        away = np.linalg.inv((1.0 + 1e-9) * np.eye(len(same)) - inside)
-        score = away @ (sizes * self.left[same, 0])
+        if "left" in self.__dict__:
+            inside, score = self.left[np.ix_(same, same)], self.left[same, 0]
+        else:
+            rows = self.columns(same)
+            inside, score = rows.T @ rows, rows.T @ self.residual
+        away = np.linalg.inv((1.0 + 1e-9) * np.eye(len(same)) - sizes[:, None] * inside * sizes)
+        score = away @ (sizes * score)
         return log_evidence((away - np.eye(len(same))) / spread, score / spread, 1.0)
 
     def quick(self, single: int) -> float:
@@ -281,18 +334,20 @@ class Beside:
         gram, score = self.products([single])
         if term.positive and np.any(score < 0.0):
             return NOTHING
-        return term.odds + bayes_factor(gram, score) - self.everyday({term.key})
+        odds = self.posterior.odds(single, self.members)
+        return odds + bayes_factor(gram, score) - self.everyday({term.key})
 
     def judge(self, single: int) -> Judgement:
         """Return what a candidate is worth, against a robot that has an everyday size of it."""
         columns = list(self.posterior.columns(single))
         term = self.posterior.terms[single]
         own, residual = self._apart(columns, term.key)
+        held = self._held_by(self._loosened(self.posterior.regression.white[:, columns]))
         gram, score = own.T @ own, own.T @ residual
         size = np.eye(len(columns)) / LARGEST**2
         fitted: Array = np.asarray(np.linalg.solve(gram + size, score), np.float64)
         quiet = term.effect == "unknown" and float(fitted @ gram @ fitted) < SEEN * len(residual)
-        if quiet or self._cancels(columns, fitted):
+        if quiet or self._cancels(held, fitted):
             covariance = np.linalg.inv(gram + size).astype(np.float64)
             return Judgement(NOTHING, NOTHING, NOTHING, fitted, covariance, 1.0)
         after = residual - own @ fitted
@@ -304,15 +359,21 @@ class Beside:
         if (term.positive and np.any(coefficients < 0.0)) or np.any(np.abs(coefficients) > term.most):
             evidence = NOTHING
         earned = self._earned(own, residual, spread) if evidence > NOTHING else NOTHING
-        worth = term.odds + min(evidence, earned) + self._rarer(columns, fitted)
+        if earned > 0.0 and not term.is_local:
+            gain = residual**2 - after**2
+            outlying = self._outlying(gain)
+            if gain @ outlying > CONCENTRATED * gain.sum():
+                earned = min(earned, self._earned_in(outlying, own, residual, spread))
+        odds = self.posterior.odds(single, self.members)
+        worth = odds + min(evidence, earned) + self._rarer(held, fitted)
         return Judgement(worth, evidence, earned, coefficients, covariance, spread)
 
     def _apart(self, columns: Sequence[int], key: tuple[str, str]) -> tuple[Array, Array]:
         """Return columns (V, k) and data (V,) for a robot without any everyday size of what has a name."""
         same, sizes = self.posterior.same({key})
-        rows = self.rows[:, [0, *columns]]
+        rows = np.column_stack([self.residual, self.columns(columns)])
         if len(same):
-            rows = narrowed(rows, self.rows[:, same] * sizes)
+            rows = narrowed(rows, self.columns(same) * sizes)
         return rows[:, 1:], rows[:, 0]
 
     def _spread(self, own: Array, after: Array, gram: Array) -> float:
@@ -331,12 +392,22 @@ class Beside:
         uneven = float(power @ after**2 / max(power.sum(), 1e-300))
         return max(1.0, uneven, (KNOWN + told * ratio) / (KNOWN + told))
 
+    def _outlying(self, gain: Array) -> NDArray[np.int64]:
+        """Return which rows (V,) are of the few seconds in which most is gained, of gains (V,) of each."""
+        moment = self.posterior.moment
+        gains = np.bincount(moment, weights=gain)
+        return np.isin(moment, np.argsort(-gains)[:MOMENTS]).astype(np.int64)
+
     def _earned(self, own: Array, residual: Array, spread: float) -> float:
         """Return the gain in log predictive density of folds that are held out in turn."""
         inside = np.bincount(self.posterior.fold, weights=(own**2).sum(axis=1))
         fold = self.posterior.fold
         if inside.max() > CONCENTRATED * inside.sum():
             fold = self.posterior.moments
+        return self._earned_in(fold, own, residual, spread)
+
+    def _earned_in(self, fold: NDArray[np.int64], own: Array, residual: Array, spread: float) -> float:
+        """Return the gain in log predictive density of given folds (V,) that are held out in turn."""
         gain, prior = 0.0, np.eye(own.shape[1]) / LARGEST**2
         for number in range(int(fold.max()) + 1):
             mine = fold == number

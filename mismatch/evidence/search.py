@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING
 
@@ -32,10 +33,11 @@ def search(posterior: Posterior, start: Iterable[int] = ()) -> Members:
         posterior: Of the candidates.
         start: Set from which to look.
     """
-    members = tuple(sorted(start))
+    members = _thinned(posterior, tuple(sorted(start)))
     seen = set()
     for _ in range(PASSES):
         members = _exchanged(posterior, _thinned(posterior, _grown(posterior, members)))
+        members = _joined(posterior, members)
         if members in seen:
             break
         seen.add(members)
@@ -103,8 +105,8 @@ def _grown(posterior: Posterior, members: Members) -> Members:
             together = _together(posterior, beside, offer[0])[: MOST - len(members)]
             members = tuple(sorted({*members, *together}))
             continue
-        pair = _pair(posterior, beside)
-        if pair is None or not _better(posterior, members, pair):
+        pair = _pair(posterior, beside, posterior.evidence(members))
+        if pair is None:
             return members
         members = tuple(sorted({*members, *pair}))
     return members
@@ -128,8 +130,14 @@ def _together(posterior: Posterior, beside: Beside, first: int) -> list[int]:
     return chosen
 
 
-def _pair(posterior: Posterior, beside: Beside) -> tuple[int, int] | None:
-    """Return two candidates that are worth adding together, though neither is alone: they hide each other."""
+def _pair(posterior: Posterior, beside: Beside, least: float) -> tuple[int, int] | None:
+    """Return two candidates that are worth adding together, though neither is alone: they hide each other.
+
+    Args:
+        posterior: Of the candidates.
+        beside: The set to which they are added.
+        least: Log posterior odds that the set with them must exceed.
+    """
     terms = posterior.terms
     alone = [single for single in ranked(posterior, beside) if len(terms[single].probes) == 1][:PAIRED]
     columns = [posterior.places[single].start for single in alone]
@@ -152,7 +160,7 @@ def _pair(posterior: Posterior, beside: Beside) -> tuple[int, int] | None:
     ]
     for _, first, second in sorted(offers, reverse=True)[:3]:
         pair = tuple(sorted((*beside.members, first, second)))
-        if all(
+        if posterior.evidence(pair) > least and all(
             posterior.beside(tuple(other for other in pair if other != single)).judge(single).worth > 0.0
             for single in (first, second)
         ):
@@ -182,6 +190,12 @@ def _exchanged(posterior: Posterior, members: Members) -> Members:
             continue
         rest = tuple(single for single in members if single != old)
         beside = posterior.beside(rest)
+        pair = (
+            None if posterior.terms[old].is_event else _pair(posterior, beside, posterior.evidence(members))
+        )
+        if pair is not None:
+            members = tuple(sorted({*rest, *pair}))
+            continue
         offer = _instead(posterior, beside, old) if posterior.terms[old].is_event else best(posterior, beside)
         if offer is None or offer[0] == old:
             continue
@@ -190,6 +204,25 @@ def _exchanged(posterior: Posterior, members: Members) -> Members:
             continue
         if offer[1].worth > own.worth:
             members = tuple(sorted({*rest, offer[0]}))
+    return members
+
+
+def _joined(posterior: Posterior, members: Members) -> Members:
+    """Return a set with two members alike exchanged for a single candidate, if the set is then likelier."""
+    terms = posterior.terms
+    lasting = [single for single in range(len(terms)) if not terms[single].is_local and terms[single].probes]
+    for first, second in itertools.combinations(set(members) & set(lasting), 2):
+        if terms[first].effect != terms[second].effect and terms[first].component != terms[second].component:
+            continue
+        rest = set(members) - {first, second}
+        taken = {terms[single].key for single in rest}
+        offers = [single for single in lasting if single not in members and terms[single].key not in taken]
+        worths = {single: posterior.evidence({*rest, single}) for single in offers}
+        offer = max(offers, key=lambda single: worths[single], default=first)
+        if offer == first or worths[offer] <= posterior.evidence(members):
+            continue
+        if posterior.beside(rest).judge(offer).worth > 0.0:
+            return tuple(sorted({*rest, offer}))
     return members
 
 

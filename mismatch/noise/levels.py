@@ -29,9 +29,9 @@ STILL = 1e-9  # [m/sqrt(m)] of waves that are none: the floor is white, and stay
 LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
 # A level is known a priori within a factor of exp(1.2) = 3.3; what a file states of its poses, within 2.
 _FREEDOM = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7])
-# Beyond these no level is looked for [log]: no floor or sensor in use is ten times better than an ordinary
+# Beyond these no level is looked for [log]: no floor or sensor in use is three times better than an ordinary
 # one, and what is fifty times worse is a fault.
-_LEAST, _MOST = math.log(10.0), math.log(50.0)
+_LEAST, _MOST = math.log(3.0), math.log(50.0)
 WAVES = (0.05, 0.15)  # [m] lengths of the floor's waves: from joints of tiles to a wheel's length of contact
 FINE, ROUGH = 1e-5, 5e-3  # part of the log likelihood by which a turn must raise it, or the search ends
 _TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss

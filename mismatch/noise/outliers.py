@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 HAPPENED = 16.27  # chi-square with three degrees of freedom that noise exceeds in one window of a thousand
 SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck in one window, one standard deviation
-_MOST = 0.1  # of all windows, and of what is measured: what happens more often is how the floor is
+_MOST = 0.2  # of all windows, and of what is measured: what happens more often is how the floor is
 
 
 def freed(regression: Regression, rows: Array) -> tuple[list[Windows], int]:

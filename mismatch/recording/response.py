@@ -10,6 +10,7 @@ import numpy as np
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.mismatch.recording.windows import pushed
 from omnimate.vcan_sim.effects.ageing import AgedSamples
+from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
 from omnimate.vcan_sim.effects.stages import replay
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ def response(windows: Windows, effects: Sequence[Effect]) -> Response:
         shown = block.reading - signals.block.reading
         offset[:, :3] = np.concatenate((shown[:1], shown))[windows.ends]
     _age_poses(windows, effects, offset)
+    _move_references(windows, effects, offset)
     return Response(inputs, offset)
 
 
@@ -78,6 +80,17 @@ def _age_poses(windows: Windows, effects: Sequence[Effect], offset: Array) -> No
                 when, own = windows.when[:, row], signals.path[:, truck, axis]
                 then = when - effect.age(when, signals.time[0])
                 offset[:, row] += np.interp(then, signals.time, own) - np.interp(when, signals.time, own)
+
+
+def _move_references(windows: Windows, effects: Sequence[Effect], offset: Array) -> None:
+    """Let poses be those of references that are mounted elsewhere on their trucks."""
+    signals = windows.signals
+    for effect in effects:
+        if isinstance(effect, ReferenceOffset) and effect.component in signals.trucks:
+            truck = signals.trucks.index(effect.component)
+            own = slice(windows.linkage + 3 * truck, windows.linkage + 3 * truck + 3)
+            path = signals.path[windows.ends, truck]
+            offset[:, own] += effect.measured(path) - path
 
 
 def data(windows: Windows, base: Response) -> Columns:

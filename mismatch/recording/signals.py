@@ -189,7 +189,7 @@ def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | Non
     time = recording.time
     own = None if poses is None else poses.of("a")
     first = np.zeros(3) if own is None else _start(own)
-    if own is not None and _dense(own):
+    if own is not None and is_dense(own):
         first[2] = own.pose[np.isfinite(own.pose[:, 2]), 2][0]
         after = np.searchsorted(time, own.time)
         lead = follow_poses(twist[:, 0].copy(), time, first, own.time, own.pose, after)
@@ -201,7 +201,7 @@ def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | Non
     return np.stack([lead, follow_linkage(lead, twist[:, 1].copy(), time, behind)], axis=1)
 
 
-def _dense(poses: Poses) -> bool:
+def is_dense(poses: Poses) -> bool:
     """Say whether whole poses come often enough that a path need not look ahead to the next."""
     known = np.isfinite(poses.pose).all(axis=1)
     return int(known.sum()) > 2 and float(np.median(np.diff(poses.time[known]))) < FORGETTING

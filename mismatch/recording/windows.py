@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel
 
 STARTING = 1.5  # [s] in which a truck takes up its plays and turns its castors
-PUSHED = np.array([1e-3, 1e-3, 3e-3])  # [m, m, rad] by which that moves it: a millimetre on a wheelbase
+# [m, m, rad] by which that moves it: castors swing by their trail, some centimetres, and take the truck along
+# by a part of that, on a wheelbase of some decimetres
+PUSHED = np.array([1e-2, 1e-2, 3e-2])
 UNSTATED = (0.003, 0.003, 0.003)  # [m, m, rad] of poses whose file states no sigma
 
 
@@ -97,7 +99,7 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
         transition[:, 3 * truck + 1, 3 * truck + 2] = gone[:, 0]
     _round_linkage(signals, ends, 3 * trucks, transition, rounding)
     _round_wheels(signals, rolled, lever, 3 * trucks + linkage, transition, rounding)
-    _start(signals, ends, rolled, rounding)
+    _start_and_stop(signals, ends, rolled, rounding)
     waves = np.arange(states - wheels, states)
     transition[:, :, waves] += (rolled[:, :, None] * lever).transpose(0, 2, 1)
     floor = np.einsum("mw,mwi,mwj->mij", rolled, lever, lever)
@@ -123,16 +125,23 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
     )
 
 
-def _start(signals: Signals, ends: NDArray[np.int64], rolled: Array, rounding: Array) -> None:
-    """Let trucks be pushed while they begin to drive: nobody knows how castors stood and plays lay before."""
+def _start_and_stop(signals: Signals, ends: NDArray[np.int64], rolled: Array, rounding: Array) -> None:
+    """Let trucks be pushed while they begin to drive, and while they come to a stand at the end.
+
+    Nobody knows how castors stood and plays lay before, and a robot that brakes slides and nods.
+    """
     moving = np.flatnonzero(rolled.max(axis=1) > 1e-3)
     if len(moving) == 0:
         return
-    first = signals.time[ends[moving[0]]]
-    begun = np.flatnonzero((signals.time[ends[:-1]] >= first) & (signals.time[ends[:-1]] < first + STARTING))
-    for truck in range(len(signals.trucks)):
-        own = slice(3 * truck, 3 * truck + 3)
-        rounding[begun, own, own] += np.diag(PUSHED**2) / max(len(begun), 1)
+    time = signals.time[ends[:-1]]
+    first, last = time[moving[0]], time[moving[-1]]
+    for begun in (
+        np.flatnonzero((time >= first) & (time < first + STARTING)),
+        np.flatnonzero((time > last - STARTING) & (time <= last + STARTING)),
+    ):
+        for truck in range(len(signals.trucks)):
+            own = slice(3 * truck, 3 * truck + 3)
+            rounding[begun, own, own] += np.diag(PUSHED**2) / max(len(begun), 1)
 
 
 def _ends(signals: Signals, dense: Sequence[tuple[float, float]]) -> NDArray[np.int64]:

@@ -71,9 +71,9 @@ def at_the_threshold(recording, injection, wheel):
     """Return the way [m] of steps of which counters of whole counts cannot say whether they are too fast."""
     if injection.effect != "count_loss":
         return 0.0
-    speed = np.abs(block_of(recording).speed[:, wheel])
-    crossed = np.count_nonzero(np.diff(speed > injection.more["above"]))
-    return 2.0 * crossed * injection.size * injection.more["above"] * PERIOD
+    speeds = [np.abs(block_of(one).speed[:, wheel]) for one in (recording, injected(recording, injection))]
+    crossed = max(np.count_nonzero(np.diff(speed > injection.more["above"])) for speed in speeds)
+    return 2.0 * (crossed + 1) * injection.size * injection.more["above"] * PERIOD
 
 
 @given(st.sampled_from(WHEEL_EFFECTS), st.integers(0, 99), st.booleans(), st.floats(0.1, 2.0))

@@ -25,6 +25,7 @@ from omnimate.vcan_sim.effects.link_eccentricity import LinkEccentricity
 from omnimate.vcan_sim.effects.link_scale import LinkScale
 from omnimate.vcan_sim.effects.radius_step import RadiusStep
 from omnimate.vcan_sim.effects.radius_vs_speed import RadiusVsSpeed
+from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
 from omnimate.vcan_sim.effects.slip_patch import SlipPatch
 from omnimate.vcan_sim.effects.traction_slip import TractionSlip
 from omnimate.vcan_sim.effects.turn_scrub import TurnScrub
@@ -62,6 +63,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     GearBacklash,
     GearHarmonic,
     ClockDrift,
+    ReferenceOffset,
     Law,
 )
 

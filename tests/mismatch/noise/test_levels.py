@@ -105,8 +105,8 @@ def test_a_robot_with_a_large_effect_in_it_looks_no_quieter(drive, effect, name,
     assert floor[1] > floor[0] / 1.25
 
 
-def test_the_levels_make_what_is_left_as_large_as_they_say(drive):
-    healthy = [windows_of(signals_of(drive()))]
+def test_the_levels_make_what_is_left_as_large_as_they_say(windows):
+    healthy = [drawn(windows, TRUE, 5)]
     raw = columns(healthy[0])
     usual = estimate_noise(healthy, raw, waves=(0.15,))
     assert left(healthy, usual) == pytest.approx(1.0, abs=0.1)
@@ -116,3 +116,9 @@ def test_the_levels_make_what_is_left_as_large_as_they_say(drive):
         np.hypot(usual.roughness, usual.waviness), rel=0.2
     )
     assert left(healthy, again) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_robot_without_noise_is_not_believed_to_have_none(windows):
+    quiet = replace(windows, measured=np.zeros_like(windows.measured), drift=np.zeros_like(windows.drift))
+    noise = estimate_noise([quiet], columns(quiet), waves=(0.15,))
+    assert noise.roughness >= DEFAULT_LEVELS.roughness / 3.01

@@ -14,7 +14,7 @@ from omnimate.vcan_sim.errors import SimulationError
 VOCABULARY = {
     "wheel_diameter", "wheel_eccentricity", "radius_vs_speed", "radius_step", "bump", "slip_patch",
     "traction_slip", "wheelbase", "turn_scrub", "wheel_misalignment", "lateral_slip", "floor_slope",
-    "castor_kick", "joint_bias", "joint_eccentricity", "joint_backlash", "link_bias",
+    "castor_kick", "reference_offset", "joint_bias", "joint_eccentricity", "joint_backlash", "link_bias",
     "link_eccentricity", "link_scale", "count_loss", "latency", "gear_backlash", "gear_harmonic",
     "clock_drift", "law",
 }  # fmt: skip
