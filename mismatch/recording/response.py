@@ -90,7 +90,7 @@ def _move_references(windows: Windows, effects: Sequence[Effect], offset: Array)
             truck = signals.trucks.index(effect.component)
             own = slice(windows.linkage + 3 * truck, windows.linkage + 3 * truck + 3)
             path = signals.path[windows.ends, truck]
-            offset[:, own] += effect.measured(path) - path
+            offset[:, own] += path - effect.truck(path)  # the path is drawn to what was measured
 
 
 def data(windows: Windows, base: Response) -> Columns:

@@ -182,3 +182,31 @@ def test_sets_are_compared_by_the_density_of_the_data(drawn, waves, candidate):
         data @ np.linalg.solve(covariance, data) - data @ data + np.linalg.slogdet(covariance)[1]
     )
     assert posterior.evidence((0, 1)) == pytest.approx(expected + terms[0].odds + terms[1].odds, abs=1e-6)
+
+
+@pytest.mark.parametrize(("fixed", "believed"), [({}, False), ({"intervals": ((10.0, 40.0),)}, True)])
+def test_what_acts_all_the_time_is_not_believed_for_three_outlying_seconds(
+    drawn, waves, candidate, fixed, believed
+):
+    terms, columns = [candidate("slip_patch", "a.left", **fixed)], waves([100.0], 4)
+    moments = np.isin(np.floor(np.arange(len(columns)) / 4.0), (12, 45, 98))
+    columns[moments] += 4.0
+    posterior = drawn(columns, terms, np.array([0.0]), 4)
+    posterior.regression.white[moments, 0] += columns[moments, 0]
+    assert (posterior.beside(()).judge(0).worth > 0.0) is believed
+
+
+def test_a_truck_with_one_wrong_number_was_not_calibrated(drawn, waves, candidate):
+    keys = [("wheel_diameter", "a.left"), ("wheelbase", "a"), ("wheelbase", "b"), ("latency", "a.left")]
+    terms = [candidate(*key, odds=0.03) for key in keys]
+    posterior = drawn(waves([400.0] * 4, 1), terms, np.zeros(4), 1)
+    assert posterior.odds(1, (0,)) > posterior.odds(1, ()) == terms[1].odds
+    assert posterior.odds(2, (0,)) == terms[2].odds
+    assert posterior.odds(1, (3,)) == terms[1].odds
+
+
+def test_a_barred_candidate_is_worth_nothing_beside_any_set(judged):
+    posterior = judged(2)
+    assert posterior.beside(()).judge(0).worth > 0.0
+    posterior.bar((0,))
+    assert posterior.beside(()).judge(0).worth == posterior.beside((1,)).judge(0).worth == -np.inf

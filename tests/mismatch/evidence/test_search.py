@@ -74,3 +74,11 @@ def test_of_two_names_for_the_same_column_the_likelier_is_taken(drawn, waves, ca
     terms = [candidate("joint_bias", "joint_a", odds=0.01), candidate("wheel_misalignment", "a", odds=0.1)]
     column = waves([500.0], 2)
     assert search(drawn(np.hstack([column, column]), terms, np.array([1.0, 0.0]), 2)) == (1,)
+
+
+def test_two_members_alike_are_exchanged_for_the_single_effect_that_is_both(drawn, waves, candidate):
+    terms = [candidate("latency", "b.left"), candidate("latency", "b.right"), candidate("traction_slip", "b")]
+    columns = waves([500.0, 500.0, 500.0], 6)
+    columns[:, 2] = columns[:, 0] + columns[:, 1]
+    posterior = drawn(columns, terms, np.array([0.0, 0.0, 1.0]), 6)
+    assert search(posterior, (0, 1)) == (2,)

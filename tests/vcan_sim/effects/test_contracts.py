@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from omnimate.vcan_sim.crossing import losing
 from omnimate.vcan_sim.effects import effect_named
@@ -253,3 +255,18 @@ def test_recover_gives_back_the_way_of_a_wheel_whose_samples_are_old(block, acte
     back, _ = late.recover(replace(block, travel=0.075 * aged["turned"]))
     way, recovered = np.cumsum(block.travel[:, 0]), np.cumsum(back.travel[:, 0])
     assert recovered[:-5] == pytest.approx(way[:-5], abs=1e-9)
+
+
+@given(
+    st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3),
+    st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3),
+)
+def test_the_truck_is_where_its_reference_says(pose, offset):
+    mounted = effect("reference_offset", "a", x=offset[0], y=offset[1], yaw=offset[2])
+    assert mounted.truck(mounted.measured(np.array(pose))) == pytest.approx(pose, abs=1e-9)
+
+
+def test_a_reference_ahead_of_the_axle_runs_round_it_when_the_truck_turns():
+    ahead = effect("reference_offset", "a", x=0.1)
+    seen = ahead.measured(np.array([[1.0, 2.0, 0.0], [1.0, 2.0, 0.5 * math.pi]]))
+    assert seen[:, :2] == pytest.approx(np.array([[1.1, 2.0], [1.0, 2.1]]))

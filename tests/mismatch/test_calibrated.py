@@ -1,0 +1,79 @@
+"""What any recording with poses calibrates: how the reference is mounted, wheelbase and diameters."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from omnimate.mismatch import diagnose
+from omnimate.mismatch.candidates.nuisances import add_nuisances
+from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.terms import calibrated_terms
+from omnimate.mismatch.diagnosis import ASSERTED
+from omnimate.mismatch.noise.levels import DEFAULT_LEVELS
+from omnimate.mismatch.recording.signals import signals_of
+from omnimate.mismatch.recording.windows import windows_of
+
+OFFSET = {"x": 0.02, "y": -0.012, "yaw": 0.015}
+
+
+@pytest.fixture(scope="module")
+def mounted(drive, watched, effect):
+    """Return the diagnosis of a healthy robot whose reference sits beside truck a's axle."""
+    recording = watched(drive())
+    poses, offset = recording.poses, effect("reference_offset", "a", **OFFSET)
+    own = (poses.body == "a")[:, None]
+    return diagnose(
+        [
+            replace(
+                recording, poses=replace(poses, pose=np.where(own, offset.measured(poses.pose), poses.pose))
+            )
+        ]
+    )
+
+
+def test_a_reference_beside_the_axle_is_no_fault_of_the_robot(mounted):
+    assert not [finding for finding in mounted.findings if finding.probability >= ASSERTED]
+
+
+def test_its_place_is_calibrated_within_its_uncertainty(mounted):
+    parameters = {
+        (single.effect, single.component): {one.name: one for one in single.parameters}
+        for single in mounted.calibrated
+    }
+    for name, value in OFFSET.items():
+        told = parameters["reference_offset", "a"][name]
+        assert abs(told.value - value) < 4.0 * told.sigma
+        assert abs(parameters["reference_offset", "b"][name].value) < 4.0 * told.sigma
+    assert (
+        abs(parameters["wheelbase", "a"]["ratio"].value - 1.0)
+        < 4.0 * parameters["wheelbase", "a"]["ratio"].sigma
+    )
+
+
+def test_what_is_calibrated_is_in_the_effects_and_in_the_json(mounted):
+    names = [(effect.name, effect.component) for effect in mounted.effects]
+    told = [(single["effect"], single["component"]) for single in mounted.as_json()["calibrated"]]
+    assert told == [name for name in names if name in told]
+    assert ("reference_offset", "a") in told
+
+
+def test_poses_now_and_then_calibrate_nothing(drive, watched):
+    often, seldom = (signals_of(watched(drive(), every=every)) for every in (20, 400))
+    assert {single.effect for single in calibrated_terms([often])} == {
+        "reference_offset",
+        "wheelbase",
+        "wheel_diameter",
+    }
+    assert calibrated_terms([seldom]) == []
+
+
+def test_late_stamps_of_one_recording_are_no_business_of_another(drive, watched):
+    first, second = (windows_of(signals_of(watched(drive(laps=1, seed=seed)))) for seed in (4, 5))
+    regression = Regression([first, second], DEFAULT_LEVELS, ())
+    columns = add_nuisances(regression)
+    power = np.stack(
+        [(regression.white[regression.owner == owner][:, columns] ** 2).sum(axis=0) for owner in (0, 1)]
+    )
+    assert np.array_equal(power[:, -2:] > 0.0, np.eye(2, dtype=bool))
+    assert np.all(power[:, :-2] > 0.0)
