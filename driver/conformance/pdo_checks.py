@@ -23,8 +23,7 @@ def answers_sync(probe: Probe) -> None:
     """A TPDO of type 1 answers each SYNC once in the state operational, and in no other."""
     cob_id = _tpdo(probe)
     with _saved(probe, TPDO):
-        if probe.refusal(TPDO, 1, cob_id | OFF, 4) is None:
-            pass
+        probe.refusal(TPDO, 1, cob_id | OFF, 4)
         code = probe.refusal(TPDO, 2, 1, 1)
         if code is not None:
             raise AbsentError(f"transmission type 1 is refused with {code:08X}h")
