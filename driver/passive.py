@@ -125,6 +125,8 @@ class PassiveReader:
                     heard = time.monotonic()
                 yield from early
                 early.clear()
+        for message, arrival, _ in early:  # no sample was opened for them; they are counted all the same
+            self._monitor.take(message, arrival)
 
     def _find_opener(self, identifier: int | None) -> int | None:
         """Return SYNC where it comes, else the vehicle's first PDO once `SYNC_WAIT` has passed since then."""
