@@ -65,7 +65,7 @@ class Assembler:
         self._bridges = Bridges(vehicle)
         self._gap_log = GapLog(vehicle.channels)
         self._silent: set[int] = set()
-        self._long = max(SILENT_AFTER, round(SILENT_TIME / vehicle.bus.sync_period))  # SYNCs
+        self._long = max(SILENT_AFTER, math.ceil(SILENT_TIME / vehicle.bus.sync_period))  # SYNCs
         self._absent = (math.nan,) * width
         self._nothing = (False,) * width
         # COB-IDs: PDOs that answer reliably are waited for at length, unreliable ones only for a short time.
@@ -203,6 +203,11 @@ class Assembler:
     def is_answering(self, node: int) -> bool:
         """Return whether all PDOs of a node answered the last SYNC."""
         return not any(pdo.misses for pdo in self.pdos.values() if pdo.node == node)
+
+    def silence(self, node: int) -> float:
+        """Return for how long the most silent PDO of a node has not answered [s]."""
+        misses = max(pdo.misses for pdo in self.pdos.values() if pdo.node == node)
+        return misses * self.vehicle.bus.sync_period
 
     def never_answered(self, node: int) -> bool:
         """Return whether a PDO of a node has not entered any sample."""

@@ -36,6 +36,7 @@ SHORT_WAIT = 0.01  # [s] of host time for PDOs that do not answer reliably
 MAX_DRAIN = 20_000  # frames read before a SYNC; more than two seconds of a full 1 Mbit/s bus
 REACTION = 0.01  # [s] between two looks at the drives while nothing comes
 STALL = 0.05  # [s] between two looks after which the host was busy, and nothing says that a node was silent
+GIVE_UP = 10.0  # [s] for which a robot that stands waits for an encoder
 FIRST_DELAY, LONGEST_DELAY = 0.1, 5.0  # [s] before a lost bus is opened again
 
 
@@ -245,9 +246,13 @@ class Driver:
 
     def _recover(self, now: float) -> None:
         """Go on to configure nodes again that have restarted, or that have not answered SYNC for long."""
-        for node in self._monitor.assembler.take_silent():
-            if self._monitor.assembler.never_answered(node):
+        assembler = self._monitor.assembler
+        for node in assembler.take_silent():
+            if assembler.never_answered(node):
                 self._monitor.trouble("has never answered SYNC: check its PDO mapping and 1005h", node)
+            elif assembler.silence(node) >= GIVE_UP:
+                what = f"has not answered SYNC for {GIVE_UP:g} s: check its power and its cable"
+                self._monitor.trouble(what, node)
             if not self._supervision.nodes[node].is_lost:
                 self._recovery.request(node, now)
         if self._recovery.is_busy:

@@ -121,3 +121,18 @@ def test_can_fd_frames_with_the_identifier_of_a_pdo_change_no_sample(bench, driv
     assert samples == untouched
     kinds = {key: (what, count) for key, what, count in driver.report().unknown_frames}
     assert kinds["181h CAN FD"] == ("a CAN FD frame, not CANopen", 40)
+
+
+def test_a_drive_does_not_wait_for_ever_for_an_encoder_that_is_gone(bench, driver_on):
+    bus = bench(devices())
+    driver = driver_on(two_trucks(), bus)
+    driver.configure()
+    driver.enable()
+    cycles(driver, 0.5)
+    bus.nodes[5].power_off()
+    cycles(driver, 9.0)
+    driver.drives.require_enabled()
+    cycles(driver, 2.0)
+    with pytest.raises(DrivesStopped, match="has not answered SYNC for 10 s"):
+        driver.drives.require_enabled()
+    assert [event.node for event in driver.report().problems] == [5]
