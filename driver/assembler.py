@@ -280,10 +280,7 @@ class Assembler:
         if pdo.misses == SILENT_AFTER and self.is_synchronous:
             names = ", ".join(pdo.channels)
             self.events.add(self._time, pdo.node, f"{names}: no valid answer to SYNC")
-        if (
-            self.is_synchronous
-            and pdo.misses % max(SILENT_AFTER, round(SILENT_TIME / self.vehicle.bus.sync_period)) == 0
-        ):
+        if pdo.misses % self._long == 0 and self.is_synchronous:
             self._silent.add(pdo.node)
 
     def _mark_unreliable(self, pdo: ExpectedPdo) -> None:
