@@ -94,10 +94,13 @@ class Assembler:
         """
         return not (self._held or self._waiting_shortly)
 
-    def expect_length(self, cob_id: int, length: int) -> None:
-        """Expect exactly this length of a PDO [bytes], after its mapping has been read from the device."""
-        self.pdos[cob_id].length = length
-        self.pdos[cob_id].is_exact = True
+    def expect_length(self, cob_id: int, length: int, *, is_timed: bool = False) -> None:
+        """Expect exactly this length of a PDO [bytes], after its mapping has been read from the device.
+
+        With `is_timed` it comes by the device's own timer, more than once per SYNC: the first is taken.
+        """
+        pdo = self.pdos[cob_id]
+        pdo.length, pdo.is_exact, pdo.is_timed = length, True, is_timed
 
     def begin(self, index: int, time: float, arrival_time: float = math.nan) -> None:
         """Open a sample; SYNCs that were left out since the last one count as missed.
@@ -142,6 +145,8 @@ class Assembler:
             pdo.heard = True
             self._waiting.discard(cob_id)
             self._waiting_shortly.discard(cob_id)
+        elif pdo.is_timed and (pdo.answered or not self.is_open):
+            pdo.heard = True
         elif pdo.answered:
             pdo.counts.duplicate += 1
         elif not self.is_open:

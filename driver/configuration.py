@@ -24,6 +24,7 @@ class NodeConfiguration:
         remarks: What an operator should check, one line each.
         ranges: Range by which each channel is unwrapped [counts].
         lengths: Bytes of each PDO of the node, by COB-ID.
+        timed: COB-IDs of those that are sent by the device's own timer.
         heartbeat: Heartbeat period [s]; None where the node has none.
         encoder_objects: Values that a CiA 406 encoder reports about itself, by index, such as the offset
             6509h and the serial number 650Bh.
@@ -37,6 +38,7 @@ class NodeConfiguration:
     remarks: tuple[str, ...] = ()
     ranges: dict[Channel, int] = field(default_factory=dict)
     lengths: dict[int, int] = field(default_factory=dict)
+    timed: frozenset[int] = frozenset()
     heartbeat: float | None = None
     encoder_objects: dict[int, int] = field(default_factory=dict)
     woken: str | None = None

@@ -61,7 +61,7 @@ def configure_node(
     with sdo.restoring():
         heartbeat = set_heartbeat(sdo, notes)
         _listen_to_sync(sdo, vehicle.bus.sync_period, notes)
-        lengths = _set_pdos(sdo, vehicle, encoders, nmt, notes)
+        pdos = _set_pdos(sdo, vehicle, encoders, nmt, notes)
     return NodeConfiguration(
         sdo.node,
         names,
@@ -69,7 +69,8 @@ def configure_node(
         tuple(notes.changed),
         tuple(notes.remarks),
         {channel: chosen for channel, (chosen, _) in choices.items()},
-        lengths,
+        {cob_id: length(setting.entries) for cob_id, setting in pdos.items()},
+        frozenset(cob_id for cob_id, setting in pdos.items() if setting.transmission in AT_EVENTS),
         heartbeat,
         encoder_objects,
     )
@@ -105,8 +106,8 @@ def _set_pdos(
     encoders: Sequence[Encoder],
     nmt: Callable[[int, int], None],
     notes: Notes,
-) -> dict[int, int]:
-    """Set every TPDO that the node's encoders need; return their lengths [bytes] by COB-ID."""
+) -> dict[int, PdoSetting]:
+    """Set every TPDO that the node's encoders need, and return them by COB-ID."""
     settings = {setting.base: setting for setting in read_pdos(sdo, TPDO)}
     notes.read += [setting.in_words() for setting in settings.values()]
     objects = position_objects(encoders)
@@ -119,7 +120,7 @@ def _set_pdos(
         for cob_id, fields in carried.items()
     }
     chosen = choose_pdos(sdo.node, fits, settings)
-    lengths = {}
+    pdos = {}
     for cob_id, old in chosen.items():
         setting, is_mapped = old, old.base in fits[cob_id]
         if not (is_mapped and old.is_valid and (old.cob_id, old.transmission) == (cob_id, ON_SYNC)):
@@ -127,16 +128,20 @@ def _set_pdos(
             slots = None if is_mapped else plan(carried[cob_id], objects)
             setting = write_pdo(sdo, old, cob_id, _transmissions(vehicle.bus.sync_period), slots)
             _tell(old, setting, vehicle.bus.sync_period, notes)
-        lengths[cob_id] = length(setting.entries)
+        pdos[cob_id] = setting
     used = {setting.base for setting in chosen.values()}
     spare = [setting for base, setting in settings.items() if base not in used]
     _switch_off_spare(sdo, vehicle, encoders[0], spare, notes)
-    return lengths
+    return pdos
 
 
 def _transmissions(period: float) -> tuple[Transmission, ...]:
-    """Return an answer to each SYNC, and for a device that refuses, one frame per period [s]."""
-    inhibit, timer = (min(max(1, math.floor(period * per_second)), MAX_TIMER) for per_second in (1e4, 1e3))
+    """Return an answer to each SYNC, and for a device that refuses, two frames per period [s].
+
+    With two, one at least comes between two SYNCs, however the device's clock runs.
+    """
+    half = period / 2.0
+    inhibit, timer = (min(max(1, math.floor(half * per_second)), MAX_TIMER) for per_second in (1e4, 1e3))
     return (Transmission(ON_SYNC), *(Transmission(kind, inhibit, timer) for kind in AT_EVENTS))
 
 
@@ -149,7 +154,7 @@ def _tell(old: PdoSetting, setting: PdoSetting, period: float, notes: Notes) -> 
     timer = f"event timer {setting.timer} ms" if setting.timer else "no event timer: sent at changes only"
     notes.remarks.append(
         f"{setting.name} refuses transmission type {ON_SYNC} (an answer to each SYNC): type "
-        f"{setting.transmission} instead, {timer}; its counts are up to {1e3 * period:g} ms older than SYNC"
+        f"{setting.transmission} instead, {timer}; its counts are up to {1e3 * period:g} ms younger than SYNC"
     )
 
 

@@ -90,7 +90,8 @@ class EncoderNodes:
         self._known_boots[node] = self._boots[node]
         self._encoder_objects[node] = configuration.encoder_objects
         for cob_id, length in configuration.lengths.items():
-            self._monitor.assembler.expect_length(cob_id, length)
+            is_timed = cob_id in configuration.timed
+            self._monitor.assembler.expect_length(cob_id, length, is_timed=is_timed)
         self._interrupted.discard(node)
         self._monitor.supervision.started(node, configuration.heartbeat)
 

@@ -26,6 +26,7 @@ class ExpectedPdo:
         counts: Frame counters of the node.
         owed: Answers that it owes, so that its next frames may be those.
         is_exact: False where a longer PDO is accepted too, because its mapping has not been read.
+        is_timed: Whether it comes by the device's own timer, more than once per SYNC.
         answered: Whether a valid frame entered the open sample.
         heard: Whether any frame of the PDO came since the last SYNC.
         held: Content and times of the last of such frames, until the sample closes.
@@ -45,6 +46,7 @@ class ExpectedPdo:
     counts: NodeCounts
     owed: Owed
     is_exact: bool = False
+    is_timed: bool = False
     answered: bool = False
     heard: bool = False
     held: tuple[int, float, float] | None = None

@@ -238,10 +238,10 @@ def test_a_device_without_transmission_type_1_sends_by_its_event_timer_and_that_
     device.map_tpdo(0, NO_RTR | 0x181, taken, POSITION)
     device.allowed[0x1800, 2] = [taken]
     configuration = configure(device)
-    assert (device.get(0x1800, 2), device.get(0x1800, 3), device.get(0x1800, 5)) == (taken, 150, 15)
+    assert (device.get(0x1800, 2), device.get(0x1800, 3), device.get(0x1800, 5)) == (taken, 75, 7)
     assert (
         f"TPDO1 refuses transmission type 1 (an answer to each SYNC): type {taken} instead, "
-        "event timer 15 ms; its counts are up to 15 ms older than SYNC"
+        "event timer 7 ms; its counts are up to 15 ms younger than SYNC"
     ) in configuration.remarks
 
 
@@ -285,6 +285,71 @@ def test_how_long_an_answer_is_awaited_stands_in_vehicle_toml(monkeypatch, timeo
         Driver(vehicle, bus).configure()
     given_up = [data for can_id, data in bus.sent if can_id == 0x601 and data[0] == 0x80]
     assert bool(given_up) != is_in_time
+
+
+class TimedBus(SlowBus):
+    """A bus on which a device, while operational, sends TPDO1 by its event timer on a clock of its own."""
+
+    def __init__(self, phase, skew, device):
+        super().__init__(device)
+        self.device, self.due, self.skew = device, self.time + phase, skew
+
+    def recv(self, timeout=None):
+        operational = self.device.local.nmt.state == "OPERATIONAL"
+        if operational and not self.coming and self.due <= self.time + (timeout or 0.0):
+            data = self.device.get(0x6004).to_bytes(4, "little")
+            message = can.Message(arbitration_id=0x181, data=data, is_extended_id=False)
+            self.coming.append((max(self.due, self.time), message))
+            self.due = max(self.due, self.time) + self.device.get(0x1800, 5) * 1e-3 * self.skew
+        return super().recv(timeout)
+
+
+class BusClock:
+    """SYNC at equal intervals of the bus's own time."""
+
+    inline = True
+
+    def __init__(self, bus, period):
+        self.bus, self.period, self.deadline = bus, period, bus.time
+
+    def due(self):
+        return self.deadline - self.bus.time
+
+    def sync(self):
+        self.deadline = max(self.deadline, self.bus.time) + self.period
+        return self.bus.time
+
+    def remaining(self):
+        return self.deadline - self.bus.time
+
+    def now(self):
+        return self.bus.time
+
+    def sleep(self, seconds):
+        self.bus.time += seconds
+
+
+@pytest.mark.parametrize("skew", [0.99, 1.0, 1.01])
+@pytest.mark.parametrize("phase", [0.0, 0.002, 0.0045, 0.0069])
+@pytest.mark.parametrize("period", [0.010, 0.015, 0.040])
+def test_an_encoder_without_transmission_type_1_is_in_every_sample(monkeypatch, phase, skew, period):
+    device = Device()
+    device.map_tpdo(0, NO_RTR | 0x181, 255, POSITION)
+    device.allowed[0x1800, 2] = [255]
+    device.local.data_store.setdefault(0x6004, {})[0] = bytes(4)
+    bus = TimedBus(phase, skew, device)
+    for module in ("sdo_client", "driver", "network"):
+        monkeypatch.setattr(f"omnimate.driver.{module}.time", SimpleNamespace(monotonic=lambda: bus.time))
+    vehicle = VehicleParameters(
+        "one", robot().trucks, None, Bus(500_000, period),
+        (encoder(bits=16), encoder("a.right", 1, start_bit=16, bits=16)), (),
+    )  # fmt: skip
+    device.map_tpdo(0, NO_RTR | 0x181, 255, 0x60200110, 0x60200210)
+    driver = Driver(vehicle, bus, clock=BusClock(bus, period))
+    driver.configure()
+    samples = [driver.cycle() for _ in range(400)]
+    assert all(all(sample.present) for sample in samples)
+    assert driver.report().node(1).missing == 0
 
 
 # --- a configuration that fails ---
