@@ -5,6 +5,7 @@ It is made by a run, and stands where a page has the line `[[conformance]]`.
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from functools import cache
 from pathlib import Path
@@ -23,6 +24,8 @@ from omnimate.vcan_sim.reference import reference_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+logging.getLogger("canopen").addHandler(logging.NullHandler())  # what LocalNode cannot handle it logs
 
 PLACE = "[[conformance]]"
 EDS = Path(__file__).parents[2] / "vcan_sim" / "eds" / "encoder_cia406.eds"
