@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.vcan_sim.effects.variables import VARIABLES
+from omnimate.vcan_sim.effects.variables import OWN_ANGLE, VARIABLES
 from omnimate.vcan_sim.expression import parse
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 SIZES = np.array([0.25, 1.0, 4.0, 16.0])  # of a law in its a-priori size, which is known by its order only
-WAVES = (1, 2, 3, 4)  # per turn of an angle, that a formula may have
+WAVES = 4  # per turn of an angle, at most, that a formula may have
+BEATS = 40  # per turn of a wheel, likewise: gears and belts
 # Lengths of curves in half ranges of their variable. The domain is twice as wide as the data (3.2 times the
 # longest length), and has 20 sines (1.75 times its width over the shortest length), as asked for in
 # Riutort-Mayol et al., Practical Hilbert space approximate Bayesian Gaussian processes, Statistics and
@@ -36,6 +37,8 @@ FREQUENCIES = 0.5 * math.pi / DOMAIN * np.arange(1.0, SINES + 1.0)
 TURN_LENGTHS = (0.25, 0.5, 1.0)
 HARMONICS = np.arange(9)
 KNOTS = 40  # at which a curve is written down; straight lines between them miss under 1 % of its variance
+MOMENTS = 160  # of a drive, at which an error may set in
+COARSE, LASTING = 4, 8  # every fourth of them, from one to one of the next eight of which it may last
 RARE = 0.005  # share of the samples beyond either end of a curve: too few to tell it there
 
 Text = tuple[str, str]  # what a coefficient multiplies, and its unit
@@ -117,10 +120,24 @@ def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, .
             yield "bent", (f"sign({name})", "1")
     for first, second in itertools.combinations(plain, 2):
         yield "product", (f"{first} * {second}", f"{VARIABLES[first].unit} {VARIABLES[second].unit}")
-    for name, order in itertools.product(variables, WAVES):
+    if "time" in plain:
+        yield from _stretches(variables["time"])
+    for name in variables:
         if VARIABLES[name].unit == "rad":
-            angle = name if order == 1 else f"{order} * {name}"
-            yield "wave", (f"sin({angle})", "1"), (f"cos({angle})", "1")
+            for order in range(1, 1 + (BEATS if name == OWN_ANGLE else WAVES)):
+                angle = name if order == 1 else f"{order} * {name}"
+                yield "wave", (f"sin({angle})", "1"), (f"cos({angle})", "1")
+
+
+def _stretches(time: Array) -> Iterator[tuple[str, Text]]:
+    """Yield errors that set in at a moment, and those that last from one moment to another."""
+    moments = [f"sign(time - {at:.6g})" for at in np.linspace(time.min(), time.max(), MOMENTS + 2)[1:-1]]
+    for start in moments:
+        yield "step", (start, "1")
+    coarse = moments[::COARSE]
+    for first, start in enumerate(coarse):
+        for end in coarse[first + 1 : first + 1 + LASTING]:
+            yield "stretch", (f"({start} - {end})", "1")
 
 
 def curves(variables: Mapping[str, Array]) -> Iterator[Curve]:

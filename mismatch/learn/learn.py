@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.learn.candidates import curves, terms
-from omnimate.mismatch.learn.choice import choose, options_of
+from omnimate.mismatch.learn.choice import choose, error, options_of
 from omnimate.mismatch.learn.evidence import Products
 from omnimate.mismatch.learn.learned import LearnedLaw
 from omnimate.vcan_sim.effects.law import Law
@@ -35,7 +35,7 @@ def learn(
     acts_on: str,
     scale: float,
 ) -> LearnedLaw | None:
-    """Return a law of what is left over, or None where no law predicts unseen data better than none.
+    """Return a law of what is left over, or None where none predicts unseen data better by a standard error.
 
     Args:
         variables: Variables on which the law may depend, by their names in `effects.variables`, each of shape
@@ -67,7 +67,7 @@ def learn(
     if not choice.options:
         return None
     gain = np.array([_unseen(products, fold, options) for fold in range(len(products.cross))])
-    if gain.sum() <= 0.0:
+    if gain.sum() <= error(gain):
         return None
     return LearnedLaw.of(choice, products, null, gain, noise)
 

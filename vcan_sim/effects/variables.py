@@ -70,13 +70,35 @@ class Motion:
     @property
     def rolling(self) -> Array:
         """Speed of the component's truck [m/s]."""
-        return np.asarray(self.block.speed[:, 2 * self.truck : 2 * self.truck + 2].mean(axis=1))
+        return self.speeds[:, self.truck]
 
     @property
     def turning(self) -> Array:
         """Turn rate of the component's truck [rad/s]."""
-        left, right = self.block.speed[:, 2 * self.truck], self.block.speed[:, 2 * self.truck + 1]
-        return np.asarray((right - left) / self.block.wheelbase[self.truck])
+        return self.turn_rates[:, self.truck]
+
+    @property
+    def speeds(self) -> Array:
+        """Speeds of the trucks [m/s], shape `(K, T)`."""
+        return np.asarray(0.5 * (self.block.speed[:, 0::2] + self.block.speed[:, 1::2]))
+
+    @property
+    def turn_rates(self) -> Array:
+        """Turn rates of the trucks [rad/s], shape `(K, T)`."""
+        return np.asarray((self.block.speed[:, 1::2] - self.block.speed[:, 0::2]) / self.block.wheelbase)
+
+    @property
+    def joint_rates(self) -> Array:
+        """Rates of joint_a and joint_b as the trucks move them [rad/s], shape `(K, 2)`."""
+        across = self.speeds * np.sin(self.block.reading[:, :2])
+        around = (across[:, 0] - across[:, 1]) / self.block.reading[:, 2]  # of the line between the trucks
+        return np.asarray(self.turn_rates - around[:, None])
+
+    @property
+    def link_rate(self) -> Array:
+        """Rate of the link's length as the trucks move it [m/s]."""
+        along = self.speeds * np.cos(self.block.reading[:, :2])
+        return np.asarray(along[:, 0] - along[:, 1])
 
     @property
     def way(self) -> Array:
@@ -134,6 +156,12 @@ VARIABLES: dict[str, Variable] = {
     "joint_a": Variable("rad", "angle of the joint on truck a, as read", lambda own: own.block.reading[:, 0]),
     "joint_b": Variable("rad", "angle of the joint on truck b, as read", lambda own: own.block.reading[:, 1]),
     "link": Variable("m", "length of the link, as read", lambda own: own.block.reading[:, 2]),
+    "joint_a_rate": Variable("rad/s", "rate of joint_a, as the trucks move it",
+        lambda own: own.joint_rates[:, 0]),
+    "joint_b_rate": Variable("rad/s", "rate of joint_b, as the trucks move it",
+        lambda own: own.joint_rates[:, 1]),
+    "link_rate": Variable("m/s", "rate of the link's length, as the trucks move it",
+        lambda own: own.link_rate),
 }  # fmt: skip
 
 
@@ -141,5 +169,10 @@ def known(component: str, trucks: int = 2) -> dict[str, Variable]:
     """Return the variables that a component has, by name, in a robot with one truck or two."""
     absent = set() if "." in component else {OWN_ANGLE}
     if trucks == 1:
-        absent |= {*LINKAGE, "wheel_angle_b_left", "wheel_angle_b_right"}
+        absent |= {
+            *LINKAGE,
+            *(f"{channel}_rate" for channel in LINKAGE),
+            "wheel_angle_b_left",
+            "wheel_angle_b_right",
+        }
     return {name: variable for name, variable in VARIABLES.items() if name not in absent}

@@ -61,14 +61,14 @@ def test_what_is_learned_predicts_unseen_folds_better_than_nothing_and_as_well_a
     assert found.noise == pytest.approx(1.0, abs=0.1)
 
 
-def test_of_300_recordings_with_noise_alone_at_most_one_per_cent_give_a_law(drive):
+def test_of_100_recordings_with_noise_alone_at_most_one_per_cent_give_a_law(drive):
     false = 0
     for seed in range(10):
         world, rng = drive(seed), np.random.default_rng(seed + 900)
         false += sum(
-            world.learned(noise=rng.standard_normal(len(world.noise))) is not None for _ in range(30)
+            world.learned(noise=rng.standard_normal(len(world.noise))) is not None for _ in range(10)
         )
-    assert false <= 3
+    assert false <= 1
 
 
 @pytest.mark.parametrize("kind", ["twice as large", "coloured", "heavy-tailed"])

@@ -18,6 +18,7 @@ from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.linkage import linkage_of
 
 PERIOD, START = 0.015, 1000.0
 TARGETS = [(component, acts_on) for component in Law.components for acts_on in quantities(component)]
@@ -118,6 +119,26 @@ def test_variables_are_what_the_block_says_of_the_component(block):
     assert np.array_equal(of_truck["y"], block.place[:, 1, 1])
     assert np.array_equal(of_wheel["link"], block.reading[:, 2])
     assert set(of_wheel) == set(VARIABLES)
+
+
+def test_rates_of_the_linkage_are_how_its_readings_change_as_the_trucks_move(block):
+    own = Motion(block, "link").values(["joint_a_rate", "joint_b_rate", "link_rate"])
+    joint_a, joint_b, length = block.reading.T
+    zeros, moment = np.zeros(len(block)), 1e-6
+    speed = 0.5 * (block.speed[:, 0::2] + block.speed[:, 1::2])
+    turn = (block.speed[:, 1::2] - block.speed[:, 0::2]) / block.wheelbase
+    before = [np.stack(pose, axis=1) for pose in ((zeros, zeros, joint_a), (-length, zeros, joint_b))]
+    after = [
+        pose
+        + moment
+        * np.stack(
+            [speed[:, truck] * np.cos(pose[:, 2]), speed[:, truck] * np.sin(pose[:, 2]), turn[:, truck]],
+            axis=1,
+        )
+        for truck, pose in enumerate(before)
+    ]
+    for name, then, now in zip(own, linkage_of(*before), linkage_of(*after), strict=True):
+        assert own[name] == pytest.approx((now - then) / moment, abs=1e-5)
 
 
 def test_a_curve_is_straight_between_knots_constant_beyond_them_and_repeats_with_its_period():
