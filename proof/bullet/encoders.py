@@ -119,6 +119,6 @@ def recorded(robot: Robot, ways: Seen, drive: Drive, laps: Laps, chance: np.rand
             turns = ways.reading[:, ("joint_a", "joint_b").index(device.channel)] / (2.0 * np.pi)
         jitter = 0.0 if device.channel in WHEELS else robot.jitter * chance.normal(size=len(turns))
         counts.append(
-            device.zero + device.sign * np.floor(turns * device.resolution + jitter).astype(np.int64)
+            device.zero + device.sign * np.rint(turns * device.resolution + jitter).astype(np.int64)
         )
     return Recorded(ways.time, np.stack(counts, axis=1), drive.poses, laps)

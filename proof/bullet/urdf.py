@@ -16,7 +16,8 @@ ORIGIN: Place = (0.0, 0.0, 0.0)
 def bare(text: str, rolling: Sequence[str]) -> str:
     """Return a URDF without what is only seen, and without shapes of links that do not touch the floor.
 
-    Links without a mass get one of a gram: PyBullet would give them a kilogram.
+    Links without a mass get one of a gram: PyBullet would give them a kilogram. Contacts are hard: soft
+    wheels sink into a height field and touch triangles beside them, which push them aside even at rest.
 
     Args:
         text: The URDF.
@@ -25,7 +26,8 @@ def bare(text: str, rolling: Sequence[str]) -> str:
     root = ET.fromstring(text)  # noqa: S314  # a file of an installed package
     for link in root.findall("link"):
         kept = link.attrib["name"] in rolling
-        for part in [*link.findall("visual"), *([] if kept else link.findall("collision"))]:
+        unused = ("visual", "contact") if kept else ("visual", "contact", "collision")
+        for part in (part for name in unused for part in link.findall(name)):
             link.remove(part)
         if link.find("inertial") is None:
             link.append(ET.fromstring(inertial(1e-3, 1e-6)))  # noqa: S314  # as above
