@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.learn.choice import Choice, Option
     from omnimate.vehicle.se2 import Array
 
+CHUNK = 64  # candidates whose columns are made at once: all of them would need twice the memory
 FEWEST = 3  # folds: one is held out, and among the others each is held out in turn
 SETTLED = 1.05  # noise that is larger than assumed by less changes no evidence by more than a tenth
 
@@ -61,7 +62,8 @@ def learn(
     if len(np.unique(folds)) < FEWEST:
         raise ValueError(f"{len(np.unique(folds))} folds; expected at least {FEWEST}")
     candidates: list[Candidate] = [*terms(variables), *curves(variables)]
-    seen = columns(np.concatenate([candidate.basis for candidate in candidates], axis=1))
+    parts = [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
+    seen = np.hstack([columns(np.concatenate([one.basis for one in part], axis=1)) for part in parts])
     options = options_of(candidates, scale)
     products, choice, noise = _settled(Products.of(seen, rows, folds), options)
     if not choice.options:
