@@ -73,7 +73,7 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
     itself = beside.judge(member)
     own = posterior.terms[member].key
     worths: dict[Key, float] = {own: itself.worth}
-    for single in ranked(posterior, beside)[: 2 * LOOKED_AT]:
+    for single in ranked(posterior, beside)[:LOOKED_AT]:
         key, judged = posterior.terms[single].key, beside.judge(single)
         if believable(posterior, single, judged, member, itself):
             worths[key] = max(worths.get(key, -math.inf), judged.worth)

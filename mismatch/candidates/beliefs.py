@@ -65,7 +65,7 @@ BELIEFS: dict[str, Belief] = {
     "latency": Belief(FAULT, 0.25, 0.05, most=5.0),
     "gear_backlash": Belief(FAULT, 0.05, 0.3),
     "gear_harmonic": Belief(FAULT, 0.05, 0.05),
-    "clock_drift": Belief(FAULT, 0.05, 0.05, most=2.5),
+    "clock_drift": Belief(FAULT, 0.02, 0.05, most=2.5),
     "unknown": Belief(RARE, 0.0, 0.1),
     "law": Belief(RARE, 0.0, 0.1),
     "reference_offset": Belief(1.0),  # of every measurement; it is fitted, and never searched for

@@ -20,7 +20,9 @@ MODES = 3  # waves over a recording, of which such a change is made
 # [m, m, rad] by which cameras that agree with each other still see a pose wrongly, from place to place:
 # a millimetre in a room of some metres, and what that is on a body with markers half a metre apart
 FIELD = (1e-3, 1e-3, 2e-3)
-LATE = 1.0  # samples by which stamps that a computer gives on arrival are late in one recording
+# Samples by which stamps that a computer gives on arrival are late in a recording, and by which that changes
+# slowly while it lasts: which message is missed is chance, and two computers' clocks wander.
+LATE, WANDERING = 1.0, (0.05, 0.05)
 
 
 def add_nuisances(regression: Regression) -> range:
@@ -51,17 +53,20 @@ def _of_each(columns: Sequence[list[Columns]], regression: Regression) -> tuple[
 
 
 def _stamps(windows: Windows) -> list[Columns]:
-    """Return the column of a recording's poses that are all stamped late."""
+    """Return the columns of a recording's poses that are stamped late, by a time that wanders."""
     signals = windows.signals
     if signals.poses is None:
         return []
-    late = LATE * float(np.median(np.diff(signals.time)))
-    measured = np.zeros(windows.measured.shape)
-    for truck in range(len(signals.trucks)):
-        first = windows.linkage + 3 * truck
-        rate = np.gradient(signals.path[:, truck], signals.time, axis=0)[windows.ends]
-        measured[:, first : first + 3] = -late * rate
-    return [(np.zeros(windows.drift.shape), measured)]
+    period, phase = float(np.median(np.diff(signals.time))), np.linspace(0.0, np.pi, len(windows.ends))
+    found = []
+    for mode, samples in enumerate((LATE, *WANDERING)):
+        late, measured = samples * period * np.cos(mode * phase), np.zeros(windows.measured.shape)
+        for truck in range(len(signals.trucks)):
+            first = windows.linkage + 3 * truck
+            rate = np.gradient(signals.path[:, truck], signals.time, axis=0)[windows.ends]
+            measured[:, first : first + 3] = -late[:, None] * rate
+        found.append((np.zeros(windows.drift.shape), measured))
+    return found
 
 
 def _drifts(windows: Windows) -> list[Columns]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.candidates.nuisances import add_nuisances
+from omnimate.mismatch.candidates.nuisances import WANDERING, add_nuisances
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import calibrated_terms
 from omnimate.mismatch.diagnosis import ASSERTED
@@ -75,5 +75,6 @@ def test_late_stamps_of_one_recording_are_no_business_of_another(drive, watched)
     power = np.stack(
         [(regression.white[regression.owner == owner][:, columns] ** 2).sum(axis=0) for owner in (0, 1)]
     )
-    assert np.array_equal(power[:, -2:] > 0.0, np.eye(2, dtype=bool))
-    assert np.all(power[:, :-2] > 0.0)
+    late = 2 * (1 + len(WANDERING))
+    assert np.array_equal(power[:, -late:] > 0.0, np.repeat(np.eye(2, dtype=bool), late // 2, axis=1))
+    assert np.all(power[:, :-late] > 0.0)
