@@ -45,6 +45,7 @@ def plot_recovery(found: Mapping[str, Mapping[str, Sequence[float]]], wanted: fl
             ]
             values = [max(value, _LEAST) for own in found.values() for value in own[method]]
             axes.plot(values, at, marker, color=color, label=method, markersize=5, alpha=0.8)
+        axes.set_ylim(-0.6, len(found) - 0.4)
         axes.set_yticks(rows, [name.replace("_", " ") for name in found])
         axes.set(
             xlabel="share of the effect's gain that is recovered on an unseen drive",
