@@ -10,6 +10,8 @@ import numpy as np
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from omnimate.mismatch.candidates.regression import Regression
@@ -65,22 +67,15 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
     after = train.copy()
     kind: Kind = "laps"
     if not fit.chosen.terms and not fit.calibrated.terms:
-        folds = _folds(regression, kind)
-        count = int(folds.max()) + 1
-        return HeldOut(
-            before,
-            train,
-            after,
-            np.zeros(count),
-            ((),) * count,
-            kind,
-            tuple(folds_of(regression.windows, kind)),
-        )
+        stretches = tuple(folds_of(regression.windows, kind))
+        count = _count(stretches)
+        return HeldOut(before, train, after, np.zeros(count), ((),) * count, kind, stretches)
     columns, origin = _shared(fit)
     kind = _kind(regression, columns)
     folds = _folds(regression, kind)
+    stretches = tuple(folds_of(regression.windows, kind))
     effects, gain = [], []
-    for fold in range(int(folds.max()) + 1):
+    for fold in range(_count(stretches)):
         mine = folds == fold
         others = columns[~mine]
         # the base already holds the fit to everything; what other folds say is a step away from it
@@ -90,9 +85,12 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
         after[mine] = train[mine] - columns[mine] @ (known - origin)
         gain.append(0.5 * float((before[mine] ** 2 - after[mine] ** 2).sum()))
         effects.append(_built(fit, known))
-    return HeldOut(
-        before, train, after, np.array(gain), tuple(effects), kind, tuple(folds_of(regression.windows, kind))
-    )
+    return HeldOut(before, train, after, np.array(gain), tuple(effects), kind, stretches)
+
+
+def _count(stretches: Sequence[NDArray[np.int64]]) -> int:
+    """Return how many stretches there are; nothing may be measured in some of them."""
+    return max(int(own.max()) for own in stretches) + 1
 
 
 def _folds(fitted: Regression, kind: Kind) -> NDArray[np.int64]:
