@@ -14,6 +14,8 @@ from omnimate.cli.descriptions import described_by
 from omnimate.cli.errors import CallError
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     from omnimate.driver.sdo import Sdo
 
 Bus = Annotated[str, typer.Option(help="Bus of the device, such as socketcan://can0.")]
@@ -60,11 +62,9 @@ def read(
     as_json: AsJson = False,
 ) -> None:
     """Read an object and print its value."""
-    from omnimate.driver.node_access import open_node
     from omnimate.driver.object_values import kind_of, place_of
 
-    described = described_by(eds, node).dictionary if eds is not None else None
-    with open_node(bus, node, described, timeout=timeout) as objects:
+    with _opened(bus, node, eds, timeout) as objects:
         dictionary = objects.client.od
         place = place_of(item, dictionary)
         data = objects.read_bytes(*place)
@@ -84,11 +84,9 @@ def write(
     force: Force = False,
 ) -> None:
     """Write an object; refused while another master works on the bus. The robot may move."""
-    from omnimate.driver.node_access import open_node
     from omnimate.driver.object_values import encode, kind_of, place_of
 
-    described = described_by(eds, node).dictionary if eds is not None else None
-    with open_node(bus, node, described, timeout=timeout, writes=not force) as objects:
+    with _opened(bus, node, eds, timeout, writes=not force) as objects:
         index, subindex = place_of(item, objects.client.od)
         known = kind.value if kind else kind_of(objects.client.od, index, subindex)
         if known is None:
@@ -104,16 +102,23 @@ def od(
     as_json: AsJson = False,
 ) -> None:
     """Read all objects of a node, those of its EDS or else those of the profiles, and print them."""
-    from omnimate.driver.node_access import open_node
-
-    described = described_by(eds, node).dictionary if eds is not None else None
-    with open_node(bus, node, described, timeout=timeout) as objects:
+    with _opened(bus, node, eds, timeout) as objects:
         rows = _all(objects, shows_absent=eds is not None)
     if as_json:
         out.print(json.dumps(rows, indent=1), soft_wrap=True)
         return
     for row in rows:
         out.print(f"{row['object']:<9} {row['name']:<44} {_value(row)}".rstrip(), soft_wrap=True)
+
+
+def _opened(
+    bus: str, node: int, eds: Path | None, timeout: float, *, writes: bool = False
+) -> AbstractContextManager[Sdo]:
+    """Open a node by what its EDS describes, or else by the profiles."""
+    from omnimate.driver.node_access import open_node
+
+    described = described_by(eds, node).dictionary if eds is not None else None
+    return open_node(bus, node, described, timeout=timeout, writes=writes)
 
 
 def _all(objects: Sdo, *, shows_absent: bool) -> list[dict[str, Any]]:

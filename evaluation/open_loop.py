@@ -9,7 +9,7 @@ import numpy as np
 from omnimate.proof.strength.drive import rates
 from omnimate.vcan_sim.effects.ageing import AgedSamples
 from omnimate.vcan_sim.effects.block import Block
-from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
+from omnimate.vcan_sim.effects.reference_offset import truck_poses
 from omnimate.vcan_sim.effects.stages import replay
 from omnimate.vehicle.arcs import integrate_twists
 from omnimate.vehicle.se2 import between
@@ -57,8 +57,7 @@ def _measured(recording: Recording, effects: Sequence[Effect]) -> Array:
     for effect in effects:
         if isinstance(effect, AgedSamples) and effect.acts_at() == "poses":
             time = time - effect.age(time, float(recording.time[0]))
-        if isinstance(effect, ReferenceOffset) and effect.component == "a":
-            pose = effect.truck(pose)
+    pose = truck_poses(effects, "a", pose)
     pose[:, 2] = np.unwrap(pose[:, 2])
     return np.stack([np.interp(recording.time, time, axis) for axis in pose.T], axis=1)
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.candidates.regression import Regression
-from omnimate.mismatch.candidates.terms import calibrated_terms
+from omnimate.mismatch.candidates.terms import SETUP, calibrated_terms
 from omnimate.mismatch.evidence.posterior import LARGEST
 from omnimate.mismatch.recording.response import relinearised
 from omnimate.mismatch.recording.windows import windows_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.noise.levels import NoiseLevels
@@ -68,14 +68,23 @@ class Fitted:
     calibrated: Acting
 
     @property
+    def mounted(self) -> tuple[Effect, ...]:
+        """How references are mounted, which is no fault of the robot."""
+        return tuple(effect for effect in self.calibrated.effects if effect.name == SETUP)
+
+    @property
     def part(self) -> Array:
         """What of the data all effects explain, `(V,)`, whitened."""
         white = self.regression.white
         part = np.zeros(len(white))
-        for acting in (self.chosen, self.calibrated):
-            for place, values in zip(acting.places, acting.values, strict=True):
-                part += white[:, place] @ values
+        for _, place, values in self.everything():
+            part += white[:, place] @ values
         return part
+
+    def everything(self) -> Iterator[tuple[Term, slice, Array]]:
+        """Yield the terms of the set and of the calibration, their columns and their coefficients."""
+        for acting in (self.chosen, self.calibrated):
+            yield from zip(acting.terms, acting.places, acting.values, strict=True)
 
 
 def fitted(
@@ -151,9 +160,7 @@ def _prior(terms: Sequence[Term], count: int) -> Array:
 
 def _begun(single: Term, start: Fitted | None) -> Array:
     """Return the coefficients of a term in a fit, or zeros where it is in none."""
-    if start is not None:
-        for acting in (start.calibrated, start.chosen):
-            for other, values in zip(acting.terms, acting.values, strict=True):
-                if other.key == single.key and len(values) == len(single.probes):
-                    return values
+    for other, _, values in start.everything() if start is not None else ():
+        if other.key == single.key and len(values) == len(single.probes):
+            return values
     return np.zeros(len(single.probes))

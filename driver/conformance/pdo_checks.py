@@ -21,13 +21,7 @@ SYNC_ANSWER = 0.1  # [s]
 
 def answers_sync(probe: Probe) -> None:
     """A TPDO of type 1 answers each SYNC once in the state operational, and in no other."""
-    cob_id = _tpdo(probe)
-    with _saved(probe, TPDO):
-        probe.refusal(TPDO, 1, cob_id | OFF, 4)
-        code = probe.refusal(TPDO, 2, 1, 1)
-        if code is not None:
-            raise AbsentError(f"transmission type 1 is refused with {code:08X}h")
-        probe.refusal(TPDO, 1, cob_id & ~OFF, 4)
+    with _of_type(probe, 1) as cob_id:
         before = _answers(probe, cob_id)
         probe.nmt(START)
         counts = [_answers(probe, cob_id) for _ in range(3)]
@@ -37,13 +31,7 @@ def answers_sync(probe: Probe) -> None:
 
 def every_third_sync(probe: Probe) -> None:
     """A TPDO of type 3 answers every third SYNC."""
-    cob_id = _tpdo(probe)
-    with _saved(probe, TPDO):
-        probe.refusal(TPDO, 1, cob_id | OFF, 4)
-        code = probe.refusal(TPDO, 2, 3, 1)
-        if code is not None:
-            raise AbsentError(f"transmission type 3 is refused with {code:08X}h")
-        probe.refusal(TPDO, 1, cob_id & ~OFF, 4)
+    with _of_type(probe, 3) as cob_id:
         probe.nmt(START)
         count = sum(_answers(probe, cob_id) for _ in range(6))
     expect(count == 2, f"{count} PDOs to six SYNCs; expected 2")
@@ -181,6 +169,19 @@ def _answers(probe: Probe, cob_id: int) -> int:
     probe.listen(0.0)
     probe.send(0x080)
     return len(probe.heard(cob_id & 0x7FF, SYNC_ANSWER))
+
+
+@contextmanager
+def _of_type(probe: Probe, kind: int) -> Iterator[int]:
+    """Give TPDO1 a transmission type for a while; yield its COB-ID."""
+    cob_id = _tpdo(probe)
+    with _saved(probe, TPDO):
+        probe.refusal(TPDO, 1, cob_id | OFF, 4)
+        code = probe.refusal(TPDO, 2, kind, 1)
+        if code is not None:
+            raise AbsentError(f"transmission type {kind} is refused with {code:08X}h")
+        probe.refusal(TPDO, 1, cob_id & ~OFF, 4)
+        yield cob_id
 
 
 @contextmanager

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from omnimate.driver.conformance.probe import Probe
 
+    Rows = tuple[tuple[str, Callable[[Probe], None], "Effect"], ...]
+
 Outcome = Literal["passed", "failed", "absent"]
 Effect = Literal["reads", "writes", "resets", "stores"]  # what a check does to a device, the harmless first
 EFFECTS: tuple[Effect, ...] = ("reads", "writes", "resets", "stores")
@@ -61,7 +63,7 @@ class Result:
     reason: str = ""
 
 
-_CIA_301 = (
+_CIA_301: Rows = (
     ("1000h device type", network_checks.device_type, "reads"),
     ("1001h error register", network_checks.error_register, "reads"),
     ("1018h identity", network_checks.identity, "reads"),
@@ -111,23 +113,23 @@ _CIA_301 = (
     ("1010h, 1011h signatures", network_checks.store_signature, "writes"),
     ("1010h, 1011h store and restore", network_checks.store_and_restore, "stores"),
 )
-_CIA_305 = (
+_CIA_305: Rows = (
     ("LSS switch state selective", network_checks.lss_selective, "resets"),
     ("LSS fastscan", network_checks.lss_fastscan, "stores"),
 )
-_CIA_406 = (
+_CIA_406: Rows = (
     ("mandatory objects", profile_checks.encoder_objects, "reads"),
     ("6004h position", profile_checks.encoder_position, "writes"),
     ("6200h cyclic timer", profile_checks.encoder_timer, "resets"),
 )
-_CIA_402 = (
+_CIA_402: Rows = (
     ("mandatory objects", profile_checks.drive_objects, "reads"),
     ("read-only objects", profile_checks.drive_read_only, "writes"),
     ("6060h modes", profile_checks.drive_modes, "writes"),
     ("6040h, 6041h states", profile_checks.drive_states, "resets"),
 )
 CHECKS: tuple[Check, ...] = tuple(
-    Check(standard, subject, run, effect)  # type: ignore[arg-type]  # the effects stand above
+    Check(standard, subject, run, effect)
     for standard, checks in (
         ("CiA 301", _CIA_301), ("CiA 305", _CIA_305), ("CiA 406", _CIA_406), ("CiA 402", _CIA_402),
     )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from binascii import crc_hqx
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from omnimate.driver.conformance.probe import AbortedError, AbsentError, ConformanceError, expect, expect_code
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from omnimate.driver.conformance.probe import Probe
 
 COMMAND, TOGGLE, READ_ONLY, NO_OBJECT, NO_SUBINDEX = (
@@ -17,6 +20,7 @@ COMMAND, TOGGLE, READ_ONLY, NO_OBJECT, NO_SUBINDEX = (
     0x06020000,
     0x06090011,
 )
+WRONG_CRC = 0x05040004
 LENGTHS = (0x06070010, 0x06070012, 0x06070013)  # wrong, too long, too short
 HEARTBEAT = 0x1017  # a writable object of 2 bytes that nearly every device has
 LONG_TEXT = 0x1008  # an object of more than 4 bytes that most devices have
@@ -41,12 +45,8 @@ def segmented_upload(probe: Probe) -> None:
 def toggle_error(probe: Probe) -> None:
     """A segment with the wrong toggle bit is aborted."""
     _long_upload(probe)
-    try:
+    with _aborted("a segment with the wrong toggle bit was answered", TOGGLE):
         probe.segment(bytes([0x70]).ljust(8, b"\0"))
-    except AbortedError as aborted:
-        expect_code(aborted.code, TOGGLE)
-    else:
-        raise ConformanceError("a segment with the wrong toggle bit was answered")
 
 
 def absent_object(probe: Probe) -> None:
@@ -95,14 +95,10 @@ def segmented_download(probe: Probe) -> None:
 def short_segments(probe: Probe) -> None:
     """A segmented download that ends before the announced size is refused."""
     probe.need(HEARTBEAT)
-    with probe.keeping((HEARTBEAT, 0, 2)):
-        try:
-            probe.dialogue(HEARTBEAT, 0, 0x21, (2).to_bytes(4, "little"))
-            probe.segment(b"\x0d" + b"\x10" + bytes(6))
-        except AbortedError as aborted:
-            expect_code(aborted.code, *LENGTHS)
-        else:
-            raise ConformanceError("one byte of two that were announced was accepted")
+    accepted = "one byte of two that were announced was accepted"
+    with probe.keeping((HEARTBEAT, 0, 2)), _aborted(accepted, *LENGTHS):
+        probe.dialogue(HEARTBEAT, 0, 0x21, (2).to_bytes(4, "little"))
+        probe.segment(b"\x0d" + b"\x10" + bytes(6))
 
 
 def unknown_command(probe: Probe) -> None:
@@ -112,12 +108,8 @@ def unknown_command(probe: Probe) -> None:
 
 def stray_segment(probe: Probe) -> None:
     """A segment without a transfer under way is aborted."""
-    try:
+    with _aborted("a segment of no transfer was answered", COMMAND):
         probe.segment(bytes([0x60]).ljust(8, b"\0"))
-    except AbortedError as aborted:
-        expect_code(aborted.code, COMMAND)
-    else:
-        raise ConformanceError("a segment of no transfer was answered")
 
 
 def short_request(probe: Probe) -> None:
@@ -176,12 +168,8 @@ def block_download(probe: Probe) -> None:
             raise AbsentError("no block download; refused with 05040001h") from aborted
         expect(probe.need(HEARTBEAT) == 2000, f"1017h is {probe.need(HEARTBEAT)}; 2000 was written")
         if has_crc:
-            try:
+            with _aborted("a block with a wrong CRC was accepted", WRONG_CRC):
                 _download_block(probe, data, crc_hqx(data, 0) ^ 1)
-            except AbortedError as aborted:
-                expect_code(aborted.code, 0x05040004)
-            else:
-                raise ConformanceError("a block with a wrong CRC was accepted")
 
 
 def _download_block(probe: Probe, data: bytes, crc: int) -> bool:
@@ -204,6 +192,17 @@ def _long_upload(probe: Probe) -> bytes:
     if answer[0] & 0x02:
         raise AbsentError("1008h has 4 bytes or fewer, so that no longer object is known")
     return answer
+
+
+@contextmanager
+def _aborted(otherwise: str, *codes: int) -> Iterator[None]:
+    """Expect that what is done inside is aborted with one of some codes; say what it means otherwise."""
+    try:
+        yield
+    except AbortedError as aborted:
+        expect_code(aborted.code, *codes)
+    else:
+        raise ConformanceError(otherwise)
 
 
 def _abort_of(probe: Probe, index: int, subindex: int, command: int) -> int | None:

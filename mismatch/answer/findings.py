@@ -17,7 +17,6 @@ from omnimate.mismatch.answer.words import drives_for, part, regime, sentence, s
 from omnimate.mismatch.candidates.moments import spreads
 from omnimate.mismatch.candidates.pushes import MOMENTS
 from omnimate.mismatch.candidates.regression import Regression
-from omnimate.mismatch.candidates.terms import SETUP
 from omnimate.mismatch.diagnosis import (
     ASSERTED,
     Alternative,
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.mismatch.answer.heldout import HeldOut
+    from omnimate.mismatch.diagnosis import Verdict
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.fit import Acting, Fitted
     from omnimate.mismatch.investigate import Investigation
@@ -94,8 +94,7 @@ def _drop(fit: Fitted, number: int) -> float:
 def answer(found: Investigation) -> Diagnosis:
     """Return the diagnosis; only effects that are in it are in the fit and in the effects file."""
     fit = found.fit
-    mounted = [effect for effect in fit.calibrated.effects if effect.name == SETUP]
-    nominal = Regression(fit.regression.windows, fit.regression.noise, mounted)
+    nominal = Regression(fit.regression.windows, fit.regression.noise, fit.mounted)
     residuals = held_out(nominal, fit)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
     numbers = {member: number for number, member in enumerate(found.named)}
@@ -118,57 +117,28 @@ def answer(found: Investigation) -> Diagnosis:
         for number, effect in enumerate(fit.calibrated.effects)
     )
     drawn = evidence_of(fit, nominal, residuals, findings, _candidates(found, findings))
+    unseen = [] if findings else blind(found.posterior)
+    verdict: Verdict = "mismatch" if findings else "insufficient" if unseen else "agreement"
+    drives = tuple(dict.fromkeys(finding.separates for finding in findings if finding.separates))
     if findings:
-        advice = tuple(dict.fromkeys(finding.separates for finding in findings if finding.separates))
         says = _headline(findings, told)
-        return Diagnosis(
-            "mismatch",
-            says,
-            findings,
-            told,
-            unexplained,
-            tuple(dict.fromkeys(quantity for finding in findings for quantity in finding.depends_on)),
-            vehicle.name,
-            names,
-            advice,
-            drawn,
-            tuple(
-                effect
-                for effect in (*fit.chosen.effects, *fit.calibrated.effects)
-                if effect.name != "unknown"
-            ),
-            calibrated,
-        )
-    unseen = blind(found.posterior)
-    if unseen:
+    elif unseen:
         says, drives = unseen_in_words(unseen)
-        return Diagnosis(
-            "insufficient",
-            says,
-            (),
-            told,
-            0.0,
-            (),
-            vehicle.name,
-            names,
-            drives,
-            drawn,
-            fit.calibrated.effects,
-            calibrated,
-        )
-    says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
+    else:
+        says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
+    effects = (*fit.chosen.effects, *fit.calibrated.effects)
     return Diagnosis(
-        "agreement",
+        verdict,
         says,
-        (),
+        findings,
         told,
-        0.0,
-        (),
+        unexplained,
+        tuple(dict.fromkeys(quantity for finding in findings for quantity in finding.depends_on)),
         vehicle.name,
         names,
-        (),
+        drives,
         drawn,
-        fit.calibrated.effects,
+        tuple(effect for effect in effects if effect.name != "unknown"),
         calibrated,
     )
 
@@ -317,7 +287,7 @@ def _fit(fit: Fitted, residuals: HeldOut) -> Fit:
         Change(size(residuals.before), size(residuals.after)),
         channels,
         (float(gain.sum()), spread),
-        rerun(regression, residuals, [one for one in fit.calibrated.effects if one.name == SETUP]),
+        rerun(regression, residuals, fit.mounted),
         regression.noise.named(),
     )
 

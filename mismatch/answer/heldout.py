@@ -65,17 +65,12 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
     regression = fit.regression
     before, train = nominal.white[:, 0], regression.white[:, 0]
     after = train.copy()
-    kind: Kind = "laps"
-    if not fit.chosen.terms and not fit.calibrated.terms:
-        stretches = tuple(folds_of(regression.windows, kind))
-        count = _count(stretches)
-        return HeldOut(before, train, after, np.zeros(count), ((),) * count, kind, stretches)
     columns, origin = _shared(fit)
     kind = _kind(regression, columns)
-    folds = _folds(regression, kind)
     stretches = tuple(folds_of(regression.windows, kind))
+    folds = _of_rows(regression, stretches)
     effects, gain = [], []
-    for fold in range(_count(stretches)):
+    for fold in range(max(int(own.max()) for own in stretches) + 1):  # nothing may be measured in some
         mine = folds == fold
         others = columns[~mine]
         # the base already holds the fit to everything; what other folds say is a step away from it
@@ -88,22 +83,18 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
     return HeldOut(before, train, after, np.array(gain), tuple(effects), kind, stretches)
 
 
-def _count(stretches: Sequence[NDArray[np.int64]]) -> int:
-    """Return how many stretches there are; nothing may be measured in some of them."""
-    return max(int(own.max()) for own in stretches) + 1
-
-
-def _folds(fitted: Regression, kind: Kind) -> NDArray[np.int64]:
+def _of_rows(fitted: Regression, stretches: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
     """Return the number (V,) of the stretch of each row."""
-    own = folds_of(fitted.windows, kind)
-    return np.array([own[owner][moment] for owner, moment in zip(fitted.owner, fitted.moment, strict=True)])
+    return np.array(
+        [stretches[owner][moment] for owner, moment in zip(fitted.owner, fitted.moment, strict=True)]
+    )
 
 
 def _kind(fitted: Regression, columns: Array) -> Kind:
     """Return the longest stretches that may be left out, all parameters being told by the rest."""
     whole = (columns**2).sum(axis=0)
     for kind in ("laps", "blocks"):
-        folds = _folds(fitted, kind)
+        folds = _of_rows(fitted, folds_of(fitted.windows, kind))
         inside = [(columns[folds == fold] ** 2).sum(axis=0) for fold in range(int(folds.max()) + 1)]
         if np.all(np.max(inside, axis=0) < _MOST * whole):
             return kind
@@ -113,19 +104,18 @@ def _kind(fitted: Regression, columns: Array) -> Kind:
 def _shared(fit: Fitted) -> tuple[Array, Array]:
     """Return columns (V, k), all events of a wheel in one, and the coefficients (k,) of the base."""
     columns, origin = [], []
-    for acting in (fit.chosen, fit.calibrated):
-        for term, place, values in zip(acting.terms, acting.places, acting.values, strict=True):
-            own = fit.regression.white[:, place]
-            if term.effect == "unknown":
-                continue  # no other moment tells what one push was
-            if term.effect == "bump" and own.shape[1] > 1:
-                mean = float(values.mean())
-                shape = values / mean if abs(mean) > 1e-9 else np.ones_like(values)
-                columns.append((own * shape).sum(axis=1))
-                origin.append(mean)
-            else:
-                columns += list(own.T)
-                origin += values.tolist()
+    for term, place, values in fit.everything():
+        own = fit.regression.white[:, place]
+        if term.effect == "unknown":
+            continue  # no other moment tells what one push was
+        if term.effect == "bump" and own.shape[1] > 1:
+            mean = float(values.mean())
+            shape = values / mean if abs(mean) > 1e-9 else np.ones_like(values)
+            columns.append((own * shape).sum(axis=1))
+            origin.append(mean)
+        else:
+            columns += list(own.T)
+            origin += values.tolist()
     if not columns:
         return np.zeros((len(fit.regression.white), 0)), np.zeros(0)
     return np.stack(columns, axis=1), np.array(origin)
@@ -134,16 +124,15 @@ def _shared(fit: Fitted) -> tuple[Array, Array]:
 def _built(fit: Fitted, shared: Array) -> tuple[Effect, ...]:
     """Return the effects that shared coefficients (k,) stand for."""
     effects, at = [], 0
-    for acting in (fit.chosen, fit.calibrated):
-        for term, values in zip(acting.terms, acting.values, strict=True):
-            if term.effect == "unknown":
-                effects.append(term.built(values))
-            elif term.effect == "bump" and len(values) > 1:
-                effects.append(term.built(np.full(len(values), shared[at])))
-                at += 1
-            else:
-                effects.append(term.built(shared[at : at + len(values)]))
-                at += len(values)
+    for term, _, values in fit.everything():
+        if term.effect == "unknown":
+            effects.append(term.built(values))
+        elif term.effect == "bump" and len(values) > 1:
+            effects.append(term.built(np.full(len(values), shared[at])))
+            at += 1
+        else:
+            effects.append(term.built(shared[at : at + len(values)]))
+            at += len(values)
     return tuple(effects)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from omnimate.mismatch.diagnosis import Change
 from omnimate.mismatch.recording.response import replayed
 from omnimate.mismatch.recording.signals import expected_reading, integrated, signals_of
-from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
+from omnimate.vcan_sim.effects.reference_offset import truck_poses
 from omnimate.vehicle.se2 import between, wrap
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def _missed(signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Arra
             stops = (
                 at if len(at) <= count else np.unique(at[np.searchsorted(at, edges).clip(max=len(at) - 1)])
             )
-            path = _truck_path(signals, effects, number)
+            path = truck_poses(effects, truck, signals.path[:, number])
             gone = [_driven(path, block.twist[:, number], *pair) for pair in itertools.pairwise(stops)]
             off = np.array(gone)
             found[f"{truck} position"] = stops[1:], np.hypot(off[:, 0], off[:, 1])
@@ -107,15 +107,6 @@ def _linkage(signals: Signals, twist: Array, offset: Array, start: int, end: int
     expected = expected_reading(np.stack(paths)[None])[0] + offset[end]
     off = signals.reading[end] - expected
     return np.array([wrap(off[0]), wrap(off[1]), off[2]])
-
-
-def _truck_path(signals: Signals, effects: Sequence[Effect], number: int) -> Array:
-    """Return the poses (N, 3) of a truck, of those of the reference on it."""
-    path = signals.path[:, number]
-    for effect in effects:
-        if isinstance(effect, ReferenceOffset) and effect.component == signals.trucks[number]:
-            path = effect.truck(path)
-    return path
 
 
 def _driven(path: Array, twist: Array, start: int, end: int) -> Array:

@@ -224,6 +224,8 @@ class Beside:
 
     def _held_by(self, rows: Array) -> Array:
         """Return what of whitened rows (V, k) the members hold, in their coefficients, `(n, k)`."""
+        if not self.members:
+            return np.zeros((0, rows.shape[1]))
         count = len(self.posterior.everyday[0])
         held = np.linalg.solve(self.inside + np.eye(len(self.inside)), self.nuisance.T @ rows)
         return np.asarray(LARGEST * held[count:])
@@ -241,24 +243,25 @@ class Beside:
             first = here.stop
         return np.stack(parts, axis=1)
 
-    def _cancels(self, held: Array, coefficients: Array) -> bool:
+    def _cancels(self, with_it: Array) -> bool:
         """Say whether a candidate makes members absurdly large, which it then nearly cancels.
 
         Such a pair would be believed for what the two laws, neither exact, leave of each other.
+
+        Args:
+            with_it: Sizes of the members beside the candidate, `(n,)`.
         """
-        if not self.members:
-            return False
-        sizes = np.abs(self._sizes - held @ coefficients)
+        sizes = np.abs(with_it)
         return bool(np.any((sizes > GROWN * np.abs(self._sizes)) & (sizes > CANCELLING)))
 
-    def _rarer(self, held: Array, coefficients: Array) -> float:
+    def _rarer(self, with_it: Array) -> float:
         """Return by how much members are less likely a priori at the sizes that a candidate drives them to.
 
         Members are integrated out with one wide normal prior; that of faults has two parts.
+
+        Args:
+            with_it: Sizes of the members beside the candidate, `(n,)`.
         """
-        if not self.members:
-            return 0.0
-        with_it = self._sizes - held @ coefficients
         return min(0.0, float((_density(with_it) - _density(self._sizes)).sum()))
 
     def _weight(self, part: Array) -> Array:
@@ -342,12 +345,13 @@ class Beside:
         columns = list(self.posterior.columns(single))
         term = self.posterior.terms[single]
         own, residual = self._apart(columns, term.key)
-        held = self._held_by(self._loosened(self.posterior.regression.white[:, columns]))
         gram, score = own.T @ own, own.T @ residual
         size = np.eye(len(columns)) / LARGEST**2
         fitted: Array = np.asarray(np.linalg.solve(gram + size, score), np.float64)
         quiet = term.effect == "unknown" and float(fitted @ gram @ fitted) < SEEN * len(residual)
-        if quiet or self._cancels(held, fitted):
+        held = self._held_by(self._loosened(self.posterior.regression.white[:, columns]))
+        with_it = self._sizes - held @ fitted
+        if quiet or self._cancels(with_it):
             covariance = np.linalg.inv(gram + size).astype(np.float64)
             return Judgement(NOTHING, NOTHING, NOTHING, fitted, covariance, 1.0)
         after = residual - own @ fitted
@@ -365,7 +369,7 @@ class Beside:
             if gain @ outlying > CONCENTRATED * gain.sum():
                 earned = min(earned, self._earned_in(outlying, own, residual, spread))
         odds = self.posterior.odds(single, self.members)
-        worth = odds + min(evidence, earned) + self._rarer(held, fitted)
+        worth = odds + min(evidence, earned) + self._rarer(with_it)
         return Judgement(worth, evidence, earned, coefficients, covariance, spread)
 
     def _apart(self, columns: Sequence[int], key: tuple[str, str]) -> tuple[Array, Array]:

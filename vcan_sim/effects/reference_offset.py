@@ -21,6 +21,8 @@ from omnimate.vcan_sim.effects.effect import TRUCK, Effect, Parameter
 from omnimate.vehicle.se2 import compose, inverse
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from omnimate.vcan_sim.effects.block import Block
     from omnimate.vcan_sim.effects.effect import Stage
     from omnimate.vehicle.se2 import Array
@@ -66,3 +68,11 @@ class ReferenceOffset(Effect):
     def truck(self, measured: Array) -> Array:
         """Return the truck's poses `(..., 3)` of what was measured `(..., 3)`."""
         return compose(measured, inverse(self.offset))
+
+
+def truck_poses(effects: Iterable[Effect], truck: str, measured: Array) -> Array:
+    """Return a truck's poses `(..., 3)`, of poses `(..., 3)` of its reference that were measured."""
+    for effect in effects:
+        if isinstance(effect, ReferenceOffset) and effect.component == truck:
+            measured = effect.truck(measured)
+    return measured
