@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import SETUP, calibrated_terms
 from omnimate.mismatch.evidence.posterior import LARGEST
-from omnimate.mismatch.recording.response import relinearised
+from omnimate.mismatch.recording.response import data, relinearised, response
 from omnimate.mismatch.recording.windows import windows_of
 
 if TYPE_CHECKING:
@@ -74,12 +74,15 @@ class Fitted:
 
     @property
     def part(self) -> Array:
-        """What of the data all effects explain, `(V,)`, whitened."""
-        white = self.regression.white
-        part = np.zeros(len(white))
-        for _, place, values in self.everything():
-            part += white[:, place] @ values
-        return part
+        """What of the data all effects explain, `(V,)`, whitened.
+
+        It is what the effects do, and not their columns times their sizes: a column of a small step holds the
+        noise of the readings it is made of, which, once added to the data, it would explain.
+        """
+        regression = self.regression
+        raw = [data(windows, response(windows, ())) for windows in regression.windows]
+        nominal = regression.whitened([(push[:, :, None], seen[:, :, None]) for push, seen in raw])[:, 0]
+        return np.asarray(nominal - regression.white[:, 0])
 
     def everything(self) -> Iterator[tuple[Term, slice, Array]]:
         """Yield the terms of the set and of the calibration, their columns and their coefficients."""
@@ -94,6 +97,7 @@ def fitted(
     values: Sequence[Array],
     turns: int = TURNS,
     start: Fitted | None = None,
+    pushes: Sequence[Array] | None = None,
 ) -> Fitted:
     """Return terms with their coefficients fitted, each turn about what the last one found.
 
@@ -104,6 +108,8 @@ def fitted(
         values: Of their coefficients, from which to start.
         turns: Of Gauss-Newton.
         start: Fit whose calibration is a good start.
+        pushes: Of each recording, process covariances `(M, n, n)` beyond those of the floor, where something
+            happened.
     """
     count, keys = len(terms), {single.key for single in terms}
     every = [single.fine() for single in terms]
@@ -116,6 +122,10 @@ def fitted(
     for turn in range(turns + 1):
         effects = tuple(single.built(known[at]) for single, at in zip(every, own, strict=True))
         windows = [windows_of(relinearised(single, effects)) for single in signals]
+        if pushes is not None:
+            windows = [
+                replace(own, rounding=own.rounding + push) for own, push in zip(windows, pushes, strict=True)
+            ]
         regression = Regression(windows, noise, effects)
         places = tuple(regression.add(every))
         columns = regression.white[:, 1:]

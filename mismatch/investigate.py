@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 # Automatica 1999: identification in closed loop with a wrong noise model). So many windows, and weights.
 ECHOES, ECHO = 8, 0.15
 UNKNOWN = 8  # errors without a name that are held against the named ones: the best of all by far
+BESIDE = 1.0  # [s] about a moment that has a candidate, in which what else happened is what its law leaves
 NONE = 1e-6  # declared sizes, below which an effect is none at all
 ROUNDS = 5  # of candidates, search, fit and noise, if the answer still changes
 STEPS = 2 * ROUNDS + 2  # that a progress bar sees
@@ -104,19 +105,20 @@ def investigate(
         before, names = names, {(single.key, len(single.fixed.get("times", ()))) for single in terms}
         if turn > 0 and names == before:
             break
-    # what is left now and is no noise has no candidate: it counts as noise, lest something be told for it
-    noise = _noise_about(fit, free=False)
-    fit = _again(signals, noise, fit)
+    # what is left now and is no noise has no candidate: it counts as noise, and moments that stand out tell
+    # nothing, lest something that lasts be told for them
+    noise, pushes = _happened(fit)
+    fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, pushes)
     progress(2 * ROUNDS + 1, STEPS, "holding the answer against its rivals")
     posterior, start = _posterior(fit, library, left_out, scan=False)
     if "unknown" not in left_out:
         posterior = _with_unknown(posterior, start)
-    return _final(signals, noise, posterior, start, fit)
+    return _final(signals, (noise, pushes), posterior, start, fit)
 
 
 def _final(
     signals: tuple[Signals, ...],
-    noise: NoiseLevels,
+    noise: tuple[NoiseLevels, list[Array]],
     posterior: Posterior,
     start: tuple[int, ...],
     fit: Fitted,
@@ -141,13 +143,15 @@ def _final(
             for law in learned(posterior, beside, posterior.terms[single]):
                 terms.append(law)
                 values.append(np.ones(len(law.probes)))
-        fit = fitted(signals, noise, terms, values, 1, fit)
+        fit = fitted(signals, noise[0], terms, values, 1, fit, noise[1])
         fallen = [
             single
             for number, single in enumerate(named)
             if not _stands(posterior.terms[single], fit.chosen, number)
         ]
         if not fallen:
+            # what happened tells nothing of which effects there are, and yet of how large they are
+            fit = fitted(signals, noise[0], terms, values, 1, fit)
             return Investigation(signals, posterior, members, named, fit)
         posterior.bar(fallen)
         members = tuple(single for single in members if single not in fallen)
@@ -157,10 +161,11 @@ def _stands(single: Term, chosen: Acting, number: int) -> bool:
     """Say whether an effect of a fit may still be there beside all others and the calibration.
 
     No prior gives a size that is z standard deviations from none a log Bayes factor beyond z^2/2 (Edwards,
-    Lindman & Savage, Psychological Review 1963); and what makes no sense below zero may have come to zero.
+    Lindman & Savage, Psychological Review 1963); what makes no sense below zero may have come to zero; and
+    nobody believes in what is absurdly large.
     """
     values, covariance = chosen.values[number], chosen.covariances()[number]
-    if float(np.abs(values).max()) <= NONE:
+    if not NONE < float(np.abs(values).max()) <= single.most:
         return False
     return single.odds + 0.5 * float(values @ np.linalg.solve(covariance, values)) > 0.0
 
@@ -183,6 +188,9 @@ def _posterior(
     regression = fit.regression
     terms, places = list(fit.chosen.terms), list(fit.chosen.places)
     start = tuple(range(len(terms)))
+    for effect, place, values in zip(fit.chosen.effects, places, fit.chosen.values, strict=True):
+        if len(values) == 1 and abs(values[0]) > NONE:
+            regression.take_secant(place, effect, float(values[0]))
     offered = merged(terms, library)
     places += regression.add(offered)
     terms += offered
@@ -324,16 +332,33 @@ def noise_beside(regression: Regression, *, roughly: bool = False) -> NoiseLevel
     return noise
 
 
-def _noise_about(fit: Fitted, *, free: bool = True) -> NoiseLevels:
-    """Return the levels of noise about a set of effects.
+def _noise_about(fit: Fitted) -> NoiseLevels:
+    """Return the levels of noise about a set of effects; windows in which something happened do not count."""
+    regression = fit.regression
+    windows, _count = freed(regression, regression.white[:, 0])
+    return estimate_noise(windows, regression.raw, regression.noise, (regression.noise.wave,))
 
-    Args:
-        fit: The effects.
-        free: Whether windows in which something happened do not count.
+
+def _happened(fit: Fitted) -> tuple[NoiseLevels, list[Array]]:
+    """Return the levels of noise by which all windows count, and what trucks are pushed by in some.
+
+    The pushes are process covariances `(M, n, n)` of each recording, where something happened.
     """
     regression = fit.regression
-    windows = freed(regression, regression.white[:, 0])[0] if free else regression.windows
-    return estimate_noise(windows, regression.raw, regression.noise, (regression.noise.wave,))
+    windows, _count = freed(regression, regression.white[:, 0])
+    usual = regression.windows
+    noise = estimate_noise(usual, regression.raw, regression.noise, (regression.noise.wave,))
+    pushes = [own.rounding - other.rounding for own, other in zip(windows, usual, strict=True)]
+    for push, own in zip(pushes, usual, strict=True):
+        for moment in _moments(fit.chosen.terms):
+            push[np.abs(own.time[:-1] - moment) < BESIDE] = 0.0
+    return noise, pushes
+
+
+def _moments(terms: Sequence[Term]) -> list[float]:
+    """Return the times [s] at which what terms stand for happens or begins."""
+    events = [time for single in terms for time in single.fixed.get("times", ())]
+    return [*events, *(single.fixed["time"] for single in terms if "time" in single.fixed)]
 
 
 def _without(regression: Regression) -> np.ndarray:

@@ -72,11 +72,18 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
     beside = posterior.beside(rest)
     itself = beside.judge(member)
     own = posterior.terms[member].key
-    worths: dict[Key, float] = {own: itself.worth}
+    judged = {own: itself}
     for single in ranked(posterior, beside)[:LOOKED_AT]:
-        key, judged = posterior.terms[single].key, beside.judge(single)
-        if believable(posterior, single, judged, member, itself):
-            worths[key] = max(worths.get(key, -math.inf), judged.worth)
+        key, its = posterior.terms[single].key, beside.judge(single)
+        if believable(posterior, single, its, member, itself) and (
+            key not in judged or its.rank > judged[key].rank
+        ):
+            judged[key] = its
+    first = max(judged.values(), key=lambda each: (each.worth > 0.0, each.rank))
+    worths = {
+        key: first.worth + (each.rank - first.rank) / first.spread if each.worth > 0.0 else each.worth
+        for key, each in judged.items()
+    }
     top = max(0.0, *worths.values())
     whole = math.exp(-top) + sum(math.exp(worth - top) for worth in worths.values())
     shares = {key: math.exp(worth - top) / whole for key, worth in worths.items()}

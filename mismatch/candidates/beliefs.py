@@ -57,7 +57,7 @@ BELIEFS: dict[str, Belief] = {
     "lateral_slip": Belief(RARE, 0.05, 0.2),
     "floor_slope": Belief(FAULT, 0.03, 0.1, most=3.0),
     "castor_kick": Belief(FAULT, 0.1, 0.3),
-    "joint_eccentricity": Belief(FAULT, 0.05, 0.05),
+    "joint_eccentricity": Belief(FAULT, 0.05, 0.05, most=6.0),
     "joint_backlash": Belief(FAULT, 0.05, 0.3),
     "link_eccentricity": Belief(RARE, 0.05, 0.05, most=5.0),
     "link_scale": Belief(RARE, 0.05, 0.05),
@@ -65,7 +65,7 @@ BELIEFS: dict[str, Belief] = {
     "latency": Belief(FAULT, 0.25, 0.05, most=5.0),
     "gear_backlash": Belief(FAULT, 0.05, 0.3),
     "gear_harmonic": Belief(FAULT, 0.05, 0.05),
-    "clock_drift": Belief(FAULT, 0.02, 0.05, most=2.5),
+    "clock_drift": Belief(FAULT, 0.02, 0.05, most=10.0),
     "unknown": Belief(RARE, 0.0, 0.1),
     "law": Belief(RARE, 0.0, 0.1),
     "reference_offset": Belief(1.0),  # of every measurement; it is fitted, and never searched for

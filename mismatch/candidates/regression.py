@@ -87,13 +87,13 @@ class Regression:
         """
         answers = []
         for number, (windows, run) in enumerate(zip(self.windows, self.filters, strict=True)):
-            white = np.full(run.spread.shape, np.nan)
+            white = np.full((*run.spread.shape, 1), np.nan)
             mine = self.owner == number
-            white[self.moment[mine], self.channel[mine]] = rows[mine]
+            white[self.moment[mine], self.channel[mine], 0] = rows[mine]
             scores, informations, _ = adjoint(
                 run.transition, windows.links, windows.observe, run.gains, run.spread, white
             )
-            answers.append((scores, informations))
+            answers.append((scores[:, :, 0], informations))
         return answers
 
     def echoes(self, count: int) -> Array:
@@ -126,6 +126,24 @@ class Regression:
                 rows = run.whiten(push[:, :, some], seen[:, :, some])
                 white[mine, some] = rows[self.moment[mine], self.channel[mine]]
         return white
+
+    def take_secant(self, place: slice, effect: Effect, size: float) -> None:
+        """Let a column be what an effect of the base does, over its size, in the place of its slope there.
+
+        A play of half the width is no play half as strong.
+
+        Args:
+            place: Of the column.
+            effect: Of the base.
+            size: Coefficient of the column that makes the effect.
+        """
+        others = [single for single in self.base if single is not effect]
+        raw = []
+        for base, windows, (pushes, measured) in zip(self.responses, self.windows, self.raw, strict=True):
+            push, seen = column(base, response(windows, others), -size)
+            pushes[:, :, place.start], measured[:, :, place.start] = push, seen
+            raw.append((push[:, :, None], seen[:, :, None]))
+        self.white[:, place] = self.whitened(raw)
 
     def columns_of(self, terms: Sequence[Term]) -> Array:
         """Return the whitened columns (V, C) of terms, one for each probe; nothing is kept."""

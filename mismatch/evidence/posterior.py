@@ -24,6 +24,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from omnimate.mismatch.candidates.beliefs import NUMBER, NUMBERS, UNCALIBRATED
 
@@ -40,6 +41,7 @@ TAILS = ((1.0, 0.8), (5.0, 0.2))  # sizes of faults in declared ones, and how ma
 LARGEST = 5.0  # declared sizes, one standard deviation of a member that is integrated out
 SEEN = 0.05  # of the noise's square: what has no name is told where one sees it in the residual
 CANCELLING = 3.0  # declared sizes of two faults that nearly cancel, beyond which nobody believes in both
+LINEAR = 2.0  # times as large as it is, a fault may look by a column that is of a small step of its size
 GROWN = 1.5  # times its size that a member grows when what nearly cancels it joins
 STRETCH = 4.0  # [s] in which scores are summed: long against what a filter remembers of a wrong model
 MOMENTS = 3  # seconds that may be outliers: what acts all the time must be seen in them and in the rest
@@ -62,6 +64,8 @@ class Judgement:
         coefficients: Its size, in declared ones, shape `(k,)`.
         covariance: Of them, shape `(k, k)`.
         spread: Factor by which squares of noise are larger than they should be.
+        rank: What it is worth against rivals, as log odds: they share the noise, and none may widen it for
+            itself, so that it counts as white.
     """
 
     worth: float
@@ -70,6 +74,7 @@ class Judgement:
     coefficients: Array
     covariance: Array
     spread: float
+    rank: float = NOTHING
 
 
 @dataclass(slots=True)
@@ -181,14 +186,14 @@ class Beside:
     def __init__(self, posterior: Posterior, members: tuple[int, ...]) -> None:
         self.posterior, self.members = posterior, members
         self.known: dict[int, float] = {}
-        self.part: Array | None = None
+        self.loosening: csr_array | None = None
         white = posterior.regression.white
         data = white[:, 0] + posterior.shift
         if members:
             part = self._discrepancy(data)
-            self.part = part if float((part**2).sum()) > 1.0 else None
-            if self.part is not None:
-                self.weight = self._weight(self.part)
+            if float((part**2).sum()) > 1.0:
+                self.weight = self._weight(part)
+                self.loosening = loosening(part * self.weight, posterior.stretch)
         everyday, usual = posterior.everyday
         own = [at for single in members for at in posterior.columns(single)]
         sizes = np.concatenate((usual, np.full(len(own), LARGEST)))
@@ -218,9 +223,7 @@ class Beside:
 
     def _loosened(self, rows: Array) -> Array:
         """Return rows (V, C) whitened anew, members being noise where their laws are not exact."""
-        if self.part is None:
-            return rows
-        return loosened(rows * self.weight, self.part * self.weight, self.posterior.stretch)
+        return rows if self.loosening is None else loosened(rows * self.weight, self.loosening)
 
     def _held_by(self, rows: Array) -> Array:
         """Return what of whitened rows (V, k) the members hold, in their coefficients, `(n, k)`."""
@@ -356,11 +359,13 @@ class Beside:
             return Judgement(NOTHING, NOTHING, NOTHING, fitted, covariance, 1.0)
         after = residual - own @ fitted
         spread = self._spread(own, after, gram)
+        white = bayes_factor(gram, score) - self.everyday({term.key})
         gram, score = gram / spread, score / spread
         covariance = np.linalg.inv(gram + size).astype(np.float64)
         coefficients = np.asarray(covariance @ score)
         evidence = bayes_factor(gram, score) - self.everyday({term.key}, spread)
-        if (term.positive and np.any(coefficients < 0.0)) or np.any(np.abs(coefficients) > term.most):
+        absurd = np.any(np.abs(coefficients) > LINEAR * term.most)
+        if (term.positive and np.any(coefficients < 0.0)) or absurd:
             evidence = NOTHING
         earned = self._earned(own, residual, spread) if evidence > NOTHING else NOTHING
         if earned > 0.0 and not term.is_local:
@@ -369,8 +374,10 @@ class Beside:
             if gain @ outlying > CONCENTRATED * gain.sum():
                 earned = min(earned, self._earned_in(outlying, own, residual, spread))
         odds = self.posterior.odds(single, self.members)
-        worth = odds + min(evidence, earned) + self._rarer(with_it)
-        return Judgement(worth, evidence, earned, coefficients, covariance, spread)
+        prior = odds + self._rarer(with_it)
+        least = min(evidence, earned)
+        rank = prior + min(white, spread * earned) if least > NOTHING else NOTHING
+        return Judgement(prior + least, evidence, earned, coefficients, covariance, spread, rank)
 
     def _apart(self, columns: Sequence[int], key: tuple[str, str]) -> tuple[Array, Array]:
         """Return columns (V, k) and data (V,) for a robot without any everyday size of what has a name."""
@@ -467,19 +474,28 @@ def narrowed(rows: Array, nuisance: Array) -> Array:
     return np.asarray(rows + nuisance @ (grown @ (axes.T @ (nuisance.T @ rows))))
 
 
-def loosened(rows: Array, part: Array, stretch: NDArray[np.int64]) -> Array:
-    """Return rows (V, C) whitened anew where parts (V, k) of them are of an unknown size in each stretch.
+def loosened(rows: Array, by: csr_array) -> Array:
+    """Return rows (V, C) whitened anew by what `loosening` gave."""
+    return np.asarray(rows - by @ (by.T @ rows))
 
-    The noise of a stretch is then 1 + part part', whose inverse root is taken on both sides.
+
+def loosening(part: Array, stretch: NDArray[np.int64]) -> csr_array:
+    """Return B (V, n) by which rows are whitened anew where parts (V, k) are of any size in a stretch.
+
+    The noise of a stretch is then 1 + part part', and its inverse root is 1 - B B'.
     """
-    changed = rows.copy()
     order = np.argsort(stretch, kind="stable")
     edges = np.searchsorted(stretch[order], np.arange(int(stretch.max()) + 2))
+    rows, columns, values, count = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)], 0
     for start, end in itertools.pairwise(edges.tolist()):
         mine = order[start:end]
         if float((part[mine] ** 2).sum()) < 1e-3:
             continue
         axes, sizes, _ = np.linalg.svd(part[mine], full_matrices=False)
-        shrunk = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
-        changed[mine] -= axes @ (shrunk[:, None] * (axes.T @ rows[mine]))
-    return changed
+        axes = axes * np.sqrt(1.0 - 1.0 / np.sqrt(1.0 + sizes**2))
+        rows.append(np.repeat(mine, axes.shape[1]))
+        columns.append(np.tile(count + np.arange(axes.shape[1]), len(mine)))
+        values.append(axes.ravel())
+        count += axes.shape[1]
+    where = np.concatenate(rows), np.concatenate(columns)
+    return csr_array((np.concatenate(values), where), shape=(len(part), count))

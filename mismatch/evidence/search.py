@@ -78,12 +78,17 @@ def _again(component: str, times: Sequence[float], moments: Sequence[tuple[str, 
 def best(posterior: Posterior, beside: Beside, count: int = LOOKED_AT) -> tuple[int, Judgement] | None:
     """Return the candidate that is worth most beside a set, judged in full."""
     judged = [(single, beside.judge(single)) for single in ranked(posterior, beside)[:count]]
-    first = max(judged, key=lambda pair: pair[1].worth, default=None)
+    first = _first(judged)
     named = [pair for pair in judged if posterior.terms[pair[0]].effect != "unknown" and pair[1].worth > 0.0]
-    if first is None or not named:
+    other = _first(named)
+    if first is None or other is None:
         return first
-    other = max(named, key=lambda pair: pair[1].worth)
     return first if believable(posterior, *first, *other) else other
+
+
+def _first(judged: Sequence[tuple[int, Judgement]]) -> tuple[int, Judgement] | None:
+    """Return the candidate that is worth most against its rivals, of those that are worth anything."""
+    return max(judged, key=lambda pair: (pair[1].worth > 0.0, pair[1].rank), default=None)
 
 
 def believable(posterior: Posterior, rival: int, its: Judgement, member: int, own: Judgement) -> bool:
@@ -202,7 +207,7 @@ def _exchanged(posterior: Posterior, members: Members) -> Members:
         own = beside.judge(old)
         if not believable(posterior, offer[0], offer[1], old, own):
             continue
-        if offer[1].worth > own.worth:
+        if offer[1].worth > 0.0 and offer[1].rank > own.rank:
             members = tuple(sorted({*rest, offer[0]}))
     return members
 
@@ -238,5 +243,4 @@ def _instead(posterior: Posterior, beside: Beside, old: int) -> tuple[int, Judge
         and len(term.fixed["times"]) == len(times)
         and all(abs(time - own) < APART for time, own in zip(times, term.fixed["times"], strict=True))
     ]
-    judged = [(single, beside.judge(single)) for single in near]
-    return max(judged, key=lambda pair: pair[1].worth, default=None)
+    return _first([(single, beside.judge(single)) for single in near])

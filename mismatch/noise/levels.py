@@ -1,8 +1,9 @@
 """The noise levels of a recording, estimated from itself: files state none.
 
-Restricted maximum likelihood over the levels, with the smooth effects of the library as nuisances, so
-that physics left out is not taken for noise. A priori each level is known within a factor, from robots
-that work; the factors are wide, and only keep a level that the recording says nothing about in bounds.
+Restricted maximum likelihood over the levels, with the smooth effects of the library integrated out, so
+that physics left out is not taken for noise, nor noise for physics. A priori each level is known within a
+factor, from robots that work; the factors are wide, and only keep a level that the recording says nothing
+about in bounds.
 """
 
 from __future__ import annotations
@@ -250,7 +251,10 @@ def _likeliest(
 def _badness(
     windows: Sequence[Windows], columns: Sequence[tuple[Array, Array]], noise: NoiseLevels
 ) -> tuple[float, Array]:
-    """Return minus the log likelihood, nuisances fitted, and its slopes (9,) by the logarithms of levels."""
+    """Return minus the log likelihood, nuisances integrated out, and its slopes (9,) by the log levels.
+
+    Levels are then not too small where nuisances take many of few readings (Harville, JASA 1977).
+    """
     runs = [filter_of(single, noise) for single in windows]
     width = columns[0][0].shape[2]
     cost, gram = 0.0, np.zeros((width, width))
@@ -265,20 +269,30 @@ def _badness(
     precision = gram[1:, 1:] + np.eye(width - 1)
     fitted = np.concatenate(([1.0], -np.linalg.solve(precision, gram[1:, 0])))
     cost += 0.5 * float(fitted @ gram @ fitted) + 0.5 * float(fitted[1:] @ fitted[1:])
+    root = np.linalg.cholesky(precision)
+    cost += float(np.log(np.diagonal(root)).sum())
+    apart = np.zeros((width, width))  # what is left of the data, and the nuisances with all that is not known
+    apart[:, 0], apart[1:, 1:] = fitted, np.linalg.inv(root).T
     slope = np.zeros(len(_FREEDOM))
     for run, white in zip(runs, whites, strict=True):
-        slope -= _slopes(run, noise, white @ fitted)
+        slope -= _slopes(run, noise, white @ apart)
     return cost, slope
 
 
 def _slopes(run: Filter, noise: NoiseLevels, white: Array) -> Array:
-    """Return the slopes (9,) of one recording's log likelihood by the logarithms of levels."""
+    """Return the slopes (9,) of one recording's log likelihood by the logarithms of levels.
+
+    Args:
+        run: Of it.
+        noise: The levels.
+        white: Whitened columns that are summed over, (M + 1, R, C).
+    """
     windows = run.windows
     scores, informations, by_variance = adjoint(
         run.transition, windows.links, windows.observe, run.gains, run.spread, white
     )
     states = scores.shape[1]
-    half = 0.5 * (scores[:, :, None] * scores[:, None, :] - informations)
+    half = 0.5 * (scores @ scores.transpose(0, 2, 1) - informations)
     slope = np.zeros(len(_FREEDOM))
     slope[0] = 2.0 * noise.roughness**2 * float(np.vdot(half, windows.floor))
     kept, mean = _wave(windows, noise.wave)

@@ -130,7 +130,8 @@ def adjoint(
 
     An input u = theta b in step m alone is estimated by theta = b' score / (b' information b), with
     variance 1 / (b' information b). The derivative of the log likelihood by a process covariance Q[m] is
-    (score score' - information) / 2 (Koopman & Shephard, Biometrika 1992, equation 3.2).
+    (score score' - information) / 2 (Koopman & Shephard, Biometrika 1992, equation 3.2), score score' being
+    summed over all columns.
 
     Args:
         transition: F, (M, n, n).
@@ -138,19 +139,20 @@ def adjoint(
         observe: H, (M + 1, R, n).
         gains: As `gains_of` returns them.
         spread: Likewise.
-        white: Whitened innovations of one column, (M + 1, R).
+        white: Whitened innovations of columns, (M + 1, R, C).
 
     Returns:
-        Score (M, n) and information (M, n, n) of an input in each step, and the derivative (M + 1, R) of the
-        log likelihood by each variance of a reading.
+        Scores (M, n, C) and information (M, n, n) of an input in each step, and the derivative (M + 1, R) of
+        the log likelihood by each variance of a reading.
     """
     moments, rows, states = observe.shape
-    scores = np.zeros((moments - 1, states))
+    columns = white.shape[2]
+    scores = np.zeros((moments - 1, states, columns))
     informations = np.zeros((moments - 1, states, states))
     by_variance = np.zeros((moments, rows))
-    score = np.zeros(states)
+    score = np.zeros((states, columns))
     information = np.zeros((states, states))
-    pulled = np.zeros(states)
+    pulled, error = np.zeros(states), np.zeros((1, columns))
     for moment in range(moments - 1, -1, -1):
         for row in range(rows - 1, -1, -1):
             size = spread[moment, row]
@@ -159,18 +161,14 @@ def adjoint(
             seen, gain = observe[moment, row], gains[moment, row]
             # with L = I - gain seen': score = seen v / s + L' score,
             # information = seen seen' / s + L' information L
-            along = twice = 0.0
-            for number in range(states):
-                along += gain[number] * score[number]
-                pulled[number] = 0.0
-                for other in range(states):  # faster than a call of BLAS for a vector as short as this
-                    pulled[number] += information[number, other] * gain[other]
-                twice += gain[number] * pulled[number]
-            error = white[moment, row] / np.sqrt(size) - along
-            by_variance[moment, row] = 0.5 * (error * error - 1.0 / size - twice)
+            error[0] = white[moment, row] / np.sqrt(size)
+            add_rows(error, -gain, score)
+            twice = _pull(information, gain, pulled)
+            by_variance[moment, row] = 0.5 * (np.sum(error**2) - 1.0 / size - twice)
             for number in range(states):
                 if seen[number] != 0.0:
-                    score[number] += seen[number] * error
+                    for column in range(columns):
+                        score[number, column] += seen[number] * error[0, column]
                     for other in range(states):
                         information[number, other] -= seen[number] * pulled[other]
                         information[other, number] -= seen[number] * pulled[other]
@@ -180,10 +178,22 @@ def adjoint(
         scores[moment - 1] = score
         informations[moment - 1] = information
         step = transition[moment - 1]
-        carry_back(step, links, score.reshape(-1, 1))
+        carry_back(step, links, score)
         carry_back(step, links, information)
         carry_back(step, links, information.T)
     return scores, informations, by_variance
+
+
+@compiled
+def _pull(information: Array, gain: Array, pulled: Array) -> float:
+    """Write an information (n, n) times a gain (n,) into an array (n,), and return the gain times that."""
+    twice = 0.0
+    for number in range(len(gain)):
+        pulled[number] = 0.0
+        for other in range(len(gain)):  # faster than a call of BLAS for a vector as short as this
+            pulled[number] += information[number, other] * gain[other]
+        twice += gain[number] * pulled[number]
+    return twice
 
 
 @compiled

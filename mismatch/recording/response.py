@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,11 +76,12 @@ def _age_poses(windows: Windows, effects: Sequence[Effect], offset: Array) -> No
         if not isinstance(effect, AgedSamples) or effect.acts_at() != "poses":
             continue
         for truck in range(len(signals.trucks)):
-            for axis in range(3):
-                row = windows.linkage + 3 * truck + axis
-                when, own = windows.when[:, row], signals.path[:, truck, axis]
-                then = when - effect.age(when, signals.time[0])
-                offset[:, row] += np.interp(then, signals.time, own) - np.interp(when, signals.time, own)
+            own = slice(windows.linkage + 3 * truck, windows.linkage + 3 * truck + 3)
+            offset[:, own] += windows.aged(truck, partial(_age, effect, signals.time[0]))
+
+
+def _age(effect: AgedSamples, start: float, when: Array) -> Array:
+    return effect.age(when, start)
 
 
 def _move_references(windows: Windows, effects: Sequence[Effect], offset: Array) -> None:

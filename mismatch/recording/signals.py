@@ -12,7 +12,7 @@ from omnimate.vcan_sim.effects.block import Block
 from omnimate.vehicle.arcs import integrate_twists
 from omnimate.vehicle.linkage import follower, linkage_of
 from omnimate.vehicle.parameters import JOINTS
-from omnimate.vehicle.se2 import Array, between, wrap
+from omnimate.vehicle.se2 import Array, between, rotate, wrap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,6 +38,9 @@ class Signals:
             odometry foresees from a moment before: what the floor's roughness adds to a reading would
             otherwise stand on both sides of a regression on readings.
         path: (N, T, 3) poses of the trucks about which the model is linear, headings unwrapped.
+        facing: (N - 1, T, 2) cosine and sine of the headings between the samples.
+        gone: (N, T, 3) way of the trucks in the world by their wheels alone, without what draws the path to
+            readings and poses, and carries their noise into it.
         reading: (N, 3) of joint_a, joint_b [rad] and link [m]; no columns with a single truck.
         resolution: (3,) one count of each of them [rad, rad, m]; empty likewise.
         poses: measured from outside, in order of time and within the samples; empty without.
@@ -47,6 +50,8 @@ class Signals:
     recording: Recording
     block: Block
     path: Array
+    facing: Array
+    gone: Array
     reading: Array
     resolution: Array
     poses: Poses | None
@@ -114,7 +119,10 @@ def signals_of(
     resolution = np.array(
         [abs(vehicle.encoder(name).scale) for name in vehicle.channels if name not in vehicle.wheels]
     )
-    return Signals(recording, block.rolled(), path, reading, resolution, poses, foreseen)
+    facing = np.stack([np.cos(block.heading), np.sin(block.heading)], axis=-1)
+    steps = np.concatenate([rotate(block.heading, known[..., :2]), known[..., 2:]], axis=-1)
+    gone = np.concatenate((np.zeros_like(steps[:1]), np.cumsum(steps, axis=0)))
+    return Signals(recording, block.rolled(), path, facing, gone, reading, resolution, poses, foreseen)
 
 
 def grid(time: Array) -> NDArray[np.int64]:

@@ -14,10 +14,11 @@ import numpy as np
 
 from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, expected_reading, grid
 from omnimate.vehicle.arcs import twists_along
-from omnimate.vehicle.se2 import Array, rotate, wrap
+from omnimate.vehicle.compiled import IntArray, compiled
+from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -49,7 +50,7 @@ class Windows:
         rounding: (M, n, n) process covariance of the encoders' rounding.
         lever: (M, W, n) what a metre of a wheel's travel does to the state.
         rolled: (M, W) way of each wheel in each window, whatever its direction [m].
-        when: (M + 1, R) the times at which the rows were measured [s].
+        stamps: of each truck the times of the poses (P,) [s], and the window's end (P,) at which each counts.
     """
 
     signals: Signals
@@ -65,7 +66,7 @@ class Windows:
     rounding: Array
     lever: Array
     rolled: Array
-    when: Array
+    stamps: tuple[tuple[Array, NDArray[np.int64]], ...]
 
     @property
     def time(self) -> Array:
@@ -76,6 +77,22 @@ class Windows:
     def linkage(self) -> int:
         """Rows of the linkage: 3 or 0; the rows of poses follow, three for each truck."""
         return int(self.signals.reading.shape[1])
+
+    def aged(self, truck: int, age: Callable[[Array], Array]) -> Array:
+        """Return by how much poses (M + 1, 3) of a truck that are older than they say are elsewhere.
+
+        Args:
+            truck: Number of the truck.
+            age: Function from times (P,) [s] to ages (P,) [s].
+        """
+        (when, at), way = self.stamps[truck], self.signals.gone[:, truck]
+        then, count = when - age(when), np.maximum(np.bincount(at, minlength=len(self.ends)), 1)
+        change = np.empty((len(self.ends), 3))
+        for axis in range(3):
+            gone = np.interp(then, self.signals.time, way[:, axis])
+            gone -= np.interp(when, self.signals.time, way[:, axis])
+            change[:, axis] = np.bincount(at, weights=gone, minlength=len(self.ends)) / count
+        return change
 
 
 def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> Windows:
@@ -104,7 +121,8 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
     transition[:, :, waves] += (rolled[:, :, None] * lever).transpose(0, 2, 1)
     floor = np.einsum("mw,mwi,mwj->mij", rolled, lever, lever)
     creep = _creep(signals, ends, rolled, states)
-    measured, stated, when, observe = _measurements(signals, ends, states)
+    measured, stated, observe = _measurements(signals, ends, states)
+    stamps = tuple(_stamps(signals, ends, truck) for truck in signals.trucks)
     drift = pushed(signals, ends, signals.block.twist - twists_along(signals.path))
     off = np.any(transition != 0.0, axis=0) & ~np.eye(states, dtype=bool)
     return Windows(
@@ -121,7 +139,7 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
         rounding,
         lever,
         rolled,
-        when,
+        stamps,
     )
 
 
@@ -145,16 +163,25 @@ def _start_and_stop(signals: Signals, ends: NDArray[np.int64], rolled: Array, ro
 
 
 def _ends(signals: Signals, dense: Sequence[tuple[float, float]]) -> NDArray[np.int64]:
-    """Return the samples at which windows end: evenly spaced, and where sparse poses were measured."""
-    time = signals.time
+    """Return the samples at which windows end: evenly spaced, and where sparse poses were measured.
+
+    No window ends where a wheel's frame is missing: what is drawn between its neighbours is no reading.
+    """
+    recording, time = signals.recording, signals.time
     ends = set(grid(time).tolist())
     if signals.poses is not None and _sparse(signals.poses.time, time[-1] - time[0]):
         nearest = np.searchsorted(time, signals.poses.time)
         ends |= set(np.clip(nearest, 0, len(time) - 1).tolist())
     for start, end in dense:
-        inside = signals.recording.between(start, end)
+        inside = recording.between(start, end)
         ends |= set(range(inside.start, inside.stop))
-    return np.array(sorted(ends), np.int64)
+    wheels = [recording.is_present(wheel) for wheel in recording.vehicle.wheels]
+    whole = np.flatnonzero(np.logical_and.reduce(wheels))
+    wanted = np.array(sorted(ends), np.int64)
+    if len(whole) < 2:
+        return wanted
+    at = np.searchsorted(0.5 * (whole[1:] + whole[:-1]), wanted)
+    return np.unique(whole[at])
 
 
 def _sparse(times: Array, span: float) -> bool:
@@ -166,17 +193,24 @@ def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
 
     Each yaw turns what follows it in its window.
     """
-    path, inputs = signals.path, np.zeros((len(ends) - 1, 3 * twist.shape[1]))
-    last = np.repeat(ends[1:], np.diff(ends))
-    for truck in np.flatnonzero(twist.any(axis=(0, 2))):
-        own = path[:, truck]
-        heading = 0.5 * (own[1:, 2] + own[:-1, 2])
-        lag = own[last, :2] - 0.5 * (own[1:, :2] + own[:-1, :2])
-        yaw = twist[:, truck, 2]
-        x, y = rotate(heading, twist[:, truck, :2]).T + yaw * np.stack([-lag[:, 1], lag[:, 0]])
-        inputs[:, 3 * truck : 3 * truck + 3] = np.add.reduceat(
-            np.stack([x, y, yaw], axis=1), ends[:-1], axis=0
-        )
+    return _pushed(signals.path, signals.facing, ends, np.ascontiguousarray(twist))
+
+
+@compiled
+def _pushed(path: Array, facing: Array, ends: IntArray, twist: Array) -> Array:
+    """Do as `pushed`, of the poses (N, T, 3) and the directions (N - 1, T, 2) in which trucks look."""
+    inputs = np.zeros((len(ends) - 1, 3 * twist.shape[1]))
+    for window in range(len(ends) - 1):
+        last = ends[window + 1]
+        for step in range(ends[window], last):
+            for truck in range(twist.shape[1]):
+                ahead, aside, yaw = twist[step, truck]
+                cos, sin = facing[step, truck]
+                x = path[last, truck, 0] - 0.5 * (path[step + 1, truck, 0] + path[step, truck, 0])
+                y = path[last, truck, 1] - 0.5 * (path[step + 1, truck, 1] + path[step, truck, 1])
+                inputs[window, 3 * truck] += cos * ahead - sin * aside - yaw * y
+                inputs[window, 3 * truck + 1] += sin * ahead + cos * aside + yaw * x
+                inputs[window, 3 * truck + 2] += yaw
     return inputs
 
 
@@ -233,27 +267,28 @@ def _round_linkage(
 def _round_wheels(
     signals: Signals, rolled: Array, lever: Array, first: int, transition: Array, rounding: Array
 ) -> None:
-    """Let what a wheel encoder rounds off come back in the next window; at rest nothing is rounded."""
+    """Let what a wheel encoder rounds off come back in the next window; where it counts not, nothing is.
+
+    A wheel that comes to stand on the edge of a count is counted to and fro: it is off by half of one.
+    """
     vehicle = signals.recording.vehicle
     for number, wheel in enumerate(vehicle.wheels):
         count = abs(vehicle.metres_per_count(wheel))
-        moving = np.flatnonzero(rolled[:, number] > count)
+        moving = np.flatnonzero(rolled[:, number] > 0.5 * count)
+        variance = np.where(rolled[moving, number] > 2.5 * count, 1.0 / 12.0, 0.25) * count**2
         own, push = first + number, lever[moving, number].copy()
         transition[moving, :, own] += push
         transition[moving, own, own] = 0.0
         push = -push
         push[:, own] = 1.0
-        rounding[moving] += count**2 / 12.0 * push[:, :, None] * push[:, None, :]
+        rounding[moving] += variance[:, None, None] * push[:, :, None] * push[:, None, :]
 
 
-def _measurements(
-    signals: Signals, ends: NDArray[np.int64], states: int
-) -> tuple[Array, Array, Array, Array]:
-    """Return measured, stated variance, time (M + 1, R each) and observation (M + 1, R, n)."""
+def _measurements(signals: Signals, ends: NDArray[np.int64], states: int) -> tuple[Array, Array, Array]:
+    """Return measured, stated variance (M + 1, R each) and observation (M + 1, R, n)."""
     trucks, linkage = len(signals.trucks), signals.reading.shape[1]
     rows, path = linkage + 3 * trucks, signals.path[ends]
     measured, stated = np.full((len(ends), rows), np.nan), np.zeros((len(ends), rows))
-    when = np.repeat(signals.time[ends][:, None], rows, axis=1)
     observe = np.zeros((len(ends), rows, states))
     if linkage:
         off = signals.reading[ends] - expected_reading(path)
@@ -267,8 +302,8 @@ def _measurements(
     if signals.poses is not None:
         for number, truck in enumerate(signals.trucks):
             own = slice(linkage + 3 * number, linkage + 3 * number + 3)
-            measured[:, own], stated[:, own], when[:, own] = _pose_rows(signals, ends, truck, number)
-    return measured, stated, when, observe
+            measured[:, own], stated[:, own] = _pose_rows(signals, ends, truck, number)
+    return measured, stated, observe
 
 
 def _linkage_rows(path: Array) -> Array:
@@ -286,38 +321,30 @@ def _linkage_rows(path: Array) -> Array:
     return rows
 
 
-def _pose_rows(
-    signals: Signals, ends: NDArray[np.int64], truck: str, number: int
-) -> tuple[Array, Array, Array]:
-    """Return what a truck's poses say beyond the path at each window's end: the nearest one in reach."""
+def _pose_rows(signals: Signals, ends: NDArray[np.int64], truck: str, number: int) -> tuple[Array, Array]:
+    """Return what a truck's poses say beyond the path at each end, and their variances, (M + 1, 3)."""
     assert signals.poses is not None
     own = signals.poses.body == truck
-    time, pose, sigma = signals.poses.time[own], signals.poses.pose[own], signals.poses.sigma[own]
-    moments = signals.time[ends]
-    values, variances = np.full((len(ends), 3), np.nan), np.ones((len(ends), 3))
-    when = np.repeat(moments[:, None], 3, axis=1)
-    if len(time) == 0:
-        return values, variances, when
+    pose, sigma = signals.poses.pose[own], signals.poses.sigma[own]
+    time, at = _stamps(signals, ends, truck)
     path = signals.path[:, number]
-    expected = np.stack([np.interp(time, signals.time, path[:, axis]) for axis in range(3)], axis=1)
-    off = pose - expected
+    off = pose - np.stack([np.interp(time, signals.time, path[:, axis]) for axis in range(3)], axis=1)
     off[:, 2] = wrap(off[:, 2])
     stated = np.where(np.isfinite(sigma) & (sigma > 0.0), sigma, UNSTATED) ** 2
-    right = np.searchsorted(0.5 * (moments[1:] + moments[:-1]), time)
-    if _sparse(time, moments[-1] - moments[0]):
-        near = np.abs(time - moments[right])
-        order = np.lexsort((-near, right))  # the nearest one of each moment is written last
-        values[right[order]], variances[right[order]], when[right[order]] = (
-            off[order],
-            stated[order],
-            time[order, None],
-        )
-        return values, variances, when
-    return *_means(off, stated, right, len(moments)), when
+    return _means(off, stated, at, len(ends))
+
+
+def _stamps(signals: Signals, ends: NDArray[np.int64], truck: str) -> tuple[Array, NDArray[np.int64]]:
+    """Return the times of a truck's poses, and the window's end at which each counts: the nearest one."""
+    if signals.poses is None:
+        return np.zeros(0), np.zeros(0, np.int64)
+    moments = signals.time[ends]
+    time = signals.poses.time[signals.poses.body == truck]
+    return time, np.searchsorted(0.5 * (moments[1:] + moments[:-1]), time)
 
 
 def _means(off: Array, stated: Array, group: NDArray[np.int64], count: int) -> tuple[Array, Array]:
-    """Return the means (count, 3) of dense poses about each moment, and their variances."""
+    """Return the means (count, 3) of poses about each moment, and their variances."""
     known = np.isfinite(off)
     total, weight, variance = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3))
     np.add.at(total, group, np.where(known, off, 0.0))

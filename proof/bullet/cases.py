@@ -122,8 +122,13 @@ class _Case:
         return view
 
 
-def make(wanted: tuple[Path, int, int]) -> dict[str, Any]:
-    """Write the recording of a case into a folder and return its label, by seed and number of the case."""
+def make(wanted: tuple[Path, int, int], measuring: Measuring | None = None) -> dict[str, Any]:
+    """Write the recording of a case into a folder, and return its label.
+
+    Args:
+        wanted: Folder, seed and number of the case.
+        measuring: How poses are measured; None to draw it, too.
+    """
     folder, seed, number = wanted
     if folder.exists():
         shutil.rmtree(folder)
@@ -138,6 +143,7 @@ def make(wanted: tuple[Path, int, int]) -> dict[str, Any]:
             driven = case.driven(chassis, case.floor, hidden)
         except TippedError:
             continue
+        case = case if measuring is None else replace(case, measuring=measuring)
         return _written(folder / "1", case, hidden, alone, driven)
 
 

@@ -77,19 +77,20 @@ def corpus(count: int) -> list[str]:
     return [names[i % len(names)] for i in range(count)]
 
 
-def write(folder: Path | str, cases: Iterable[str], seed: int) -> dict[str, Any]:
+def write(folder: Path | str, cases: Iterable[str], seed: int, poses: str | None = None) -> dict[str, Any]:
     """Write recordings and their `labels.json`, and return the labels.
 
     Args:
         folder: Folder of the corpus; it is made where it is absent.
         cases: Names of faults, keys of FAULTS.
         seed: Seed of all random draws; a case depends on it and on its place in the list alone.
+        poses: Kind of absolute poses, as `write_recording` takes it; None for all kinds in turn.
     """
     folder, labels = Path(folder), {}
     folder.mkdir(parents=True, exist_ok=True)
     for number, name in enumerate(cases):
-        poses = POSES[number % 3] if name not in POSES_ONLY else POSES[1 + number % 2]
-        key, entry = _case(folder, name, poses, np.random.default_rng([seed, number]))
+        kind = POSES[number % 3] if name not in POSES_ONLY else POSES[1 + number % 2]
+        key, entry = _case(folder, name, poses or kind, np.random.default_rng([seed, number]))
         labels[key] = entry
         (folder / "labels.json").write_text(json.dumps(labels, indent=1))
     return labels

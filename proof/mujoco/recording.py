@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from omnimate.proof.true_motion import Drive, Nominal
 
 CHANNELS = (*WHEELS, "joint_a", "joint_b", "link")
+# Standard deviations of measured poses [m, m, rad], by kind; exact ones judge what others estimate.
+SIGMAS = {"sonar": (0.002, 0.002, 0.0052), "mocap": (0.001, 0.001, 0.00175), "exact": (1e-6, 1e-6, 1e-6)}
 GROUPS = (("a.left", "a.right"), ("b.left", "b.right"), ("joint_a", "joint_b"), ("link",))
 
 
@@ -105,7 +107,7 @@ def write_recording(
         nominal: The robot as `vehicle.toml` describes it.
         encoders: Encoders on the bus.
         program: What was driven; its laps are written to `run.toml`.
-        poses: Kind of absolute poses: none, sonar or mocap.
+        poses: Kind of absolute poses: none, or one of `SIGMAS`.
         start: Time of the first SYNC [s].
         rng: Source of the noise.
     """
@@ -177,14 +179,14 @@ def _run(program: Program, time: NDArray[np.float64]) -> str:
 
 def _poses(drive: Drive, program: Program, kind: str, start: float, rng: np.random.Generator) -> str:
     """Return the poses of both trucks: 50 a second, or at the stops before and after the laps."""
-    sigma = (0.001, 0.001, 0.00175) if kind == "mocap" else (0.002, 0.002, 0.0052)
+    sigma = SIGMAS[kind]
     stops = [program.laps[0][1] - 10, *(last + 20 for _, _, last in program.laps)]
-    rows = np.arange(0, len(drive.time), 2) if kind == "mocap" else np.array(stops)
+    rows = np.array(stops) if kind == "sonar" else np.arange(0, len(drive.time), 2)
     lines = ["t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"]
     for row in rows:
         for i, body in enumerate("ab"):
             x, y, theta = drive.poses[row, i] + rng.normal(0, sigma)
             theta = np.arctan2(np.sin(theta), np.cos(theta))
             scatter = ",".join(f"{value:g}" for value in sigma)
-            lines.append(f"{drive.time[row] + start:.6f},{body},{x:.5f},{y:.5f},{theta:.5f},{scatter}")
+            lines.append(f"{drive.time[row] + start:.6f},{body},{x:.6f},{y:.6f},{theta:.6f},{scatter}")
     return "\n".join([*lines, ""])

@@ -102,8 +102,13 @@ class _Setting:
         return sum(duration for _, _, duration in legs) + 2.4 * len(self.scene.laps)
 
 
-def make(wanted: tuple[Path, int, int]) -> dict[str, Any]:
-    """Write the recording of a case into a folder and return its label, by seed and number of the case."""
+def make(wanted: tuple[Path, int, int], measuring: Measuring | None = None) -> dict[str, Any]:
+    """Write the recording of a case into a folder, and return its label.
+
+    Args:
+        wanted: Folder, seed and number of the case.
+        measuring: How poses are measured; None to draw it, too.
+    """
     folder, seed, number = wanted
     if folder.exists():
         shutil.rmtree(folder)
@@ -120,7 +125,7 @@ def make(wanted: tuple[Path, int, int]) -> dict[str, Any]:
         driven = setting.scene.driven(faults)
         if _is_driveable(setting.robot, driven):
             break
-    measuring = _aged(setting.measuring, [each.fault for each in hidden])
+    measuring = measuring or _aged(setting.measuring, [each.fault for each in hidden])
     labels = [_label(each, setting, driven, healthy) for each in hidden]
     write(folder / "1", setting.robot, driven, measuring, float(chance.choice(DROPPED)), chance)
     weak = any(each.strength < CLEAR for each in hidden)

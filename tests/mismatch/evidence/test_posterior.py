@@ -15,6 +15,7 @@ from omnimate.mismatch.evidence.posterior import (
     bayes_factor,
     log_evidence,
     loosened,
+    loosening,
     narrowed,
     shrinking,
 )
@@ -88,7 +89,9 @@ def test_loosened_rows_are_whitened_by_the_root_of_the_whole_noise(seed, width, 
     for number in range(4):
         mine = (stretch == number)[:, None]
         noise += (part * mine) @ (part * mine).T
-    np.testing.assert_allclose(loosened(rows, part, stretch), root_of_inverse(noise) @ rows, atol=1e-6)
+    np.testing.assert_allclose(
+        loosened(rows, loosening(part, stretch)), root_of_inverse(noise) @ rows, atol=1e-6
+    )
 
 
 @pytest.fixture

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from omnimate.mismatch.evidence.search import search
+from omnimate.mismatch.evidence.posterior import Judgement
+from omnimate.mismatch.evidence.search import _first, search
 
 NUMBERS = [("wheel_diameter", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")] + [
     ("wheelbase", "a"),
@@ -82,3 +83,13 @@ def test_two_members_alike_are_exchanged_for_the_single_effect_that_is_both(draw
     columns[:, 2] = columns[:, 0] + columns[:, 1]
     posterior = drawn(columns, terms, np.array([0.0, 0.0, 1.0]), 6)
     assert search(posterior, (0, 1)) == (2,)
+
+
+def test_of_rivals_that_may_be_there_the_likelier_wins_though_it_leaves_noise_that_is_less_white():
+    """A spread is the noise's, which rivals share: it says whether anything is there, and not which."""
+
+    def judged(worth, spread, rank):
+        return Judgement(worth, worth, worth, np.ones(1), np.eye(1), spread, rank)
+
+    likelier, whiter, absent = judged(177.0, 2.1, 350.0), judged(300.0, 1.2, 340.0), judged(-1.0, 9.0, 400.0)
+    assert _first([(0, likelier), (1, whiter), (2, absent)]) == (0, likelier)

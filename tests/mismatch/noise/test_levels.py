@@ -77,6 +77,21 @@ def test_levels_of_white_noise_are_found_within_a_factor_of_one_and_a_half(windo
         assert 1.0 / 1.5 < getattr(found, name) / getattr(TRUE, name) < 1.5, name
 
 
+def test_levels_are_as_large_where_nuisances_take_half_of_few_readings(windows):
+    chance, found = np.random.default_rng(3), []
+    for seed in range(6):
+        noisy = drawn(windows, TRUE, seed)
+        kept = np.linspace(0, len(noisy.measured) - 1, 24).astype(int)
+        few = np.full_like(noisy.measured, np.nan)
+        few[kept, noisy.linkage :] = noisy.measured[kept, noisy.linkage :]
+        few = replace(noisy, measured=few)
+        push, seen = columns(few)[0]
+        curves = np.cumsum(chance.normal(size=(*push.shape[:2], 36)), axis=0) / 10.0
+        raw = [(np.concatenate((push, curves), axis=2), np.pad(seen, ((0, 0), (0, 0), (0, 36))))]
+        found.append(estimate_noise([few], raw, waves=(TRUE.wave,)).roughness / TRUE.roughness)
+    assert 0.7 < float(np.exp(np.mean(np.log(found)))) < 1.5
+
+
 def test_a_large_effect_that_is_a_nuisance_changes_no_level(windows):
     large = term("wheel_diameter", "a.left")
     noisy = drawn(windows, TRUE, 7)

@@ -90,11 +90,12 @@ def test_the_adjoint_scores_a_push_as_a_regression_on_its_column_does(model):
     measured = np.random.default_rng(6).normal(size=(STEPS + 1, ROWS, 1))
     gains, spread = gains_of(transition, links, process, observe, variance, start)
     white = whiten(transition, links, np.zeros((STEPS, STATES, 1)), observe, measured, gains, spread)
-    scores, informations, _ = adjoint(transition, links, observe, gains, spread, white[:, :, 0])
+    scores, informations, _ = adjoint(transition, links, observe, gains, spread, white)
     covariance, pushes, known = dense(model)
     rows = measured.ravel()[known]
     for step in range(STEPS):
-        np.testing.assert_allclose(scores[step], pushes[step] @ np.linalg.solve(covariance, rows), atol=1e-9)
+        expected = pushes[step] @ np.linalg.solve(covariance, rows)
+        np.testing.assert_allclose(scores[step, :, 0], expected, atol=1e-9)
         expected = pushes[step] @ np.linalg.solve(covariance, pushes[step].T)
         np.testing.assert_allclose(informations[step], expected, atol=1e-9)
 
@@ -103,7 +104,7 @@ def log_likelihood(model, measured, inputs):
     transition, links, process, observe, variance, start = model
     gains, spread = gains_of(transition, links, process, observe, variance, start)
     white = whiten(transition, links, inputs, observe, measured, gains, spread)
-    return -0.5 * float(np.nansum(white**2) + np.nansum(np.log(spread))), gains, spread, white[:, :, 0]
+    return -0.5 * float(np.nansum(white**2) + np.nansum(np.log(spread))), gains, spread, white
 
 
 def test_the_adjoint_scores_are_the_slopes_of_the_likelihood_by_an_input(model):
@@ -119,12 +120,13 @@ def test_the_adjoint_scores_are_the_slopes_of_the_likelihood_by_an_input(model):
             both[0][step, state] += 1e-4
             both[1][step, state] -= 1e-4
             high, low = (log_likelihood(model, measured, own)[0] for own in both)
-            assert scores[step, state] == pytest.approx((high - low) / 2e-4, abs=1e-6)
+            assert scores[step, state, 0] == pytest.approx((high - low) / 2e-4, abs=1e-6)
 
 
-def test_the_adjoint_gives_the_slopes_of_the_likelihood_by_every_variance(model):
-    measured = np.random.default_rng(9).normal(size=(STEPS + 1, ROWS, 1))
-    inputs = np.zeros((STEPS, STATES, 1))
+@pytest.mark.parametrize("columns", [1, 3])
+def test_the_adjoint_gives_the_slopes_of_the_likelihood_by_every_variance(model, columns):
+    measured = np.random.default_rng(9).normal(size=(STEPS + 1, ROWS, columns))
+    inputs = np.zeros((STEPS, STATES, columns))
     transition, links, process, observe, variance, start = model
     _, gains, spread, white = log_likelihood(model, measured, inputs)
     scores, informations, by_variance = adjoint(transition, links, observe, gains, spread, white)
@@ -145,7 +147,7 @@ def test_the_adjoint_gives_the_slopes_of_the_likelihood_by_every_variance(model)
             log_likelihood((transition, links, own, observe, variance, start), measured, inputs)[0]
             for own in both
         )
-        slope = 0.5 * (scores[step, 1] ** 2 - informations[step, 1, 1])
+        slope = 0.5 * ((scores[step, 1] ** 2).sum() - informations[step, 1, 1])
         assert slope == pytest.approx((high - low) / 2e-5, rel=1e-5, abs=1e-7)
 
 
