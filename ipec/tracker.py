@@ -11,6 +11,7 @@ import numpy as np
 from omnimate.ipec.corrector import ORIGIN, Corrector, correct
 from omnimate.ipec.filter.disturbances import NOTABLE, Disturbance
 from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.findings import Findings, findings
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
@@ -125,6 +126,11 @@ class Tracker:
     def slow(self) -> SlowParameters:
         """The systematic errors of the encoders, as the filter has estimated them."""
         return self._states[2].slow
+
+    @property
+    def findings(self) -> Findings:
+        """What seems wrong with the description of the robot, or with the model of its motion."""
+        return findings(self._filter.settings, self._states[2].record)
 
     def take_disturbances(self) -> tuple[Disturbance, ...]:
         """Return the disturbances that have ended since the last call."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Fix = Callable[[TruckName], tuple[Array, Array]]
 
-BLIND = 0.1  # [s] without a complete sample after which the robot stops and waits for its encoders
+BLIND = 0.1  # [s] without a complete sample within which the robot is commanded to stand
 
 
 class Robot(Protocol):
@@ -68,8 +68,10 @@ def drive(
 ) -> Iterator[Moment]:
     """Work through a runner's program and yield after each sample; stopping early is the caller's choice.
 
-    Odometry begins anew from each fix, U III-C 1). While encoders are missing for longer than `BLIND`,
-    the wheels are commanded to stand and the program waits.
+    Odometry begins anew from each fix, U III-C 1). Where encoders are missing, the wheels are commanded to
+    stand before `BLIND` has passed since the last complete sample, and the program waits. A sample ends up to
+    one SYNC period after its time, and the next one another period later: this is the last one that is soon
+    enough. With a SYNC period of more than half of `BLIND`, it is the first incomplete one.
 
     Args:
         robot: The robot, with its drives enabled.
@@ -81,13 +83,13 @@ def drive(
     """
     odometer, reader = Odometer(vehicle, "a"), LinkReader(vehicle)
     standing = (0.0,) * len(vehicle.wheels)
-    seen = -np.inf
+    seen, patience = -np.inf, BLIND - 2.0 * vehicle.bus.sync_period
     while not runner.done:
         sample = robot.cycle()
         pose = odometer.step(sample)
         if all(sample.present):
             seen = sample.time
-        if sample.time - seen > BLIND:
+        elif sample.time - seen > patience:
             runner.halt()
             robot.command(standing)
             yield Moment(sample, pose, runner.lap)

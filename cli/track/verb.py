@@ -14,6 +14,8 @@ from omnimate.cli.track.rows import RowWriter, open_rows
 from omnimate.cli.track.words import disturbance_in_words, show_summary
 
 if TYPE_CHECKING:
+    from omnimate.driver.driver import Driver
+    from omnimate.driver.passive import PassiveReader
     from omnimate.ipec.filter.prior import Prior
     from omnimate.ipec.tracker import Tracker
 
@@ -38,7 +40,10 @@ def track(
     ] = None,
     uncalibrated: Annotated[
         bool,
-        typer.Option("--uncalibrated", help="vehicle.toml holds nominal values: let the filter learn more."),
+        typer.Option(
+            "--uncalibrated",
+            help="vehicle.toml holds nominal values: the filter expects more of them to be wrong.",
+        ),
     ] = False,
     csv: Annotated[Path | None, typer.Option(help="File for one row every --every seconds.")] = None,
     jsonl: Annotated[
@@ -81,7 +86,7 @@ def _track_recording(folder: Path, prior: Prior, writer: RowWriter, every: float
         sentence = disturbance_in_words(disturbance, recording.time[0], recording.vehicle)
         err.print(sentence, markup=False, soft_wrap=True)
     if last is not None:
-        show_summary(last, estimate.slow, to_stdout=writer.leaves_stdout)
+        show_summary(last, estimate.slow, estimate.findings, to_stdout=writer.leaves_stdout)
 
 
 def _track_bus(
@@ -93,15 +98,20 @@ def _track_bus(
     every: float,
     listen_only: bool,
 ) -> None:
+    from omnimate.cli.descriptions import descriptions_of
     from omnimate.cli.driver_reports import report_problems
     from omnimate.cli.track.live import follow
     from omnimate.driver.opening import open_driver
     from omnimate.driver.passive import PassiveReader
 
     robot = tracker.vehicle
-    reader = PassiveReader(robot, bus) if listen_only else open_driver(robot, bus)[0]
+    reader: Driver | PassiveReader
+    if listen_only:
+        reader = PassiveReader(robot, bus)
+    else:
+        reader = open_driver(robot, bus, descriptions=descriptions_of(robot))[0]
     with reader, contextlib.suppress(KeyboardInterrupt):
         follow(reader.samples(), tracker, writer, seconds=seconds, every=every)
     report_problems(reader.report())
     if tracker.started:
-        show_summary(tracker.row(), tracker.slow, to_stdout=writer.leaves_stdout)
+        show_summary(tracker.row(), tracker.slow, tracker.findings, to_stdout=writer.leaves_stdout)

@@ -12,6 +12,7 @@ from omnimate.cli.console import err, out
 
 if TYPE_CHECKING:
     from omnimate.ipec.filter.disturbances import Disturbance
+    from omnimate.ipec.filter.findings import Findings
     from omnimate.ipec.filter.slow_parameters import SlowParameters
     from omnimate.ipec.linkage_check import FrozenChannel
     from omnimate.ipec.tracker import Row
@@ -53,8 +54,8 @@ def frozen_in_words(frozen: FrozenChannel, vehicle: VehicleParameters) -> str:
     return f"{name} {in_words(frozen, frozen.start)}; until then believe plain odometry only"
 
 
-def show_summary(row: Row, slow: SlowParameters, *, to_stdout: bool) -> None:
-    """Print the last poses and what the filter has learned of the encoders' errors."""
+def show_summary(row: Row, slow: SlowParameters, said: Findings, *, to_stdout: bool) -> None:
+    """Print the last poses, what the filter has learned of the encoders, and what contradicts it."""
     console = out if to_stdout else err
     table = Table("truck a", "x [m]", "y [m]", "heading [degrees]", box=SIMPLE_HEAD)
     for name, pose in {"plain": row.plain, "IPEC": row.ipec, "filter": row.filtered, "+-": row.sigma}.items():
@@ -65,6 +66,21 @@ def show_summary(row: Row, slow: SlowParameters, *, to_stdout: bool) -> None:
     for name, value, sigma, unit in _learned(slow):
         table.add_row(name, f"{value:.3f} {unit}", f"{sigma:.3f}")
     console.print(table)
+    for sentence in findings_in_words(said):
+        console.print(sentence, markup=False, soft_wrap=True)
+
+
+def findings_in_words(said: Findings) -> list[str]:
+    """Say what is probably wrong with vehicle.toml, and what scatters more than the model expects."""
+    wrong = [
+        f"vehicle.toml is probably wrong (probability {probability:.2f}): {name}; "
+        "its value is above; calibrate"
+        for name, probability in said.suspects
+    ]
+    return wrong + [
+        f"the model is contradicted: the {name} scatter {factor:.0f} times as much as on an ordinary floor"
+        for name, factor in said.scatter
+    ]
 
 
 def _learned(slow: SlowParameters) -> list[tuple[str, float, float, str]]:
@@ -80,7 +96,11 @@ def _learned(slow: SlowParameters) -> list[tuple[str, float, float, str]]:
         for number, (truck, value) in enumerate(zip("ab", slow.wheelbase.tolist(), strict=True))
     ]
     rows += [
-        (f"joint_{truck} bias", math.degrees(value), math.degrees(sigma[6 + number]), "degrees")
+        (f"{truck} sideways creep per acceleration", 1e3 * value, 1e3 * sigma[6 + number], "ms")
+        for number, (truck, value) in enumerate(zip("ab", slow.creep.tolist(), strict=True))
+    ]
+    rows += [
+        (f"joint_{truck} bias", math.degrees(value), math.degrees(sigma[8 + number]), "degrees")
         for number, (truck, value) in enumerate(zip("ab", slow.joint_bias.tolist(), strict=True))
     ]
-    return [*rows, ("link bias", 1e3 * slow.link_bias, 1e3 * sigma[8], "mm")]
+    return [*rows, ("link bias", 1e3 * slow.link_bias, 1e3 * sigma[10], "mm")]

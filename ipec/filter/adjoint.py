@@ -20,18 +20,18 @@ class Adjoint:
     """What runs backward.
 
     Attributes:
-        vector: Adjoint r, shape `(15,)`.
-        information: Information L of the adjoint, shape `(15, 15)`.
-        change: Transition without its unit matrix, shape `(6, 10)`; working memory.
-        drawn: Product of `change` and the information, shape `(10, 15)`; working memory.
-        carried: One row of a product, shape `(15,)`; working memory.
+        vector: Adjoint r, shape `(17,)`.
+        information: Information L of the adjoint, shape `(17, 17)`.
+        change: Transition without its unit matrix, shape `(6, 12)`; working memory.
+        drawn: Product of `change` and the information, shape `(12, 17)`; working memory.
+        carried: One row of a product, shape `(17,)`; working memory.
     """
 
-    vector: Annotated[Array, 15]
-    information: Annotated[Array, (15, 15)]
-    change: Annotated[Array, (6, 10)]
-    drawn: Annotated[Array, (10, 15)]
-    carried: Annotated[Array, 15]
+    vector: Annotated[Array, 17]
+    information: Annotated[Array, (17, 17)]
+    change: Annotated[Array, (6, 12)]
+    drawn: Annotated[Array, (12, 17)]
+    carried: Annotated[Array, 17]
 
 
 @compiled
@@ -40,8 +40,8 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
     Args:
         adjoint: Adjoint after the update; changed to that before it.
-        row: Derivative of the reading by the states, shape `(15,)`.
-        gain: Gain of the update as in `FilterState`, shape `(17,)`.
+        row: Derivative of the reading by the states, shape `(17,)`.
+        gain: Gain of the update as in `FilterState`, shape `(19,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information = adjoint.vector, adjoint.information
@@ -70,7 +70,7 @@ def undo_reading(adjoint: Adjoint, number: int, gain: Array) -> None:
     Args:
         adjoint: Adjoint after the update; changed to that before it.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        gain: Gain of the update as in `FilterState`, shape `(17,)`.
+        gain: Gain of the update as in `FilterState`, shape `(19,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
@@ -109,7 +109,7 @@ def undo_step(adjoint: Adjoint, transition: Array) -> None:
 
     Args:
         adjoint: Adjoint after the prediction; changed to that before it.
-        transition: First rows of F, shape `(6, 15)`.
+        transition: First rows of F, shape `(6, 17)`.
     """
     vector, information = adjoint.vector, adjoint.information
     change, drawn, pull = adjoint.change, adjoint.drawn, adjoint.carried

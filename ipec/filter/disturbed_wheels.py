@@ -1,19 +1,24 @@
-"""Which wheel was disturbed: a test of the innovations, wheel by wheel; compiled.
+"""Which input was disturbed: a test of the innovations, wheel by wheel and side by side; compiled.
 
 A wheel that loses travel, on a bump or by spinning, changes joint angles and link length in a ratio that
-differs from wheel to wheel. Where the loss of a wheel explains innovations that noise does not explain, that
-wheel is distrusted as long as it may be on the bump, and the linkage and the other wheels determine the
-estimate.
+differs from wheel to wheel, and so does a truck that is pushed to the side. Where one input explains
+innovations that noise does not explain, it is distrusted as long as the disturbance may last, and the
+linkage and the other inputs determine the estimate.
 """
+
+import math
 
 import numpy as np
 
 from omnimate.ipec.filter.measurement import innovation, spread
-from omnimate.ipec.filter.prediction import add_input
-from omnimate.ipec.filter.records import JOINT_A, FilterSettings, FilterState
+from omnimate.ipec.filter.prediction import add_input, level_of
+from omnimate.ipec.filter.records import INPUTS, JOINT_A, FilterSettings, FilterState
 from omnimate.vehicle.compiled import Array, compiled
 
-AMBIGUOUS = 4.0  # [squared standard deviations] within which two wheels explain equally well
+AMBIGUOUS = 4.0  # [squared standard deviations] within which two inputs explain equally well
+ATTEMPTS, FOR_WHEELS = 4, 2  # to explain an innovation, at first by wheels alone
+CLEARLY = 3.0  # times as much must be explained where it is not by a wheel
+FREEDOM = 4.0  # degrees of freedom of the heavy tails of innovations
 
 
 @compiled
@@ -33,52 +38,108 @@ def inverted(matrix: Array) -> Array:
 
 
 @compiled
-def explain(state: FilterState, wheel: int, information: Array, pull: Array) -> float:
-    """Return how much of the squared innovation a wheel's loss explains; 0 where it would have to be a gain.
+def explain(state: FilterState, number: int, information: Array, pull: Array) -> float:
+    """Return how much of the squared innovation an input explains; 0 where a wheel would have to gain.
 
     Args:
         state: Predicted estimate.
-        wheel: Number of the wheel in `WHEELS`.
+        number: Number of the input.
         information: Inverse covariance of the innovations, shape `(3, 3)`.
         pull: Product of `information` and the innovations, shape `(3,)`.
     """
-    if state.travel[wheel] == 0.0 or state.alert[wheel] > 0.0:
+    if state.alert[number] > 0.0:
         return 0.0
     along, weight = 0.0, 0.0
     for i in range(3):
-        by_wheel = state.inputs[JOINT_A + i, wheel]
-        along += by_wheel * pull[i]
+        by_input = state.inputs[JOINT_A + i, number]
+        along += by_input * pull[i]
         for j in range(3):
-            weight += by_wheel * information[i, j] * state.inputs[JOINT_A + j, wheel]
-    loses = along * state.travel[wheel] < 0.0
-    return along * along / weight if loses else 0.0
+            weight += by_input * information[i, j] * state.inputs[JOINT_A + j, number]
+    if number < 4 and along * state.way[number] >= 0.0:
+        return 0.0
+    return along * along / weight if weight > 0.0 else 0.0
 
 
 @compiled
 def find_disturbed(settings: FilterSettings, state: FilterState) -> None:
-    """Distrust the wheels that explain what noise does not explain; keep the innovations' size as `nis`."""
+    """Distrust the inputs that explain what noise does not explain; keep the innovations' size as `nis`."""
     offsets = np.empty(3)
     for number in range(3):
         offsets[number] = innovation(state, number)
-    scores = np.empty(4)
-    for attempt in range(3):
+    scores = np.zeros(INPUTS)
+    information, pull = np.empty((3, 3)), np.empty(3)
+    for attempt in range(ATTEMPTS):
         information = inverted(spread(settings, state))
         pull = information @ offsets
         if attempt == 0:
             state.nis = float(pull @ offsets)
-        for wheel in range(4):
-            scores[wheel] = explain(state, wheel, information, pull)
+        # Two bumps at a time look like a push to the side; the papers' robots met bumps.
+        first, last = (0, 4) if attempt < FOR_WHEELS else (4, INPUTS)
+        scores[:] = 0.0
+        for number in range(first, last):
+            scores[number] = explain(state, number, information, pull)
         best = scores.max()
-        if best < settings.gate:
-            return
-        for wheel in range(4):
-            if scores[wheel] >= best - AMBIGUOUS and scores[wheel] > 0.0:
-                _distrust(settings, state, wheel)
+        if best < (settings.gate if first == 0 else CLEARLY * settings.gate):
+            continue
+        for number in range(first, last):
+            if scores[number] >= best - AMBIGUOUS and scores[number] > 0.0:
+                _distrust(settings, state, number)
+    left = float(pull @ offsets)
+    learn(settings, state, information, pull, left)
+    if left > settings.gate:  # nothing of these: all inputs scattered more than they do
+        more = (left - 3.0) / FREEDOM
+        for number in range(INPUTS):
+            variance = more * state.input_variance[number]
+            state.input_variance[number] += variance
+            add_input(state, number, variance)
 
 
 @compiled
-def _distrust(settings: FilterSettings, state: FilterState, wheel: int) -> None:
-    state.alert[wheel] = settings.hold
-    variance = (settings.distrust * state.travel[wheel]) ** 2
-    state.input_variance[wheel] += variance
-    add_input(state, wheel, variance)
+def learn(settings: FilterSettings, state: FilterState, information: Array, pull: Array, left: float) -> None:
+    """Learn the variance of the inputs from what the innovations say about them.
+
+    One step of expectation maximisation (Shumway & Stoffer, 1982) with innovations of Student's
+    distribution, so that a single disturbance teaches little.
+    """
+    weight = (FREEDOM + 3.0) / (FREEDOM + left)
+    way = 0.25 * state.rolled.sum()
+    fade = math.exp(-way / settings.memory)
+    for level in range(4):
+        state.learned[level, 0] *= fade
+        state.learned[level, 1] *= fade
+    for number in range(INPUTS):
+        level = level_of(number)
+        rolled = state.rolled[number] if number < 4 else way
+        variance = state.input_variance[number]
+        if rolled <= 0.0 or variance <= 0.0 or state.alert[number] > 0.0:
+            continue
+        along, seen = 0.0, 0.0
+        for i in range(3):
+            by_input = state.inputs[JOINT_A + i, number]
+            along += by_input * pull[i]
+            for j in range(3):
+                seen += by_input * information[i, j] * state.inputs[JOINT_A + j, number]
+        likely = variance + variance * variance * (weight * along * along - seen)
+        if number < 4:
+            likely -= settings.resolution[number]
+        state.learned[level, 0] += max(likely, 0.0)
+        state.learned[level, 1] += rolled
+
+
+@compiled
+def levels(settings: FilterSettings, state: FilterState) -> Array:
+    """Return the variance per metre of the inputs [m]: wheels of a, wheels of b, sideways, slack; `(4,)`."""
+    out = np.empty(4)
+    for level in range(4):
+        known = settings.noise[level] * settings.trust + state.learned[level, 0]
+        out[level] = known / (settings.trust + state.learned[level, 1])
+    return out
+
+
+@compiled
+def _distrust(settings: FilterSettings, state: FilterState, number: int) -> None:
+    state.alert[number] = settings.hold
+    way = state.rolled[number] if number < 4 else 0.25 * state.rolled.sum()
+    variance = (settings.distrust * way) ** 2
+    state.input_variance[number] += variance
+    add_input(state, number, variance)

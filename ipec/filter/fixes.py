@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
+from omnimate.ipec.filter.belief import believe
 from omnimate.ipec.filter.poses import fill_pose_rows, look
-from omnimate.ipec.filter.records import STATES, FilterState
+from omnimate.ipec.filter.records import STATES, FilterSettings, FilterState
+from omnimate.ipec.filter.step import finish
 from omnimate.vehicle.compiled import Array, Record, compiled, layout
 from omnimate.vehicle.compiled_se2 import wrap
 
@@ -34,8 +36,8 @@ class Fix:
     truck: int
     pose: Annotated[Array, 3]
     sigma: Annotated[Array, 3]
-    row: Annotated[Array, (3, 15)]
-    gain: Annotated[Array, (3, 17)]
+    row: Annotated[Array, (3, 17)]
+    gain: Annotated[Array, (3, 19)]
 
 
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
@@ -64,7 +66,7 @@ def fix_coordinate(
         axis: 0 for x, 1 for y, 2 for the heading.
         value: Measured coordinate [m] or [rad]; with nan nothing changes.
         sigma: Its standard deviation [m] or [rad]; with nan nothing changes.
-        gain: Filled with the gain as in `FilterState`, shape `(17,)`; all zero where nothing changed.
+        gain: Filled with the gain as in `FilterState`, shape `(19,)`; all zero where nothing changed.
     """
     row, pose, sigmas = np.empty((3, STATES)), np.empty(3), np.empty(3)
     look(state.mean, state.covariance, truck, pose, sigmas)
@@ -76,6 +78,8 @@ def fix_coordinate(
     if axis == 2:
         offset = wrap(offset)
     for i in range(STATES):
+        offset -= row[axis, i] * state.offset[i]
+    for i in range(STATES):
         for j in range(STATES):
             gain[i] += state.covariance[i, j] * row[axis, j]
     variance = sigma * sigma
@@ -83,26 +87,32 @@ def fix_coordinate(
         variance += row[axis, i] * gain[i]
     gain[STATES], gain[STATES + 1] = offset / variance, 1.0 / variance
     for i in range(STATES):
-        state.mean[i] += gain[i] * offset / variance
+        state.offset[i] += gain[i] * offset / variance
         for j in range(STATES):
             state.covariance[i, j] -= gain[i] * gain[j] / variance
 
 
 @compiled
-def take_fix(states: Record, truck: int, pose: Array, sigma: Array) -> None:
+def take_fix(settings: Record, states: Record, truck: int, pose: Array, sigma: Array) -> None:
     """Take an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
     gain = np.empty(STATES + 2)
+    finish(settings[0], states[0])
     for axis in range(3):
         fix_coordinate(states[0], truck, axis, pose[axis], sigma[axis], gain)
+    believe(settings[0], states[0])
 
 
 @compiled
-def take_fixes(state: FilterState, fixes: Record, sample: int, following: int) -> int:
+def take_fixes(
+    settings: FilterSettings, state: FilterState, fixes: Record, sample: int, following: int
+) -> int:
     """Take the fixes of a sample, in order; return the number of the next fix."""
     while following < len(fixes) and fixes[following].sample <= sample:
         fix = fixes[following]
+        finish(settings, state)
         for axis in range(3):
             fill_pose_rows(state.mean, fix.truck, fix.row)
             fix_coordinate(state, fix.truck, axis, fix.pose[axis], fix.sigma[axis], fix.gain[axis])
+        believe(settings, state)
         following += 1
     return following

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.ipec.filter.disturbances import Disturbance, find_disturbances
+from omnimate.ipec.filter.findings import Findings, findings
 from omnimate.ipec.filter.fixes import fix_records
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.records import FilterState
+from omnimate.ipec.filter.records import POSE, FilterState
 from omnimate.ipec.filter.slow_parameters import SlowParameters, slow_parameters
 from omnimate.ipec.filter.trace import BLOCK, trace_filter
 from omnimate.ipec.linkage_check import check_linkage
@@ -40,6 +41,7 @@ class Estimate:
             nothing was compared.
         disturbances: Disturbances that cost 0.7 mm or more, in order of time.
         slow: Systematic errors of the encoders, as known at the end of the recording.
+        findings: What seems wrong at the end of the recording.
     """
 
     time: Array
@@ -51,6 +53,7 @@ class Estimate:
     nis: Array
     disturbances: tuple[Disturbance, ...]
     slow: SlowParameters
+    findings: Findings
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +67,8 @@ class ForwardRun:
         present: Whether each count was read, shape `(N, 7)`.
         fixes: Absolute poses as the compiled loops take them, `(K,)` records of `Fix`.
         marks: The filter's state before each block of `BLOCK` samples, records of `FilterState`.
+        means: First six states at each sample, shape `(N, 6)`.
+        last: The state after the last sample, one record `(1,)`.
     """
 
     estimate: Estimate
@@ -72,6 +77,8 @@ class ForwardRun:
     present: NDArray[np.bool_]
     fixes: Record
     marks: Record
+    means: Array
+    last: Record
 
 
 def run_forward(
@@ -91,8 +98,14 @@ def run_forward(
     marks = np.zeros(-(-count // BLOCK), layout(FilterState))
     poses, sigmas = np.empty((2, count, 3)), np.empty((2, count, 3))
     lost, alert, nis = np.empty((count, 4)), np.empty((count, 4)), np.empty(count)
-    trace_filter(filter_.settings, state, counts, present, taken, marks, poses, sigmas, lost, alert, nis)
+    means = np.empty((count, POSE))
+    trace_filter(
+        filter_.settings, state, counts, present, taken, marks, poses, sigmas, lost, alert, nis, means
+    )
     disturbances = find_disturbances(recording.time, alert, lost)
-    slow = slow_parameters(state["mean"][0], state["covariance"][0])
-    result = Estimate(recording.time, poses[0], poses[1], sigmas[0], sigmas[1], lost, nis, disturbances, slow)
-    return ForwardRun(result, filter_.settings, counts, present, taken, marks)
+    slow = slow_parameters(state["mean"][0], state["known"][0])
+    said = findings(filter_.settings, state)
+    result = Estimate(
+        recording.time, poses[0], poses[1], sigmas[0], sigmas[1], lost, nis, disturbances, slow, said
+    )
+    return ForwardRun(result, filter_.settings, counts, present, taken, marks, means, state)

@@ -9,10 +9,10 @@ import numpy as np
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.fixes import take_fix
 from omnimate.ipec.filter.noise import FilterNoise
-from omnimate.ipec.filter.prior import CALIBRATED, Prior
-from omnimate.ipec.filter.records import LINK, WHEEL, FilterSettings, FilterState, X, Y
+from omnimate.ipec.filter.prior import CALIBRATED, OPEN, SIZES, Prior, directions
+from omnimate.ipec.filter.records import LINK, POSE, FilterSettings, FilterState, X, Y
 from omnimate.ipec.filter.state import FilteredState
-from omnimate.ipec.filter.step import advance_filter
+from omnimate.ipec.filter.step import STEP, advance_filter
 from omnimate.ipec.readings import SampleReader, scales_of
 from omnimate.vehicle.compiled import Record, record
 
@@ -39,7 +39,7 @@ class Filter:
         self, vehicle: VehicleParameters, noise: FilterNoise | None = None, prior: Prior | None = None
     ) -> None:
         self.noise, self.prior = noise or FilterNoise(), prior or CALIBRATED
-        self.settings = filter_settings(vehicle, self.noise)
+        self.settings = filter_settings(vehicle, self.noise, self.prior)
         self._reader = SampleReader(vehicle)
 
     def start(self, pose_a: ArrayLike = ORIGIN, sigma: ArrayLike = (0.0, 0.0, 0.0)) -> FilteredState:
@@ -53,7 +53,10 @@ class Filter:
         state = states[0]
         state["mean"][[X, Y, LINK]] = pose_a
         state["covariance"][[X, Y, LINK], [X, Y, LINK]] = np.square(sigma)
-        state["covariance"][WHEEL:, WHEEL:] = self.prior.covariance
+        state["known"][:POSE, :POSE] = state["covariance"][:POSE, :POSE]
+        state["covariance"][POSE:, POSE:] = np.diag(self.settings["open"][0])
+        state["known"][POSE:, POSE:] = self.prior.covariance
+        state["blur"] = self.settings["half"][0] ** 2 / 3.0
         states["nis"] = np.nan
         return _frozen(states)
 
@@ -79,11 +82,11 @@ class Filter:
         """
         following = state.record.copy()
         measured, sigmas = np.asarray(pose, np.float64), np.asarray(sigma, np.float64)
-        take_fix(following, 0 if truck == "a" else 1, measured, sigmas)
+        take_fix(self.settings, following, 0 if truck == "a" else 1, measured, sigmas)
         return _frozen(following)
 
 
-def filter_settings(vehicle: VehicleParameters, noise: FilterNoise) -> Record:
+def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior) -> Record:
     """Return the settings of the compiled functions as one record `(1,)` of `FilterSettings`.
 
     Raises:
@@ -95,12 +98,16 @@ def filter_settings(vehicle: VehicleParameters, noise: FilterNoise) -> Record:
     for name in scales.dtype.names or ():
         settings[name] = scales[name][0]
     steps = np.abs(settings["scale"])
-    settings["roughness"], settings["sideways"] = noise.roughness**2, noise.sideways**2
+    settings["period"] = vehicle.bus.sync_period
+    settings["noise"] = np.square([noise.roughness, noise.roughness, noise.sideways, noise.slack])
+    settings["trust"], settings["memory"] = noise.trust, noise.memory
     settings["resolution"] = steps[:4] ** 2 / 6.0  # two readings, each off by up to a count
     settings["half"] = 0.5 * steps[4:]
-    settings["blur"] = np.square([noise.joint, noise.joint, noise.link]) + (0.1 * steps[4:]) ** 2
     settings["drift"], settings["gate"] = noise.drift**2, noise.gate**2
     settings["hold"], settings["distrust"] = noise.hold, noise.distrust
+    settings["open"], settings["usual"] = np.square(OPEN), np.linalg.inv(prior.covariance)
+    settings["suspect"], settings["size"], settings["odds"] = directions(), SIZES, prior.odds
+    settings["independent"] = STEP / noise.correlated
     return records
 
 

@@ -15,6 +15,7 @@ from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.compiled_se2 import wrap
 
 NOTHING_NEW = 0.9  # part inside of the step from which on a reading says nothing new
+FLOOR = 0.2  # of half a step: what no averaging removes, the encoder's errors within a step
 IMPOSSIBLE = 1e-6  # part inside below which the centre of the step is taken instead
 
 
@@ -56,12 +57,33 @@ def cut(offset: float, variance: float, half: float) -> tuple[float, float]:
 
 
 @compiled
-def innovation(state: FilterState, number: int) -> float:
-    """Return reading minus prediction of joint_a (0), joint_b (1) or the link (2) [rad] or [m]."""
+def compare(state: FilterState, number: int) -> float:
+    """Return reading minus estimate of joint_a (0), joint_b (1) or the link (2) [rad] or [m]."""
     expected: float = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
     if number < 2:
         return wrap(state.joint[number] - expected)
     return state.length - expected
+
+
+@compiled
+def innovation(state: FilterState, number: int) -> float:
+    """Return the mean reading of a step minus what the open filter predicts [rad] or [m]."""
+    ahead: float = state.offset[JOINT_A + number] + state.offset[JOINT_BIAS + number]
+    mean: float = state.missed[number] / state.seen
+    return mean - ahead
+
+
+@compiled
+def scatter(settings: FilterSettings, state: FilterState, number: int) -> tuple[float, float]:
+    """Return the variance of a step's mean reading, and half the step that it is still sure within.
+
+    Readings that change from sample to sample average their resolution away, as dither does: what is left of
+    half a step falls by exp(-2 pi^2 variance / step^2), Widrow & Kollar, Quantization Noise (2008), ch. 19.
+    """
+    half = settings.half[number]
+    dither = 0.5 * state.jumps[number] / state.seen
+    kept = math.exp(-0.5 * math.pi * math.pi * dither / (half * half))
+    return state.blur[number] / state.seen + (FLOOR * half) ** 2, half * kept
 
 
 @compiled
@@ -72,20 +94,20 @@ def update(settings: FilterSettings, state: FilterState, number: int, shares: Ar
         settings: Settings of the filter.
         state: Predicted estimate; changed in place.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        shares: Covariance of each wheel's lost travel with the states, shape `(4, 15)`; changed in place.
+        shares: Covariance of each wheel's lost travel with the states, shape `(4, 17)`; changed in place.
     """
     true, bias = JOINT_A + number, JOINT_BIAS + number
     covariance, gain = state.covariance, state.gain[number]
     for row in range(STATES):
         gain[row] = covariance[row, true] + covariance[row, bias]
-    variance = gain[true] + gain[bias] + settings.blur[number]
-    push, information = cut(innovation(state, number), variance, settings.half[number])
+    blur, half = scatter(settings, state, number)
+    push, information = cut(innovation(state, number), gain[true] + gain[bias] + blur, half)
     gain[STATES], gain[STATES + 1] = push, information
     state.updated[number] = 1 if information > 0.0 else 0
     if information <= 0.0:
         return
     for row in range(STATES):
-        state.mean[row] += gain[row] * push
+        state.offset[row] += gain[row] * push
         factor = gain[row] * information
         for column in range(STATES):
             covariance[row, column] -= factor * gain[column]
@@ -111,5 +133,6 @@ def spread(settings: FilterSettings, state: FilterState) -> Array:
                 + state.covariance[b, c]
                 + state.covariance[b, d]
             )
-        out[i, i] += settings.half[i] ** 2 / 3.0 + settings.blur[i]
+        blur, half = scatter(settings, state, i)
+        out[i, i] += half * half / 3.0 + blur
     return out

@@ -49,7 +49,7 @@ def spread_along(covariance: Array, axis: int, by_link: float, by_length: float)
 
 @compiled
 def fill_pose_rows(mean: Array, truck: int, rows: Array) -> None:
-    """Fill the derivatives `(3, 15)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
+    """Fill the derivatives `(3, 17)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
     rows[:] = 0.0
     rows[0, X] = rows[1, Y] = rows[2, LINK] = rows[2, JOINT_A + truck] = 1.0
     if truck == 1:

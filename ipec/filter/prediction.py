@@ -1,10 +1,11 @@
-"""Prediction: two trucks that roll without sideways slip, seen from their link, and how errors grow."""
+"""Prediction: two trucks that roll and creep sideways a little, seen from their link; how errors grow."""
 
 import math
 
 import numpy as np
 
 from omnimate.ipec.filter.records import (
+    CREEP,
     INPUTS,
     JOINT_A,
     JOINT_BIAS,
@@ -24,53 +25,64 @@ from omnimate.vehicle.compiled_se2 import sinc
 
 
 @compiled
-def rolled(settings: FilterSettings, state: FilterState, truck: int) -> tuple[float, float, float, float]:
-    """Return a truck's chord [m], turn [rad], course against the link [rad] and wheelbase [m]."""
+def rolled(
+    settings: FilterSettings, state: FilterState, truck: int, travel: Array
+) -> tuple[float, float, float]:
+    """Return a truck's chord [m], turn [rad] and wheelbase [m] for the travel of the wheels `(4,)`."""
     left, right = 2 * truck, 2 * truck + 1
-    travel_left = state.travel[left] * (1.0 + state.mean[WHEEL + left])
-    travel_right = state.travel[right] * (1.0 + state.mean[WHEEL + right])
+    travel_left = travel[left] * (1.0 + state.mean[WHEEL + left])
+    travel_right = travel[right] * (1.0 + state.mean[WHEEL + right])
     wheelbase = settings.wheelbase[truck] * (1.0 + state.mean[WHEELBASE + truck])
     turn = (travel_right - travel_left) / wheelbase
-    half = 0.5 * turn
-    chord = 0.5 * (travel_left + travel_right) * sinc(half)
-    return chord, turn, state.mean[JOINT_A + truck] + half, wheelbase
+    return 0.5 * (travel_left + travel_right) * sinc(0.5 * turn), turn, wheelbase
 
 
 @compiled
 def predict_mean(settings: FilterSettings, state: FilterState) -> None:
-    """Move the mean by one sample's travel, and keep the derivatives of that step in the state."""
+    """Move the mean by one sample's travel."""
     mean = state.mean
-    state.transition[:] = 0.0
-    state.inputs[:] = 0.0
-    chord_a, turn_a, course_a, base_a = rolled(settings, state, 0)
-    chord_b, turn_b, course_b, base_b = rolled(settings, state, 1)
-    along = mean[LENGTH] + chord_a * math.cos(course_a) - chord_b * math.cos(course_b)
-    aside = chord_a * math.sin(course_a) - chord_b * math.sin(course_b)
-    swing, length = math.atan2(aside, along), math.hypot(along, aside)
-    _differentiate(state, 0, chord_a, turn_a, course_a, base_a, swing, length)
-    _differentiate(state, 1, chord_b, turn_b, course_b, base_b, swing, length)
-    _differentiate_link(state, swing, length)
-    mean[X] += chord_a * math.cos(mean[LINK] + course_a)
-    mean[Y] += chord_a * math.sin(mean[LINK] + course_a)
+    along, aside = mean[LENGTH], 0.0
+    turns = np.empty(2)
+    for truck in range(2):
+        chord, turn, _ = rolled(settings, state, truck, state.travel)
+        creep = -mean[CREEP + truck] * chord * turn / settings.period
+        side, course = 1.0 - 2.0 * truck, mean[JOINT_A + truck] + 0.5 * turn
+        along += side * (chord * math.cos(course) - creep * math.sin(course))
+        aside += side * (chord * math.sin(course) + creep * math.cos(course))
+        turns[truck] = turn
+        if truck == 0:
+            heading = mean[LINK] + course
+            mean[X] += chord * math.cos(heading) - creep * math.sin(heading)
+            mean[Y] += chord * math.sin(heading) + creep * math.cos(heading)
+    swing = math.atan2(aside, along)
     mean[LINK] += swing
-    mean[JOINT_A] += turn_a - swing
-    mean[JOINT_A + 1] += turn_b - swing
-    mean[LENGTH] = length
+    for truck in range(2):
+        mean[JOINT_A + truck] += turns[truck] - swing
+    mean[LENGTH] = math.hypot(along, aside)
 
 
 @compiled
-def _differentiate(
-    state: FilterState,
-    truck: int,
-    chord: float,
-    turn: float,
-    course: float,
-    wheelbase: float,
-    swing: float,
-    length: float,
-) -> None:
+def differentiate(settings: FilterSettings, state: FilterState) -> None:
+    """Fill the derivatives of the step that ends here, from the travel since its start."""
+    state.transition[:] = 0.0
+    state.inputs[:] = 0.0
+    swing = state.mean[LINK] - state.begun[0]
+    for truck in range(2):
+        _differentiate(settings, state, truck, swing)
+    transition, length = state.transition, state.mean[LENGTH]
+    transition[X, X] = transition[Y, Y] = transition[LINK, LINK] = 1.0
+    transition[LENGTH, LENGTH] = math.cos(swing)
+    transition[LINK, LENGTH] = -math.sin(swing) / length
+    for joint in range(2):
+        transition[JOINT_A + joint, LENGTH] = math.sin(swing) / length
+
+
+@compiled
+def _differentiate(settings: FilterSettings, state: FilterState, truck: int, swing: float) -> None:
     """Fill what depends on one truck: by its joint, its wheels, its wheelbase and its sideways slip."""
-    side = 1.0 - 2.0 * truck
+    side, length = 1.0 - 2.0 * truck, state.mean[LENGTH]
+    chord, turn, wheelbase = rolled(settings, state, truck, state.way)
+    course = state.begun[1 + truck] + 0.5 * turn
     cos, sin = side * math.cos(course - swing), side * math.sin(course - swing)
     ahead = np.zeros(POSE)  # by a way along the course
     beside = np.zeros(POSE)  # by a way to the left of it
@@ -78,23 +90,26 @@ def _differentiate(
     ahead[LENGTH], ahead[LINK] = cos, sin / length
     beside[LENGTH], beside[LINK] = -sin, cos / length
     if truck == 0:
-        heading = state.mean[LINK] + course
+        heading = state.begun[0] + course
         ahead[X], ahead[Y] = math.cos(heading), math.sin(heading)
         beside[X], beside[Y] = -math.sin(heading), math.cos(heading)
     for joint in range(2):
         ahead[JOINT_A + joint] = -ahead[LINK]
         beside[JOINT_A + joint] = -beside[LINK]
     turned[JOINT_A + truck] = 1.0
+    slip = -chord * turn / (settings.period * state.samples)
     for row in range(POSE):
         turned[row] += 0.5 * chord * beside[row]
         state.transition[row, JOINT_A + truck] = chord * beside[row]
         state.transition[row, WHEELBASE + truck] = -turn * turned[row]
+        state.transition[row, CREEP + truck] = slip * beside[row]
         state.inputs[row, 4 + truck] = beside[row]
+        state.inputs[row, 6 + truck] = ahead[row]
         for right in range(2):
             wheel = 2 * truck + right
             by_travel = 0.5 * ahead[row] + (2.0 * right - 1.0) / wheelbase * turned[row]
             state.inputs[row, wheel] = by_travel
-            state.transition[row, WHEEL + wheel] = state.travel[wheel] * by_travel
+            state.transition[row, WHEEL + wheel] = state.way[wheel] * by_travel
     state.transition[JOINT_A + truck, JOINT_A + truck] += 1.0
     if truck == 0:
         state.transition[X, LINK] = chord * beside[X]
@@ -102,38 +117,35 @@ def _differentiate(
 
 
 @compiled
-def _differentiate_link(state: FilterState, swing: float, length: float) -> None:
-    """Fill what depends on place, heading and length of the link."""
-    state.transition[X, X] = 1.0
-    state.transition[Y, Y] = 1.0
-    state.transition[LINK, LINK] = 1.0
-    state.transition[LENGTH, LENGTH] = math.cos(swing)
-    state.transition[LINK, LENGTH] = -math.sin(swing) / length
-    for joint in range(2):
-        state.transition[JOINT_A + joint, LENGTH] = math.sin(swing) / length
+def level_of(number: int) -> int:
+    """Return the level of noise of an input: 0 and 1 of the wheels of a and b, 2 sideways, 3 ahead."""
+    return number // 2
 
 
 @compiled
-def find_input_variance(settings: FilterSettings, state: FilterState) -> None:
-    """Fill the variance of the inputs.
+def find_input_variance(settings: FilterSettings, state: FilterState, levels: Array) -> None:
+    """Fill the variance of the inputs of the step.
 
-    It grows with the travel, Chong & Kleeman (1997); that of a distrusted wheel with what it rolled.
+    It grows with the travel, Chong & Kleeman (1997); that of a distrusted input with what was rolled.
+
+    Args:
+        settings: Settings of the filter.
+        state: Estimate; its `input_variance` is filled.
+        levels: Variance per metre of wheels of a, wheels of b, sideways slip and slack [m], shape `(4,)`.
     """
-    for wheel in range(4):
-        way = abs(state.travel[wheel])
-        state.input_variance[wheel] = settings.roughness * way
-        if way > 0.0:
-            state.input_variance[wheel] += settings.resolution[wheel]
-        if state.alert[wheel] > 0.0:
-            state.input_variance[wheel] += (settings.distrust * way) ** 2
-    for truck in range(2):
-        way = 0.5 * abs(state.travel[2 * truck] + state.travel[2 * truck + 1])
-        state.input_variance[4 + truck] = settings.sideways * way
+    way = 0.25 * state.rolled.sum()
+    for number in range(INPUTS):
+        by = state.rolled[number] if number < 4 else way
+        state.input_variance[number] = levels[level_of(number)] * by
+        if number < 4 and by > 0.0:
+            state.input_variance[number] += settings.resolution[number]
+        if state.alert[number] > 0.0:
+            state.input_variance[number] += (settings.distrust * by) ** 2
 
 
 @compiled
 def predict_covariance(settings: FilterSettings, state: FilterState) -> None:
-    """Propagate the covariance: F P F' + G Q G' and the drift of the slow factors, in place."""
+    """Propagate offset and covariance: F P F' + G Q G' and the drift of the slow factors, in place."""
     covariance, transition = state.covariance, state.transition
     carried = carry(state)
     for row in range(POSE):
@@ -146,14 +158,19 @@ def predict_covariance(settings: FilterSettings, state: FilterState) -> None:
             covariance[row, column] = covariance[column, row] = carried[row, column]
     for number in range(INPUTS):
         add_input(state, number, state.input_variance[number])
-    way = 0.25 * np.abs(state.travel).sum()
-    for number in range(WHEEL, JOINT_BIAS):
+    way = 0.25 * state.rolled.sum()
+    for number in range(WHEEL, CREEP):
         covariance[number, number] += settings.drift * way
+    moved = np.zeros(POSE)
+    for row in range(POSE):
+        for middle in range(JOINT_BIAS):
+            moved[row] += transition[row, middle] * state.offset[middle]
+    state.offset[:POSE] = moved
 
 
 @compiled
 def carry(state: FilterState) -> Array:
-    """Return F P `(6, 15)`; the biases, which come last, move nothing."""
+    """Return F P `(6, 17)`; the biases, which come last, move nothing."""
     covariance, transition = state.covariance, state.transition
     out = np.zeros((POSE, STATES))
     for row in range(POSE):

@@ -11,13 +11,26 @@ import numpy as np
 if TYPE_CHECKING:
     from omnimate.vehicle.compiled import Array
 
+SUSPECTED = (
+    *("diameter of a.left", "diameter of a.right", "diameter of b.left", "diameter of b.right"),
+    *("both diameters of a", "both diameters of b", "wheelbase of a", "wheelbase of b"),
+    *("sideways creep of a", "sideways creep of b", "bias of joint_a", "bias of joint_b", "bias of link"),
+    *("unequal diameters of a", "unequal diameters of b"),
+)
+"""What may be wrong with a robot's description."""
+# Largest standard deviation of each: rubber tyres and their load, 1 %; the contact points of wide tyres, 3 %;
+# a zero set by eye, 1 degree; a tape measure, 10 mm; the sideways speed of a rubber tyre per acceleration.
+SIZES = (0.01,) * 6 + (0.03,) * 2 + (0.05,) * 2 + (math.radians(1.0),) * 2 + (0.01,) + (0.01,) * 2
+SMALLEST = 1e-6  # of a standard deviation: an exact value would leave nothing to invert
+OPEN = (0.03,) * 4 + (0.1,) * 2 + (0.2,) * 2 + (math.radians(3.0),) * 2 + (0.03,)
+
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Standard deviations of the values in `vehicle.toml`.
+    """Standard deviations of the values in `vehicle.toml` where nothing is wrong, and how often something is.
 
-    The linkage cannot show the mean of all wheel diameters, and it cannot show the joints' biases as long as
-    the trucks drive straight. These stay as uncertain as the prior says.
+    They are small: most robots are as described as far as a drive can tell, and what is not is told by the
+    readings. The linkage cannot show the mean of all wheel diameters.
 
     Attributes:
         scale: Relative standard deviation of the mean of a truck's wheel diameters, U (2.4) E_s.
@@ -25,25 +38,47 @@ class Prior:
         wheelbase: Relative standard deviation of each truck's wheelbase, U (2.4) E_b.
         joint: Standard deviation of the bias of each joint [rad].
         link: Standard deviation of the bias of the link [m].
+        creep: Standard deviation of a truck's sideways speed per lateral acceleration [s].
+        wrong: Probability that a given one of `SUSPECTED` is wrong.
     """
 
-    scale: float = 1e-3
-    ratio: float = 3e-4
-    wheelbase: float = 1.5e-3
-    joint: float = math.radians(0.02)
-    link: float = 3e-4
+    scale: float = 1e-4
+    ratio: float = 1.5e-4
+    wheelbase: float = 5e-4
+    joint: float = math.radians(0.003)
+    link: float = 2e-4
+    creep: float = 1e-3
+    wrong: float = 0.05
 
     @property
     def covariance(self) -> Array:
-        """Covariance of four wheels, two wheelbases, two joint biases and the link bias, shape `(9, 9)`."""
-        out = np.diag(np.square([0.0] * 4 + [self.wheelbase] * 2 + [self.joint] * 2 + [self.link]))
-        together, apart = self.scale**2, 0.25 * self.ratio**2
+        """Covariance of wheels, wheelbases, creep, joint biases and link bias if all is well, `(11, 11)`."""
+        each = [0.0] * 4 + [self.wheelbase] * 2 + [self.creep] * 2 + [self.joint] * 2 + [self.link]
+        out = np.diag(np.square(np.maximum(each, SMALLEST)))
+        together, apart = max(self.scale, SMALLEST) ** 2, 0.25 * max(self.ratio, SMALLEST) ** 2
         truck = [[together + apart, together - apart], [together - apart, together + apart]]
         out[:2, :2] = out[2:4, 2:4] = truck
         return out
 
+    @property
+    def odds(self) -> float:
+        """Logarithm of the odds that a given one of `SUSPECTED` is wrong."""
+        return math.log(self.wrong / (1.0 - self.wrong))
+
+
+def directions() -> Array:
+    """Return the direction of each of `SUSPECTED` in the slow states, shape `(15, 11)`."""
+    out = np.zeros((15, 11))
+    out[:4, :4] = np.eye(4)
+    out[4, :2] = out[5, 2:4] = 1.0
+    out[6:13, 4:] = np.eye(7)
+    out[13, :2], out[14, 2:4] = (-0.5, 0.5), (-0.5, 0.5)
+    return out
+
 
 CALIBRATED = Prior()
-"""What a calibration leaves uncertain."""
-NOMINAL = Prior(5e-3, 5e-3, 2e-2, math.radians(0.5), 3e-3)
-"""What a data sheet leaves uncertain."""
+"""A robot that was calibrated: one value in twenty is wrong by now."""
+NOMINAL = Prior(wrong=0.2)
+"""A robot as its data sheet describes it: one value in five is wrong."""
+WATCHED = Prior(1e-3, 5e-4, 2e-2, math.radians(0.02), 3e-4, wrong=1e-6)
+"""What tyres change from day to day, each value a little: to watch values, and not for a pose."""

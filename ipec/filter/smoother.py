@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.adjoint import Adjoint
-from omnimate.ipec.filter.forward import Estimate, run_forward
-from omnimate.ipec.filter.records import FilterState
-from omnimate.ipec.filter.smoothing import run_block, smooth_block
+from omnimate.ipec.filter.forward import Estimate, ForwardRun, run_forward
+from omnimate.ipec.filter.records import POSE, FilterState
+from omnimate.ipec.filter.smoothing import begin_adjoint_at, run_block, smooth_block, spread_moves
 from omnimate.ipec.filter.trace import BLOCK
-from omnimate.vehicle.compiled import layout, record
+from omnimate.vehicle.compiled import Array, IntArray, layout, record
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -49,14 +49,42 @@ def smooth(
         LinkageChannelError: A channel of the linkage was never read, or stood still while it must move.
     """
     run = run_forward(recording, start, sigma, fixes, noise, prior)
-    count = len(recording)
-    poses, sigmas, lost = np.empty((2, count, 3)), np.empty((2, count, 3)), np.zeros((count, 4))
     buffer, adjoint = np.zeros(BLOCK, layout(FilterState)), record(Adjoint)
+    begin_adjoint_at(run.last, adjoint)
+    ends = np.empty(BLOCK, np.int64)
+    blocks: list[_Block] = []
     for number in range(len(run.marks) - 1, -1, -1):
         first = number * BLOCK
-        steps, mark = buffer[: count - first], run.marks[number : number + 1]
-        run_block(run.settings, mark, run.counts, run.present, run.fixes, steps, first)
-        smooth_block(steps, adjoint, run.fixes, first, poses, sigmas, lost)
+        last, mark = min(first + BLOCK, len(recording)), run.marks[number : number + 1]
+        kept = run_block(run.settings, mark, run.counts, run.present, run.fixes, buffer, ends, first, last)
+        block = _Block(
+            ends[:kept].copy(), np.empty((kept, 2, POSE)), np.empty((kept, 2, 3)), np.zeros((kept, 4))
+        )
+        smooth_block(buffer[:kept], block.samples, adjoint, run.fixes, block.moves, block.sigmas, block.lost)
+        blocks.append(block)
+    return _joined(run, blocks[::-1])
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    """The smoothed steps of a block: numbers of their samples, and what `smooth_block` fills."""
+
+    samples: IntArray
+    moves: Array
+    sigmas: Array
+    lost: Array
+
+
+def _joined(run: ForwardRun, blocks: list[_Block]) -> Estimate:
+    """Return the smoothed estimate at every sample."""
+    samples = np.concatenate([block.samples for block in blocks])
+    moves = np.concatenate([block.moves for block in blocks])
+    step_sigmas = np.concatenate([block.sigmas for block in blocks])
+    poses = np.stack([run.estimate.pose_a, run.estimate.pose_b])
+    sigmas = np.stack([run.estimate.sigma_a, run.estimate.sigma_b])
+    lost = np.zeros((len(run.means), 4))
+    lost[samples] = np.concatenate([block.lost for block in blocks])
+    spread_moves(run.means, samples, moves, step_sigmas, poses, sigmas)
     return replace(
         run.estimate, pose_a=poses[0], pose_b=poses[1], sigma_a=sigmas[0], sigma_b=sigmas[1], lost=lost
     )

@@ -1,7 +1,8 @@
 """The smoother's compiled passes: the filter forward again, block by block, and the adjoint backward.
 
 A first pass has kept the filter's state at the start of each block, so that the steps of one block at a time
-are in memory, however long the recording is.
+are in memory, however long the recording is. The adjoint goes back through the open filter. It begins with
+what is believed at the end, which it takes for a reading of the slow states.
 """
 
 from __future__ import annotations
@@ -13,15 +14,14 @@ import numpy as np
 
 from omnimate.ipec.filter.adjoint import Adjoint, undo_linkage, undo_step, undo_update
 from omnimate.ipec.filter.fixes import take_fixes
+from omnimate.ipec.filter.inverse import invert, multiply
 from omnimate.ipec.filter.poses import look
-from omnimate.ipec.filter.records import POSE, STATES, FilterState
+from omnimate.ipec.filter.records import POSE, SLOW, STATES, FilterState
 from omnimate.ipec.filter.step import advance
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-EVERY = 8  # samples for which a covariance is used: it changes slowly
 
 
 @compiled
@@ -32,9 +32,11 @@ def run_block(
     present: NDArray[np.bool_],
     fixes: Record,
     steps: Record,
+    samples: IntArray,
     first: int,
-) -> None:
-    """Run the filter over one block again, and keep every step of it.
+    last: int,
+) -> int:
+    """Run the filter over one block again, keep the end of every step of it, and return how many.
 
     Args:
         settings: One record `(1,)` of `FilterSettings`.
@@ -42,25 +44,60 @@ def run_block(
         counts: Counts of the whole recording in the order of `CHANNELS`, shape `(N, 7)`.
         present: Whether each count was read, shape `(N, 7)`.
         fixes: Absolute poses of the whole recording, `(K,)` records of `Fix`; their gains are filled again.
-        steps: Filled with the state after each sample of the block, `(M,)` records of `FilterState`.
+        steps: Filled with the state where the linkage was read first, after each step, and after fixes.
+        samples: Filled with the numbers of these samples.
         first: Number of the block's first sample.
+        last: Number of the sample after the block.
     """
-    following = 0
+    following, kept = 0, 0
     while following < len(fixes) and fixes[following].sample < first:
         following += 1
-    for place in range(len(steps)):
-        advance(settings[0], mark[0], counts[first + place], present[first + place])
-        following = take_fixes(mark[0], fixes, first + place, following)
-        steps[place] = mark[0]
+    for sample in range(first, last):
+        placed, fixed = mark[0].placed, following
+        advance(settings[0], mark[0], counts[sample], present[sample])
+        following = take_fixes(settings[0], mark[0], fixes, sample, following)
+        if mark[0].predicted or following > fixed or (mark[0].placed and not placed):
+            steps[kept] = mark[0]
+            samples[kept] = sample
+            kept += 1
+    return kept
 
 
 @compiled
-def smoothed_mean(adjoint: Adjoint, step: FilterState, mean: Array) -> None:
-    """Fill the smoothed mean `(6,)` of the first six states: x + P r."""
+def begin_adjoint(state: FilterState, adjoint: Adjoint) -> None:
+    """Fill the adjoint at the end: what is believed of the slow states beside what the open filter says."""
+    seen, known, pull = np.empty((SLOW, SLOW)), np.empty((SLOW, SLOW)), np.empty(SLOW)
+    for row in range(SLOW):
+        for column in range(SLOW):
+            seen[row, column] = state.covariance[POSE + row, POSE + column]
+            known[row, column] = state.known[POSE + row, POSE + column]
+    invert(seen)
+    multiply(pull, seen, state.offset[POSE:])
+    carried = np.zeros((SLOW, SLOW))
+    for row in range(SLOW):
+        multiply(carried[row], known, seen[row])
+    for row in range(SLOW):
+        adjoint.vector[POSE + row] = -pull[row]
+        for column in range(SLOW):
+            total = seen[row, column]
+            for middle in range(SLOW):
+                total -= carried[row, middle] * seen[column, middle]
+            adjoint.information[POSE + row, POSE + column] = total
+
+
+@compiled
+def begin_adjoint_at(states: Record, adjoints: Record) -> None:
+    """Do as `begin_adjoint` with records `(1,)`."""
+    begin_adjoint(states[0], adjoints[0])
+
+
+@compiled
+def smoothed_move(adjoint: Adjoint, step: FilterState, move: Array) -> None:
+    """Fill how far the first six states are from the smoothed ones, `(6,)`: offset + P r."""
     for row in range(POSE):
-        mean[row] = step.mean[row]
+        move[row] = step.offset[row]
         for column in range(STATES):
-            mean[row] += step.covariance[row, column] * adjoint.vector[column]
+            move[row] += step.covariance[row, column] * adjoint.vector[column]
 
 
 @compiled
@@ -82,48 +119,91 @@ def smoothed_covariance(adjoint: Adjoint, step: FilterState, covariance: Array) 
 
 @compiled
 def smooth_block(
-    steps: Record, adjoints: Record, fixes: Record, first: int, poses: Array, sigmas: Array, lost: Array
+    steps: Record,
+    samples: IntArray,
+    adjoints: Record,
+    fixes: Record,
+    moves: Array,
+    sigmas: Array,
+    lost: Array,
 ) -> None:
-    """Run backward through one block.
+    """Run backward through the steps of one block.
 
     Args:
-        steps: State after each sample of the block, `(M,)` records of `FilterState`.
+        steps: State after each step of the block, `(M,)` records of `FilterState`.
+        samples: Number of the sample of each, shape `(M,)`.
         adjoints: Adjoint after the block, one record `(1,)`; changed to that before the block.
         fixes: Absolute poses of the whole recording with their gains, `(K,)` records of `Fix`.
-        first: Number of the block's first sample.
-        poses: Filled with the poses of truck a and b in the block [m, m, rad], shape `(2, N, 3)`.
-        sigmas: Filled with their standard deviations, shape `(2, N, 3)`.
-        lost: Filled with the travel that each wheel lost [m], shape `(N, 4)`.
+        moves: Filled with the way to the smoothed states after and before each step, shape `(M, 2, 6)`.
+        sigmas: Filled with the standard deviations of both trucks' poses, shape `(M, 2, 3)`.
+        lost: Filled with the travel that each wheel lost in each step [m], shape `(M, 4)`.
     """
     adjoint = adjoints[0]
-    mean, covariance = np.empty(STATES), np.empty((POSE, POSE))
+    mean, pose, covariance = np.empty(POSE), np.empty(3), np.empty((POSE, POSE))
     last = len(fixes) - 1
     for place in range(len(steps) - 1, -1, -1):
-        step, sample = steps[place], first + place
-        smoothed_mean(adjoint, step, mean)
-        if sample % EVERY == 0 or place == len(steps) - 1:
-            smoothed_covariance(adjoint, step, covariance)
+        step = steps[place]
+        smoothed_move(adjoint, step, moves[place, 0])
+        smoothed_covariance(adjoint, step, covariance)
+        for row in range(POSE):
+            mean[row] = step.mean[row] + moves[place, 0, row]
+            moves[place, 1, row] = moves[place, 0, row] + step.shift[row]
         for truck in range(2):
-            look(mean, covariance, truck, poses[truck, sample], sigmas[truck, sample])
-        if not step.placed:
-            poses[1, sample], sigmas[1, sample] = math.nan, math.nan
-        while last >= 0 and fixes[last].sample > sample:
+            look(mean, covariance, truck, pose, sigmas[place, truck])
+        while last >= 0 and fixes[last].sample > samples[place]:
             last -= 1
-        while last >= 0 and fixes[last].sample == sample:
+        while last >= 0 and fixes[last].sample == samples[place]:
             for number in range(2, -1, -1):
                 undo_update(adjoint, fixes[last].row[number], fixes[last].gain[number])
             last -= 1
         if step.predicted:
             undo_linkage(adjoint, step)
-            find_lost(adjoint, step, lost[sample])
+            find_lost(adjoint, step, lost[place])
             undo_step(adjoint, step.transition)
 
 
 @compiled
 def find_lost(adjoint: Adjoint, step: FilterState, lost: Array) -> None:
-    """Fill what each wheel lost in one sample [m] `(4,)`: Q G' r against the travel."""
+    """Fill what each wheel lost in one step [m] `(4,)`: Q G' r against the travel."""
     for wheel in range(4):
         drawn = 0.0
         for row in range(POSE):
             drawn += step.inputs[row, wheel] * adjoint.vector[row]
         lost[wheel] = -math.copysign(step.input_variance[wheel], step.travel[wheel]) * drawn
+
+
+@compiled
+def spread_moves(
+    means: Array,
+    samples: IntArray,
+    moves: Array,
+    step_sigmas: Array,
+    poses: Array,
+    sigmas: Array,
+) -> None:
+    """Fill the smoothed poses at every sample, between the ends of steps by interpolation.
+
+    Args:
+        means: First six states by the filter at each sample, shape `(N, 6)`.
+        samples: Number of the sample of each step, shape `(M,)`, ascending.
+        moves: Way to the smoothed states after and before each step, shape `(M, 2, 6)`.
+        step_sigmas: Standard deviations of both trucks' poses at each step, shape `(M, 2, 3)`.
+        poses: Filled with the poses of truck a and b [m, m, rad], shape `(2, N, 3)`.
+        sigmas: Filled with their standard deviations, shape `(2, N, 3)`.
+    """
+    mean, unused, none = np.empty(POSE), np.empty(3), np.zeros((POSE, POSE))
+    for place in range(len(samples)):
+        start = samples[place]
+        end = samples[place + 1] if place + 1 < len(samples) else len(means)
+        for sample in range(start, end):
+            part = (sample - start) / (end - start)
+            for row in range(POSE):
+                after = moves[place, 0, row]
+                before = moves[place + 1, 1, row] if place + 1 < len(samples) else after
+                mean[row] = means[sample, row] + after + part * (before - after)
+            for truck in range(2):
+                look(mean, none, truck, poses[truck, sample], unused)
+                for axis in range(3):
+                    own = step_sigmas[place, truck, axis] ** 2
+                    other = step_sigmas[min(place + 1, len(samples) - 1), truck, axis] ** 2
+                    sigmas[truck, sample, axis] = math.sqrt(own + part * (other - own))

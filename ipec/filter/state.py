@@ -39,7 +39,7 @@ class FilteredState:
     def _look(self, truck: TruckName) -> tuple[Array, Array]:
         pose, sigma = np.empty(3), np.empty(3)
         state = self.record[0]
-        look(state["mean"], state["covariance"], 0 if truck == "a" else 1, pose, sigma)
+        look(state["mean"], state["known"], 0 if truck == "a" else 1, pose, sigma)
         if truck == "b" and not state["placed"]:
             pose[:], sigma[:] = np.nan, np.nan
         return pose, sigma
@@ -52,7 +52,7 @@ class FilteredState:
     @property
     def disturbed(self) -> tuple[bool, ...]:
         """Whether each wheel is distrusted, in the order of `WHEELS`."""
-        return tuple((self.record["alert"][0] > 0.0).tolist())
+        return tuple((self.record["alert"][0, :4] > 0.0).tolist())
 
     @property
     def lost(self) -> tuple[float, ...]:
@@ -62,4 +62,4 @@ class FilteredState:
     @property
     def slow(self) -> SlowParameters:
         """The estimated systematic errors of the encoders and their standard deviations."""
-        return slow_parameters(self.record["mean"][0], self.record["covariance"][0])
+        return slow_parameters(self.record["mean"][0], self.record["known"][0])

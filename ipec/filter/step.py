@@ -1,4 +1,4 @@
-"""One sample of the filter: predict, find disturbed wheels, and update by the linkage's readings."""
+"""One sample of the filter: predict; at the end of a step find disturbances, update, and believe."""
 
 from __future__ import annotations
 
@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.ipec.filter.disturbed_wheels import find_disturbed
-from omnimate.ipec.filter.measurement import update
-from omnimate.ipec.filter.prediction import find_input_variance, predict_covariance, predict_mean
+from omnimate.ipec.filter.belief import believe
+from omnimate.ipec.filter.disturbed_wheels import find_disturbed, levels
+from omnimate.ipec.filter.measurement import compare, update
+from omnimate.ipec.filter.prediction import (
+    differentiate,
+    find_input_variance,
+    predict_covariance,
+    predict_mean,
+)
 from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, FilterSettings, FilterState
 from omnimate.ipec.readings import sense
 from omnimate.vehicle.compiled import IntArray, Record, compiled
@@ -17,38 +23,87 @@ from omnimate.vehicle.compiled import IntArray, Record, compiled
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+STEP = 0.05  # [m] of a wheel's travel, after which the covariance is carried on and readings are taken
+STEADY = 1.0 / 200.0  # share of a sample in the learned scatter of the readings
+
 
 @compiled
 def place(settings: FilterSettings, state: FilterState) -> None:
     """Read the linkage for the first time; until then the heading of truck a stands for the link's."""
-    covariance = state.covariance
+    for covariance in (state.covariance, state.known):
+        for number in range(3):
+            true, bias = JOINT_A + number, JOINT_BIAS + number
+            variance = settings.half[number] ** 2 / 3.0 + state.blur[number] + covariance[bias, bias]
+            covariance[true, true] = variance
+            covariance[true, bias] = covariance[bias, true] = -covariance[bias, bias]
+        covariance[LINK, LINK] += covariance[JOINT_A, JOINT_A]
+        covariance[LINK, JOINT_A] = covariance[JOINT_A, LINK] = -covariance[JOINT_A, JOINT_A]
+        covariance[LINK, JOINT_BIAS] = covariance[JOINT_BIAS, LINK] = covariance[JOINT_BIAS, JOINT_BIAS]
     for number in range(3):
-        true, bias = JOINT_A + number, JOINT_BIAS + number
         reading = state.joint[number] if number < 2 else state.length
-        state.mean[true] = reading - state.mean[bias]
-        variance = settings.half[number] ** 2 / 3.0 + settings.blur[number] + covariance[bias, bias]
-        covariance[true, true] = variance
-        covariance[true, bias] = covariance[bias, true] = -covariance[bias, bias]
+        state.mean[JOINT_A + number] = reading - state.mean[JOINT_BIAS + number]
     state.mean[LINK] -= state.mean[JOINT_A]
-    covariance[LINK, LINK] += covariance[JOINT_A, JOINT_A]
-    covariance[LINK, JOINT_A] = covariance[JOINT_A, LINK] = -covariance[JOINT_A, JOINT_A]
-    covariance[LINK, JOINT_BIAS] = covariance[JOINT_BIAS, LINK] = covariance[JOINT_BIAS, JOINT_BIAS]
     state.placed = 1
+    begin(state)
 
 
 @compiled
-def take(settings: FilterSettings, state: FilterState) -> None:
-    """Take the three readings of the linkage, and what they say about the distrusted wheels."""
-    find_disturbed(settings, state)
-    shares = np.zeros((4, STATES))
-    for wheel in range(4):
-        if state.alert[wheel] > 0.0:
-            for row in range(POSE):
-                shares[wheel, row] = state.input_variance[wheel] * state.inputs[row, wheel]
+def begin(state: FilterState) -> None:
+    """Begin a step."""
+    for number in range(4):
+        state.begun[number] = state.mean[LINK + number]
+    state.way[:] = 0.0
+    state.rolled[:] = 0.0
+    state.missed[:] = 0.0
+    state.jumps[:] = 0.0
+    state.samples = state.seen = 0
+
+
+@compiled
+def watch(settings: FilterSettings, state: FilterState) -> None:
+    """Compare the readings of one sample with the estimate, and learn how they scatter."""
+    state.seen += 1
     for number in range(3):
-        update(settings, state, number, shares)
-    for wheel in range(4):
-        state.lost[wheel] *= -math.copysign(1.0, state.travel[wheel])
+        missed = compare(state, number)
+        jump = missed - state.late[number]
+        # Noise that is fresh in each sample makes two changes in a row opposite; what moves does not.
+        most = 9.0 * max(state.blur[number], settings.half[number] ** 2 / 3.0)
+        noise = min(max(-jump * state.jump[number], -most), most)
+        state.blur[number] = max(0.0, state.blur[number] + STEADY * (noise - state.blur[number]))
+        state.missed[number] += missed
+        state.jumps[number] += jump * jump
+        state.late[number], state.jump[number] = missed, jump
+
+
+@compiled
+def close(settings: FilterSettings, state: FilterState) -> None:
+    """End a step: carry the covariance on, take the readings, and move the estimate to what is believed."""
+    state.predicted = 1
+    differentiate(settings, state)
+    find_input_variance(settings, state, levels(settings, state))
+    predict_covariance(settings, state)
+    rolled = 0.25 * state.rolled.sum()
+    for number in range(8):
+        state.alert[number] = max(0.0, state.alert[number] - rolled)
+    before = np.empty(3)
+    if state.seen > 0:
+        find_disturbed(settings, state)
+        shares = np.zeros((4, STATES))
+        for wheel in range(4):
+            if state.alert[wheel] > 0.0:
+                for row in range(POSE):
+                    shares[wheel, row] = state.input_variance[wheel] * state.inputs[row, wheel]
+        for number in range(3):
+            update(settings, state, number, shares)
+        for wheel in range(4):
+            state.lost[wheel] *= -math.copysign(1.0, state.way[wheel])
+    for number in range(3):
+        before[number] = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
+    believe(settings, state)
+    for number in range(3):
+        after = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
+        state.late[number] -= after - before[number]
+    begin(state)
 
 
 @compiled
@@ -66,6 +121,7 @@ def advance(
     state.nis = math.nan
     state.lost[:] = 0.0
     state.updated[:] = 0
+    state.shift[:] = 0.0
     state.input_variance[:] = 0.0
     state.predicted = 0
     if not (present[0] and present[1] and present[2] and present[3]):
@@ -77,14 +133,24 @@ def advance(
         return
     if not state.moved[0]:
         return
-    state.predicted = 1
     predict_mean(settings, state)
-    find_input_variance(settings, state)
-    predict_covariance(settings, state)
+    state.samples += 1
+    furthest = 0.0
     for wheel in range(4):
-        state.alert[wheel] = max(0.0, state.alert[wheel] - abs(state.travel[wheel]))
+        state.way[wheel] += state.travel[wheel]
+        state.rolled[wheel] += abs(state.travel[wheel])
+        furthest = max(furthest, state.rolled[wheel])
     if state.linked:
-        take(settings, state)
+        watch(settings, state)
+    if furthest >= STEP:
+        close(settings, state)
+
+
+@compiled
+def finish(settings: FilterSettings, state: FilterState) -> None:
+    """End the step that is under way, if the robot has moved in it."""
+    if state.rolled.sum() > 0.0:
+        close(settings, state)
 
 
 @compiled

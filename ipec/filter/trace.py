@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.ipec.filter.fixes import take_fixes
 from omnimate.ipec.filter.poses import look
+from omnimate.ipec.filter.records import POSE
 from omnimate.ipec.filter.step import advance
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 
@@ -31,6 +32,7 @@ def trace_filter(
     lost: Array,
     alert: Array,
     nis: Array,
+    means: Array,
 ) -> None:
     """Run the filter over all samples, and keep its state before each block of `BLOCK` samples.
 
@@ -46,15 +48,17 @@ def trace_filter(
         lost: Filled with the travel that each wheel lost [m], shape `(N, 4)`.
         alert: Filled with the travel for which each wheel stays distrusted [m], shape `(N, 4)`.
         nis: Filled with the normalised innovation squared, shape `(N,)`.
+        means: Filled with the first six states, shape `(N, 6)`.
     """
     state, following = states[0], 0
     for sample in range(len(counts)):
         if sample % BLOCK == 0:
             marks[sample // BLOCK] = state
         advance(settings[0], state, counts[sample], present[sample])
-        following = take_fixes(state, fixes, sample, following)
+        following = take_fixes(settings[0], state, fixes, sample, following)
         for truck in range(2):
-            look(state.mean, state.covariance, truck, poses[truck, sample], sigmas[truck, sample])
+            look(state.mean, state.known, truck, poses[truck, sample], sigmas[truck, sample])
         if not state.placed:
             poses[1, sample], sigmas[1, sample] = math.nan, math.nan
-        lost[sample], alert[sample], nis[sample] = state.lost, state.alert, state.nis
+        lost[sample], alert[sample], nis[sample] = state.lost, state.alert[:4], state.nis
+        means[sample] = state.mean[:POSE]

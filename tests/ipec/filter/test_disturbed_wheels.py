@@ -25,8 +25,8 @@ def positive(chance):
 
 def predicted(chance, travel=0.01):
     states = record(FilterState)
-    states["inputs"][0] = chance.normal(size=(6, 6))
-    states["travel"][0] = travel * np.sign(chance.normal(size=4))
+    states["inputs"][0] = chance.normal(size=(6, 8))
+    states["way"][0] = travel * np.sign(chance.normal(size=4))
     return states
 
 
@@ -54,7 +54,7 @@ def test_innovations_that_a_loss_makes_are_explained_by_it_wholly_and_by_a_gain_
     chance = np.random.default_rng(seed)
     states, information = predicted(chance), positive(chance)
     direction = states["inputs"][0, JOINT_A : JOINT_A + 3, wheel]
-    by_loss = -lost * np.sign(states["travel"][0, wheel]) * direction
+    by_loss = -lost * np.sign(states["way"][0, wheel]) * direction
     pull = information @ by_loss
     assert explained(states, wheel, information, pull) == pytest.approx(by_loss @ pull, rel=1e-9)
     assert explained(states, wheel, information, -pull) == 0.0

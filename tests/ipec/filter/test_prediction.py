@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.prediction import predict_mean
-from omnimate.ipec.filter.records import JOINT_A, LENGTH, STATES, WHEEL
+from omnimate.ipec.filter.prediction import differentiate, predict_mean
+from omnimate.ipec.filter.records import CREEP, JOINT_A, LENGTH, LINK, STATES, WHEEL
 from omnimate.vehicle.arcs import arc
 from omnimate.vehicle.compiled import compiled
 from omnimate.vehicle.linkage import follower, linkage_of
 from omnimate.vehicle.se2 import compose
 
-SLOW = 1e-3, -2e-3, 5e-4, 2e-3, 4e-3, -3e-3, 1e-3, 2e-3, 1e-3
+SLOW = 1e-3, -2e-3, 5e-4, 2e-3, 4e-3, -3e-3, 0.0, 0.0, 1e-3, 2e-3, 1e-3
 MEAN = np.array([1.0, -2.0, 0.7, 0.9, -0.4, 1.05, *SLOW])
 TRAVEL = np.array([0.021, 0.030, 0.027, 0.018])
 
@@ -19,6 +19,7 @@ TRAVEL = np.array([0.021, 0.030, 0.027, 0.018])
 @compiled
 def predict(settings, states):
     predict_mean(settings[0], states[0])
+    differentiate(settings[0], states[0])
 
 
 @pytest.fixture
@@ -28,7 +29,8 @@ def move(robot):
 
     def moved(mean, travel):
         state = filter_.start().record.copy()
-        state["mean"][0], state["travel"][0] = mean, travel
+        state["mean"][0], state["travel"][0], state["way"][0] = mean, travel, travel
+        state["begun"][0], state["samples"] = mean[LINK : LINK + 4], 1
         predict(filter_.settings, state)
         return state[0]
 
@@ -47,6 +49,16 @@ def test_the_trucks_move_along_their_arcs(move, robot):
     assert state["mean"][JOINT_A : LENGTH + 1] == pytest.approx(
         np.stack(linkage_of(after_a, after_b)), abs=1e-12
     )
+
+
+def test_a_truck_creeps_outwards_in_a_turn(move, robot):
+    """Sideways speed = creep x speed x yaw rate: 0.1 s, 25.5 mm and 9 mm over 340 mm in 15 ms."""
+    creeping = MEAN.copy()
+    creeping[CREEP] = 0.1
+    place, without = move(creeping, TRAVEL)["mean"][:2], move(MEAN, TRAVEL)["mean"][:2]
+    way, turn = 0.0255, 0.0090 / 0.340
+    outwards = 0.1 * way * turn / robot.bus.sync_period
+    assert np.hypot(*(place - without)) == pytest.approx(outwards, rel=0.02)
 
 
 def test_the_derivatives_are_those_of_the_motion(move):

@@ -5,21 +5,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, Prior
+from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SUSPECTED, Prior, directions
 
 sigmas = st.floats(1e-6, 0.1)
 priors = st.builds(Prior, sigmas, sigmas, sigmas, sigmas, sigmas)
 
 
 def deviation(prior, direction):
-    """Return the standard deviation of a linear function of the nine parameters."""
+    """Return the standard deviation of a linear function of the eleven parameters."""
     return np.sqrt(direction @ prior.covariance @ direction)
 
 
 @given(priors)
 def test_mean_and_ratio_of_a_trucks_wheels_are_as_uncertain_as_the_prior_says(prior):
     for left, right in ((0, 1), (2, 3)):
-        mean, ratio = np.zeros(9), np.zeros(9)
+        mean, ratio = np.zeros(11), np.zeros(11)
         mean[[left, right]], ratio[[left, right]] = 0.5, [-1.0, 1.0]
         assert deviation(prior, mean) == pytest.approx(prior.scale)
         assert deviation(prior, ratio) == pytest.approx(prior.ratio)
@@ -28,7 +28,7 @@ def test_mean_and_ratio_of_a_trucks_wheels_are_as_uncertain_as_the_prior_says(pr
 @given(priors)
 def test_the_rest_is_independent(prior):
     covariance = prior.covariance
-    rest = [prior.wheelbase] * 2 + [prior.joint] * 2 + [prior.link]
+    rest = [prior.wheelbase] * 2 + [prior.creep] * 2 + [prior.joint] * 2 + [prior.link]
     assert covariance[4:, 4:] == pytest.approx(np.diag(np.square(rest)))
     assert not covariance[:4, 4:].any()
     assert not covariance[:2, 2:4].any()
@@ -41,6 +41,13 @@ def test_it_is_a_covariance(prior):
     assert np.linalg.eigvalsh(covariance).min() >= -1e-15 * covariance.max()
 
 
-def test_a_data_sheet_leaves_more_uncertain_than_a_calibration():
-    for name in ("scale", "ratio", "wheelbase", "joint", "link"):
-        assert getattr(NOMINAL, name) > getattr(CALIBRATED, name)
+def test_more_values_of_a_data_sheet_are_wrong_than_of_a_calibration():
+    assert NOMINAL.odds > CALIBRATED.odds
+
+
+def test_each_suspect_changes_what_its_name_says():
+    rows = dict(zip(SUSPECTED, directions(), strict=True))
+    assert rows["diameter of b.left"].tolist() == [0, 0, 1, *[0] * 8]
+    assert rows["both diameters of a"].tolist() == [1, 1, *[0] * 9]
+    assert rows["unequal diameters of b"][2:4] @ [-1.0, 1.0] == 1.0
+    assert rows["bias of link"].tolist() == [*[0] * 10, 1]

@@ -34,18 +34,24 @@ def test_there_is_a_mark_before_each_block_and_the_first_is_the_start(run):
     assert run.marks[0]["placed"] == 0
 
 
+def again(run, number):
+    """Return the steps of a block that runs again, the numbers of their samples, and the state behind."""
+    steps, samples = np.zeros(BLOCK, layout(FilterState)), np.empty(BLOCK, np.int64)
+    mark, first = run.marks[number : number + 1].copy(), number * BLOCK
+    kept = run_block(
+        run.settings, mark, run.counts, run.present, run.fixes, steps, samples, first, first + BLOCK
+    )
+    return steps[:kept], samples[:kept], mark[0]
+
+
 def test_each_block_runs_again_to_the_mark_behind_it(run):
     for number in range(len(run.marks) - 1):
-        steps = np.zeros(BLOCK, layout(FilterState))
-        mark = run.marks[number : number + 1].copy()
-        run_block(run.settings, mark, run.counts, run.present, run.fixes, steps, number * BLOCK)
-        for name in ("mean", "covariance", "alert", "counts"):
-            assert np.array_equal(steps[-1][name], run.marks[number + 1][name])
+        _, _, behind = again(run, number)
+        for name in ("mean", "offset", "covariance", "known", "alert", "counts"):
+            assert np.array_equal(behind[name], run.marks[number + 1][name])
 
 
 def test_a_block_runs_again_to_the_poses_of_the_estimate(run):
-    steps = np.zeros(BLOCK, layout(FilterState))
-    run_block(run.settings, run.marks[1:2].copy(), run.counts, run.present, run.fixes, steps, BLOCK)
-    place = slice(BLOCK, 2 * BLOCK)
-    assert np.array_equal(steps["mean"][:, :2], run.estimate.pose_a[place, :2])
-    assert steps["nis"] == pytest.approx(run.estimate.nis[place], nan_ok=True)
+    steps, samples, _ = again(run, 1)
+    assert np.array_equal(steps["mean"][:, :2], run.estimate.pose_a[samples, :2])
+    assert steps["nis"] == pytest.approx(run.estimate.nis[samples], nan_ok=True)

@@ -1,0 +1,207 @@
+"""What is believed of a robot, given what the open filter has seen; compiled.
+
+The open filter excludes nothing: its slow states begin as uncertain as nothing is known of them. What it has
+learned of them is a likelihood. The estimate puts a prior to it that expects few things to be wrong: a
+suspect is either not at work, or it is, with a size that may be anything up to what `prior.SIZES` says.
+Suspects are admitted one after the other where they make the readings more probable (Tipping & Faul, Fast
+marginal likelihood maximisation for sparse Bayesian models, AISTATS 2003), and the estimates with one
+suspect fewer or more are averaged by their probability.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from omnimate.ipec.filter.inverse import along, invert, multiply
+from omnimate.ipec.filter.records import POSE, SLOW, STATES, SUSPECTS, FilterSettings, FilterState
+from omnimate.vehicle.compiled import Array, compiled
+
+# More things wrong at once than that are less probable than physics that the model does not have.
+ADMITTED = 2
+SCALES = 3  # sizes of a suspect, each a third of the one before, that are as probable as each other
+HOPELESS = -3.0  # logarithm of the odds below which a suspect is not looked at
+
+
+@compiled
+def chances(settings: FilterSettings, number: int, sparsity: float, quality: float) -> tuple[float, float]:
+    """Return the logarithm of the odds that a suspect is at work, and its most probable variance.
+
+    Args:
+        settings: Settings of the filter.
+        number: Number of the suspect.
+        sparsity: Information about its size that the estimate without it leaves, s of Tipping & Faul.
+        quality: Pull of what was seen towards it, their q.
+    """
+    best, likely, total = -1e300, 0.0, 0.0
+    scores = np.empty(SCALES)
+    for scale in range(SCALES):
+        variance = (settings.size[number] / 3.0**scale) ** 2
+        gain = variance * sparsity
+        scores[scale] = 0.5 * (variance * quality * quality / (1.0 + gain) - math.log1p(gain))
+        if scores[scale] > best:
+            best, likely = scores[scale], variance
+    for scale in range(SCALES):
+        total += math.exp(scores[scale] - best) / SCALES
+    return settings.odds[number] + best + math.log(total), likely
+
+
+@compiled
+def choose(
+    settings: FilterSettings, prior: Array, spread: Array, mean: Array, admitted: Array
+) -> tuple[int, float, float]:
+    """Return the most probable suspect that is not admitted (or -1), the logarithm of its odds, its variance.
+
+    Args:
+        settings: Settings of the filter.
+        prior: Inverse covariance of the slow states with what is admitted, shape `(11, 11)`.
+        spread: Their covariance after what was seen, shape `(11, 11)`.
+        mean: Their mean after what was seen, shape `(11,)`.
+        admitted: Place in which each suspect was admitted; 0 for one that was not, shape `(15,)`.
+    """
+    chosen, best, variance = -1, HOPELESS, 0.0
+    drawn = np.empty(SLOW)
+    for number in range(SUSPECTS):
+        if admitted[number] > 0.0:
+            continue
+        direction = settings.suspect[number]
+        multiply(drawn, prior, direction)
+        sparsity, quality = 0.0, 0.0
+        for row in range(SLOW):
+            sparsity += direction[row] * drawn[row]
+            quality += drawn[row] * mean[row]
+        odds, likely = chances(settings, number, sparsity - along(spread, drawn), quality)
+        if odds > best:
+            chosen, best, variance = number, odds, likely
+    return chosen, best, variance
+
+
+@compiled
+def admit(prior: Array, spread: Array, direction: Array, variance: float) -> None:
+    """Widen prior and spread `(11, 11)` by a suspect along its direction `(11,)`, in place."""
+    drawn, carried = np.empty(SLOW), np.empty(SLOW)
+    multiply(drawn, prior, direction)
+    multiply(carried, spread, drawn)
+    own = other = 0.0
+    for row in range(SLOW):
+        own += direction[row] * drawn[row]
+        other += drawn[row] * carried[row]
+    weight = variance / (1.0 + variance * own)
+    more = weight / (1.0 - weight * other)
+    for row in range(SLOW):
+        for column in range(SLOW):
+            prior[row, column] -= weight * drawn[row] * drawn[column]
+            spread[row, column] += more * carried[row] * carried[column]
+
+
+@compiled
+def average(settings: FilterSettings, state: FilterState, seen: Array, mean: Array, spread: Array) -> None:
+    """Fill mean `(11,)` and covariance `(11, 11)` of the slow states, and the suspicions of the state.
+
+    Args:
+        settings: Settings of the filter.
+        state: Estimate of the open filter.
+        seen: Inverse covariance of its slow states, shape `(11, 11)`.
+        mean: Filled.
+        spread: Filled.
+    """
+    pull, guess = np.zeros(SLOW), np.empty(SLOW)
+    prior, now = np.empty((SLOW, SLOW)), np.empty((SLOW, SLOW))
+    for row in range(SLOW):
+        for column in range(SLOW):
+            learned = state.mean[POSE + column] + state.offset[POSE + column]
+            pull[row] += settings.independent * seen[row, column] * learned
+            prior[row, column] = settings.usual[row, column]
+            now[row, column] = settings.independent * seen[row, column] + prior[row, column]
+        now[row, row] -= settings.independent / settings.open[row]
+    invert(now)
+    multiply(guess, now, pull)
+    admitted = np.zeros(SUSPECTS)
+    mean[:] = guess
+    spread[:] = now
+    total, score = 1.0, 0.0
+    for place in range(1, ADMITTED + 1):
+        chosen, odds, variance = choose(settings, prior, now, guess, admitted)
+        if chosen < 0:
+            break
+        admit(prior, now, settings.suspect[chosen], variance)
+        multiply(guess, now, pull)
+        admitted[chosen] = place
+        score += odds
+        weight = math.exp(min(score, 300.0))
+        share = weight / (total + weight)
+        blend(mean, spread, guess, now, share)
+        total += weight
+        for number in range(SUSPECTS):
+            if admitted[number] > 0.0:
+                state.suspicion[number] *= 1.0 - share
+                state.suspicion[number] += share
+    for number in range(SUSPECTS):
+        if admitted[number] == 0.0:
+            state.suspicion[number] = 0.0
+
+
+@compiled
+def blend(mean: Array, spread: Array, guess: Array, now: Array, share: float) -> None:
+    """Add a share of another distribution to a mean `(11,)` and a covariance `(11, 11)`, in place."""
+    for row in range(SLOW):
+        for column in range(SLOW):
+            apart = (guess[row] - mean[row]) * (guess[column] - mean[column])
+            spread[row, column] += share * (now[row, column] - spread[row, column] + (1.0 - share) * apart)
+    for row in range(SLOW):
+        mean[row] += share * (guess[row] - mean[row])
+
+
+@compiled
+def believe(settings: FilterSettings, state: FilterState) -> None:
+    """Move the estimate to what is believed now, with its covariance and the suspicions."""
+    seen, mean, spread = np.empty((SLOW, SLOW)), np.empty(SLOW), np.empty((SLOW, SLOW))
+    seen[:] = state.covariance[POSE:, POSE:]
+    invert(seen)
+    state.suspicion[:] = 0.0
+    average(settings, state, seen, mean, spread)
+    gains, crosses = np.empty((POSE, SLOW)), np.empty((POSE, SLOW))
+    for row in range(POSE):
+        multiply(gains[row], seen, state.covariance[row, POSE:])
+        multiply(crosses[row], spread, gains[row])
+    _spread(state, gains, crosses, spread)
+    _move(state, gains, mean)
+
+
+@compiled
+def _spread(state: FilterState, gains: Array, crosses: Array, spread: Array) -> None:
+    """Fill the covariance of the estimate.
+
+    Args:
+        state: Estimate; its `known` is filled.
+        gains: How the first six states follow the slow ones, shape `(6, 11)`.
+        crosses: Their covariance with the slow ones, shape `(6, 11)`.
+        spread: Covariance of the slow states, shape `(11, 11)`.
+    """
+    state.known[POSE:, POSE:] = spread
+    for row in range(POSE):
+        for column in range(SLOW):
+            state.known[row, POSE + column] = state.known[POSE + column, row] = crosses[row, column]
+        for column in range(POSE):
+            rest = state.covariance[row, column]
+            for middle in range(SLOW):
+                rest -= gains[row, middle] * state.covariance[column, POSE + middle]
+                rest += crosses[row, middle] * gains[column, middle]
+            state.known[row, column] = rest
+
+
+@compiled
+def _move(state: FilterState, gains: Array, mean: Array) -> None:
+    """Move the estimate to a mean of the slow states `(11,)`, and the first six states with them."""
+    move = np.empty(STATES)
+    for row in range(SLOW):
+        move[POSE + row] = mean[row] - state.mean[POSE + row]
+    for row in range(POSE):
+        move[row] = state.offset[row]
+        for column in range(SLOW):
+            move[row] += gains[row, column] * (move[POSE + column] - state.offset[POSE + column])
+        state.shift[row] += move[row]
+    for row in range(STATES):
+        state.mean[row] += move[row]
+        state.offset[row] -= move[row]

@@ -1,0 +1,45 @@
+"""What the filter says of a robot beside its pose: what seems wrong, and what scatters too much."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.ipec.filter.prior import SUSPECTED
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.compiled import Record
+
+LIKELY = 0.5  # probability from which on a suspect is named
+CONTRADICTED = 3.0  # times as much as expected that inputs scatter where the model is contradicted
+LEVELS = ("wheels of truck a", "wheels of truck b", "sides of the trucks", "slip ahead of the trucks")
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What contradicts the description of the robot, or the model of its motion.
+
+    Attributes:
+        suspects: What is probably wrong in `vehicle.toml`, one of `prior.SUSPECTED`, and its probability.
+        scatter: What scatters more than three times as much as is expected, and how many times.
+    """
+
+    suspects: tuple[tuple[str, float], ...]
+    scatter: tuple[tuple[str, float], ...]
+
+
+def findings(settings: Record, state: Record) -> Findings:
+    """Return what a state of the filter, a record `(1,)`, says beside its pose."""
+    probable = state["suspicion"][0].tolist()
+    suspects = tuple(
+        (name, value) for name, value in zip(SUSPECTED, probable, strict=True) if value >= LIKELY
+    )
+    expected, trust, learned = settings["noise"][0], settings["trust"][0], state["learned"][0]
+    level = (expected * trust + learned[:, 0]) / (trust + learned[:, 1])
+    factors = np.sqrt(level / expected).tolist()
+    scatter = tuple(
+        (name, value) for name, value in zip(LEVELS, factors, strict=True) if value >= CONTRADICTED
+    )
+    return Findings(suspects, scatter)

@@ -1,0 +1,32 @@
+"""What the filter says of a robot: a wrong joint is named, and a healthy robot is not suspected."""
+
+import numpy as np
+import pytest
+
+from omnimate.ipec.filter.estimate import estimate
+from omnimate.motion.paths import rounded_rectangle
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth, with_errors
+
+
+def drive(robot, truth):
+    return estimate(simulate(robot, truth, rounded_rectangle(6.0, 3.25, ["ccw", "cw"])))
+
+
+def test_a_healthy_robot_is_not_suspected(robot):
+    said = drive(robot, Truth(robot, seed=3)).findings
+    assert said.suspects == ()
+    assert said.scatter == ()
+
+
+def test_a_joint_that_reads_half_a_degree_too_much_is_named_with_its_bias(robot):
+    result = drive(robot, Truth(robot, effects=linkage_biases(joint_a=np.radians(0.5)), seed=3))
+    assert [name for name, _ in result.findings.suspects] == ["bias of joint_a"]
+    assert np.degrees(result.slow.joint_bias[0]) == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_wheel_that_is_a_percent_larger_is_known_by_its_ratio(robot):
+    result = drive(robot, Truth(with_errors(robot, {}, {"b": 1.01}), seed=3))
+    assert result.slow.wheel[3] - result.slow.wheel[2] == pytest.approx(0.01, abs=0.001)
+    assert all(" b" in f" {name[-8:]}" for name, _ in result.findings.suspects)
