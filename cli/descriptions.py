@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from omnimate.cli.console import warn
 from omnimate.cli.errors import CallError
@@ -17,40 +17,58 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 
-def decoder_of(
-    vehicle: VehicleParameters | None,
-    dbc: Sequence[Path],
-    eds: Sequence[str],
-    seen: Mapping[tuple[int, int, int], int],
-) -> FrameDecoder:
-    """Return what the frames mean by all that is given; what is named first here counts.
+class Descriptions(NamedTuple):
+    """What files say of the frames on a bus.
+
+    Attributes:
+        vehicle: The robot; None where it is not known.
+        eds: What EDS and DCF files describe, by node.
+        dbc: Signals of DBC files, by identifier.
+    """
+
+    vehicle: VehicleParameters | None
+    eds: Mapping[int, Eds]
+    dbc: Mapping[int, Sequence[Signal]]
+
+    def decoder(self, seen: Mapping[tuple[int, int, int], int]) -> FrameDecoder:
+        """Return what the frames mean: by the vehicle, else by DBC, else by the PDO mapping.
+
+        Args:
+            seen: PDO parameters that SDO traffic showed, by node, index and sub-index.
+        """
+        signals: dict[int, Sequence[Signal]] = {}
+        if self.eds or seen:
+            from omnimate.driver.mapped_signals import default_objects, mapped_signals
+
+            dictionaries = {node: file.dictionary for node, file in self.eds.items()}
+            objects = dict(seen)
+            for node, dictionary in dictionaries.items():
+                objects = default_objects(dictionary, node) | objects
+            signals.update(mapped_signals(objects, dictionaries))
+        return FrameDecoder(self.vehicle, {**signals, **self.dbc})
+
+
+def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Sequence[str]) -> Descriptions:
+    """Return what the files that are given say of the frames on a bus.
 
     Args:
         vehicle: The robot; None where it is not known.
         dbc: DBC files.
         eds: EDS or DCF files, each as `NODE=FILE`.
-        seen: PDO parameters that SDO traffic showed, by node, index and sub-index.
 
     Raises:
         CallError: An EDS is not given as `NODE=FILE`.
         EdsError: An EDS cannot be read.
         LogError: A DBC file cannot be read.
     """
+    named = {} if vehicle is None else _where_they_are(vehicle)
     signals: dict[int, Sequence[Signal]] = {}
-    if eds or seen:
-        from omnimate.driver.mapped_signals import default_objects, mapped_signals
-
-        dictionaries = {node: described.dictionary for node, described in map(_described, eds)}
-        objects = dict(seen)
-        for node, dictionary in dictionaries.items():
-            objects = default_objects(dictionary, node) | objects
-        signals.update(mapped_signals(objects, dictionaries))
     if dbc:
         from omnimate.logs.dbc_reading import read_dbc
 
         for path in dbc:
             signals.update(read_dbc(path))
-    return FrameDecoder(vehicle, signals)
+    return Descriptions(vehicle, named | dict(map(_described, eds)), signals)
 
 
 def described_by(path: Path, node: int) -> Eds:
@@ -67,6 +85,15 @@ def described_by(path: Path, node: int) -> Eds:
     return eds
 
 
+def descriptions_of(vehicle: VehicleParameters) -> dict[int, Eds]:
+    """Return what the EDS and DCF files that a vehicle names describe, and warn of what had to be repaired.
+
+    Raises:
+        EdsError: A file cannot be read.
+    """
+    return {node: described_by(Path(path), node) for node, path in vehicle.eds_files.items()}
+
+
 def vehicle_of(path: Path | None, source: Path | None) -> VehicleParameters | None:
     """Return the robot that was asked for, or the one of a recording folder."""
     if path is None and source is not None and source.is_dir():
@@ -78,6 +105,15 @@ def vehicle_of(path: Path | None, source: Path | None) -> VehicleParameters | No
     from omnimate.vehicle.file import load_vehicle
 
     return load_vehicle(path)
+
+
+def _where_they_are(vehicle: VehicleParameters) -> dict[int, Eds]:
+    """Return what a vehicle's EDS files describe; those that a recording's robot had may be elsewhere."""
+    missing = [path for path in vehicle.eds_files.values() if not Path(path).is_file()]
+    for path in missing:
+        warn(f"{path}: not there; the PDOs of its node are decoded without it")
+    kept = {node: path for node, path in vehicle.eds_files.items() if path not in missing}
+    return {node: described_by(Path(path), node) for node, path in kept.items()}
 
 
 def _described(text: str) -> tuple[int, Eds]:

@@ -16,7 +16,7 @@ import numpy as np
 import typer
 
 from omnimate.cli.console import warn
-from omnimate.cli.descriptions import decoder_of, vehicle_of
+from omnimate.cli.descriptions import descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.logs.dbc_reading import EXTENDED_KEY
 from omnimate.logs.filters import FrameFilter, IdentifierRule, around, trigger_of
@@ -130,17 +130,18 @@ def dump(
         end,
     )
     robot = vehicle_of(vehicle, source)
+    known = descriptions(robot, dbc or (), eds or ())
     if bus is not None:
         if triggers:
             raise CallError("--trigger looks back, so it needs a log; record the bus first")
-        decoder = decoder_of(robot, dbc or (), eds or (), {})
+        decoder = known.decoder({})
         _dump_bus(_live(bus, wanted, count, seconds), form, decoder, decode, rates)
         return
     assert source is not None  # one of the two is given
     log = read_log(_log_of(source))
     frames = log.frames
-    seen = seen_objects(frames) if (decode or triggers) and robot is None else {}
-    decoder = decoder_of(robot, dbc or (), eds or (), seen)
+    seen = seen_objects(frames) if (decode or triggers) and (robot is None or robot.eds_files) else {}
+    decoder = known.decoder(seen)
     chosen = wanted.wants(frames)
     if triggers:
         chosen &= _near(frames, triggers, decoder, margin)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import report_problem
-from omnimate.logs.folder import read_recording
+from omnimate.logs.folder import log_path, read_recording
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from omnimate.logs.reading import LogReadResult
+    from omnimate.logs.streaming import LogStream
     from omnimate.vehicle.recording import Recording
 
 MOST_PROBLEMS = 20  # shown
@@ -23,7 +24,12 @@ def load(folder: Path) -> Recording:
     return loaded.recording
 
 
-def report_problems(log: LogReadResult) -> None:
+def log_of(source: Path) -> Path:
+    """Return a log that was given, or the log in a recording folder that was."""
+    return log_path(source) if source.is_dir() else source
+
+
+def report_problems(log: LogReadResult | LogStream) -> None:
     """Say what of a log was left out."""
     for number, problem in enumerate(log.problems()):
         if number == MOST_PROBLEMS:

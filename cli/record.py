@@ -16,6 +16,7 @@ from rich.live import Live
 from rich.text import Text
 
 from omnimate.cli.console import err, out
+from omnimate.cli.descriptions import descriptions_of
 from omnimate.cli.driver_reports import show_configuration, show_report
 from omnimate.cli.errors import CallError
 from omnimate.cli.robots import Protocol, nominal_vehicle, program_of
@@ -152,7 +153,7 @@ def _open(
 
     if listen_only:
         return PassiveReader(robot, bus, recorder=recorder)
-    driver, report = open_driver(robot, bus, recorder)
+    driver, report = open_driver(robot, bus, recorder, descriptions_of(robot))
     recorder.use(report.vehicle)
     show_configuration(report, verbose=verbose)
     return driver

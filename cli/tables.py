@@ -24,8 +24,8 @@ def new_table(title: str, left: Sequence[str] = (), right: Sequence[str] = ()) -
     return table
 
 
-def show(table: Table) -> None:
-    """Print a table at its natural width, also into a pipe."""
-    options = out.options.update(max_width=_WIDEST)
+def show(table: Table, widest: int = _WIDEST) -> None:
+    """Print a table at its natural width of at most so many characters, also into a pipe."""
+    options = out.options.update(max_width=widest)
     table.width = Measurement.get(out, options, table).maximum
     out.print(table, soft_wrap=True)

@@ -56,10 +56,25 @@ VERBS = {
         "omnimate.cli.dump:dump",
         "Print the frames of a log or of a live bus, all or those that are asked for.",
     ),
+    "scan": Verb(
+        "omnimate.cli.scan:scan",
+        "Say who is on a bus, by listening and reading alone, and draft a vehicle.toml from it.",
+    ),
+    "listen": Verb(
+        "omnimate.cli.listen:listen",
+        "Say what an unknown bus carries: nodes, PDOs and their signals, wheels. Nothing is sent.",
+    ),
+    "monitor": Verb(
+        "omnimate.cli.monitor.verb:monitor",
+        "Watch a bus in the terminal: rates, values, node states, load, odometry, events. Sends nothing.",
+    ),
     "sdo": Verb("omnimate.cli.objects:sdo", "Read or write one object of a node by SDO."),
     "od": Verb(
         "omnimate.cli.objects:od",
         "Read all objects of a node, those of its EDS or else those of the profiles, and print them.",
+    ),
+    "dcf": Verb(
+        "omnimate.cli.dcf:dcf", "Compare a device with the values that a DCF states, or write them to it."
     ),
     "nmt": Verb(
         "omnimate.cli.nodes:nmt",
@@ -105,7 +120,11 @@ VERBS = {
     ),
     "import": Verb(
         "omnimate.cli.import_.verb:app",
-        "Make recording folders from public data sets, CSV files or ROS bags.",
+        "Make recording folders from bus logs, public data sets, CSV files or ROS bags.",
+    ),
+    "export": Verb(
+        "omnimate.cli.export:export",
+        "Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, Vector or pandas.",
     ),
     "profile": Verb(
         "omnimate.cli.profile:app",

@@ -59,7 +59,7 @@ class Assembler:
         self.pdos = expected_pdos(vehicle, self.counts)
         self.is_open, self.is_synchronous = False, True
         self.started: float | None = None
-        self._index, self._time, self._arrived = 0, 0.0, math.nan
+        self._index, self._time = 0, 0.0
         width = len(vehicle.channels)
         self._counters = [Counter(counter_law(encoder, vehicle)) for encoder in vehicle.encoders]
         self._bridges = Bridges(vehicle)
@@ -102,19 +102,18 @@ class Assembler:
         pdo = self.pdos[cob_id]
         pdo.length, pdo.is_exact, pdo.is_timed = length, True, is_timed
 
-    def begin(self, index: int, time: float, arrival_time: float = math.nan) -> None:
+    def begin(self, index: int, time: float) -> None:
         """Open a sample; SYNCs that were left out since the last one count as missed.
 
         Args:
             index: Number of the sample.
             time: Time of its SYNC on the recording's clock [s].
-            arrival_time: Monotonic time at which SYNC was sent or received [s]; nan where it is unknown.
         """
         if self.started is not None:
             left_out = samples_left_out(time - self._time, self.vehicle)
             for counter in self._counters if left_out else ():
                 counter.skip(left_out)
-        self._index, self._time, self._arrived, self.is_open = index, time, arrival_time, True
+        self._index, self._time, self.is_open = index, time, True
         if self.started is None:
             self.started = time
         self._waiting = self._reliable.copy()
@@ -133,7 +132,7 @@ class Assembler:
             cob_id: COB-ID of the frame.
             data: Data bytes of the frame.
             device_time: Timestamp of the adapter [s].
-            arrival_time: Monotonic time at which the frame was received [s].
+            arrival_time: When the frame was on the bus, on the recording's clock [s].
 
         Raises:
             KeyError: The COB-ID is not in `pdos`.
@@ -164,7 +163,7 @@ class Assembler:
                 self._mark_unreliable(pdo)
                 self._held.discard(cob_id)
             if not pdo.owed.count:
-                pdo.owed.usual = arrival_time - self._arrived
+                pdo.owed.usual = arrival_time - self._time
             pdo.owed.settle()
             self._accept(pdo, int.from_bytes(data, "little"), device_time, arrival_time)
 
@@ -265,7 +264,7 @@ class Assembler:
     def _decide(self, pdo: ExpectedPdo) -> None:
         """Take the held frame for the answer to this SYNC, or all that are held for late ones."""
         assert pdo.held is not None  # the caller has seen that it is
-        if pdo.owed.close(pdo.frames, pdo.held[2] - self._arrived) is not None:
+        if pdo.owed.close(pdo.frames, pdo.held[2] - self._time) is not None:
             self._accept(pdo, *pdo.held)
         else:
             pdo.counts.late += pdo.frames

@@ -17,18 +17,20 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 WARN, REFUSE = 0.60, 0.80  # share of the bus
-RPDO_BYTES, SDO_BYTES = 4, 8  # 60FFh; a request or an answer
+TARGET_BYTES, SDO_BYTES = 4, 8  # 60FFh; a request or an answer
 
 
-def frame_bits(length: int, *, stuffed: bool) -> int:
-    """Return the bits of a classic 11-bit frame with the space between frames: 47 + 8 n (ISO 11898-1).
+def frame_bits(length: int, *, stuffed: bool, extended: bool = False) -> int:
+    """Return the bits of a classic frame with the space between frames: 47 + 8 n (ISO 11898-1).
 
     Args:
         length: Number n of data bytes.
         stuffed: Whether to add the largest possible number of stuff bits, floor((33 + 8 n) / 4).
+        extended: Whether it has a 29-bit identifier, and so 20 bits more, which may be stuffed too.
     """
-    bits = 47 + 8 * length
-    return bits + (33 + 8 * length) // 4 if stuffed else bits
+    head = 20 if extended else 0
+    bits = 47 + head + 8 * length
+    return bits + (33 + head + 8 * length) // 4 if stuffed else bits
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,7 @@ def forecast_load(vehicle: VehicleParameters) -> BusLoad:
     rate = 1.0 / vehicle.bus.sync_period
     frames = [(0, rate)]
     frames += [(length, rate) for length in pdo_lengths(vehicle).values()]
-    frames += [(RPDO_BYTES, rate)] * len(vehicle.drives)
+    frames += [(TARGET_BYTES + drive.start_bit // 8, rate) for drive in vehicle.drives]
     frames += [(1, 1000.0 / HEARTBEAT_MS)] * others
     frames += [(1, 1000.0 / DRIVE_HEARTBEAT_MS), (SDO_BYTES, 2.0 / STATUS_AGE)] * len(drives)
     return BusLoad(

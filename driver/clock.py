@@ -5,6 +5,9 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
+from omnimate.driver.adapter_time import AdapterTime
+
+FRAME = 1e-6  # [s] between two frames of a clock that only SYNC moves: the last digit of a log
 ANSWER_WINDOW = 0.5  # [s] of host time for the answers to one SYNC where nothing paces it
 
 
@@ -33,6 +36,14 @@ class Clock(Protocol):
         """Return the time on the recording's clock [s]."""
         ...
 
+    def heard(self, stamp: float) -> float:
+        """Return when a frame that was just read was on the bus [s], on the recording's clock.
+
+        Args:
+            stamp: Time stamp of the adapter [s]; 0 for none.
+        """
+        ...
+
     def sleep(self, seconds: float) -> None:
         """Let host time pass [s]."""
         ...
@@ -55,6 +66,7 @@ class WallClock:
         self.period = period
         self.skipped = 0
         self._offset = time.time() - time.monotonic()
+        self._adapter = AdapterTime()
         self._deadline: float | None = None
 
     def due(self) -> float:
@@ -78,6 +90,10 @@ class WallClock:
         """Return wall time [s]."""
         return time.monotonic() + self._offset
 
+    def heard(self, stamp: float) -> float:
+        """Return the wall time at which a frame was on the bus [s], by the adapter's stamps where it can."""
+        return self._adapter.heard(stamp, time.monotonic()) + self._offset
+
     def sleep(self, seconds: float) -> None:
         """Let host time pass [s]."""
         time.sleep(seconds)
@@ -86,7 +102,7 @@ class WallClock:
 class SyncClock:
     """SYNC k has the time start + k * period [s], however long it took; nothing waits for it.
 
-    Frames in between have the SYNC's time plus the host time since, limited to less than one period.
+    Frames in between follow the SYNC one after the other, `FRAME` apart, so that no time is the host's.
 
     Args:
         period: Time between two SYNCs [s].
@@ -106,6 +122,7 @@ class SyncClock:
         self.window = window
         self.start = time.time() if start is None else start
         self._next = 0
+        self._frames = 0  # since the last SYNC
         self._sent = time.monotonic()
 
     def due(self) -> float:
@@ -115,6 +132,7 @@ class SyncClock:
     def sync(self) -> float:
         """Note a SYNC and return start + k * period [s]."""
         self._next += 1
+        self._frames = 0
         self._sent = time.monotonic()
         return self.start + (self._next - 1) * self.period
 
@@ -123,9 +141,15 @@ class SyncClock:
         return self._sent + self.window - time.monotonic()
 
     def now(self) -> float:
-        """Return the last SYNC's time and a part of the period [s]."""
-        passed = min(time.monotonic() - self._sent, 0.9 * self.period)
+        """Return the time of the last frame or SYNC [s]."""
+        passed = min(self._frames * FRAME, 0.9 * self.period)
         return self.start + (self._next - 1) * self.period + passed
+
+    def heard(self, stamp: float) -> float:
+        """Return the time of the next frame after SYNC [s], whatever its stamp."""
+        del stamp
+        self._frames += 1
+        return self.now()
 
     def sleep(self, seconds: float) -> None:
         """Let host time pass [s], while a lost bus is opened again; the recording's clock stands still."""

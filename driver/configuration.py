@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from omnimate.driver.bus_load import BusLoad
     from omnimate.vehicle.parameters import Channel, VehicleParameters
@@ -72,6 +72,11 @@ class ConfigurationReport:
         return rows
 
 
+def with_remarks(node: NodeConfiguration, remarks: Sequence[str]) -> NodeConfiguration:
+    """Return a node's configuration with more that an operator should check."""
+    return replace(node, remarks=(*node.remarks, *remarks))
+
+
 def with_ranges(vehicle: VehicleParameters, nodes: Sequence[NodeConfiguration]) -> VehicleParameters:
     """Return the vehicle with the chosen range of each encoder whose range in `vehicle.toml` differs."""
     ranges = {channel: chosen for node in nodes for channel, chosen in node.ranges.items()}
@@ -82,3 +87,9 @@ def with_ranges(vehicle: VehicleParameters, nodes: Sequence[NodeConfiguration]) 
         for encoder in vehicle.encoders
     )
     return vehicle if encoders == vehicle.encoders else replace(vehicle, encoders=encoders)
+
+
+def with_target_bits(vehicle: VehicleParameters, bits: Mapping[int, int]) -> VehicleParameters:
+    """Return the vehicle with the first bit of 60FFh in the RPDO of each drive, given by node id."""
+    drives = tuple(replace(drive, start_bit=bits[drive.node]) for drive in vehicle.drives)
+    return vehicle if drives == vehicle.drives else replace(vehicle, drives=drives)

@@ -17,7 +17,6 @@ from omnimate.driver.heartbeat import DRIVE_HEARTBEAT_MS, set_heartbeat
 from omnimate.driver.identity import check_identity
 from omnimate.driver.network import NMT_PRE_OPERATIONAL
 from omnimate.driver.notes import Notes
-from omnimate.driver.pdo_mapping import Entry
 from omnimate.driver.pdo_parameters import (
     RPDO,
     TPDO,
@@ -28,6 +27,7 @@ from omnimate.driver.pdo_parameters import (
     switch_off,
     write_pdo,
 )
+from omnimate.driver.target_pdo import TargetPdo, planned_pdo, takes_target
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from omnimate.driver.sdo import Sdo
     from omnimate.vehicle.parameters import Drive
 
-TARGET_VELOCITY = Entry(0x60FF, 0, 32)
 ON_RECEPTION = (255, 254)  # transmission types: a target counts as soon as it comes
 HEARTBEAT_TIMEOUT_MS = 500  # after which a drive misses the driver's heartbeat, where it can
 QUICK_STOP = 3  # abort connection option code 6007h
@@ -48,7 +47,7 @@ def configure_drive(
     encoder_cob_ids: Collection[int],
     sync_period: float,
     nmt: Callable[[int, int], None],
-) -> tuple[NodeConfiguration, StatusSource]:
+) -> tuple[NodeConfiguration, StatusSource, TargetPdo]:
     """Map the RPDO of a drive, limit the rate of its status word, and set heartbeats both ways.
 
     The node is left pre-operational. Nothing is written that holds already. Where the configuration fails,
@@ -63,7 +62,7 @@ def configure_drive(
         nmt: Sends an NMT command to a node: command specifier, node id.
 
     Returns:
-        What was read and changed, and how the status word 6041h reaches the driver.
+        What was read and changed, how the status word 6041h reaches the driver, and the RPDO.
 
     Raises:
         NodeMissing: The node does not answer.
@@ -76,7 +75,7 @@ def configure_drive(
     check_identity(sdo, names, None, notes)
     nmt(NMT_PRE_OPERATIONAL, drive.node)
     with sdo.restoring():
-        _map_target(sdo, drive, notes)
+        target = _map_target(sdo, drive, notes)
         settings = [_limited(sdo, setting, encoder_cob_ids, notes) for setting in read_pdos(sdo, TPDO)]
         heartbeat = set_heartbeat(sdo, notes, DRIVE_HEARTBEAT_MS, DRIVE_HEARTBEAT_MS)
         _watch_driver(sdo, driver_node, notes)
@@ -90,11 +89,14 @@ def configure_drive(
         tuple(notes.remarks),
         heartbeat=heartbeat,
     )
-    return configuration, source
+    return configuration, source, target
 
 
-def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> None:
-    """Have an RPDO take the target velocity 60FFh under the drive's COB-ID."""
+def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> TargetPdo:
+    """Have an RPDO take the target velocity 60FFh under the drive's COB-ID, and return it.
+
+    One that takes the control word 6040h, too, stays as it is.
+    """
     settings = read_pdos(sdo, RPDO)
     notes.read += [setting.in_words() for setting in settings]
     if not settings:
@@ -104,17 +106,24 @@ def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> None:
             "check node and cob_id of the [[drive]] in vehicle.toml, or use a drive with RPDOs",
         )
     old = next((setting for setting in settings if setting.cob_id == drive.cob_id), settings[0])
-    is_mapped = old.entries == (TARGET_VELOCITY,)
+    is_mapped = takes_target(old.entries)
+    target = TargetPdo(drive.cob_id, old.entries) if is_mapped else planned_pdo(drive)
+    if target.start_bit != drive.start_bit:
+        notes.remarks.append(
+            f"{old.name} carries 60FFh from bit {target.start_bit} on; say so by start_bit in vehicle.toml"
+        )
     if is_mapped and old.is_valid and old.cob_id == drive.cob_id and old.transmission in ON_RECEPTION:
-        return
+        return target
     choices = (*map(Transmission, ON_RECEPTION), Transmission(old.transmission))
-    written = write_pdo(sdo, old, drive.cob_id, choices, None if is_mapped else ((TARGET_VELOCITY,),))
+    slots = None if is_mapped else [(entry,) for entry in target.entries]
+    written = write_pdo(sdo, old, drive.cob_id, choices, slots)
     if written != old:
         notes.changed.append(written.in_words())
     if written.transmission not in ON_RECEPTION:
         notes.remarks.append(
             f"{written.name} keeps transmission type {written.transmission}: a target counts from SYNC on"
         )
+    return target
 
 
 def _limited(sdo: Sdo, setting: PdoSetting, encoder_cob_ids: Collection[int], notes: Notes) -> PdoSetting:

@@ -11,7 +11,13 @@ import can
 from omnimate.driver.bus import open_bus
 from omnimate.driver.bus_load import check_load, forecast_load
 from omnimate.driver.clock import Clock, WallClock
-from omnimate.driver.configuration import ConfigurationReport, NodeConfiguration
+from omnimate.driver.configuration import (
+    ConfigurationReport,
+    NodeConfiguration,
+    with_remarks,
+    with_target_bits,
+)
+from omnimate.driver.described import description_remarks
 from omnimate.driver.drives import Drives
 from omnimate.driver.encoder_nodes import EncoderNodes
 from omnimate.driver.errors import BusError, BusLost
@@ -25,8 +31,7 @@ from omnimate.driver.wheel_watch import WheelWatch
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from canopen.objectdictionary import ObjectDictionary
-
+    from omnimate.driver.eds import Eds
     from omnimate.driver.network import FrameSink
     from omnimate.driver.sdo import Sdo
     from omnimate.vehicle.parameters import VehicleParameters
@@ -54,7 +59,7 @@ class Driver:
         *,
         clock: Clock | None = None,
         recorder: FrameSink | None = None,
-        dictionaries: Mapping[int, ObjectDictionary] | None = None,
+        descriptions: Mapping[int, Eds] | None = None,
         patience: float = 30.0,
         watchdog: float = 0.2,
     ) -> None:
@@ -65,7 +70,7 @@ class Driver:
             bus: URL, which is opened again when the bus is lost, or a bus that the caller owns.
             clock: Pace of SYNC; the wall clock where it is None.
             recorder: Gets every frame that is sent or received; None for none.
-            dictionaries: Object dictionaries by node id, where there are EDS files; none is needed.
+            descriptions: What EDS and DCF files describe, by node id; none is needed.
             patience: Time in which a lost bus must come back [s].
             watchdog: Time without a command after which the wheels are stopped [s].
 
@@ -81,12 +86,14 @@ class Driver:
         self._monitor.on_sdo = self._network.notify
         self._network.handler = self._monitor.take
         self._events, self._supervision = self._monitor.events, self._monitor.supervision
-        sdos: dict[int, Sdo] = {
+        self._descriptions = descriptions or {}
+        dictionaries = {node: eds.dictionary for node, eds in self._descriptions.items()}
+        self._sdos: dict[int, Sdo] = {
             node: self._network.sdo(node, dictionaries, vehicle.bus.sdo_timeout)
             for node in self._monitor.counts
         }
-        self.drives = Drives(vehicle, self._network, sdos.__getitem__, self._monitor, watchdog)
-        self._encoders = EncoderNodes(vehicle, self._monitor, sdos, self._network.nmt_command)
+        self.drives = Drives(vehicle, self._network, self._sdos.__getitem__, self._monitor, watchdog)
+        self._encoders = EncoderNodes(vehicle, self._monitor, self._sdos, self._network.nmt_command)
         self._recovery = Recovery(self._encoders.configure, self._events, inline=self._clock.inline)
         self._wheels = WheelWatch(vehicle)
         self._patience, self._looked = patience, self._clock.now()
@@ -118,7 +125,7 @@ class Driver:
         """
         load = forecast_load(self.vehicle)
         check_load(load)
-        nodes = self._encoders.configure_all()
+        nodes = tuple(with_remarks(node, self._remarks(node.node)) for node in self._encoders.configure_all())
         self._monitor.begin(self.vehicle)
         if self._network.recorder is not None:
             self._network.recorder.use(self.vehicle)
@@ -128,7 +135,17 @@ class Driver:
 
     def enable(self) -> tuple[NodeConfiguration, ...]:
         """Configure and enable the drives; see `Drives.enable`."""
-        return self.drives.enable()
+        remarks = {
+            drive.node: self._remarks(drive.node)
+            for drive in self.vehicle.drives
+            if drive.node not in self._encoders.ids and self._sdos[drive.node].answers()
+        }
+        nodes = self.drives.enable()
+        vehicle = with_target_bits(self.vehicle, self.drives.target_bits)
+        if vehicle is not self.vehicle and self._network.recorder is not None:
+            self._network.recorder.use(vehicle)
+        self._encoders.vehicle = vehicle
+        return tuple(with_remarks(node, remarks.get(node.node, ())) for node in nodes)
 
     def command(self, wheel_speeds: Sequence[float]) -> tuple[float, ...]:
         """Command wheel speeds [rad/s] in the order of `vehicle.wheels`; see `Drives.command`."""
@@ -174,6 +191,13 @@ class Driver:
         if self._url is not None:
             self._network.can_bus.shutdown()
 
+    def _remarks(self, node: int) -> tuple[str, ...]:
+        """Return what the EDS or DCF of a node says that the node or the vehicle does not."""
+        if node not in self._descriptions:
+            return ()
+        encoders = [encoder for encoder in self.vehicle.encoders if encoder.node == node]
+        return description_remarks(self._sdos[node], self._descriptions[node], encoders)
+
     def _until_due(self) -> None:
         """Read the bus until SYNC is due and nothing is left of what came before it."""
         while (wait := self._clock.due()) > 0.0:
@@ -210,7 +234,7 @@ class Driver:
         except BusLost as lost:
             self._events.add(at, None, f"SYNC could not be sent, tried again: {lost.cause}")
             self._network.send_sync(at)
-        self._monitor.assembler.begin(self._syncs, at, time.monotonic())
+        self._monitor.assembler.begin(self._syncs, at)
         self._syncs += 1
         self._monitor.synced(at)
 
@@ -229,10 +253,15 @@ class Driver:
             else:
                 self._look_after_drives()
         end = time.monotonic() + SHORT_WAIT
-        while (
-            not assembler.is_settled and (left := min(end - time.monotonic(), self._clock.remaining())) > 0.0
-        ):
-            self._network.pump(left)
+        for _ in range(MAX_DRAIN):
+            if assembler.is_settled:
+                break
+            left = min(end - time.monotonic(), self._clock.remaining())
+            message = receive(max(left, 0.0))  # what has come is read, however late it is
+            if message is not None:
+                take(message, self._network.arrival)
+            elif left <= 0.0:
+                break
 
     def _check_wheels(self, sample: Sample) -> None:
         """Report the wheels that stand, and stop all where one stands against its command."""

@@ -7,10 +7,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from omnimate.driver.drive_configuration import configure_drive
-from omnimate.driver.drive_states import QUICK_STOP, disable_drive, enable_drive
+from omnimate.driver.drive_states import (
+    ENABLE_OPERATION,
+    QUICK_STOP,
+    SHUTDOWN,
+    disable_drive,
+    enable_drive,
+)
 from omnimate.driver.errors import BadCommand, BusLost, DriverError, DrivesStopped, NotEnabled
 from omnimate.driver.network import NMT_PRE_OPERATIONAL, NMT_START
 from omnimate.driver.supervision import STOPPED
+from omnimate.driver.target_pdo import planned_pdo
 from omnimate.driver.troubles import Trouble
 from omnimate.driver.waking import wake
 
@@ -66,7 +73,9 @@ class Drives:
         self._watchdog = watchdog
         self._drives = [vehicle.drive(wheel) for wheel in vehicle.wheels] if vehicle.drives else []
         self._radii = [vehicle.wheel_diameter(wheel) / 2.0 for wheel in vehicle.wheels]
-        self._sent: list[int | None] = [None] * len(self._drives)
+        self._pdos = {drive.node: planned_pdo(drive) for drive in self._drives}
+        self._control = SHUTDOWN  # control word in the PDOs that carry one: no torque unless enabled
+        self._sent: list[bytes | None] = [None] * len(self._drives)
         self._commanded = self._refreshed = -math.inf
         self._nodes = {drive.node: f"drive of {drive.wheel}" for drive in self._drives}
         used = self._supervision.nodes
@@ -87,16 +96,22 @@ class Drives:
         """
         if not self._drives:
             raise NotEnabled("vehicle.toml has no [[drive]]", "add one for each wheel to vehicle.toml")
-        self._is_alive = True
+        self._is_alive, self._control = True, SHUTDOWN
         self._heartbeat()
         configured = [self._configure(drive) for drive in self._drives]
         answered = {source: self._enable(source.node) for _, source in configured}
+        self._control = ENABLE_OPERATION
         self._forget_old_troubles()
         self.is_enabled, self.troubles = True, ()
         self._commanded = self._network.clock.now()
         self._send_all((0.0,) * len(self._drives))
         self._watch.begin(answered, lambda node: self._sdo_of(node).ask(0x6041), self._commanded)
         return tuple(configuration for configuration, _ in configured)
+
+    @property
+    def target_bits(self) -> dict[int, int]:
+        """First bit of 60FFh in the RPDO of each drive, by node id."""
+        return {node: pdo.start_bit for node, pdo in self._pdos.items()}
 
     def command(self, speeds: Sequence[float]) -> tuple[float, ...]:
         """Command wheel speeds [rad/s] in the order of `vehicle.wheels`; return them as limited.
@@ -192,6 +207,7 @@ class Drives:
         if not self.is_enabled:
             return
         self.is_enabled = False
+        self._control = QUICK_STOP
         self._watch.end()
         self.stop()
         try:
@@ -229,10 +245,10 @@ class Drives:
 
     def _send_changed(self) -> None:
         for number, (drive, speed) in enumerate(zip(self._drives, self.speeds, strict=True)):
-            target = target_velocity(drive, speed)
-            if target != self._sent[number]:
-                self._network.send_message(drive.cob_id, target.to_bytes(4, "little", signed=True))
-                self._sent[number] = target
+            data = self._pdos[drive.node].data(target_velocity(drive, speed), self._control)
+            if data != self._sent[number]:
+                self._network.send_message(drive.cob_id, data)
+                self._sent[number] = data
 
     def _heartbeat(self) -> None:
         self._network.send_message(0x700 + self._driver_node, OPERATIONAL)
@@ -241,7 +257,7 @@ class Drives:
         """Configure a drive's node and start it; return what was changed, and where its status word is."""
         sdo = self._sdo_of(drive.node)
         woken = wake(sdo, self._network.nmt_command)
-        configuration, source = configure_drive(
+        configuration, source, self._pdos[drive.node] = configure_drive(
             sdo,
             drive,
             self._driver_node,

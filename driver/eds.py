@@ -47,10 +47,12 @@ class Eds:
     """A device description.
 
     Attributes:
+        path: Path of the file.
         dictionary: Object dictionary of the device, for one node id.
         remarks: What was changed to read the file, with line numbers.
     """
 
+    path: Path
     dictionary: ObjectDictionary
     remarks: tuple[str, ...]
 
@@ -75,7 +77,7 @@ def load_eds(path: Path | str, node: int) -> Eds:
         raise EdsError(str(path), f"not an EDS ({error}); expected the INI format of CiA 306") from error
     if not dictionary:
         raise EdsError(str(path), "no object in the file; expected sections such as [1000]")
-    return Eds(dictionary, tuple(remarks))
+    return Eds(path, dictionary, tuple(remarks))
 
 
 def _import(text: str, node: int, remarks: list[str]) -> ObjectDictionary:

@@ -67,7 +67,7 @@ class Monitor:
         self._pdos = self.assembler.pdos
 
     def take(self, message: can.Message, arrival: float) -> None:
-        """Take a received frame that arrived at a monotonic time [s]."""
+        """Take a received frame that was on the bus at `arrival` on the recording's clock [s]."""
         if message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd:
             self.unknown.count(message)
         elif message.arbitration_id in self._pdos:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
 from typing import TYPE_CHECKING, Protocol
 
 import can
@@ -55,8 +54,8 @@ class BusNetwork(Network):
         can_bus: Bus to send to and to receive from.
         clock: The recording's clock.
         recorder: Gets every frame that is sent or received; None for none.
-        handler: Gets every frame that `pump` reads, with its monotonic arrival time [s].
-        arrival: Monotonic time at which the last frame was received [s].
+        handler: Gets every frame that `pump` reads, with the time at which it was on the bus [s].
+        arrival: When the last frame that was received was on the bus, on the recording's clock [s].
     """
 
     def __init__(self, bus: can.BusABC, clock: Clock, recorder: FrameSink | None = None) -> None:
@@ -130,10 +129,10 @@ class BusNetwork(Network):
             raise BusLost(error) from error
         if message is None:
             return None
-        self.arrival = time.monotonic()
+        self.arrival = self.clock.heard(message.timestamp)
         if self.recorder is not None:
             with self._lock:
-                self.recorder.frame(self.clock.now(), message)
+                self.recorder.frame(self.arrival, message)
         return message
 
     def pump(self, timeout: float) -> None:

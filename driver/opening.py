@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING
 from omnimate.driver.driver import Driver
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from omnimate.driver.configuration import ConfigurationReport
+    from omnimate.driver.eds import Eds
     from omnimate.driver.network import FrameSink
     from omnimate.vehicle.parameters import VehicleParameters
 
 
 def open_driver(
-    vehicle: VehicleParameters, bus: str, recorder: FrameSink | None = None
+    vehicle: VehicleParameters,
+    bus: str,
+    recorder: FrameSink | None = None,
+    descriptions: Mapping[int, Eds] | None = None,
 ) -> tuple[Driver, ConfigurationReport]:
     """Return a driver whose encoders are configured and send, and what configuring them showed.
 
@@ -21,11 +27,12 @@ def open_driver(
         vehicle: The robot as its `vehicle.toml` describes it.
         bus: URL of the bus, such as `socketcan://can0`.
         recorder: Receives every frame; None for none.
+        descriptions: What EDS and DCF files describe, by node id; see `load_descriptions`.
 
     Raises:
         DriverError: The bus cannot be opened, or a node is not as it must be; the bus is closed again.
     """
-    driver = Driver(vehicle, bus, recorder=recorder)
+    driver = Driver(vehicle, bus, recorder=recorder, descriptions=descriptions)
     try:
         return driver, driver.configure()
     except BaseException:

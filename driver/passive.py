@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     import can
 
+    from omnimate.driver.clock import Clock
     from omnimate.driver.network import FrameSink
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
@@ -41,7 +42,12 @@ class PassiveReader:
     """
 
     def __init__(
-        self, vehicle: VehicleParameters, bus: can.BusABC | str, *, recorder: FrameSink | None = None
+        self,
+        vehicle: VehicleParameters,
+        bus: can.BusABC | str,
+        *,
+        recorder: FrameSink | None = None,
+        clock: Clock | None = None,
     ) -> None:
         """Open the bus where it is given as a URL.
 
@@ -49,13 +55,14 @@ class PassiveReader:
             vehicle: Vehicle whose encoders are read.
             bus: URL of the bus, or a bus that the caller owns.
             recorder: Gets every frame that is received; None for none.
+            clock: Gives the times of samples and events; None for wall time.
 
         Raises:
             BusError: The URL's bus cannot be opened.
         """
         self.vehicle = vehicle
         self._url = bus if isinstance(bus, str) else None
-        self._clock = WallClock(vehicle.bus.sync_period)
+        self._clock = clock or WallClock(vehicle.bus.sync_period)
         self._network = BusNetwork(
             open_bus(bus, vehicle.bus.bitrate) if isinstance(bus, str) else bus, self._clock, recorder
         )
@@ -95,11 +102,11 @@ class PassiveReader:
             BusError: The interface failed.
         """
         assembler = self._monitor.assembler
-        for message, arrival, now in self._frames(idle, patience):
-            if _identifier(message) == self._opener:
+        for message, arrival in self._frames(idle, patience):
+            if self._opener is not None and _identifier(message) == self._opener:
                 if assembler.is_open:
                     yield self._close()
-                self._begin(now, arrival)
+                self._begin(arrival)
                 if self._opener == SYNC_ID:
                     continue
             if message.arbitration_id == NMT_ID and bytes(message.data[:1]) == NMT_START:
@@ -109,23 +116,24 @@ class PassiveReader:
             raise NoSync(patience)
         yield self._close()
 
-    def _frames(self, idle: float, patience: float) -> Iterator[tuple[can.Message, float, float]]:
-        """Yield frames with monotonic and recorded time, as soon as it is known what opens a sample."""
-        early: list[tuple[can.Message, float, float]] = []
+    def _frames(self, idle: float, patience: float) -> Iterator[tuple[can.Message, float]]:
+        """Yield frames and when they were on the bus, as soon as it is known if they open a sample."""
+        early: list[tuple[can.Message, float]] = []
         heard = time.monotonic()
         while time.monotonic() - heard < (idle if self._opener == SYNC_ID else patience):
             message = self._receive(min(idle, SYNC_WAIT))
             identifier = None if message is None else _identifier(message)
             if message is not None:
-                early.append((message, self._network.arrival, self._clock.now()))
+                early.append((message, self._network.arrival))
             if self._opener is None:
                 self._opener = self._find_opener(identifier)
-            if self._opener is not None:
-                if identifier == SYNC_ID or (message is not None and self._opener != SYNC_ID):
-                    heard = time.monotonic()
+            is_heard = identifier == SYNC_ID or (message is not None and self._opener != SYNC_ID)
+            if self._opener is not None and is_heard:
+                heard = time.monotonic()
+            if self._opener is not None or self._first is None:  # only what follows a first PDO has to wait
                 yield from early
                 early.clear()
-        for message, arrival, _ in early:  # no sample was opened for them; they are counted all the same
+        for message, arrival in early:  # no sample was opened for them; they are counted all the same
             self._monitor.take(message, arrival)
 
     def _find_opener(self, identifier: int | None) -> int | None:
@@ -154,8 +162,8 @@ class PassiveReader:
         except BusLost as lost:
             raise BusError(self._url or "bus", str(lost)) from lost
 
-    def _begin(self, now: float, arrival: float) -> None:
-        self._monitor.assembler.begin(self._syncs, now, arrival)
+    def _begin(self, now: float) -> None:
+        self._monitor.assembler.begin(self._syncs, now)
         self._monitor.synced(now)
         self._monitor.check(now)
         self._syncs += 1

@@ -60,13 +60,15 @@ _FILLERS: dict[str, dict[int, tuple[Entry, ...]]] = {
 def position_objects(encoders: Sequence[Encoder]) -> dict[Channel, Entry]:
     """Return the position object of each channel of one node, in the order of COB-ID and start bit.
 
-    6004h of a CiA 406 encoder, 6020h:1..n of one with several sensors, 6064h of a CiA 402 drive and 800h
-    further for each further axis.
+    It is what `vehicle.toml` names; else 6004h of a CiA 406 encoder, 6020h:1..n of one with several sensors,
+    6064h of a CiA 402 drive and 800h further for each further axis.
     """
     ordered = sorted(encoders, key=lambda encoder: (encoder.cob_id, encoder.start_bit))
     objects: dict[Channel, Entry] = {}
     for number, encoder in enumerate(ordered):
-        if encoder.profile == "cia402":
+        if encoder.position_object is not None:
+            objects[encoder.channel] = Entry(*encoder.position_object, encoder.bits)
+        elif encoder.profile == "cia402":
             objects[encoder.channel] = Entry(0x6064 + AXIS * number, 0, encoder.bits)
         elif len(ordered) == 1:
             objects[encoder.channel] = Entry(0x6004, 0, encoder.bits)

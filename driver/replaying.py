@@ -5,10 +5,9 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-import can
-
 from omnimate.driver.bus import open_bus
-from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.logs.formats.python_can_logs import message_of_frame
+from omnimate.logs.frames import ERROR
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -45,15 +44,4 @@ def send_frames(
             ahead = (frame.time - first) / pace - (clock() - began) if pace else 0.0
             if ahead > 0.0:
                 sleep(ahead)
-            bus.send(_message(frame), timeout=1.0)
-
-
-def _message(frame: Frame) -> can.Message:
-    remote = bool(frame.flags & REMOTE)
-    return can.Message(
-        arbitration_id=frame.can_id,
-        is_extended_id=bool(frame.flags & EXTENDED),
-        is_remote_frame=remote,
-        data=None if remote else frame.data,
-        dlc=frame.length if remote else None,
-    )
+            bus.send(message_of_frame(frame), timeout=1.0)

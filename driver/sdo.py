@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from canopen.objectdictionary.datatypes import INTEGER_TYPES
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
+from omnimate.driver.dictionary import standard_dictionary
 from omnimate.driver.errors import DriverError, NotTaken, SdoRefused, SdoSilent
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 TRIES = 3
 UPLOAD, DOWNLOAD = 0x40, 0x23  # requests of an expedited transfer; the second with its size indicated
+_STANDARD = standard_dictionary()  # for the sizes of objects that an EDS leaves out
 # SDO abort codes, CiA 301
 LENGTH_WRONG = frozenset({0x06070010, 0x06070012, 0x06070013})
 
@@ -165,7 +167,7 @@ class Sdo:
                 return
 
     def _size(self, index: int, subindex: int) -> int:
-        variable = self.client.od.get_variable(index, subindex)
+        variable = self.client.od.get_variable(index, subindex) or _STANDARD.get_variable(index, subindex)
         return len(variable) // 8 if variable is not None and variable.data_type in INTEGER_TYPES else 4
 
     def _request(self, command: int, index: int, subindex: int, data: bytes) -> None:

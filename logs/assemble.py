@@ -278,8 +278,11 @@ def _commands(log: _Log, vehicle: VehicleParameters) -> NDArray[np.float64] | No
     commands = np.full((len(openers), len(vehicle.wheels)), np.nan)
     for drive in vehicle.drives:
         rows = log.pdo_rows(drive.cob_id)
-        rows = rows[log.frames.length[rows] >= 4]
-        speeds = log.frames.data[rows, :4].copy().view("<i4")[:, 0] * drive_conversion(drive).factor
+        first = drive.start_bit // 8
+        rows = rows[log.frames.length[rows] >= first + 4]
+        speeds = (
+            log.frames.data[rows, first : first + 4].copy().view("<i4")[:, 0] * drive_conversion(drive).factor
+        )
         last = np.searchsorted(rows, openers) - 1
         commands[last >= 0, vehicle.wheels.index(drive.wheel)] = speeds[last[last >= 0]]
     return None if np.isnan(commands).all() else commands

@@ -54,9 +54,12 @@ def _encoder_messages(vehicle: VehicleParameters) -> list[str]:
 
 def _drive_messages(vehicle: VehicleParameters) -> list[str]:
     return [
-        f"BO_ {drive.cob_id} target_{_identifier(drive.wheel)}: 4 {_READER}\n"
+        f"BO_ {drive.cob_id} target_{_identifier(drive.wheel)}: {drive.start_bit // 8 + 4} {_READER}\n"
         + _signal(
-            f"target_{_identifier(drive.wheel)}", "0|32@1-", drive_conversion(drive), f"node_{drive.node}"
+            f"target_{_identifier(drive.wheel)}",
+            f"{drive.start_bit}|32@1-",
+            drive_conversion(drive),
+            f"node_{drive.node}",
         )
         + "\n"
         for drive in vehicle.drives

@@ -36,7 +36,7 @@ def vehicle_signals(vehicle: VehicleParameters) -> dict[int, tuple[Signal, ...]]
         factor, offset, unit = drive_conversion(drive)
         signal = Signal(
             f"target {drive.wheel}",
-            0,
+            drive.start_bit,
             32,
             signed=True,
             factor=factor,

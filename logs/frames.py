@@ -16,20 +16,23 @@ if TYPE_CHECKING:
 EXTENDED = 1  # 29-bit identifier
 REMOTE = 2  # remote transmission request: a length without data
 ERROR = 4  # error frame of the adapter, not of the bus
+FD = 8  # CAN FD, with up to 64 bytes (ISO 11898-1)
 RECEIVED = 16  # the log says that the recorder received it
 SENT = 32  # the log says that the recorder sent it itself
+BRS = 64  # CAN FD: the bit rate was switched for the data
+ESI = 128  # CAN FD: the sender was error passive
 
 DEFAULT_CHANNEL = "can0"
 
 
 class Frame(NamedTuple):
-    """One classical CAN frame.
+    """One CAN frame.
 
     Attributes:
         time: Time at which the frame was seen on the bus [s].
         can_id: Identifier without flag bits.
-        data: 0 to 8 bytes; empty in a remote frame.
-        flags: Sum of EXTENDED, REMOTE, ERROR, RECEIVED and SENT, where they apply.
+        data: 0 to 8 bytes, up to 64 in a CAN FD frame; empty in a remote frame.
+        flags: Sum of EXTENDED, REMOTE, ERROR, FD, RECEIVED, SENT, BRS and ESI, where they apply.
         length: Number of bytes of data, or asked for by a remote frame; None takes it from the data.
         channel: Name of the interface.
     """
@@ -44,7 +47,7 @@ class Frame(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """A log, in the order in which it was written.
+    """A log of classical CAN frames, in the order in which it was written.
 
     Attributes:
         time: Time of each frame [s], shape `(N,)`.

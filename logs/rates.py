@@ -42,11 +42,16 @@ def rate_lines(frames: Frames, decoder: FrameDecoder) -> Iterator[str]:
         yield f"{channel:<10} {identifier:>8} {len(rows):>9} {rate:>10} {size:>5}  {name}"
 
 
+def without_pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the intervals [s], shape `(N,)`, of which none is a pause of an identifier, shape `(K,)`."""
+    return intervals[intervals <= max(PAUSE, PAUSE_INTERVALS * float(np.median(intervals)))]
+
+
 def _rate(time: NDArray[np.float64]) -> str:
     """Return the rate [Hz] of frames that came at times [s], shape `(N,)`."""
     intervals = np.diff(time)
     if len(intervals) == 0:
         return "-"
-    there = intervals[intervals <= max(PAUSE, PAUSE_INTERVALS * float(np.median(intervals)))]
+    there = without_pauses(intervals)
     span = float(there.sum())
     return f"{len(there) / span:.3f}" if span > 0 else "-"

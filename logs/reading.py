@@ -1,33 +1,30 @@
 """Bus logs of every format that people have, recognised by their content.
 
-candump (`-L`, `-ta`, `-td`, `-tz` and plain columns, gzipped or not), Vector `.asc` and `.blf`, PEAK `.trc`,
-IXXAT MiniMon. What cannot be read is left out and reported line by line; a log that was cut off is read up
-to there.
+candump (`-L`, `-ta`, `-td`, `-tz` and plain columns), Vector `.asc` and `.blf`, PEAK `.trc`, IXXAT MiniMon,
+PCAP and PCAPNG, python-can's CSV, ASAM MF4; gzipped or not. What cannot be read is left out and reported line
+by line; a log that was cut off is read up to there.
 """
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.logs.formats import minimon, python_can_logs
-from omnimate.logs.formats.block_reader import BlockReader
-from omnimate.logs.formats.candump_blocks import BlockParser, SkippedLine
-from omnimate.logs.formats.candump_lines import STAMP_WIDTH, parse_line
-from omnimate.logs.frames import Frame, Frames, concatenate, frames_of
+from omnimate.logs.blocks import LogBlocks
+from omnimate.logs.formats.candump_blocks import SkippedLine
+from omnimate.logs.formats.candump_lines import STAMP_WIDTH
+from omnimate.logs.frames import Frames, concatenate
 from omnimate.vehicle.errors import LogError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike
 
 GROWING = 0.8  # share of relative times that are later than the one before: half of them by chance
-_HEAD = 4096  # bytes in which a format shows itself
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,57 +93,19 @@ def read_log(path: Path | str, *, strict: bool = False) -> LogReadResult:
 
 
 def _read(path: Path) -> LogReadResult:
-    head = b"".join(itertools.islice(BlockReader(path, _HEAD), 1))
-    form = python_can_logs.format_of(head)
-    if form is None and not head.startswith(minimon.SIGNATURE):
-        return _read_candump(path)
-    reader = BlockReader(path)
-    content = b"".join(reader)
-    if form == "blf":
-        frames, skipped, truncated = python_can_logs.read_blf(content)
-        return LogReadResult(path, frames_of(frames), tuple(skipped), truncated or reader.damaged)
-    text = content.decode("utf-8-sig", errors="replace")
-    frames, skipped = python_can_logs.read_lines(text, form) if form else minimon.read_trace(text)
-    cut = not text.endswith("\n") and bool(skipped) and skipped[-1].line == len(text.splitlines())
-    return LogReadResult(path, frames_of(frames), tuple(skipped), reader.damaged or cut)
-
-
-def _read_candump(path: Path) -> LogReadResult:
-    parser, reader = BlockParser(), BlockReader(path)
-    pieces: list[Frames] = []
-    last = b""
-    for block in reader.lines():
-        if block.endswith(b"\n"):
-            pieces.append(parser.parse(block))
-        else:
-            last = block
-    truncated = reader.damaged
-    if last.strip():
-        frame = parse_line(last)
-        if isinstance(frame, str) or not _looks_complete(frame, pieces):
-            reason = frame if isinstance(frame, str) else "its data end early"
-            parser.skip(parser.lines + 1, last, f"the last line was cut off; {reason}")
-            truncated = True
-        else:
-            pieces.append(frames_of([frame]))
-    width = parser.stamp_width or STAMP_WIDTH
-    frames = concatenate(pieces)
-    added_up = parser.is_relative and _is_since_last(frames.time)
+    blocks = LogBlocks(path)
+    frames = concatenate(list(blocks))
+    width = blocks.parser.stamp_width or STAMP_WIDTH
+    added_up = blocks.parser.is_relative and is_since_last(frames.time)
     if added_up:
         frames = replace(frames, time=np.cumsum(frames.time))
-    return LogReadResult(path, frames, tuple(parser.skipped), truncated, width, added_up)
+    return LogReadResult(path, frames, tuple(blocks.skipped), blocks.truncated, width, added_up)
 
 
-def _is_since_last(time: NDArray[np.float64]) -> bool:
+def is_since_last(time: ArrayLike) -> bool:
     """Say whether times are each since the frame before, and not all since the first one.
 
     The latter grow, but for frames of several interfaces that are written in another order.
     """
-    grows = np.diff(time[1:]) > 0.0
+    grows = np.diff(np.asarray(time, np.float64)[1:]) > 0.0
     return len(grows) > 0 and float(np.mean(grows)) < GROWING
-
-
-def _looks_complete(last: Frame, pieces: list[Frames]) -> bool:
-    """Say whether the last frame, whose line has no newline, is as long as one of its kind before it."""
-    kind = np.concatenate([piece.length[piece.can_id == last.can_id] for piece in pieces] or [[]])
-    return len(kind) == 0 or bool(np.any(kind == last.length))

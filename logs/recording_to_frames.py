@@ -45,7 +45,8 @@ def frames_of_recording(recording: Recording) -> Frames:
         order.append(np.array([sample + 0.1]))
     for drive, speeds in _commanded(recording):
         changes, words = _changes(speeds, drive)
-        frames.append(_frames(recording.time[changes] - _COMMANDS_BEFORE * period, drive.cob_id, words, 4))
+        time, size = recording.time[changes] - _COMMANDS_BEFORE * period, drive.start_bit // 8 + 4
+        frames.append(_frames(time, drive.cob_id, words, size))
         order.append(changes + 0.2)
     return concatenate(frames).select(np.argsort(np.concatenate(order), kind="stable"))
 
@@ -95,7 +96,8 @@ def _changes(speeds: NDArray[np.float64], drive: Drive) -> tuple[NDArray[np.intp
     known = np.flatnonzero(~np.isnan(speeds))
     counts = np.rint(speeds[known] / drive_conversion(drive).factor).astype(np.int64)
     changes = np.flatnonzero(np.concatenate(([True], np.diff(counts) != 0))) if len(known) else known
-    return known[changes], counts[changes].view(np.uint64) & np.uint64(0xFFFFFFFF)
+    words = counts[changes].view(np.uint64) & np.uint64(0xFFFFFFFF)
+    return known[changes], words << np.uint64(drive.start_bit)
 
 
 def _size(encoders: list[Encoder]) -> int:

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.logs.frames import ERROR, EXTENDED, FD, REMOTE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from omnimate.logs.frames import Frames
+    from omnimate.logs.frames import Frame, Frames
 
 REQUEST, ANSWER = 0x600, 0x580
 DOWNLOAD, UPLOADED = 1, 2  # command specifiers of expedited transfers that carry a value
@@ -44,14 +44,21 @@ def seen_objects(frames: Frames) -> dict[tuple[int, int, int], int]:
     is_sdo = ((function == REQUEST) | (function == ANSWER)) & (frames.length == 8)
     index = frames.data[:, 1].astype(np.int64) | frames.data[:, 2].astype(np.int64) << 8
     is_sdo &= (frames.flags & (EXTENDED | REMOTE | ERROR) == 0) & (index >= 0x1400) & (index < 0x1C00)
-    values: dict[tuple[int, int, int], int] = {}
-    for frame in frames.select(np.flatnonzero(is_sdo)):
-        command = frame.data[0]
-        if command >> 5 == (DOWNLOAD if frame.can_id & 0x780 == REQUEST else UPLOADED) and command & 0x02:
-            size = 4 - (command >> 2 & 3) if command & 0x01 else 4
-            place = int.from_bytes(frame.data[1:3], "little"), frame.data[3]
-            values[frame.can_id & 0x7F, *place] = int.from_bytes(frame.data[4 : 4 + size], "little")
-    return values
+    objects = (seen_object(frame) for frame in frames.select(np.flatnonzero(is_sdo)))
+    return dict(each for each in objects if each is not None)
+
+
+def seen_object(frame: Frame) -> tuple[tuple[int, int, int], int] | None:
+    """Return node, index and sub-index, and the value of a PDO parameter, where an SDO frame carries one."""
+    function, data = frame.can_id & 0x780, frame.data
+    if function not in {REQUEST, ANSWER} or len(data) != 8 or frame.flags & (EXTENDED | REMOTE | ERROR | FD):
+        return None
+    command, index = data[0], int.from_bytes(data[1:3], "little")
+    carries = command >> 5 == (DOWNLOAD if function == REQUEST else UPLOADED) and command & 0x02
+    if not carries or not 0x1400 <= index < 0x1C00:
+        return None
+    size = 4 - (command >> 2 & 3) if command & 0x01 else 4
+    return (frame.can_id & 0x7F, index, data[3]), int.from_bytes(data[4 : 4 + size], "little")
 
 
 def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tuple[Mapped, ...]]:

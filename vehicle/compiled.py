@@ -38,6 +38,15 @@ def compiled(function: Function) -> Function:
     return cast("Function", _compiled(cast("FunctionType", function)))
 
 
+def compiled_without_lock(function: Function) -> Function:
+    """Return a compiled function during which other Python threads go on; see `compiled`.
+
+    Its arrays must be those of one thread alone.
+    """
+    made = Compiled(cast("FunctionType", function), is_locked=False)
+    return cast("Function", made)
+
+
 class Compiled:
     """A function and its compiled form, made at the first call.
 
@@ -45,9 +54,10 @@ class Compiled:
         __wrapped__: The plain function.
     """
 
-    def __init__(self, function: FunctionType) -> None:
+    def __init__(self, function: FunctionType, *, is_locked: bool = True) -> None:
         functools.update_wrapper(self, function)
         self.__wrapped__ = function
+        self._is_locked = is_locked  # whether Python's interpreter stays locked while it runs
         self._call: Callable[..., Any] = self._compile_and_call
         self._dispatcher: Any = None
 
@@ -77,7 +87,9 @@ class Compiled:
         closure = tuple(CellType(_native(cell.cell_contents)) for cell in function.__closure__ or ())
         copy = FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
         copy.__qualname__ = function.__qualname__
-        self._dispatcher = numba.njit(error_model="numpy")(copy)  # before those that it calls, itself perhaps
+        self._dispatcher = numba.njit(error_model="numpy", nogil=not self._is_locked)(
+            copy
+        )  # before those that it calls, itself perhaps
         keep_by_content(self._dispatcher, function)
         scope.update({name: _native(value) for name, value in references_of(function).items()})
 

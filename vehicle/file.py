@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+import os
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -23,23 +24,26 @@ from omnimate.vehicle.parameters import (
 from omnimate.vehicle.tables import dataclass_of, parse_toml, read_toml, value_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 T = TypeVar("T")
+Owner = TypeVar("Owner", Encoder, Drive)
 
 _TABLES = ("name", "truck", "linkage", "bus", "encoder", "drive", "limits")
 
 
 def load_vehicle(path: Path | str) -> VehicleParameters:
-    """Return the robot that a `vehicle.toml` describes.
+    """Return the robot that a `vehicle.toml` describes, with whole paths of its EDS files.
 
     Raises:
         VehicleFileError: The file is absent, is not TOML, or describes no possible robot; names the key.
     """
     try:
-        return _vehicle(read_toml(path))
+        vehicle = _vehicle(read_toml(path))
     except TableError as error:
         raise VehicleFileError(path, error.key, error.problem) from error
+    folder = Path(path).resolve().parent
+    return _with_eds(vehicle, lambda eds: str(folder / eds))
 
 
 def parse_vehicle(text: str, source: Path | str = "vehicle.toml") -> VehicleParameters:
@@ -55,8 +59,12 @@ def parse_vehicle(text: str, source: Path | str = "vehicle.toml") -> VehiclePara
 
 
 def save_vehicle(vehicle: VehicleParameters, path: Path | str) -> None:
-    """Write a `vehicle.toml`; a crash leaves the former file or the new one, never a part."""
-    write_text(Path(path), format_vehicle(vehicle))
+    """Write a `vehicle.toml`; a crash leaves the former file or the new one, never a part.
+
+    Whole paths of EDS files are written as they are seen from the file.
+    """
+    folder = Path(path).resolve().parent
+    write_text(Path(path), format_vehicle(_with_eds(vehicle, lambda eds: _seen_from(folder, eds))))
 
 
 def format_vehicle(vehicle: VehicleParameters) -> str:
@@ -74,6 +82,27 @@ def format_vehicle(vehicle: VehicleParameters) -> str:
     if vehicle.drives:
         document["drive"] = [_table(drive) for drive in vehicle.drives]
     return tomli_w.dumps(document)
+
+
+def _with_eds(vehicle: VehicleParameters, path: Callable[[str], str]) -> VehicleParameters:
+    """Return the same robot with other paths of its EDS files."""
+
+    def moved(owner: Owner) -> Owner:
+        return owner if owner.eds is None else replace(owner, eds=path(owner.eds))
+
+    if not vehicle.eds_files:
+        return vehicle
+    return replace(
+        vehicle,
+        encoders=tuple(moved(encoder) for encoder in vehicle.encoders),
+        drives=tuple(moved(drive) for drive in vehicle.drives),
+    )
+
+
+def _seen_from(folder: Path, path: str) -> str:
+    if not Path(path).is_absolute() or Path(path).drive != folder.drive:
+        return path
+    return Path(os.path.relpath(path, folder)).as_posix()
 
 
 def _table(item: Any) -> dict[str, Any]:  # noqa: ANN401  # any of the dataclasses above

@@ -7,6 +7,7 @@ papers; car people say track. Lengths in metres, angles in radians, times in sec
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -20,6 +21,7 @@ TRUCKS: tuple[TruckName, ...] = get_args(TruckName)
 CHANNELS: tuple[Channel, ...] = get_args(Channel)
 WHEELS: tuple[Channel, ...] = CHANNELS[:4]
 JOINTS: tuple[Channel, ...] = ("joint_a", "joint_b")
+_OBJECT = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?::(?:0x)?([0-9A-Fa-f]{1,2})h?)?")
 
 
 class ParameterError(TableError):
@@ -111,6 +113,8 @@ class Encoder:
         zero: Raw counts at angle 0, or at `linkage.length`; not used for wheels.
         range: Counts after which the counter wraps (6002h), where that is not 2**bits.
         profile: The device profile: a CiA 406 encoder or the encoder of a CiA 402 drive.
+        object: Object with the position, such as `6063h` or `6020h:1`; None for that of the profile.
+        eds: Path of the EDS or DCF file of its node; None where there is none.
         vendor: Vendor id 1018h:1 that the device must show; None accepts any.
         product: Product code 1018h:2 that the device must show; None accepts any.
         serial: Serial number 1018h:4 that the device must show; None accepts any.
@@ -128,6 +132,8 @@ class Encoder:
     zero: int = 0
     range: int | None = None
     profile: Profile = "cia406"
+    object: str | None = None
+    eds: str | None = None
     vendor: int | None = None
     product: int | None = None
     serial: int | None = None
@@ -145,6 +151,8 @@ class Encoder:
             raise ParameterError("bits", f"the field ends at bit {self.start_bit + self.bits}; a PDO has 64")
         if self.sign not in {1, -1}:
             raise ParameterError("sign", f"{self.sign} is neither 1 nor -1")
+        if self.object is not None and not _OBJECT.fullmatch(self.object):
+            raise ParameterError("object", f"{self.object!r}; expected an index such as 6063h, or 6020h:1")
         if self.range is not None and not 1 < self.range <= 2**self.bits:
             raise ParameterError(
                 "range", f"{self.range} does not fit {self.bits} bits; expected 2 to {2**self.bits}"
@@ -160,6 +168,12 @@ class Encoder:
         if value is None:
             raise ParameterError(wanted, f"missing; {self.channel} needs its unit as {wanted}")
         _number(wanted, value, 1.0, 1e12, "counts")
+
+    @property
+    def position_object(self) -> tuple[int, int] | None:
+        """Index and sub-index of `object`; None where the profile says it."""
+        match = _OBJECT.fullmatch(self.object or "")
+        return None if match is None else (int(match[1], 16), int(match[2] or "0", 16))
 
     @property
     def wrap_range(self) -> int:
@@ -185,6 +199,8 @@ class Drive:
         cob_id: COB-ID of the RPDO that carries 60FFh (32 bits, signed) [counts/s].
         sign: +1 or -1, so that a positive wheel speed rolls forward.
         counts_per_turn: Counts of the drive's velocity unit per turn of the wheel.
+        start_bit: First bit of 60FFh in the RPDO; 16 where the control word 6040h stands before it.
+        eds: Path of the EDS or DCF file of its node; None where there is none.
     """
 
     wheel: Channel
@@ -192,6 +208,8 @@ class Drive:
     cob_id: int
     sign: int
     counts_per_turn: float
+    start_bit: int = 0
+    eds: str | None = None
 
     def __post_init__(self) -> None:
         if self.wheel not in WHEELS:
@@ -201,6 +219,9 @@ class Drive:
         if self.sign not in {1, -1}:
             raise ParameterError("sign", f"{self.sign} is neither 1 nor -1")
         _number("counts_per_turn", self.counts_per_turn, 1.0, 1e12, "counts")
+        _number("start_bit", self.start_bit, 0, 32, "(bit)")
+        if self.start_bit % 8:
+            raise ParameterError("start_bit", f"{self.start_bit}; expected a multiple of 8")
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,6 +272,7 @@ class VehicleParameters:
             )
         self._check_encoders()
         self._check_drives()
+        self._check_eds()
 
     def _check_encoders(self) -> None:
         channels = [encoder.channel for encoder in self.encoders]
@@ -283,6 +305,21 @@ class VehicleParameters:
                 raise ParameterError("drive", f"wheel {wheel} stands twice")
             if wheel not in self.wheels:
                 raise ParameterError("drive", f"wheel {wheel} needs truck b")
+
+    def _check_eds(self) -> None:
+        owners: tuple[Encoder | Drive, ...] = (*self.encoders, *self.drives)
+        for owner in owners:
+            last = self.eds_files.get(owner.node)
+            if owner.eds is not None and owner.eds != last:
+                raise ParameterError(
+                    "eds", f"both {owner.eds} and {last} for node {owner.node}; expected one file"
+                )
+
+    @property
+    def eds_files(self) -> dict[int, str]:
+        """Paths of the EDS and DCF files by node id, of the nodes that have one."""
+        owners: tuple[Encoder | Drive, ...] = (*self.encoders, *self.drives)
+        return {owner.node: owner.eds for owner in owners if owner.eds is not None}
 
     @property
     def expected_channels(self) -> tuple[Channel, ...]:

@@ -15,7 +15,8 @@ class Sample:
         counts: Unwrapped raw counts; a channel that is not present repeats its last value.
         present: False where the PDO was missing, late or not valid.
         device_time: Frame timestamp by the adapter [s]; nan where not present.
-        arrival_time: Monotonic arrival in this process [s]; nan where not present.
+        arrival_time: When the PDO was on the bus, by the adapter's stamps where it has them, else when it was
+            read; on the recording's clock [s]; nan where not present.
     """
 
     index: int

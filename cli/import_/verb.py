@@ -1,4 +1,4 @@
-"""`omnimate import`: recording folders from what people have: public data sets, CSV files, ROS bags."""
+"""`omnimate import`: recording folders from bus logs, public data sets, CSV files and ROS bags."""
 
 from __future__ import annotations
 
@@ -8,21 +8,45 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.progress import Progress
 
-from omnimate.cli.console import err, warn
+from omnimate.cli.console import err, progress_bar, report_problem, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.import_.reports import report_recording, save_set, show_topics
+from omnimate.cli.loading import load, report_problems
 
 if TYPE_CHECKING:
     from omnimate.importers.rosbag.plan import Plan
     from omnimate.vehicle.parameters import VehicleParameters
 
 app = typer.Typer(
-    help="Make recording folders from public data sets, CSV files or ROS bags.", no_args_is_help=True
+    help="Make recording folders from bus logs, public data sets, CSV files or ROS bags.",
+    no_args_is_help=True,
 )
 
 Out = Annotated[Path, typer.Argument(help="Recording folder to write.")]
 OutSet = Annotated[Path, typer.Argument(help="Folder to write the recording folders into.")]
 Vehicle = Annotated[Path | None, typer.Option(help="vehicle.toml of the robot; else the mapping's own.")]
+
+
+@app.command()
+def log(
+    source: Annotated[
+        Path, typer.Argument(help="Log: candump, .asc, .blf, .trc, .pcap, .pcapng, .mf4, python-can's .csv.")
+    ],
+    to: Out,
+    vehicle: Annotated[Path, typer.Option(help="vehicle.toml of the robot whose bus it is.")],
+) -> None:
+    """Take the frames of a bus log of any format, and a vehicle.toml."""
+    from omnimate.importers.bus_log import import_log
+    from omnimate.logs.streaming import LogStream
+    from omnimate.vehicle.file import load_vehicle
+
+    stream = LogStream(source)
+    with progress_bar("reading") as watch:
+        done = import_log(stream, load_vehicle(vehicle), to, watch)
+    report_problems(stream)
+    if done.fd_frames:
+        report_problem(f"{source}: {done.fd_frames} CAN FD frames left out; recordings hold classical CAN")
+    report_recording(load(to), to)
 
 
 @app.command()

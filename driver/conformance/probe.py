@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 0x01, 0x02, 0x80, 0x81, 0x82
 BOOT_TIMEOUT = 5.0  # [s] from a reset to the boot-up frame
+MOST_DRAINED = 1000  # frames: more than a question can have answers, and a full bus ends
 SETTLING = 0.05  # [s] after an NMT command, to which there is no answer
 ABORT = 0x80  # first byte of an SDO abort
 
@@ -108,8 +109,10 @@ class Probe:
                 return replies
 
     def drain(self) -> None:
-        """Forget what has come."""
-        self.listen(0.0)
+        """Forget what has come, all of it: several devices may have answered a question."""
+        for _ in range(MOST_DRAINED):
+            if not self.listen(0.0):
+                break
 
     def heard(self, can_id: int, seconds: float) -> list[Reply]:
         """Return the frames of one identifier that come in so many seconds."""

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _TICKS = tuple(f"std_msgs/{sign}Int{bits}" for sign in ("", "U") for bits in (16, 32, 64))
 _WHEEL = re.compile(r"wheel|tick|encoder|enc|drive|motor")
+_COMMANDED = re.compile(r"(^|_)(commands?|cmd|targets?|setpoints?)(_|$)")
 _SIDES: dict[Channel, re.Pattern[str]] = {
     "a.left": re.compile(r"(^|_)(left|l)(_|$)"),
     "a.right": re.compile(r"(^|_)(right|r)(_|$)"),
@@ -34,7 +35,7 @@ def guess(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -> Pla
     candidates = [
         ChannelSource(topic.name, part if topic.kind == JOINTS else "")
         for topic in topics
-        if topic.kind == JOINTS or topic.kind in _TICKS
+        if (topic.kind == JOINTS or topic.kind in _TICKS) and not _COMMANDED.search(_plain(topic.name))
         for part in (topic.parts if topic.kind == JOINTS else ("",))
     ]
     single = len(channels) == len(_WHEELS)

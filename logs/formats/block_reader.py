@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import zlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
+
 
 _GZIP = b"\x1f\x8b"
 _PIECE = 1 << 14  # bytes unpacked at a time: what an error in the packed data costs
@@ -24,19 +26,29 @@ class BlockReader:
         path: Path of the file.
         size: Number of bytes read at a time.
         damaged: Whether a gzip file turned out to end early or to be corrupt.
+        position: Number of bytes of the file that were read, packed as they are.
+        passed: Number of bytes that were handed on, unpacked.
     """
 
     path: Path
     size: int = 1 << 21
     damaged: bool = False
+    position: int = 0
+    passed: int = 0
 
     def __iter__(self) -> Iterator[bytes]:
         with self.path.open("rb") as file:
             packed = file.read(2) == _GZIP
             file.seek(0)
             size = self.size // 8 if packed else self.size
-            blocks = iter(lambda: file.read(size), b"")
-            yield from self._unpack(blocks) if packed else blocks
+            blocks = self._counted(iter(lambda: file.read(size), b""))
+            for block in self._unpack(blocks) if packed else blocks:
+                self.passed += len(block)
+                yield block
+
+    def file(self) -> io.BufferedReader:
+        """Return the content as a file that is read from its beginning to its end."""
+        return io.BufferedReader(_Content(iter(self)))
 
     def lines(self) -> Iterator[bytes]:
         """Yield blocks of whole lines; the last one may lack its newline, and may be empty."""
@@ -54,6 +66,11 @@ class BlockReader:
             yield bytes(rest[:end])
         yield bytes(rest[end:])
 
+    def _counted(self, blocks: Iterator[bytes]) -> Iterator[bytes]:
+        for block in blocks:
+            self.position += len(block)
+            yield block
+
     def _unpack(self, blocks: Iterator[bytes]) -> Iterator[bytes]:
         unpacker = zlib.decompressobj(_AUTO_HEADER)
         try:
@@ -67,3 +84,27 @@ class BlockReader:
         except zlib.error:
             self.damaged = True
         self.damaged = self.damaged or not unpacker.eof
+
+
+class _Content(io.RawIOBase):
+    """Blocks of bytes as a file."""
+
+    def __init__(self, blocks: Iterator[bytes]) -> None:
+        super().__init__()
+        self._blocks = blocks
+        self._rest = memoryview(b"")
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:  # noqa: ANN401 -- any writable buffer; it has a name from 3.12 on
+        target = memoryview(buffer).cast("B")
+        while not self._rest:
+            block = next(self._blocks, None)
+            if block is None:
+                return 0
+            self._rest = memoryview(block)
+        count = min(len(target), len(self._rest))
+        target[:count] = self._rest[:count]
+        self._rest = self._rest[count:]
+        return count

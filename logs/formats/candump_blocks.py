@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from omnimate.logs.formats.candump_lines import LOG_LINE, STAMP, parse_line
-from omnimate.logs.frames import DEFAULT_CHANNEL, EXTENDED, RECEIVED, SENT, Frames
+from omnimate.logs.formats.candump_lines import LOG_LINE, ONLY_CLASSICAL, STAMP, parse_line
+from omnimate.logs.frames import DEFAULT_CHANNEL, EXTENDED, FD, RECEIVED, SENT, Frames
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from omnimate.logs.frames import Frame
@@ -30,15 +32,16 @@ _LONGEST = 80  # bytes of the longest regular line: no need to look for columns 
 _TEXT = 80  # characters of a skipped line that are kept
 
 # What a character is worth as a hexadecimal digit; 255 for no digit.
-_NIBBLE = np.full(256, 255, np.uint8)
-_NIBBLE[np.frombuffer(b"0123456789ABCDEF", np.uint8)] = np.arange(16)
-_NIBBLE[np.frombuffer(b"abcdef", np.uint8)] = np.arange(10, 16)
+NIBBLE = np.full(256, 255, np.uint8)
+NIBBLE[np.frombuffer(b"0123456789ABCDEF", np.uint8)] = np.arange(16)
+NIBBLE[np.frombuffer(b"abcdef", np.uint8)] = np.arange(10, 16)
 _NO_PAIR = 0x100
+_FD_MARK = b"##"  # between identifier and data of a CAN FD frame
 
 
 def _pairs(base: int) -> NDArray[np.uint16]:
     """Return what two characters, as one little-endian number, are worth as digits; `_NO_PAIR` for none."""
-    digits = _NIBBLE.astype(np.uint16)
+    digits = NIBBLE.astype(np.uint16)
     first, second = digits[None, :], digits[:, None]  # the first character is the lower byte
     return (
         np.where((first < base) & (second < base), first * base + second, _NO_PAIR)
@@ -56,12 +59,14 @@ class SkippedLine(NamedTuple):
     Attributes:
         line: Number of the line, from 1.
         text: Beginning of the line.
-        reason: Why the line was left out.
+        reason: Why the line was left out; empty where nothing but the rest of the file is missing.
+        is_end: Whether the file ends here, in the middle.
     """
 
     line: int
     text: str
     reason: str
+    is_end: bool = False
 
 
 class _Shape(NamedTuple):
@@ -94,19 +99,55 @@ class BlockParser:
     is_relative: bool = False
     skipped: list[SkippedLine] = field(default_factory=list)
 
+    def each(self, block: bytes) -> Iterator[Frame]:
+        """Yield the frames of a block, those of CAN FD too."""
+        if _FD_MARK not in block:
+            yield from self.parse(block)
+            return
+        for line in block.splitlines():
+            self.lines += 1
+            frame = parse_line(line) if line.strip() else None
+            if isinstance(frame, str):
+                self.skip(self.lines, line, frame)
+            elif frame is not None:
+                yield frame
+
+    def has_relative_times(self, block: bytes) -> bool:
+        """Return whether a log that begins with this block has times as of `candump -td` or `-tz`."""
+        first = STAMP.search(block)
+        if not self.stamp_width and first:
+            self.stamp_width = len(first[1])
+            self.is_relative = self.stamp_width == RELATIVE_WIDTH and first[2] is not None
+        return self.is_relative
+
     def parse(self, block: bytes) -> Frames:
-        """Return the frames of a block."""
+        """Return the classical frames of a block."""
         characters = np.frombuffer(block, np.uint8)
         ends = np.flatnonzero(characters == _NEWLINE)
         starts = np.concatenate(([0], ends[:-1] + 1))
-        table = _Table(len(ends))
+        table = Table(len(ends))
         lengths = ends - starts
         for length in np.flatnonzero(np.bincount(lengths)).tolist():
             self._parse_group(block, characters, starts, np.flatnonzero(lengths == length), length, table)
-        if not self.stamp_width and (first := STAMP.search(block)):
-            self.stamp_width = len(first[1])
-            self.is_relative = self.stamp_width == RELATIVE_WIDTH and first[2] is not None
+        self.has_relative_times(block)
         self.lines += len(ends)
+        return table.frames(tuple(self.channels))
+
+    def finish(self, block: bytes, table: Table, starts: NDArray[np.int64]) -> Frames:
+        """Return the frames of a block whose regular lines are read already, after reading the others.
+
+        Args:
+            block: Whole lines, the last newline included.
+            table: The frames of the regular lines, one row per line.
+            starts: First byte of each line, `(N,)`.
+        """
+        ends = np.append(starts[1:], len(block))
+        for row in np.flatnonzero(~table.is_frame).tolist():
+            line = block[starts[row] : ends[row] - 1]
+            if line.strip():
+                self._parse_line(line, row, table)
+        self.has_relative_times(block)
+        self.lines += len(starts)
         return table.frames(tuple(self.channels))
 
     def _parse_group(
@@ -116,7 +157,7 @@ class BlockParser:
         starts: NDArray[np.intp],
         group: NDArray[np.intp],
         length: int,
-        table: _Table,
+        table: Table,
     ) -> None:
         """Fill in the lines `group`, which are all of one length."""
         for _ in range(_ROUNDS):
@@ -133,15 +174,17 @@ class BlockParser:
         self._parse_lines(block, starts, group, length, table)
 
     def _parse_lines(
-        self, block: bytes, starts: NDArray[np.intp], group: NDArray[np.intp], length: int, table: _Table
+        self, block: bytes, starts: NDArray[np.intp], group: NDArray[np.intp], length: int, table: Table
     ) -> None:
         for row, start in zip(group.tolist(), starts[group].tolist(), strict=True):
             line = block[start : start + length]
             if line.strip():
                 self._parse_line(line, row, table)
 
-    def _parse_line(self, line: bytes, row: int, table: _Table) -> None:
+    def _parse_line(self, line: bytes, row: int, table: Table) -> None:
         frame = parse_line(line)
+        if not isinstance(frame, str) and frame.flags & FD:
+            frame = ONLY_CLASSICAL
         number = None if isinstance(frame, str) else self._number(frame.channel)
         if isinstance(frame, str):
             self.skip(self.lines + row + 1, line, frame)
@@ -161,7 +204,7 @@ class BlockParser:
         self.skipped.append(SkippedLine(line, text[:_TEXT].decode(errors="replace").rstrip(), reason))
 
 
-class _Table:
+class Table:
     """The frames of a block while it is read, one row per line."""
 
     def __init__(self, count: int) -> None:

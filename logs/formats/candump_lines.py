@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Literal, get_args
 
-from omnimate.logs.frames import ERROR, EXTENDED, RECEIVED, REMOTE, SENT, Frame
+from omnimate.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, RECEIVED, REMOTE, SENT, Frame
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,6 +42,10 @@ _PLAIN_LINE = re.compile(
 STAMP = re.compile(rb"\((\d{1,10}\.\d{6})\)(  )?")  # the screen's two spaces behind it
 _REMOTE_TAIL = re.compile(rb"[Rr]([0-8])?")
 _DATA_TAIL = re.compile(rb"((?:[0-9A-Fa-f]{2}\.?)*)(?:_[9A-Fa-f])?")
+_FD_TAIL = re.compile(rb"#([0-9A-Fa-f])((?:[0-9A-Fa-f]{2}\.?)*)")
+CANFD_BRS, CANFD_ESI, CANFD_FDF = 1, 2, 4  # of linux/can.h; the digit before the data of a CAN FD frame
+ONLY_CLASSICAL = "a CAN FD frame; only classical CAN is read"
+FD_LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)  # bytes, ISO 11898-1
 _NO_TIME = re.compile(rb"\s*\S+\s+[0-9A-Fa-f]+\s+\[\d\].*|\s*\S+ +[0-9A-Fa-f]+#\S*\s*")
 
 
@@ -56,7 +60,7 @@ def format_frame(
     """Return a frame as candump prints it, without the newline.
 
     Args:
-        frame: Frame of classical CAN.
+        frame: Frame; the form `ta` is of classical CAN only.
         form: Form of the line: `log` or `ta`.
         width: Width to which candump right-aligns the interface's name, where it shows several.
         indent: Whether 11-bit identifiers are right-aligned, as `-ta` does after a 29-bit one.
@@ -116,7 +120,19 @@ def _length(frame: Frame) -> int:
 def _payload(frame: Frame) -> str:
     if frame.flags & REMOTE:
         return f"R{_length(frame)}" if _length(frame) else "R"
+    if frame.flags & FD:
+        return f"#{fd_bits(frame.flags):X}{frame.data.hex().upper()}"
     return frame.data.hex().upper()
+
+
+def fd_bits(flags: int) -> int:
+    """Return the bits of linux/can.h that say how a CAN FD frame was sent."""
+    return bool(flags & BRS) * CANFD_BRS | bool(flags & ESI) * CANFD_ESI
+
+
+def fd_flags(bits: int) -> int:
+    """Return the flags of a CAN FD frame with these bits of linux/can.h."""
+    return FD | bool(bits & CANFD_BRS) * BRS | bool(bits & CANFD_ESI) * ESI
 
 
 def _long_payload(frame: Frame) -> str:
@@ -162,11 +178,15 @@ def _plain_content(length: bytes | None, tail: bytes) -> tuple[int, bytes, int] 
 
 
 def _content(tail: bytes) -> tuple[int, bytes, int] | str:
-    """Return length, data and the REMOTE flag of what stands behind the `#`."""
+    """Return length, data and flags of what stands behind the `#`."""
     if match := _REMOTE_TAIL.fullmatch(tail):
         return int(match[1] or 0), b"", REMOTE
     if tail.startswith(b"#"):
-        return "a CAN FD frame; only classical CAN is read"
+        match = _FD_TAIL.fullmatch(tail)
+        data = bytes.fromhex(match[2].replace(b".", b"").decode()) if match else b""
+        if match is None or len(data) not in FD_LENGTHS:
+            return "the data of a CAN FD frame are not 0 to 8, 12, 16, 20, 24, 32, 48 or 64 bytes"
+        return len(data), data, fd_flags(int(match[1], 16))
     match = _DATA_TAIL.fullmatch(tail)
     data = bytes.fromhex(match[1].replace(b".", b"").decode()) if match else b""
     if match is None or len(data) > 8:
@@ -177,7 +197,7 @@ def _content(tail: bytes) -> tuple[int, bytes, int] | str:
 def _long_content(length: bytes, tail: bytes) -> tuple[int, bytes, int] | str:
     """Return length, data and the REMOTE flag of what stands behind the identifier."""
     if len(length) == 4:
-        return "a CAN FD frame; only classical CAN is read"
+        return ONLY_CLASSICAL
     count = int(length[1:-1], 16) if length[:1] == b"[" else 8
     if b"remote" in tail:
         return (count, b"", REMOTE) if count <= 8 else "a remote request of more than 8 bytes"

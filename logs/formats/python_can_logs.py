@@ -1,4 +1,4 @@
-"""Logs of other tools, read through python-can: Vector `.asc` and `.blf`, PEAK `.trc`.
+"""Logs of other tools, read through python-can: Vector `.asc` and `.blf`, PEAK `.trc`, ASAM MF4, its own CSV.
 
 The format is recognised by the content. python-can stops at the first bad line; here the line is noted
 and reading goes on behind it.
@@ -7,17 +7,24 @@ and reading goes on behind it.
 from __future__ import annotations
 
 import io
+import itertools
 import re
 from typing import TYPE_CHECKING, Literal
 
 from omnimate.logs.formats.candump_blocks import SkippedLine
-from omnimate.logs.frames import DEFAULT_CHANNEL, ERROR, EXTENDED, REMOTE, Frame
+from omnimate.logs.formats.candump_lines import ONLY_CLASSICAL
+from omnimate.logs.frames import BRS, DEFAULT_CHANNEL, ERROR, ESI, EXTENDED, FD, REMOTE, SENT, Frame
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
     import can
 
-LineFormat = Literal["asc", "trc"]
-Format = Literal["asc", "blf", "trc"]
+    from omnimate.logs.formats.block_reader import BlockReader
+
+LineFormat = Literal["asc", "csv", "trc"]
+Format = Literal["asc", "blf", "csv", "mf4", "trc"]
 
 _CHUNK = 2000  # lines that python-can reads at once
 
@@ -27,102 +34,172 @@ _ASC_META = re.compile(
     r"(?!\d+\s+[0-9A-F]+x?\s|\d+\s+errorf|canfd))",
     re.IGNORECASE,
 )
+_CSV_HEAD = b"timestamp,arbitration_id,extended,remote,error,dlc,data"
+_NUMBER = re.compile(r"\d+$")
+_LATEST = 2.0**32  # [s], in the year 2106
+_MOST_CHANNELS = 0xFFFF  # that a BLF file can name
 
 
 def format_of(head: bytes) -> Format | None:
     """Return the format that the first bytes of a file show; None for none of these."""
     if head.startswith(b"LOGG"):
         return "blf"
+    if head.startswith(b"MDF     4"):
+        return "mf4"
     text = head.lstrip(b"\xef\xbb\xbf \r\n\t")
     if text.startswith(b";"):
         return "trc"
+    if text.startswith(_CSV_HEAD):
+        return "csv"
     first = text[:40].lower()
     return "asc" if first.startswith((b"date ", b"base hex", b"base dec", b"// version")) else None
 
 
-def frame_of_message(message: can.Message) -> Frame | str:
-    """Return a python-can message as a frame, or the reason why it is none of classical CAN."""
-    if message.is_fd:
-        return "a CAN FD frame; only classical CAN is read"
+def frame_of_message(message: can.Message, *, fd: bool = False) -> Frame | str:
+    """Return a python-can message as a frame, or the reason why it is none.
+
+    Args:
+        message: The message.
+        fd: Whether CAN FD frames are taken too.
+    """
+    if message.is_fd and not fd:
+        return ONLY_CLASSICAL
     kind = EXTENDED if message.is_extended_id else 0
     kind = ERROR if message.is_error_frame else kind
     if not 0 <= message.arbitration_id <= (0x7FF if kind == 0 else 0x1FFFFFFF):
         return f"{message.arbitration_id:X} is not an identifier of {11 if kind == 0 else 29} bits"
+    if not 0.0 <= message.timestamp < _LATEST:
+        return f"{message.timestamp} is not a time in seconds"
+    if message.is_fd:
+        kind |= FD | message.bitrate_switch * BRS | message.error_state_indicator * ESI
     remote = REMOTE if message.is_remote_frame else 0
     data = b"" if remote else bytes(message.data or b"")
     length = message.dlc if remote else len(data)
-    if length > 8 or (length != message.dlc and not message.is_error_frame):
+    if length > (64 if message.is_fd else 8) or (length != message.dlc and not message.is_error_frame):
         return f"the length says {message.dlc}, the number of bytes is {len(data)}"
     return Frame(
         message.timestamp,
         message.arbitration_id,
         data,
-        kind | remote,
+        kind | remote | (0 if message.is_rx else SENT),
         length,
         _name(message.channel),
     )
 
 
-def read_blf(content: bytes) -> tuple[list[Frame], list[SkippedLine], bool]:
-    """Return the frames of a Vector BLF file, what was left out, and whether it ends early."""
+def message_of_frame(frame: Frame) -> can.Message:
+    """Return a frame as a python-can message; what the interface's name ends in is its number."""
+    import can  # noqa: PLC0415 -- only who writes such a file needs python-can
+
+    number = _NUMBER.search(frame.channel)
+    remote = bool(frame.flags & REMOTE)
+    return can.Message(
+        timestamp=frame.time,
+        arbitration_id=frame.can_id,
+        is_extended_id=bool(frame.flags & EXTENDED),
+        is_remote_frame=remote,
+        is_error_frame=bool(frame.flags & ERROR),
+        is_fd=bool(frame.flags & FD),
+        bitrate_switch=bool(frame.flags & BRS),
+        error_state_indicator=bool(frame.flags & ESI),
+        is_rx=not frame.flags & SENT,
+        channel=int(number[0]) if number and int(number[0]) < _MOST_CHANNELS else None,
+        data=None if remote else frame.data,
+        dlc=frame.length if remote else None,
+    )
+
+
+def each_of_blf(content: BlockReader, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
+    """Yield the frames of a Vector BLF file, and what was left out.
+
+    Args:
+        content: The content of the file.
+        fd: Whether CAN FD frames are taken too.
+    """
     import can  # noqa: PLC0415 -- only who reads such a file needs python-can
 
-    frames: list[Frame] = []
-    skipped: list[SkippedLine] = []
+    number = 0
     try:
-        reader = can.BLFReader(io.BytesIO(content))
+        reader = can.BLFReader(content.file())
         for number, message in enumerate(reader, start=1):
-            _take(frame_of_message(message), number, str(message), frames, skipped)
+            yield _entry(message, number, fd=fd)
     except Exception as error:  # noqa: BLE001 -- python-can lets any error of its parsing through
-        skipped.append(SkippedLine(len(frames) + 1, "", f"python-can cannot read on: {error!r}"))
-        return frames, skipped, True
-    return frames, skipped, len(content) < reader.file_size
+        yield SkippedLine(number + 1, "", f"python-can cannot read on: {error!r}", is_end=True)
+        return
+    if content.passed < reader.file_size:
+        yield SkippedLine(number + 1, "", "", is_end=True)
 
 
-def read_lines(content: str, form: LineFormat) -> tuple[list[Frame], list[SkippedLine]]:
-    """Return the frames of an `.asc` or `.trc` file and the lines that were left out.
+def each_of_mf4(path: Path, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
+    """Yield the frames of an ASAM MDF 4 file with bus logging, and what was left out.
+
+    Raises:
+        ImportError: asammdf is not installed.
+    """
+    import asammdf  # noqa: F401, PLC0415 -- an extra; python-can says it only later, and in other words
+    import can  # noqa: PLC0415 -- only who reads such a file needs python-can
+
+    number = 0
+    try:
+        with can.MF4Reader(path) as reader:
+            for number, message in enumerate(reader, start=1):
+                yield _entry(message, number, fd=fd)
+    except Exception as error:  # noqa: BLE001 -- asammdf lets any error of its parsing through
+        yield SkippedLine(number + 1, "", f"asammdf cannot read on: {error!r}", is_end=True)
+
+
+def each_of_lines(
+    lines: Iterable[str], form: LineFormat, *, fd: bool = True
+) -> Iterator[Frame | SkippedLine]:
+    """Yield the frames of an `.asc`, `.csv` or `.trc` file, and the lines that were left out.
 
     Times of a `.trc` count from its start time, read as UTC; those of an `.asc` from the start of the log.
+
+    Args:
+        lines: Lines of the file with their ends.
+        form: Format of the file.
+        fd: Whether CAN FD frames are taken too.
     """
-    lines = content.splitlines(keepends=True)
-    first = next((number for number, line in enumerate(lines) if line.lstrip()[:1].isdigit()), len(lines))
-    head = "".join(lines[:first])
-    frames: list[Frame] = []
-    skipped: list[SkippedLine] = []
-    for start in range(first, len(lines), _CHUNK):
-        _read_chunk(head, lines[start : start + _CHUNK], start + 1, form, frames, skipped)
-    return frames, skipped
-
-
-def _read_chunk(
-    head: str,
-    lines: list[str],
-    number: int,
-    form: LineFormat,
-    frames: list[Frame],
-    skipped: list[SkippedLine],
-) -> None:
-    """Read lines at once where all is well, else one by one to see which of them are bad."""
-    rows = _messages(head, lines, form)
-    if isinstance(rows, list) and len(rows) == sum(not _IS_NO_FRAME[form](line) for line in lines):
-        frames.extend(rows)
+    numbered: Iterator[tuple[int, str]] = enumerate(lines, start=1)
+    head, first = "", None
+    for number, line in numbered:
+        if line.lstrip()[:1].isdigit():
+            first = (number, line)
+            break
+        head += line
+    if first is None:
         return
-    for offset, line in enumerate(lines):
+    numbered = itertools.chain([first], numbered)
+    while chunk := list(itertools.islice(numbered, _CHUNK)):
+        yield from _each_of_chunk(head, chunk, form, fd=fd)
+
+
+def _each_of_chunk(
+    head: str, chunk: list[tuple[int, str]], form: LineFormat, *, fd: bool
+) -> Iterator[Frame | SkippedLine]:
+    """Read lines at once where all is well, else one by one to see which of them are bad."""
+    rows = _messages(head, [line for _, line in chunk], form, fd=fd)
+    if isinstance(rows, list) and len(rows) == sum(not _IS_NO_FRAME[form](line) for _, line in chunk):
+        yield from rows
+        return
+    for number, line in chunk:
         if not _IS_NO_FRAME[form](line):
-            result = _messages(head, [line], form)
+            result = _messages(head, [line], form, fd=fd)
             row = result if isinstance(result, str) else next(iter(result), "python-can finds no frame in it")
-            _take(row, number + offset, line, frames, skipped)
+            is_end = not line.endswith("\n")
+            yield SkippedLine(number, line[:80].rstrip(), row, is_end) if isinstance(row, str) else row
 
 
-def _messages(head: str, lines: list[str], form: LineFormat) -> list[Frame] | str:
+def _messages(head: str, lines: list[str], form: LineFormat, *, fd: bool) -> list[Frame] | str:
     """Return the frames of lines under their file's head, or why one of them is none."""
     import can  # noqa: PLC0415 -- only who reads such a file needs python-can
 
+    readers = {"asc": can.ASCReader, "csv": can.CSVReader, "trc": can.TRCReader}
     file = io.StringIO(head + "".join(lines))
     frames: list[Frame] = []
     try:
-        for message in can.ASCReader(file) if form == "asc" else can.TRCReader(file):
-            frame = frame_of_message(message)
+        for message in readers[form](file):
+            frame = frame_of_message(message, fd=fd)
             if isinstance(frame, str):
                 return frame
             frames.append(frame)
@@ -141,16 +218,12 @@ def _is_no_asc_frame(line: str) -> bool:
     return not line.strip() or _ASC_META.match(line) is not None
 
 
-_IS_NO_FRAME = {"asc": _is_no_asc_frame, "trc": _is_no_trc_frame}
+_IS_NO_FRAME = {"asc": _is_no_asc_frame, "csv": lambda line: not line.strip(), "trc": _is_no_trc_frame}
 
 
-def _take(
-    frame: Frame | str, number: int, text: str, frames: list[Frame], skipped: list[SkippedLine]
-) -> None:
-    if isinstance(frame, str):
-        skipped.append(SkippedLine(number, text[:80].rstrip(), frame))
-    else:
-        frames.append(frame)
+def _entry(message: can.Message, number: int, *, fd: bool) -> Frame | SkippedLine:
+    frame = frame_of_message(message, fd=fd)
+    return SkippedLine(number, str(message)[:80].rstrip(), frame) if isinstance(frame, str) else frame
 
 
 def _name(channel: object) -> str:

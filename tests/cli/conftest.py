@@ -49,8 +49,9 @@ def on_bench(monkeypatch):
 
         monkeypatch.setattr("omnimate.driver.bus.open_bus", opened)
         monkeypatch.setattr("omnimate.driver.node_access.open_bus", opened)
-        for module in ("node_access", "sdo_client", "conformance.probe"):  # time passes on the bench alone
-            monkeypatch.setattr(f"omnimate.driver.{module}.time", SimpleNamespace(monotonic=lambda: bus.time))
+        passed = SimpleNamespace(monotonic=lambda: bus.time, time=lambda: bus.time)
+        for module in ("node_access", "sdo_client", "conformance.probe", "scan.scan", "clock"):
+            monkeypatch.setattr(f"omnimate.driver.{module}.time", passed)  # it passes on the bench alone
         return bus
 
     return use

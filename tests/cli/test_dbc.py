@@ -39,7 +39,7 @@ def robot(robot_toml):
         f"bits = {bits}\nsigned = true\nsign = {sign}\n{scale}\n"
         for channel, node, cob_id, start, bits, sign, scale in TABLE
     ]
-    drives = (Drive("a.left", 11, 0x20B, 1, 40000.0), Drive("b.right", 14, 0x20E, -1, 20000.0))
+    drives = (Drive("a.left", 11, 0x20B, 1, 40000.0), Drive("b.right", 14, 0x20E, -1, 20000.0, start_bit=16))
     return replace(parse_vehicle(head + "\n".join(encoders)), drives=drives)
 
 
@@ -101,7 +101,7 @@ def test_heartbeats_emergencies_and_commands_are_decoded_too(vehicle):
         "error_code": 0x8110,
         "error_register": 1,
     }
-    speed = database.decode_message(0x20E, (-20000).to_bytes(4, "little", signed=True))
+    speed = database.decode_message(0x20E, b"\x0f\0" + (-20000).to_bytes(4, "little", signed=True))
     assert speed["target_b_right"] == pytest.approx(2 * np.pi)
 
 

@@ -2,6 +2,7 @@
 
 import gzip
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import can
@@ -11,6 +12,8 @@ from typer.testing import CliRunner
 
 from omnimate.cli.dump import dump
 from omnimate.logs.reading import read_log
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.file import save_vehicle
 
 LOG = """(1700000000.000250) can0 080#
 (1700000000.000500) can0 181#409C0000
@@ -288,3 +291,19 @@ def test_a_live_bus_is_filtered_too_and_has_no_triggers(live):
 def test_live_times_as_of_candump_td(live):
     lines = live("--form", "td", "--count", 3).stdout.splitlines()
     assert [line.split()[0] for line in lines] == ["(000.000000)", "(000.000250)", "(000.009750)"]
+
+
+def test_a_vehicle_names_the_eds_of_its_nodes_and_one_that_is_gone_is_a_warning(log, tmp_path):
+    eds = Path(__file__).parents[2] / "vcan_sim" / "eds" / "drive_cia402.eds"
+    robot = reference_vehicle()
+    named = replace(robot, drives=(replace(robot.drives[0], eds=str(eds)), *robot.drives[1:]))
+    other = tmp_path / "status.log"
+    other.write_text("(1.000000) can0 18B#3702\n")
+    save_vehicle(named, tmp_path / "vehicle.toml")
+    call = (other, "--decode", "--vehicle", tmp_path / "vehicle.toml")
+    assert "11.6041h" in run(*call).stdout
+    gone = replace(robot, drives=(replace(robot.drives[0], eds="gone.eds"), *robot.drives[1:]))
+    save_vehicle(gone, tmp_path / "vehicle.toml")
+    result = run(*call)
+    assert "gone.eds: not there" in result.stderr
+    assert result.exit_code == 0

@@ -1,5 +1,7 @@
 """What the driver hands on live is what its recording gives back, whatever the devices do."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -44,3 +46,22 @@ def test_live_samples_equal_the_recording(tmp_path, faults):
     live = np.array([sample.counts for sample in samples])
     assert np.array_equal(live[believed], recording.counts[believed])
     assert np.allclose([sample.time for sample in samples], recording.time, atol=2e-6)
+
+
+@pytest.fixture
+def busy_host(monkeypatch):
+    """A host whose time jumps by up to 40 ms whenever somebody looks at it, as under a heavy load."""
+    chance = np.random.default_rng(1)
+    passed = [1000.0]
+
+    def monotonic():
+        passed[0] += 0.04 * float(chance.random()) ** 8
+        return passed[0]
+
+    monkeypatch.setattr(time, "monotonic", monotonic)
+    monkeypatch.setattr(time, "sleep", lambda seconds: passed.__setitem__(0, passed[0] + seconds))
+
+
+@pytest.mark.usefixtures("busy_host")
+def test_a_busy_host_changes_neither(tmp_path):
+    test_live_samples_equal_the_recording(tmp_path, FAULTS)

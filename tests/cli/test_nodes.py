@@ -67,6 +67,16 @@ def test_the_device_without_an_id_is_found_and_gets_one(omnimate, on_bench):
     assert omnimate("sdo", "read", "1018h:04", *BUS, "--node", 77).code == 0
 
 
+def test_of_several_devices_without_an_id_each_gets_one_in_turn(omnimate, on_bench):
+    bus = on_bench(Simulated)
+    wanted = {tuple(identity(bus, node)) for node in (2, 3, 5)}
+    for node in (2, 3, 5):
+        next(device for device in bus._devices._devices if device.node == node).lss.pending = 0xFF
+        omnimate("nmt", "reset-communication", *BUS, "--node", node)
+    calls = [omnimate("lss", "id", new, *BUS, "--json") for new in (40, 41, 42)]
+    assert {tuple(json.loads(call.out).values()) for call in calls} == wanted
+
+
 @pytest.mark.parametrize("text", ["1,2,3", "a,b,c,d", ""])
 def test_an_identity_that_cannot_be_is_refused(omnimate, on_bench, text):
     on_bench(Simulated)

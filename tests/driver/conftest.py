@@ -225,6 +225,9 @@ class FakeClock:
     def now(self):
         return self.time + 0.001
 
+    def heard(self, _stamp):
+        return self.now()
+
     def sleep(self, seconds):
         self.slept.append(seconds)
         self.time += seconds

@@ -73,10 +73,15 @@ def test_sync_clock_counts_periods_whatever_the_host_does(host):
 def test_times_between_syncs_stay_below_the_next_one(host):
     clock = SyncClock(0.015, start=7.0)
     clock.sync()
-    host.now += 0.001
-    assert clock.now() == pytest.approx(7.001)
-    host.now += 10.0
-    assert 7.001 < clock.now() < 7.015
+    times = []
+    for _ in range(20_000):
+        host.now += 0.001
+        times.append(clock.heard(host.now))
+    assert times[:3] == pytest.approx([7.000001, 7.000002, 7.000003], abs=1e-9)
+    assert times == sorted(times)
+    assert times[-1] == clock.now() < 7.015
+    assert clock.sync() == pytest.approx(7.015)
+    assert clock.now() == pytest.approx(7.015)
 
 
 def test_sync_clock_waits_for_answers_in_host_time(host):

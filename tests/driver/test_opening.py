@@ -12,7 +12,7 @@ class FakeDriver:
     closed = 0
     problem = None
 
-    def __init__(self, vehicle, bus, *, recorder=None):
+    def __init__(self, vehicle, bus, *, recorder=None, descriptions=None):
         self.arguments = vehicle, bus, recorder
 
     def configure(self):

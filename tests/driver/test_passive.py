@@ -90,6 +90,22 @@ def test_a_bus_without_sync_and_without_a_pdo_of_the_vehicle_is_an_error(kit, re
         list(reader.samples(idle=1.0))
 
 
+def test_what_comes_before_anything_of_the_robot_is_counted_at_once_and_not_kept(kit, monkeypatch):
+    bus = kit.Bus()
+    bus.queue.extend([kit.frame(0x3FF)] * 1000)
+
+    def recv(timeout=None):
+        if not bus.queue:
+            raise can.CanOperationError("unplugged")
+        return bus.queue.popleft()
+
+    monkeypatch.setattr(bus, "recv", recv)
+    reader = PassiveReader(kit.one_truck(), bus)
+    with pytest.raises(BusError):
+        next(reader.samples())
+    assert reader.report().unknown_frames == (("3FFh", "TPDO3 of node 127", 1000),)
+
+
 def test_a_bus_that_fails_is_an_error(kit):
     bus = kit.Bus()
     bus.is_dead = True

@@ -20,6 +20,8 @@ from canopen.objectdictionary import (
     ODVariable,
 )
 
+from omnimate.driver.eds import load_eds
+
 STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x04, 0x05, 0x7F
 NMT_STATE = {0x01: OPERATIONAL, 0x02: STOPPED, 0x80: PRE_OPERATIONAL}
 RESET_NODE, RESET_COMMUNICATION = 0x81, 0x82
@@ -56,8 +58,9 @@ class ForeignNode(canopen.LocalNode):
         *((0x1018, sub, UNSIGNED32, "ro", 0x300 + sub) for sub in range(1, 5)),
     )
 
-    def __init__(self, node, extra=(), tpdos=()):
-        super().__init__(node, dictionary([*self.objects, *extra, *pdo_objects(node, 0x1800, tpdos)]))
+    def __init__(self, node, extra=(), tpdos=(), described=None):
+        made = dictionary([*self.objects, *extra, *pdo_objects(node, 0x1800, tpdos)])
+        super().__init__(node, described or made)
         self.state = PRE_OPERATIONAL
         self.is_powered = True
         self.now = 0.0
@@ -162,6 +165,27 @@ class ForeignNode(canopen.LocalNode):
         return [self.number(mapping, sub) for sub in range(1, self.number(mapping, 0) + 1)]
 
 
+class DescribedNode(ForeignNode):
+    """A device with all objects of an EDS and their defaults; a text that has none reads as a name."""
+
+    def __init__(self, node, path, identity=None):
+        super().__init__(node, described=load_eds(path, node).dictionary)
+        self.identity = identity
+        self.add_read_callback(self._read)
+
+    def number(self, index, subindex=0):
+        """Return an object as an unsigned number, 0 where it has no value."""
+        try:
+            return super().number(index, subindex)
+        except canopen.SdoAbortedError:
+            return 0
+
+    def _read(self, *, index, subindex, **_):
+        if index == 0x1018 and self.identity and 0 < subindex <= len(self.identity):
+            return self.identity[subindex - 1]
+        return "device of an EDS" if index == 0x1008 else None
+
+
 class ForeignEncoder(ForeignNode):
     """A CiA 406 encoder; `position` counts on while it has power."""
 
@@ -190,10 +214,11 @@ class ForeignEncoder(ForeignNode):
 class ForeignDrive(ForeignNode):
     """A CiA 402 drive that turns the wheel of `encoder`.
 
-    `status` says where its status word is: None in no TPDO, "first" or "last" in an enabled one.
+    `status` says where its status word is: None in no TPDO, "first" or "last" in an enabled one. `rpdo` is
+    what its RPDO maps, and `access` whether that can be changed.
     """
 
-    def __init__(self, node, encoder, status=None):
+    def __init__(self, node, encoder, status=None, rpdo=(0x60400010,), access="rw"):
         extra = [
             (0x1016, 0, UNSIGNED8, "ro", 1),
             (0x1016, 1, UNSIGNED32, "rw", 0),
@@ -203,7 +228,7 @@ class ForeignDrive(ForeignNode):
             (0x6060, 0, INTEGER8, "rw", 0),
             (0x6061, 0, INTEGER8, "ro", 0),
             (0x60FF, 0, INTEGER32, "rw", 0),
-            *pdo_objects(node, 0x1400, [(0x200 + node, 255, (0x60400010,))]),
+            *pdo_objects(node, 0x1400, [(0x200 + node, 255, rpdo)], access),
         ]
         mapped = {"first": (0x60410010, 0x60610008), "last": (0x60610008, 0x60410010)}.get(status, ())
         super().__init__(node, extra, [((0 if status else 1 << 31) | 0x180 + node, 255, mapped)])
@@ -259,7 +284,8 @@ class ForeignDrive(ForeignNode):
         word = int.from_bytes(data, "little")
         for entry in self._entries(0x1600):
             bits, index = entry & 0xFF, entry >> 16
-            self.put(index, entry >> 8 & 0xFF, word & (1 << bits) - 1)
+            if index > 0x0007:  # not a dummy, which fills a gap
+                self.put(index, entry >> 8 & 0xFF, word & (1 << bits) - 1)
             word >>= bits
             if index == 0x6040:
                 self._control(self.number(0x6040))
@@ -281,7 +307,8 @@ class ForeignDrive(ForeignNode):
         elif not word & 0x02:
             self.status = SWITCH_ON_DISABLED
         elif not word & 0x04:
-            self.status = QUICK_STOP_ACTIVE if self.status == ENABLED else SWITCH_ON_DISABLED
+            is_stopping = self.status in {ENABLED, QUICK_STOP_ACTIVE}
+            self.status = QUICK_STOP_ACTIVE if is_stopping else SWITCH_ON_DISABLED
         elif word & 0x07 == 0x06:
             self.status = READY
         elif word & 0x0F == 0x07 and self.status in {READY, ENABLED}:
@@ -290,8 +317,11 @@ class ForeignDrive(ForeignNode):
             self.status = ENABLED
 
 
-def pdo_objects(node, base, pdos):
-    """Return the objects of PDOs, given as COB-ID with its upper bits, transmission type and entries."""
+def pdo_objects(node, base, pdos, access="rw"):
+    """Return the objects of PDOs, given as COB-ID with its upper bits, transmission type and entries.
+
+    `access` is that of their mapping.
+    """
     objects = []
     for number, (cob_id, kind, entries) in enumerate(pdos):
         communication, mapping = base + number, base + 0x200 + number
@@ -301,8 +331,8 @@ def pdo_objects(node, base, pdos):
             (communication, 2, UNSIGNED8, "rw", kind),
             (communication, 3, UNSIGNED16, "rw", 0),
             (communication, 5, UNSIGNED16, "rw", 0),
-            (mapping, 0, UNSIGNED8, "rw", len(entries)),
-            *((mapping, sub, UNSIGNED32, "rw", (*entries, *[0] * 4)[sub - 1]) for sub in range(1, 5)),
+            (mapping, 0, UNSIGNED8, access, len(entries)),
+            *((mapping, sub, UNSIGNED32, access, (*entries, *[0] * 4)[sub - 1]) for sub in range(1, 5)),
         ]
     return objects
 

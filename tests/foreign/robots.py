@@ -33,10 +33,10 @@ def two_trucks(period=0.015):
     )
 
 
-def devices(status=None):
+def devices(status=None, **habits):
     """Return the devices of `two_trucks`; `status` says where its drives have their status word."""
     encoders = [ForeignEncoder(node) for node in range(1, 8)]
     return [
         *encoders,
-        *(ForeignDrive(FIRST_DRIVE + number, encoders[number], status) for number in range(4)),
+        *(ForeignDrive(FIRST_DRIVE + number, encoders[number], status, **habits) for number in range(4)),
     ]

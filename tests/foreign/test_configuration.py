@@ -121,7 +121,7 @@ class SlowBus(can.BusABC):
         return None
 
     def clock(self):
-        return SimpleNamespace(now=lambda: self.time)
+        return SimpleNamespace(now=lambda: self.time, heard=lambda _stamp: self.time)
 
 
 @pytest.fixture
@@ -325,6 +325,9 @@ class BusClock:
     def now(self):
         return self.bus.time
 
+    def heard(self, _stamp):
+        return self.bus.time
+
     def sleep(self, seconds):
         self.bus.time += seconds
 
@@ -338,7 +341,7 @@ def test_an_encoder_without_transmission_type_1_is_in_every_sample(monkeypatch, 
     device.allowed[0x1800, 2] = [255]
     device.local.data_store.setdefault(0x6004, {})[0] = bytes(4)
     bus = TimedBus(phase, skew, device)
-    for module in ("sdo_client", "driver", "network"):
+    for module in ("sdo_client", "driver"):
         monkeypatch.setattr(f"omnimate.driver.{module}.time", SimpleNamespace(monotonic=lambda: bus.time))
     vehicle = VehicleParameters(
         "one", robot().trucks, None, Bus(500_000, period),

@@ -5,11 +5,16 @@ from __future__ import annotations
 import pytest
 
 from omnimate.driver.errors import DrivesStopped
+from omnimate.motion import drive as motion
+from omnimate.motion.journal import Journal
+from omnimate.motion.paths import out_and_back
+from omnimate.motion.runner import Runner
 from tests.foreign.devices import FAULT, PRE_OPERATIONAL, STOPPED, SWITCH_ON_DISABLED
 from tests.foreign.robots import devices as robot_devices
 from tests.foreign.robots import two_trucks
 
 SPEED = 4.0  # [rad/s], 0.3 m/s
+COUNTS = SPEED / 6.2832 * 40000  # [1/s]
 OUT = 17  # the drive that something happens to
 
 
@@ -130,6 +135,34 @@ def test_a_robot_without_troubles_is_not_stopped(bench, driver_on):
         driver, _ = driving(bench, driver_on, status, seconds=5.0)
         assert driver.drives.troubles == ()
         assert [event.what for event in driver.report().events] == []
+
+
+def until_standing(bench, driver_on, phase, period):
+    """Return the time from an encoder's last breath to the last of four commands to stand [s]."""
+    bus, robot = bench(robot_devices()), two_trucks(period)
+    driver = driver_on(robot, bus)
+    driver.configure()
+    driver.enable()
+    program = out_and_back(20.0, 1, speed=0.3, link_length=robot.linkage.length)
+    moments = motion.drive(driver, Runner(program, robot), robot, Journal(program))
+    while bus.nodes[OUT].velocity < 0.5 * COUNTS:
+        next(moments)
+    began = bus.at(phase, bus.nodes[1].power_off)
+    first = len(bus.sent)
+    while bus.now < began + 0.5:
+        next(moments)
+    zeros = [
+        at
+        for at, can_id, data in bus.sent[first:]
+        if 0x211 <= can_id <= 0x214 and at >= began and not any(data)
+    ]
+    return zeros[3] - began
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.001, 0.008])
+@pytest.mark.parametrize("period", [0.01, 0.015, 0.02, 0.05])
+def test_both_trucks_stand_within_100_ms_of_the_last_answer_of_an_encoder(bench, driver_on, phase, period):
+    assert until_standing(bench, driver_on, phase, period) <= 0.1
 
 
 def test_an_emergency_that_says_that_an_error_has_gone_stops_nothing(bench, driver_on):

@@ -135,9 +135,10 @@ def test_a_drive_on_a_clock_from_zero_survives_too(robot_toml, tmp_path):
     assert loaded.recording.time[0] == 0.0
 
 
-def test_commands_survive_the_bus_to_the_drives_resolution(robot_toml, tmp_path):
+@pytest.mark.parametrize("start_bit", [0, 16, 32])
+def test_commands_survive_the_bus_to_the_drives_resolution(robot_toml, tmp_path, start_bit):
     drives = tuple(
-        Drive(wheel, 10 + index, 0x20A + index, (-1) ** index, 40000.0)
+        Drive(wheel, 10 + index, 0x20A + index, (-1) ** index, 40000.0, start_bit=start_bit)
         for index, wheel in enumerate(("a.left", "a.right", "b.left", "b.right"))
     )
     vehicle = replace(parse_vehicle(robot_toml), drives=drives)

@@ -1,6 +1,7 @@
 """vehicle.toml: what is written comes back, and every impossible robot is refused by name."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,16 @@ from hypothesis import strategies as st
 
 from omnimate.vehicle.errors import VehicleFileError
 from omnimate.vehicle.file import format_vehicle, load_vehicle, parse_vehicle, save_vehicle
-from omnimate.vehicle.parameters import Bus, Drive, Encoder, Limits, Linkage, Truck, VehicleParameters
+from omnimate.vehicle.parameters import (
+    Bus,
+    Drive,
+    Encoder,
+    Limits,
+    Linkage,
+    ParameterError,
+    Truck,
+    VehicleParameters,
+)
 
 DATA = Path(__file__).parents[1] / "data" / "vehicle"
 BROKEN = tomllib.loads((DATA / "broken_vehicles.toml").read_text(encoding="utf-8"))["case"]
@@ -94,3 +104,44 @@ def test_any_other_table_is_refused_and_never_crashes(table):
     )
     with pytest.raises(VehicleFileError):
         parse_vehicle(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [("6063h", (0x6063, 0)), ("6020h:2", (0x6020, 2)), ("0x2041:0A", (0x2041, 10)), ("6c64", (0x6C64, 0))],
+)
+def test_an_encoder_names_its_object(robot_toml, text, place):
+    named = robot_toml.replace('channel = "a.left"', f'channel = "a.left"\nobject = "{text}"', 1)
+    vehicle = parse_vehicle(named)
+    assert vehicle.encoders[0].position_object == place
+    assert vehicle.encoders[1].position_object is None
+    assert parse_vehicle(format_vehicle(vehicle)) == vehicle
+
+
+def test_an_eds_is_found_from_the_folder_of_the_file_wherever_the_robot_is_saved(robot_toml, tmp_path):
+    here, there = tmp_path / "robot", tmp_path / "runs" / "1"
+    there.mkdir(parents=True)
+    here.mkdir()
+    named = robot_toml.replace('channel = "a.left"', 'channel = "a.left"\neds = "../eds/wheel.eds"', 1)
+    (here / "vehicle.toml").write_text(named)
+    vehicle = load_vehicle(here / "vehicle.toml")
+    (path,) = vehicle.eds_files.values()
+    assert Path(path).resolve() == tmp_path / "eds" / "wheel.eds"
+    save_vehicle(vehicle, there / "vehicle.toml")
+    assert 'eds = "../../eds/wheel.eds"' in (there / "vehicle.toml").read_text()
+    (path,) = load_vehicle(there / "vehicle.toml").eds_files.values()
+    assert Path(path).resolve() == tmp_path / "eds" / "wheel.eds"
+
+
+def test_a_node_has_one_eds(robot_toml):
+    vehicle = parse_vehicle(robot_toml)
+    first, second, *others = vehicle.encoders
+    with pytest.raises(ParameterError, match=r"both b\.eds and a\.eds for node"):
+        replace(
+            vehicle,
+            encoders=(
+                replace(first, eds="b.eds"),
+                replace(second, node=first.node, eds="a.eds"),
+                *others,
+            ),
+        )

@@ -12,10 +12,10 @@ from omnimate.vcan_sim.nodes.encoder import EncoderDevice
 from omnimate.vcan_sim.nodes.sensor import Sensor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from omnimate.vcan_sim.nodes.device import Device
-    from omnimate.vcan_sim.nodes.dictionary import Key, Value
+    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
     from omnimate.vcan_sim.nodes.sensor import Latch
     from omnimate.vehicle.parameters import Drive, Encoder, VehicleParameters
 
@@ -52,8 +52,21 @@ def _device(
             raise SimulationError(f"node {node}: {encoder.channel} has {encoder.bits} bits; 6004h has 32")
     sensors = [Sensor(latch, vehicle.channels.index(encoder.channel), encoder) for encoder in encoders]
     if drives or any(encoder.profile == "cia402" for encoder in encoders):
-        return _drive(vehicle, node, drives, encoders, sensors, send)
-    return _encoder(node, encoders, sensors, send)
+        device = _drive(vehicle, node, drives, encoders, sensors, send)
+    else:
+        device = _encoder(node, encoders, sensors, send)
+    for encoder, sensor in zip(encoders, sensors, strict=True):
+        if encoder.position_object is not None:
+            device.objects.readers[encoder.position_object] = sensor.position
+    return device
+
+
+def _with_positions(
+    variables: Mapping[Key, Variable], encoders: list[Encoder], like: Key
+) -> dict[Key, Variable]:
+    """Return a dictionary that has the positions that the vehicle's file names, too, like the profile's."""
+    named = (encoder.position_object for encoder in encoders)
+    return {**variables, **{place: variables[like] for place in named if place is not None}}
 
 
 def _encoder(
@@ -61,7 +74,7 @@ def _encoder(
 ) -> Device:
     first = encoders[0]
     kinds = {"link": LINK_EDS, "joint_a": JOINT_EDS, "joint_b": JOINT_EDS}
-    variables = load_dictionary(kinds.get(first.channel, WHEEL_EDS))
+    variables = _with_positions(load_dictionary(kinds.get(first.channel, WHEEL_EDS)), encoders, (0x6004, 0))
     settings = _identity(node, encoders)
     settings[0x6002, 0] = first.wrap_range & 0xFFFF_FFFF
     settings[0x650B, 0] = settings[0x1018, 4]
@@ -92,9 +105,8 @@ def _drive(
     if drives:
         settings |= _motion_settings(vehicle, drives[0])
         scale = drives[0].sign * 2.0 * math.pi / drives[0].counts_per_turn
-    return DriveDevice(
-        node, load_dictionary(DRIVE_EDS), settings, send, scale, sensors[0] if sensors else None
-    )
+    variables = _with_positions(load_dictionary(DRIVE_EDS), encoders, (0x6064, 0))
+    return DriveDevice(node, variables, settings, send, scale, sensors[0] if sensors else None)
 
 
 def _motion_settings(vehicle: VehicleParameters, drive: Drive) -> dict[Key, Value]:

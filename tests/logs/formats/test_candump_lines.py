@@ -103,7 +103,7 @@ def test_dots_between_bytes_and_a_raw_length_code_are_read():
     ("line", "reason"),
     [
         (b"garbage", "expected `(seconds) interface ID#DATA`"),
-        (b"(1.0) can0 181##100", "CAN FD"),
+        (b"(1.0) can0 181##1000102030405060708", "CAN FD"),
         (b"(1.0) can0  181  [12]  00 00 00 00 00 00 00 00 00 00 00 00", "CAN FD"),
         (b"(1.0) can0 181#123", "two hexadecimal digits"),
         (b"(1.0) can0 181#112233445566778899", "0 to 8 bytes"),
@@ -116,7 +116,7 @@ def test_dots_between_bytes_and_a_raw_length_code_are_read():
         (b"DROPCOUNT: dropped 5 CAN frames on 'can0' socket (total drops 5)", "dropped frames"),
     ],
 )
-def test_a_line_without_a_classical_frame_says_why(line, reason):
+def test_a_line_without_a_frame_that_can_be_read_says_why(line, reason):
     assert reason in parse_line(line)
 
 

@@ -52,6 +52,15 @@ def test_the_identity_of_the_vehicles_file_is_shown(make_bench):
     assert bench.read(2, 0x1018, 1) != 0x1234
 
 
+def test_the_object_of_the_vehicles_file_is_a_position_too(make_bench):
+    vehicle = reference_single()
+    named = replace(vehicle.encoders[0], object="2041h:2")
+    bench = make_bench(replace(vehicle, encoders=(named, vehicle.encoders[1])))
+    bench.plant.counts = (-3, 4)
+    bench.sync()
+    assert bench.read(1, 0x2041, 2) == 2**32 - 3
+
+
 def test_a_preset_makes_the_position_its_value_and_shows_in_6509h(bench):
     bench.plant.counts = (1000,) * 7
     bench.sync()

@@ -1,0 +1,327 @@
+"""The values of objects over time: what a device of an EDS file shows while its robot drives."""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+
+TYPES = {  # CiA 301 data types: bits, signed, float
+    1: (1, False, False), 2: (8, True, False), 3: (16, True, False), 4: (32, True, False),
+    5: (8, False, False), 6: (16, False, False), 7: (32, False, False), 8: (32, True, True),
+    0x10: (24, True, False), 0x15: (64, True, False), 0x16: (24, False, False), 0x1B: (64, False, False),
+}  # fmt: skip
+POSITIONS = {0x6004, 0x6020, 0x6063, 0x6064, 0x2020, 0x20A0, 0x2304, 0x2212}
+POSITION_DEMANDS = {0x6062, 0x607A, 0x60FC, 0x60C1}
+SPEEDS = {0x606C, 0x6069, 0x6030, 0x6044, 0x2028, 0x2029, 0x2069, 0x206C, 0x60FF, 0x606B, 0x6042, 0x6043}
+TORQUES = {0x6077, 0x6074, 0x6071, 0x6078, 0x2027, 0x2031, 0x60FA}
+ERRORS = {0x60F4, 0x20F4}
+STATES = [0x0240, 0x0231, 0x0233, 0x0237]
+
+
+@dataclass
+class Values:
+    """What an object shows at any time.
+
+    Attributes:
+        at: Function of times (N,) that returns the raw numbers as Python integers modulo 2^bits, (N,).
+        kind: What it is: number, bits, status word, control word, float, time, counter, bytes.
+        role: Position, speed, torque, ... with the wheel or joint it is of, or "".
+        sign: +1 or -1: whether forward counts up, of a position or speed.
+        scale: Counts per radian, metre, or per second of these; 0 where it has none.
+    """
+
+    at: object
+    kind: str
+    role: str = ""
+    sign: int = 1
+    scale: float = 0.0
+
+
+class Shaft:
+    """What a device measures: one wheel, joint or slider."""
+
+    def __init__(self, random, time, angle, channel):
+        self.random, self.time, self.angle, self.channel = random, time, angle, channel
+        self.rate = np.gradient(angle, time)
+        self.sign = int(random.choice([-1, 1]))
+        unit = 2 * math.pi if channel != "link" else 0.1
+        self.scale = math.exp(random.uniform(math.log(256), math.log(1 << 20))) / unit
+        if random.random() < 0.5:
+            self.scale = 2 ** round(math.log2(self.scale * unit)) / unit
+        self.busy = float(np.max(np.abs(self.rate))) + 1e-9
+
+    def position(self, bits, wrap=None, noise=None):
+        random = self.random
+        start = int(random.choice([0, int(random.integers(-3000, 3000)), int(random.integers(0, 2**31))]))
+        ripple = random.choice([0.0, 0.0, 0.4, 1.5]) if noise is None else noise
+        size = wrap or 2**bits
+
+        def at(times):
+            counts = self.sign * self.scale * np.interp(times, self.time, self.angle)
+            counts = np.floor(counts + random.normal(0, ripple or 1e-9, len(times))).astype(np.int64) + start
+            return [int(value) % size % 2**bits for value in counts]
+
+        return at
+
+    def speed(self, bits, signed):
+        random = self.random
+        span = 2 ** (bits - 1) - 1 if signed else 2**bits - 1
+        unit = random.choice([self.scale, 60 / (2 * math.pi), 600 / (2 * math.pi), 1000.0, 30.0])
+        unit = min(unit, 0.8 * span / self.busy)
+        delay = random.choice([0.0, 0.004, 0.02])
+        noise = random.choice([0.0, 0.003, 0.02]) * self.busy * unit + random.choice([0.0, 0.6])
+
+        def at(times):
+            value = self.sign * unit * np.interp(times - delay, self.time, self.rate)
+            value = np.rint(value + random.normal(0, noise or 1e-9, len(times))).astype(np.int64)
+            return [int(each) % 2**bits for each in (value if signed else np.abs(value))]
+
+        return at, unit
+
+
+def values_of(random, index, subindex, name, kind, shaft, session, access="ro"):
+    """Return the values of an object of a device that measures a shaft, or nothing (None)."""
+    bits, signed, is_float = TYPES[kind]
+    words = name.lower()
+    if index == 0x6041:
+        return Values(_status(random, session), "status word")
+    if index == 0x6040:
+        return Values(_control(random, session), "control word")
+    if shaft is not None and bits >= 16 and not is_float:
+        if index in POSITIONS or index in POSITION_DEMANDS:
+            wrap = None
+            if index == 0x6004 and random.random() < 0.4:
+                wrap = int(random.choice([4096, 8192, 36000, 65536, 1 << 24, 1 << 25, 1 << 28]))
+            return Values(
+                shaft.position(bits, wrap, 0.0 if index in POSITION_DEMANDS else None),
+                "number", f"position {shaft.channel}", shaft.sign, shaft.scale,
+            )  # fmt: skip
+        if index in SPEEDS:
+            at, unit = shaft.speed(bits, signed)
+            return Values(at, "number", f"speed {shaft.channel}", shaft.sign, unit)
+        if index in TORQUES or "torque" in words or "current" in words:
+            return Values(_torque(random, shaft, bits, signed), "number", f"torque {shaft.channel}")
+        if index in ERRORS:
+            return Values(_following(random, shaft, bits, signed), "number", f"error {shaft.channel}")
+        if index == 0x2022:
+            return Values(_hall(shaft), "bits")
+    if is_float:
+        return Values(_float(random), "float")
+    if index == 0x2041:
+        return Values(_stamp(random, bits), "time")
+    if bits == 64:
+        return Values(_held(random, bits), "bytes")
+    if index in {0x6060, 0x6061}:
+        return Values(_mode(random, session, bits), "bits")
+    if (
+        index in {0x60FD, 0x60FE, 0x6200, 0x2201, 0x2022, 0x6300, 0x6400, 0x2071, 0x2078, 0x22A0}
+        or "digital" in words
+    ):
+        return Values(_flags(random, bits), "bits")
+    if index in {0x603F, 0x1001, 0x6500, 0x6503, 0x6505, 0x2022, 0x60B9, 0x2082, 0x2085} or "status" in words:
+        return Values(_status_flags(random, bits), "bits")
+    if index == 0x2021 and subindex < 4 and bits == 16:
+        return Values(_line(random, bits), "number")
+    if bits == 1:
+        return Values(_flags(random, 1), "bits")
+    if any(word in words for word in ("temp", "supply", "volt", "analog", "dc", "noise", "power")):
+        return Values(_analog(random, bits, signed), "number")
+    if access in {"rw", "rww", "rwr", "wo"} and random.random() < 0.7:
+        return Values(_held(random, bits), "bytes")
+    choice = random.choice(["analog", "flags", "held", "counter"])
+    if choice == "analog":
+        return Values(_analog(random, bits, signed), "number")
+    if choice == "flags" and bits <= 16:
+        return Values(_flags(random, bits), "bits")
+    if choice == "counter":
+        return Values(_counter(random, bits), "counter")
+    return Values(_held(random, bits), "bytes")
+
+
+def _pack(values, bits):
+    return [int(value) % 2**bits for value in values]
+
+
+def _torque(random, shaft, bits, signed):
+    size = random.choice([200.0, 600.0, 1500.0] if bits > 8 else [40.0])
+    load = np.gradient(shaft.rate, shaft.time)
+    load = load / (np.max(np.abs(load)) + 1e-9) * 0.7 + 0.3 * np.tanh(shaft.rate / shaft.busy * 5)
+    noise = random.choice([0.004, 0.02, 0.06])
+
+    def at(times):
+        value = size * (np.interp(times, shaft.time, load) + random.normal(0, noise, len(times)))
+        return _pack(np.rint(value if signed else np.abs(value)), bits)
+
+    return at
+
+
+def _following(random, shaft, bits, signed):
+    lag = random.uniform(0.002, 0.02) * shaft.scale
+    lag = min(lag, 0.6 * 2 ** (bits - 1) / shaft.busy)
+    noise = random.uniform(0.5, 3.0)
+
+    def at(times):
+        value = lag * np.interp(times, shaft.time, shaft.rate) + random.normal(0, noise, len(times))
+        return _pack(np.rint(value if signed else np.abs(value)), bits)
+
+    return at
+
+
+def _hall(shaft):
+    def at(times):
+        phase = np.floor(np.interp(times, shaft.time, shaft.angle) * 4 * 6 / (2 * np.pi)).astype(int) % 6
+        return [(1, 3, 2, 6, 4, 5)[each] for each in phase]
+
+    return at
+
+
+def _status(random, session):
+    extra = int(random.choice([0x0000, 0x0400, 0x1000, 0x1400, 0x0080, 0x4000]))
+    toggles = random.random() < 0.5
+    flips = np.sort(random.uniform(0, 60, random.integers(4, 30)))
+
+    def at(times):
+        out = []
+        enabled = session.enabled
+        for time in times:
+            step = int(np.clip((time - enabled) / 0.15 + 3, 0, 3)) if enabled is not None else 3
+            word = STATES[step]
+            if step == 3:
+                word |= extra
+                if toggles and np.searchsorted(flips, time) % 2:
+                    word ^= 0x0400
+            out.append(word)
+        return out
+
+    return at
+
+
+def _control(random, session):
+    steps = [0x0000, 0x0006, 0x0007, 0x000F]
+    halt = random.random() < 0.3
+    flips = np.sort(random.uniform(0, 60, random.integers(2, 12)))
+
+    def at(times):
+        out = []
+        for time in times:
+            step = (
+                int(np.clip((time - session.enabled) / 0.15 + 3.3, 0, 3))
+                if session.enabled is not None
+                else 3
+            )
+            word = steps[step]
+            if step == 3 and halt and np.searchsorted(flips, time) % 2:
+                word |= 0x0100
+            out.append(word)
+        return out
+
+    return at
+
+
+def _mode(random, session, bits):
+    mode = int(random.choice([1, 3, 9, 8, 7, 6])) % 2**bits
+
+    def at(times):
+        if session.enabled is None:
+            return [mode] * len(times)
+        return [mode if time > session.enabled - 0.3 else 0 for time in times]
+
+    return at
+
+
+def _flags(random, bits):
+    lines = random.choice(bits, size=min(bits, int(random.integers(1, 5))), replace=False)
+    flips = {int(line): np.sort(random.uniform(0, 60, random.integers(1, 40))) for line in lines}
+    base = int(random.choice([0, int(random.integers(0, 2 ** min(bits, 16)))]))
+
+    def at(times):
+        words = np.full(len(times), base, np.int64)
+        for line, moments in flips.items():
+            words ^= (np.searchsorted(moments, times) % 2).astype(np.int64) << line
+        return _pack(words, bits)
+
+    return at
+
+
+def _status_flags(random, bits):
+    if random.random() < 0.6:
+        return _held(random, bits)
+    return _flags(random, bits)
+
+
+def _held(random, bits):
+    value = int(
+        random.choice(
+            [
+                0,
+                0,
+                1,
+                int(random.integers(0, 2 ** min(bits, 15))),
+                int(random.integers(0, 2 ** min(bits, 62))),
+            ]
+        )
+    )
+    return lambda times: [value % 2**bits] * len(times)
+
+
+def _counter(random, bits):
+    start = int(random.integers(0, 200))
+    return lambda times: [(start + n) % 2**bits for n in range(len(times))]
+
+
+def _stamp(random, bits):
+    start = int(random.integers(0, 2**31))
+    unit = random.choice([1e6, 1e6, 1e3, 1e5])
+    return lambda times: [(start + int(time * unit)) % 2**bits for time in times]
+
+
+def _line(random, bits):
+    grid = np.arange(0, 70, 0.05)
+    path = np.cumsum(random.normal(0, 1, len(grid))) * 1.5
+    path = 60 * np.tanh((path - np.convolve(path, np.ones(100) / 100, "same")) / 30)
+    noise = random.choice([0.0, 0.3, 1.0])
+
+    def at(times):
+        value = np.interp(times, grid, path) + random.normal(0, noise or 1e-9, len(times))
+        return _pack(np.rint(value), bits)
+
+    return at
+
+
+def _slow(random, base, wander):
+    grid = np.arange(0, 70, 0.5)
+    path = base + wander * np.cumsum(random.normal(0, 0.2, len(grid)))
+    return lambda times: np.interp(times, grid, path)
+
+
+def _analog(random, bits, signed):
+    span = 2 ** (bits - 1) if signed else 2**bits
+    base = random.choice([25, 60, 240, 480, 1200, 3000, 20000])
+    base = min(base, span * 0.4)
+    base = -base * 0.3 if signed and random.random() < 0.2 else base
+    path = _slow(random, base, abs(base) * random.choice([0.002, 0.01, 0.05]) + 0.2)
+    noise = random.choice([0.2, 0.5, 3.0, 12.0]) if abs(base) > 100 else random.choice([0.05, 0.3])
+
+    def at(times):
+        value = np.rint(path(times) + random.normal(0, noise, len(times)))
+        return _pack(np.clip(value, -span if signed else 0, span - 1), bits)
+
+    return at
+
+
+def _float(random):
+    base = random.choice([24.5, 41.0, 0.3, -3.0, 0.0, 1200.0])
+    path = _slow(random, base, 0.02 * abs(base) + 0.05)
+    noise = random.choice([1e-3, 0.01, 0.1]) * (abs(base) + 0.1)
+    grain = random.choice([0.0, 0.0, 0.0625, 0.1])
+
+    def at(times):
+        value = path(times) + random.normal(0, noise, len(times))
+        if grain:
+            value = np.rint(value / grain) * grain
+        return [struct.unpack("<I", struct.pack("<f", each))[0] for each in value]
+
+    return at

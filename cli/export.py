@@ -1,0 +1,88 @@
+"""`omnimate export`: a recording or a log in the formats of other tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from omnimate.cli.console import out, progress_bar, report_problem, warn
+from omnimate.cli.loading import log_of, report_problems
+
+if TYPE_CHECKING:
+    from omnimate.exporters.drive import Drive
+    from omnimate.exporters.export import Exported
+    from omnimate.logs.streaming import LogStream
+
+
+def export(
+    source: Annotated[Path, typer.Argument(help="Recording folder, or a log of any format.", exists=True)],
+    to: Annotated[
+        Path,
+        typer.Argument(
+            help="File to write: .mcap, .parquet, .tum, .pcap, .pcapng, .blf, .asc, .csv, .log, .log.gz; "
+            "a name without suffix is a ROS 2 bag."
+        ),
+    ],
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(help="vehicle.toml: a log's odometry is computed too; a recording folder has its own."),
+    ] = None,
+    frames: Annotated[
+        bool, typer.Option("--frames", help="Write a drive's CAN frames too (.mcap, .parquet, a bag).")
+    ] = False,
+) -> None:
+    """Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, Vector or pandas."""
+    from omnimate.exporters.errors import ExportError
+    from omnimate.exporters.export import DRIVE_SUFFIXES, export_drive, export_frames, suffix_of
+    from omnimate.logs.streaming import LogStream
+
+    log = LogStream(log_of(source))
+    try:
+        with progress_bar("writing") as watch:
+            if suffix_of(to) in DRIVE_SUFFIXES and (source.is_dir() or vehicle is not None):
+                done = export_drive(_drive(source, vehicle), to, watch, log if frames else None)
+            else:
+                done = export_frames(log, to, watch)
+    except OSError as error:
+        raise ExportError(to, f"cannot be written: {error.strerror or error}") from error
+    _report(log, done)
+
+
+def _drive(source: Path, vehicle: Path | None) -> Drive:
+    """Return the drive in a folder or a log, after saying what could not be read."""
+    from dataclasses import replace
+
+    from omnimate.exporters.drive import drive_of
+    from omnimate.logs.assemble import assemble
+    from omnimate.logs.folder import read_recording
+    from omnimate.logs.reading import read_log
+    from omnimate.vehicle.file import load_vehicle
+
+    if source.is_dir():
+        loaded = read_recording(source)
+        log, recording = loaded.log, loaded.recording
+        if vehicle is not None:
+            assembled = assemble(log.frames, load_vehicle(vehicle), str(source)).recording
+            recording = replace(assembled, poses=recording.poses, run=recording.run)
+    else:
+        assert vehicle is not None  # the caller has seen that it is
+        log = read_log(source)
+        recording = assemble(log.frames, load_vehicle(vehicle), str(source)).recording
+    report_problems(log)
+    drive = drive_of(recording, log.frames)
+    for note in drive.notes:
+        warn(note)
+    return drive
+
+
+def _report(log: LogStream, done: Exported) -> None:
+    """Say what was written, and what was left out."""
+    report_problems(log)
+    for reason, count in done.left_out.items():
+        report_problem(f"{count} frames left out: {reason}")
+    if done.frames:
+        out.print(f"{done.frames} frames")
+    for path in done.files:
+        out.print(f"written: {path}", soft_wrap=True)

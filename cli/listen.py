@@ -1,0 +1,164 @@
+"""`omnimate listen`: what an unknown bus is, by listening alone; a DBC file and a draft of `vehicle.toml`."""
+
+from __future__ import annotations
+
+import json
+import time
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from omnimate.cli.console import out, progress_bar, warn
+from omnimate.cli.errors import CallError
+from omnimate.logs.frames import Frames, frames_of
+
+if TYPE_CHECKING:
+    from omnimate.listen.learning import Findings
+    from omnimate.listen.meanings import Meaning
+    from omnimate.logs.frames import Frame
+
+_POLL = 0.2  # [s] after which a silent bus is asked again
+
+
+class TurnChoice(Enum):
+    """Which way a turn went."""
+
+    left = "left"
+    right = "right"
+
+
+def listen(
+    bus: Annotated[str | None, typer.Option(help="Bus to listen to, such as socketcan://can0.")] = None,
+    log: Annotated[Path | None, typer.Option(help="Log of any form, or recording folder, instead.")] = None,
+    seconds: Annotated[
+        float, typer.Option(help="How long to listen [s]; Ctrl-C ends it earlier.", min=1.0)
+    ] = 60.0,
+    write: Annotated[
+        Path | None,
+        typer.Option(help="Folder for bus.dbc, vehicle.toml, report.txt and a picture of each message."),
+    ] = None,
+    turn: Annotated[
+        TurnChoice | None, typer.Option(help="Which way the first clear turn went: it tells left from right.")
+    ] = None,
+    channel: Annotated[
+        str | None, typer.Option(help="Interface in a log of several, such as can1; else the busiest.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+    reasons: Annotated[
+        bool, typer.Option("--reasons", help="Say of each signal how it was decided; report.txt always does.")
+    ] = False,
+) -> None:
+    """Say what an unknown bus carries: nodes, PDOs and their signals, wheels. Nothing is sent."""
+    from omnimate.listen.as_json import findings_as_json
+    from omnimate.listen.learning import learn_bus
+    from omnimate.listen.meanings import meanings_of
+    from omnimate.listen.text import report_lines
+
+    if (bus is None) == (log is None):
+        raise CallError("give either --bus URL or --log FILE")
+    frames = _logged(log) if log is not None else _heard(str(bus), seconds)
+    frames = _of_channel(frames, channel)
+    known = _known(frames)
+    with progress_bar("learning signals") as progress:
+        findings = learn_bus(frames, known, progress)
+    meanings = meanings_of(findings)
+    if as_json:
+        out.print(json.dumps(findings_as_json(findings, meanings), indent=1), soft_wrap=True)
+    else:
+        for line in report_lines(findings, meanings, reasons=reasons):
+            out.print(line, soft_wrap=True)
+    if write is not None:
+        _write(write, findings, meanings, bus, turn)
+        if not as_json:
+            out.print(f"written: {write}", soft_wrap=True)
+
+
+def _logged(path: Path) -> Frames:
+    from omnimate.logs.folder import log_path
+    from omnimate.logs.reading import read_log
+
+    log = read_log(log_path(path) if path.is_dir() else path)
+    for problem in log.problems():
+        warn(problem)
+    return log.frames
+
+
+def _heard(url: str, seconds: float) -> Frames:
+    """Return what is on a bus within so many seconds, or until Ctrl-C."""
+    from omnimate.driver.bus import open_bus
+    from omnimate.logs.formats.python_can_logs import frame_of_message
+
+    heard: list[Frame] = []
+    start = time.monotonic()
+    with open_bus(url) as opened, progress_bar("listening") as progress:
+        try:
+            while (passed := time.monotonic() - start) < seconds:
+                message = opened.recv(min(_POLL, seconds - passed))
+                progress(int(passed * 10), int(seconds * 10))
+                frame = None if message is None else frame_of_message(message)
+                if frame is not None and not isinstance(frame, str):
+                    heard.append(frame)
+        except KeyboardInterrupt:
+            pass
+    if not heard:
+        raise CallError(
+            f"{url}: no frame in {time.monotonic() - start:.0f} s; check the bit rate and the power"
+        )
+    return frames_of(heard)
+
+
+def _of_channel(frames: Frames, channel: str | None) -> Frames:
+    """Return the frames of one interface."""
+    import numpy as np
+
+    if channel is not None and channel not in frames.channels:
+        raise CallError(f"--channel {channel}: expected one of {', '.join(frames.channels)}")
+    if len(frames.channels) == 1:
+        return frames
+    counts = np.bincount(frames.channel, minlength=len(frames.channels))
+    number = int(counts.argmax()) if channel is None else frames.channels.index(channel)
+    if channel is None:
+        others = ", ".join(name for name in frames.channels if name != frames.channels[number])
+        warn(f"only {frames.channels[number]} is read, the busiest interface; --channel reads {others}")
+    return frames.select(frames.channel == number)
+
+
+def _known(frames: Frames) -> dict[int, tuple]:  # type: ignore[type-arg]
+    """Return the fields of PDOs that SDO traffic in the log shows, by COB-ID."""
+    from omnimate.driver.mapped_signals import mapped_signals
+    from omnimate.logs.seen_mapping import seen_objects
+
+    seen = seen_objects(frames)
+    return mapped_signals(seen, {}) if seen else {}
+
+
+def _write(
+    folder: Path, findings: Findings, meanings: dict[str, Meaning], bus: str | None, turn: TurnChoice | None
+) -> None:
+    from omnimate.driver.adapters import BusUrl
+    from omnimate.figures.signals import plot_signals
+    from omnimate.listen.dbc import learned_dbc
+    from omnimate.listen.draft import draft_vehicle
+    from omnimate.listen.text import report_lines
+    from omnimate.vehicle.atomic import write_text
+
+    draft = folder / "vehicle.toml"
+    if draft.exists():
+        raise CallError(f"{draft}: exists already; name a new folder, or remove it")
+    folder.mkdir(parents=True, exist_ok=True)
+    bitrate = None if bus is None else BusUrl.of(bus).options.get("bitrate")
+    write_text(folder / "bus.dbc", learned_dbc(findings, meanings))
+    write_text(folder / "report.txt", "\n".join([*report_lines(findings, meanings), ""]))
+    rate = bitrate if isinstance(bitrate, int) else None
+    write_text(draft, draft_vehicle(findings, rate, None if turn is None else turn.value))
+    with progress_bar("drawing messages") as progress:
+        for number, each in enumerate(findings.messages):
+            moving = [signal for signal in each.signals if signal.kind != "constant"]
+            if moving:
+                rows = [(meanings[s.label].name, s.time - findings.start, s.values()) for s in moving]
+                plot_signals(
+                    each.message.name, rows, folder / f"{each.signals[0].label.partition('.')[0]}.png"
+                )
+            progress(number + 1, len(findings.messages))

@@ -1,0 +1,1 @@
+"""`omnimate monitor`: a bus as it lives, in a terminal."""

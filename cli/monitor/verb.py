@@ -1,0 +1,164 @@
+"""`omnimate monitor`: which bus is watched, and by whose description."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from omnimate.cli.console import err, out
+from omnimate.cli.descriptions import descriptions, vehicle_of
+from omnimate.cli.errors import CallError
+from omnimate.cli.loading import log_of
+
+if TYPE_CHECKING:
+    from omnimate.cli.descriptions import Descriptions
+    from omnimate.cli.monitor.lines import Wanted
+    from omnimate.driver.watch.bus_watch import BusWatch, Opener
+    from omnimate.driver.watch.snapshot import Snapshot
+    from omnimate.vehicle.parameters import VehicleParameters
+
+SCREEN = (80, 24)  # characters of a picture
+_LOOK = 0.1  # [s] between two looks whether a log has ended, without a screen
+
+
+def monitor(
+    source: Annotated[
+        Path | None, typer.Argument(help="Log of any format or recording folder, replayed as it was.")
+    ] = None,
+    bus: Annotated[str | None, typer.Option(help="Watch this bus, such as socketcan://can0.")] = None,
+    vehicle: Annotated[
+        Path | None, typer.Option(help="vehicle.toml: names, values, odometry. A folder has its own.")
+    ] = None,
+    dbc: Annotated[
+        list[Path] | None, typer.Option(help="DBC file whose signals to name; repeatable.")
+    ] = None,
+    eds: Annotated[
+        list[str] | None, typer.Option(help="NODE=FILE: EDS or DCF whose objects to name; repeatable.")
+    ] = None,
+    show: Annotated[
+        str, typer.Option("--filter", help="Rows to show: 181 180-1FF ~080 node:5 kind:pdo, or words.")
+    ] = "",
+    record: Annotated[
+        Path | None, typer.Option(help="Folder (with a vehicle) or log that the key r records into.")
+    ] = None,
+    pace: Annotated[
+        float, typer.Option(help="How many times faster than recorded to replay a log.", min=0.001)
+    ] = 1.0,
+    bitrate: Annotated[
+        int | None, typer.Option(help="Of the bus [bit/s]; else by the URL or the vehicle.", min=10_000)
+    ] = None,
+    seconds: Annotated[float | None, typer.Option(help="End after so long [s].", min=0.1)] = None,
+    screenshot: Annotated[
+        Path | None, typer.Option(help="Draw 80 x 24 characters into this SVG file after --seconds instead.")
+    ] = None,
+    no_color: Annotated[
+        bool, typer.Option("--no-color", help="Without colours; changed bytes have a star.")
+    ] = False,
+) -> None:
+    """Watch a bus in the terminal: rates, values, node states, load, odometry, events. Sends nothing."""
+    from omnimate.cli.monitor.lines import Wanted
+    from omnimate.driver.watch.bus_watch import BusWatch
+
+    if (source is None) == (bus is None):
+        raise CallError("monitor watches either a bus (--bus URL) or a log; give one of them")
+    if screenshot is not None and seconds is None:
+        raise CallError("--screenshot needs --seconds, after which the picture is drawn")
+    no_color = no_color or (screenshot is None and bool(os.environ.get("NO_COLOR")))
+    robot = vehicle_of(vehicle, source)
+    known = descriptions(robot, dbc or (), eds or ())
+    rate = bitrate or _bitrate(bus, robot)
+    opened = _opener(source, bus, pace, rate)
+    name = str(bus or source)
+    with BusWatch(opened, robot) as watch:
+        if out.is_terminal or screenshot is not None:
+            _screen(watch, known, name, rate, Wanted.of(show), record, seconds, screenshot, no_color=no_color)
+        elif seconds is None and source is None:
+            raise CallError("this is no terminal; give --seconds, after which what was seen is printed")
+        else:
+            _wait(watch, seconds)
+            _print(watch.snapshot, known, name, rate, Wanted.of(show))
+    if out.is_terminal:
+        last = watch.snapshot
+        err.print(f"{last.frames} frames in {last.since:.0f} s", markup=False)
+
+
+def _opener(source: Path | None, bus: str | None, pace: float, bitrate: int | None) -> Opener:
+    """Return what opens the bus, or the log as a bus."""
+    if bus is not None:
+        from omnimate.driver.bus import open_bus
+
+        return lambda: open_bus(bus, bitrate)
+    from omnimate.driver.log_bus import LogBus
+    from omnimate.logs.streaming import LogStream
+
+    assert source is not None  # one of the two is given
+    log = log_of(source)
+    next(iter(LogStream(log)))  # what is no log is told now
+    return lambda: LogBus(LogStream(log), pace)
+
+
+def _bitrate(bus: str | None, robot: VehicleParameters | None) -> int | None:
+    from omnimate.driver.adapters import BusUrl
+
+    stated = None if bus is None else BusUrl.of(bus).options.get("bitrate")
+    return stated if isinstance(stated, int) else None if robot is None else robot.bus.bitrate
+
+
+def _screen(
+    watch: BusWatch,
+    known: Descriptions,
+    name: str,
+    bitrate: int | None,
+    wanted: Wanted,
+    record: Path | None,
+    seconds: float | None,
+    screenshot: Path | None,
+    *,
+    no_color: bool,
+) -> None:
+    os.environ.pop("NO_COLOR", None)
+    if no_color:
+        os.environ["NO_COLOR"] = "1"  # by which textual knows
+    try:
+        from omnimate.cli.monitor.app import MonitorApp
+    except ImportError as error:
+        raise CallError("the screen needs the library textual: pip install 'omnimate[monitor]'") from error
+    MonitorApp(
+        watch,
+        known,
+        name=name,
+        bitrate=bitrate,
+        wanted=wanted,
+        target=record,
+        seconds=seconds,
+        picture=screenshot,
+        marks=no_color,
+    ).run(headless=screenshot is not None, size=None if screenshot is None else SCREEN)
+
+
+def _wait(watch: BusWatch, seconds: float | None) -> None:
+    """Wait until the time is over or the log has ended."""
+    end = None if seconds is None else time.monotonic() + seconds
+    while (end is None or time.monotonic() < end) and not watch.snapshot.has_ended:
+        time.sleep(_LOOK)
+
+
+def _print(snapshot: Snapshot, known: Descriptions, name: str, bitrate: int | None, wanted: Wanted) -> None:
+    """Print what was seen, where there is no terminal."""
+    from omnimate.cli.monitor.lines import event_lines, head_line, node_line, robot_lines, table_lines
+
+    decoder = known.decoder(snapshot.seen if known.vehicle is None else {})
+    lines = [head_line(snapshot, name, bitrate)]
+    lines += table_lines(wanted.rows(snapshot.rows, decoder), decoder, _WIDE, marks=True)
+    lines.append(node_line(snapshot, _WIDE))
+    lines += [] if snapshot.robot is None else robot_lines(snapshot.robot, _WIDE)
+    lines += event_lines(snapshot, len(snapshot.events), _WIDE)
+    for line in lines:
+        out.print(line, soft_wrap=True)
+
+
+_WIDE = 400  # characters: no line is cut

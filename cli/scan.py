@@ -1,0 +1,248 @@
+"""`omnimate scan`: who is on a bus, and a `vehicle.toml` drafted from it."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.text import Text
+
+from omnimate.cli.console import out, progress_bar, report_problem, warn
+from omnimate.cli.errors import CallError
+from omnimate.cli.objects import AsJson, Bus, Timeout
+from omnimate.cli.tables import new_table, show
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rich.table import Table
+
+    from omnimate.driver.pdo_parameters import PdoSetting
+    from omnimate.driver.scan.eds_folder import FittingFile
+    from omnimate.driver.scan.node import NodeReading
+    from omnimate.driver.scan.scan import Scan
+
+NARROW = 80  # characters of a screen on which all tables fit
+IDENTITY = ("vendor", "product", "revision", "serial")
+
+
+def scan(
+    bus: Bus,
+    eds: Annotated[
+        Path | None, typer.Option(help="Folder with EDS and DCF files, of which those that fit are named.")
+    ] = None,
+    write: Annotated[Path | None, typer.Option(help="vehicle.toml to draft; it must not exist yet.")] = None,
+    wait: Annotated[
+        float, typer.Option(help="Time in which late devices may boot [s].", min=0.0, max=3600.0)
+    ] = 2.0,
+    timeout: Timeout = 0.5,
+    lss: Annotated[
+        bool, typer.Option("--lss", help="Look for devices without a node id, too (CiA 305).")
+    ] = False,
+    assign: Annotated[
+        int | None,
+        typer.Option(
+            help="With --lss, give them node ids: this one, then those that are free.", min=1, max=127
+        ),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Ask all node ids, and use LSS, beside another master, too.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Say who is on a bus, by listening and reading alone, and draft a vehicle.toml from it."""
+    from omnimate.driver.bus import open_bus
+    from omnimate.driver.scan.scan import scan as look
+
+    if assign is not None and not lss:
+        raise CallError("--assign gives node ids by LSS; add --lss")
+    if write is not None and write.exists():
+        raise CallError(f"{write}: exists already; name a new file, or remove it")
+    if eds is not None and not eds.is_dir():
+        raise CallError(f"--eds {eds}: expected a folder with EDS and DCF files")
+    with open_bus(bus) as opened, progress_bar("reading nodes") as progress:
+        found = look(
+            opened, bus, wait=wait, timeout=timeout, asks_lss=lss, first_id=assign, force=force,
+            progress=progress,
+        )  # fmt: skip
+    files = {} if eds is None else _fitting(found, eds)
+    if as_json:
+        out.print(json.dumps(_fields(found, files), indent=1), soft_wrap=True)
+    else:
+        _show(found, files)
+    if write is not None:
+        _write(found, bus, files, write)
+        if not as_json:
+            out.print(f"drafted: {write}", soft_wrap=True)
+    for node in found.nodes:
+        if node.remark:
+            report_problem(f"node {node.node}: {node.remark}")
+
+
+def _fitting(found: Scan, folder: Path) -> dict[int, FittingFile]:
+    """Return the file that fits each node, by node id."""
+    from omnimate.driver.scan.eds_folder import described_devices, fitting_file
+
+    devices = described_devices(folder, lambda error: warn(str(error)))
+    if not devices:
+        warn(f"{folder}: no EDS or DCF file that can be read")
+    files = {node.node: fitting_file(node, devices) for node in found.nodes}
+    return {node: file for node, file in files.items() if file is not None}
+
+
+def _write(found: Scan, bus: str, files: Mapping[int, FittingFile], path: Path) -> None:
+    from omnimate.driver.adapters import BusUrl
+    from omnimate.driver.scan.draft import draft_vehicle
+    from omnimate.vehicle.atomic import write_text
+
+    folder = path.resolve().parent
+    paths = {node: Path(os.path.relpath(file.path, folder)).as_posix() for node, file in files.items()}
+    bitrate = BusUrl.of(bus).options.get("bitrate")
+    write_text(path, draft_vehicle(found, bus, bitrate if isinstance(bitrate, int) else None, paths))
+
+
+def _show(found: Scan, files: Mapping[int, FittingFile]) -> None:
+    out.print(_bus_in_words(found), soft_wrap=True)
+    widest = max(NARROW, out.width)
+    if not found.nodes:
+        out.print("no node: check the power, the bit rate, and the terminating resistors", soft_wrap=True)
+    else:
+        for table in (_nodes(found), _identities(found, files), _pdos(found)):
+            if table.row_count:
+                show(table, widest)
+    for identity in found.without_id:
+        given = next((node for node, named in found.given.items() if named == identity), None)
+        what = ", ".join(f"{name} {_hex(value)}" for name, value in zip(IDENTITY, identity, strict=True))
+        out.print(f"{'without a node id' if given is None else f'now node {given}'}: {what}", soft_wrap=True)
+    sent = ", ".join(f"{count} frames of {what}" for what, count in sorted(found.sent.items()))
+    out.print(f"sent: {sent or 'nothing'}; nothing else", soft_wrap=True)
+
+
+def _bus_in_words(found: Scan) -> str:
+    period = found.heard.sync_period
+    counter = " with a counter" if found.heard.has_counter else ""
+    sync = "no SYNC" if period is None else f"SYNC every {1e3 * period:.1f} ms{counter}"
+    if not found.is_beside_a_master:
+        return f"{sync}; no other master"
+    masters = ", ".join(sorted(found.heard.masters))
+    return f"{sync}; another master works here ({masters})"
+
+
+def _nodes(found: Scan) -> Table:
+    table = new_table("nodes", ("node", "device", "state", "kept alive by", "name, versions"))
+    for node in found.nodes:
+        texts = (
+            str(node.node),
+            node.type_in_words or "-",
+            _state(found, node),
+            _alive(found, node),
+            ", ".join(text for text in (node.name, node.hardware, node.software) if text) or "-",
+        )
+        table.add_row(*map(Text, texts))
+    return table
+
+
+def _identities(found: Scan, files: Mapping[int, FittingFile]) -> Table:
+    heads = ("node", *IDENTITY, *(["EDS that fits"] if files else []))
+    table = new_table("identities, 1018h", heads)
+    for node in found.nodes:
+        if node.vendor is not None:
+            texts = [str(node.node), *(_hex(getattr(node, name)) for name in IDENTITY)]
+            if files:
+                texts.append(files[node.node].in_words() if node.node in files else "-")
+            table.add_row(*map(Text, texts))
+    return table
+
+
+def _pdos(found: Scan) -> Table:
+    table = new_table("PDOs that are on", ("node", "PDO", "COB-ID", "sent", "carries"))
+    for node in found.nodes:
+        for setting in (*node.tpdos, *node.rpdos):
+            if setting.is_valid:
+                carried = ", ".join(entry.in_words() for entry in setting.entries) or "nothing"
+                texts = (str(node.node), setting.name, f"{setting.cob_id:03X}h", _sent(setting), carried)
+                table.add_row(*map(Text, texts))
+    return table
+
+
+def _state(found: Scan, node: NodeReading) -> str:
+    from omnimate.logs.canopen_words import nmt_state_in_words
+
+    state = found.state(node)
+    if state is not None:
+        return nmt_state_in_words(state or BOOTED)
+    return "not stopped" if node.device_type is not None else "-"
+
+
+BOOTED = 0x7F  # a node whose boot-up was heard last is pre-operational
+
+
+def _alive(found: Scan, node: NodeReading) -> str:
+    heard = found.heard.heartbeat_period(node.node)
+    period = node.heartbeat or (0.0 if node.node in found.heard.guarded else heard or 0.0)
+    if period:
+        return f"heartbeat {period:.3g} s"
+    if node.node in found.heard.guarded:
+        return "node guarding"
+    return f"guarding {node.guarding:.3g} s" if node.guarding else "nothing"
+
+
+def _sent(setting: PdoSetting) -> str:
+    kind = setting.transmission
+    if kind <= 240:
+        return {0: "on SYNC, if changed", 1: "on SYNC"}.get(kind, f"every {kind} SYNCs")
+    if kind in {252, 253}:
+        return "when asked"
+    return f"{setting.timer} ms, changes" if setting.timer else "at changes"
+
+
+def _hex(value: int | None) -> str:
+    return "-" if value is None else f"{value:X}h"
+
+
+def _fields(found: Scan, files: Mapping[int, FittingFile]) -> dict[str, Any]:
+    return {
+        "sync_period": found.heard.sync_period,
+        "other_master": sorted(found.heard.masters),
+        "sent": dict(found.sent),
+        "nodes": [_node_fields(found, node, files.get(node.node)) for node in found.nodes],
+        "without_id": [
+            dict(zip(IDENTITY, identity, strict=True))
+            | {"given": next((node for node, named in found.given.items() if named == identity), None)}
+            for identity in found.without_id
+        ],
+    }
+
+
+def _node_fields(found: Scan, node: NodeReading, file: FittingFile | None) -> dict[str, Any]:
+    return {
+        "node": node.node,
+        "device_type": node.device_type,
+        "profile": node.profile,
+        "device": node.type_in_words,
+        "state": _state(found, node),
+        **{name: getattr(node, name) for name in (*IDENTITY, "name", "hardware", "software")},
+        "heartbeat": node.heartbeat,
+        "guarding": node.guarding,
+        "pdos": [
+            {
+                "pdo": setting.name,
+                "cob_id": setting.cob_id,
+                "is_on": setting.is_valid,
+                "transmission": setting.transmission,
+                "inhibit": setting.inhibit,
+                "timer": setting.timer,
+                "carries": [
+                    {"object": f"{entry.index:04X}h:{entry.subindex:02X}", "bits": entry.bits}
+                    for entry in setting.entries
+                ],
+            }
+            for setting in (*node.tpdos, *node.rpdos)
+        ],
+        "objects": {f"{index:04X}h:{sub:02X}": value for (index, sub), value in node.objects.items()},
+        "eds": None if file is None else {"file": str(file.path), "fit": file.fit.name.lower()},
+        "remark": node.remark,
+    }

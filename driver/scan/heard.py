@@ -1,0 +1,92 @@
+"""What the frames on a bus say by themselves: node states, who sends SYNC, who works as a master."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from dataclasses import dataclass, field
+from itertools import pairwise
+from statistics import median
+from typing import TYPE_CHECKING
+
+from omnimate.driver.network import SYNC_ID
+
+if TYPE_CHECKING:
+    import can
+
+NMT, SDO_ANSWER, SDO_REQUEST, HEARTBEAT = 0x000, 0x580, 0x600, 0x700
+EMCY, RPDOS = 0x080, (0x200, 0x300, 0x400, 0x500)  # of the predefined connection set
+KEPT = 200  # SYNCs of which the times are kept
+
+
+@dataclass(slots=True)
+class Heard:
+    """What has been heard.
+
+    Attributes:
+        states: NMT state of each node in its last heartbeat or node guarding answer; 0 is boot-up.
+        beats: Times of the last heartbeats of each node [s].
+        guarded: Nodes that a master guards by remote frames.
+        nodes: Nodes of which a frame was heard: heartbeat, SDO answer or EMCY.
+        foreign_sdo: Nodes to which another master sends SDO requests.
+        syncs: Times of the last SYNCs [s].
+        has_counter: Whether SYNC has a counter.
+        masters: What a master alone sends, by what it is.
+        pdos: Number of frames of every other identifier.
+    """
+
+    states: dict[int, int] = field(default_factory=dict)
+    beats: dict[int, deque[float]] = field(default_factory=dict)
+    guarded: set[int] = field(default_factory=set)
+    nodes: set[int] = field(default_factory=set)
+    foreign_sdo: set[int] = field(default_factory=set)
+    syncs: deque[float] = field(default_factory=lambda: deque(maxlen=KEPT))
+    has_counter: bool = False
+    masters: Counter[str] = field(default_factory=Counter)
+    pdos: Counter[int] = field(default_factory=Counter)
+
+    @property
+    def sync_period(self) -> float | None:
+        """Median time between two SYNCs [s], None before there are two."""
+        return _period(self.syncs)
+
+    def heartbeat_period(self, node: int) -> float | None:
+        """Return the median time between two heartbeats of a node [s], None before there are two."""
+        return _period(self.beats.get(node, ()))
+
+    def take(self, message: can.Message, arrival: float) -> None:
+        """Take a frame that was on the bus at a time [s]; what is none of CANopen's is passed over."""
+        if message.is_extended_id or message.is_error_frame or message.is_fd:
+            return
+        can_id, data = message.arbitration_id, bytes(message.data)
+        function, node = can_id & 0x780, can_id & 0x7F
+        if can_id == SYNC_ID:
+            self.syncs.append(arrival)
+            self.has_counter = len(data) == 1
+            self.masters["SYNC"] += 1
+        elif can_id == NMT:
+            self.masters["NMT commands"] += 1
+        elif function == HEARTBEAT and node:
+            self._heartbeat(node, data, arrival, is_asked=message.is_remote_frame)
+        elif function == SDO_REQUEST and node:
+            self.foreign_sdo.add(node)
+            self.masters["SDO requests"] += 1
+        elif function in {SDO_ANSWER, EMCY} and node:
+            self.nodes.add(node)
+        elif function < SDO_ANSWER:
+            self.pdos[can_id] += 1
+            if function in RPDOS:
+                self.masters["PDOs to drives or outputs"] += 1
+
+    def _heartbeat(self, node: int, data: bytes, arrival: float, *, is_asked: bool) -> None:
+        if is_asked:
+            self.guarded.add(node)
+            self.masters["node guarding"] += 1
+        elif len(data) == 1:
+            self.nodes.add(node)
+            self.states[node] = data[0] & 0x7F
+            if data[0]:
+                self.beats.setdefault(node, deque(maxlen=KEPT)).append(arrival)
+
+
+def _period(times: deque[float] | tuple[()]) -> float | None:
+    return median(later - earlier for earlier, later in pairwise(times)) if len(times) > 1 else None

@@ -1,0 +1,1 @@
+"""Watching a bus without sending anything: what `omnimate monitor` shows."""

@@ -1,0 +1,1 @@
+"""Learns what is on an unknown bus: nodes, PDOs, the layout of their data, wheels. Sends nothing."""

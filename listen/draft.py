@@ -1,0 +1,141 @@
+"""A `vehicle.toml` as far as listening can write it; a comment says what to do about the rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from omnimate.listen.meanings import wheel_ratio
+from omnimate.vehicle.drafting import geometry_lines, known_line, unknown_line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from omnimate.listen.learning import Findings
+    from omnimate.listen.shafts import Shaft
+    from omnimate.listen.wheels import Wheel
+
+Turn = Literal["left", "right"]
+HEAD = """\
+# Drafted by `omnimate listen`. What the bus did not tell stands behind a #: do what stands beside it, and
+# remove the #. `omnimate record --vehicle` names the first key that is missing."""
+
+
+def draft_vehicle(findings: Findings, bitrate: int | None, turn: Turn | None) -> str:
+    """Return the text of the draft.
+
+    Args:
+        findings: What was learned.
+        bitrate: Bit rate of the bus [bit/s]; None where it is not known.
+        turn: Which way the first clear turn of the log went; None where nobody said so.
+    """
+    wheels = findings.kinematics.wheels
+    lines = [HEAD, "", 'name = "robot"', *geometry_lines(has_two=len(wheels) > 2), *_bus(findings, bitrate)]
+    if not wheels:
+        lines += ["", *(f"# {reason}" for reason in findings.kinematics.reasons)]
+        lines += ["# Listen again while the robot drives straight on, turns both ways, and stands."]
+    for number, wheel in enumerate(wheels, start=1):
+        lines += _wheel(number, wheel, findings, turn)
+    for other in findings.kinematics.others:
+        if other.role != "cannot tell":
+            lines += _other(other.role, other.shaft, findings)
+    return "\n".join([*lines, ""])
+
+
+def _bus(findings: Findings, bitrate: int | None) -> Iterator[str]:
+    yield from ("", "[bus]")
+    if bitrate is None:
+        yield unknown_line("bitrate", "500000", "[bit/s] that of the adapter: ip -details link show can0")
+    else:
+        yield known_line("bitrate", str(bitrate))
+    period = findings.network.sync_period
+    if period is None:
+        yield unknown_line("sync_period", "0.015", "[s] choose: nobody sends SYNC, the driver will")
+    else:
+        yield known_line("sync_period", f"{period:.3g}", "SYNC as it was heard")
+
+
+def _wheel(number: int, wheel: Wheel, findings: Findings, turn: Turn | None) -> Iterator[str]:
+    ratio = f": {wheel_ratio(wheel)}, on a straight way" if number > 1 else ""
+    yield from ("", f"# wheel {number}{ratio}")
+    if wheel.shaft.position.signal.is_big_endian:
+        yield f"# COB-ID {wheel.shaft.position.signal.can_id:03X}h is big-endian: no [[encoder]] can say so"
+        return
+    yield "[[encoder]]"
+    yield _channel(wheel, findings, turn)
+    yield from _place(wheel.shaft, findings)
+    if wheel.forward:
+        yield known_line("sign", str(wheel.forward), "the way that the robot mostly drove is forward")
+    else:
+        yield unknown_line("sign", "1", "1 or -1, so that a wheel that rolls forward counts up")
+    yield unknown_line(
+        "counts_per_turn", "4096", "turn the wheel once by hand and see how far it counts, or its data sheet"
+    )
+
+
+def _channel(wheel: Wheel, findings: Findings, turn: Turn | None) -> str:
+    kinematics = findings.kinematics
+    trucks = "a" if len(kinematics.wheels) == 2 else "ab"
+    if (
+        turn is not None
+        and wheel.side is not None
+        and wheel.truck is not None
+        and kinematics.ahead is not None
+    ):
+        # In a turn to the left the right wheel goes further forward.
+        side = "right" if (wheel.side == kinematics.ahead) == (turn == "left") else "left"
+        if trucks == "a" or kinematics.front is not None:
+            trucks = trucks if kinematics.front != 1 else "ba"
+            return known_line(
+                "channel",
+                f'"a.{side}"',
+                f"the turn at {kinematics.turns[0] - findings.start:.1f} s went {turn}",
+            )
+        return unknown_line(
+            "channel",
+            f'"{trucks[wheel.truck]}.{side}"',
+            f"or {trucks[1 - wheel.truck]}.{side}: a is the truck in front",
+        )
+    what = "see which wheel counts when it is turned, or listen again with --turn"
+    guess = "a.left" if wheel.side in {None, 0} else "a.right"
+    return unknown_line("channel", f'"{guess}"', what)
+
+
+def _other(role: str, shaft: Shaft, findings: Findings) -> Iterator[str]:
+    if shaft.position.signal.is_big_endian:
+        return
+    yield from ("", "[[encoder]]")
+    if role == "slider":
+        yield known_line("channel", '"link"', "it follows the difference of the trucks' speeds")
+    elif (front := findings.kinematics.front) is not None:
+        truck = "a" if role.endswith(str(front + 1)) else "b"
+        yield known_line("channel", f'"joint_{truck}"', f"it follows the wheels of truck {role[-1]}")
+    else:
+        yield unknown_line("channel", '"joint_a"', f"or joint_b: {role}, whichever is in front")
+    yield from _place(shaft, findings)
+    what = "a longer linkage" if role == "slider" else "a truck that turns left"
+    yield unknown_line("sign", "1", f"1 or -1, so that {what} counts up")
+    scale = "counts_per_metre" if role == "slider" else "counts_per_turn"
+    yield unknown_line(scale, "4096", "its data sheet")
+    zero = "at linkage.length" if role == "slider" else "where truck and linkage are in line"
+    yield unknown_line("zero", "0", f"the count {zero}")
+
+
+def _place(shaft: Shaft, findings: Findings) -> Iterator[str]:
+    signal = shaft.position.signal
+    sending = next(each.sending for each in findings.messages if each.message.can_id == signal.can_id)
+    if signal.node:
+        yield known_line("node", str(signal.node))
+    else:
+        yield unknown_line("node", "1", "no heartbeat tells the sender of this COB-ID")
+    yield known_line(
+        "cob_id", f"0x{signal.can_id:03X}", f"sent by {sending.cause}, every {1e3 * sending.period:.1f} ms"
+    )
+    sure = "" if signal.boundaries >= 0.99 else f"P = {signal.boundaries:.2f}; see the report"
+    yield known_line("start_bit", str(signal.start), sure)
+    yield known_line("bits", str(signal.bits), sure)
+    if signal.signed is None:
+        yield known_line("signed", "true", "not told by the bus; the differences are the same either way")
+    else:
+        yield known_line("signed", "true" if signal.signed else "false")
+    if signal.turn:
+        yield known_line("range", str(signal.turn), "it started again there")

@@ -1,0 +1,285 @@
+"""Where the fields of a message begin and end: the probability of every layout, by the lengths of its codes.
+
+A layout is a row of fields that fills the message. Its probability is that of its fields' kinds and widths
+(`priors`) times 2^-L of the code of each field's column (`code_lengths`). The sum over all layouts is made by
+the forward and backward recursion of hidden Markov models (Rabiner 1989); a field's probability is the share
+of the layouts that have it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.listen import priors
+from omnimate.listen.code_lengths import (
+    centred,
+    first_value,
+    flags_value,
+    number_code,
+    ordered_floats,
+    residual_code,
+    symbol_code,
+)
+from omnimate.listen.profile_words import control_bits, status_bits
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
+
+    from omnimate.listen.code_lengths import Column
+    from omnimate.listen.priors import Direction, Kind
+
+NEVER = float("-inf")
+RISE, MOST_EDGES = (
+    4.0,
+    6,
+)  # of the rate of flips; edges inside bytes that are looked at, for the time that it takes
+FEWEST_FLIPS = 100  # frames; with fewer the rate of flips of a bit says little
+MOST_JUMPS = 8  # over the end of a range that are held against a sign: a counter that wraps has many
+Reading = tuple["Kind", bool | None]  # kind, and whether signed where that means something
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of a layout.
+
+    Attributes:
+        start: Its lowest bit in the data as one little-endian number; big-endian, in the number of the bytes
+            in the other order.
+        bits: Width.
+        is_big_endian: Whether the bytes were turned round.
+        probability: That a field begins and ends here [0 to 1].
+        readings: Probability of each kind and sign, of a field that is here; they add up to 1.
+    """
+
+    start: int
+    bits: int
+    is_big_endian: bool
+    probability: float
+    readings: Mapping[Reading, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The most probable layout of a message.
+
+    Attributes:
+        fields: Its fields in the order of their bits.
+        big_endian: Probability of the big-endian order [0 to 1].
+        total: Logarithm (base 2) of prior and data together, over all layouts.
+    """
+
+    fields: tuple[Field, ...]
+    big_endian: float
+    total: float
+
+
+def find_layout(
+    data: NDArray[np.uint8],
+    *,
+    direction: Direction = "unknown",
+    big_endian: float = priors.BIG_ENDIAN,
+    packed: float = priors.PACKED,
+) -> Layout:
+    """Return the most probable layout of a message.
+
+    Args:
+        data: Data of its frames in the order of time, shape `(N, length)`.
+        direction: Who sends it, as its identifier says.
+        big_endian: Probability of the big-endian order before any frame is seen.
+        packed: Probability of widths that no profile has, before any frame is seen.
+    """
+    tables = [_Table(_words(each), each.shape[1], direction) for each in (data, data[:, ::-1])]
+    hypotheses = [
+        _Layouts(table, is_big, is_packed, math.log2(order) + math.log2(widths))
+        for table, is_big, order in ((tables[0], False, 1.0 - big_endian), (tables[1], True, big_endian))
+        for is_packed, widths in ((False, 1.0 - packed), (True, packed))
+    ]
+    whole = _sum(each.total for each in hypotheses)
+    shares = [2.0 ** (each.total - whole) for each in hypotheses]
+    big = shares[2] + shares[3]
+    mine = [k for k in range(4) if hypotheses[k].is_big_endian == (big > 0.5)]
+    best = max((hypotheses[k] for k in mine), key=lambda each: each.best_weight)
+    order = sum(shares[k] for k in mine)
+    fields = tuple(
+        Field(
+            best.table.edges[start],
+            best.table.edges[end] - best.table.edges[start],
+            best.is_big_endian,
+            min(sum(shares[k] * hypotheses[k].share(start, end) for k in mine) / order, 1.0),
+            best.readings(start, end),
+        )
+        for start, end in best.path()
+    )
+    return Layout(fields, big, whole)
+
+
+def readings_of(column: Column, bits: int, direction: Direction) -> dict[Reading, float]:
+    """Return the logarithm (base 2) of kind and data together, for each reading of a column of a field."""
+    if len(column) == 0 or np.all(column == column[0]):
+        return {("constant", None): _of_constant(column, bits, direction)}
+    weights: dict[Reading, float] = {}
+    code = number_code(column, bits)
+    for signed, wraps in ((False, code.unsigned_wraps), (True, code.signed_wraps)):
+        first = int(centred(column[:1], bits)[0]) if signed else int(column[0])
+        jumps = min(wraps, MOST_JUMPS) * bits
+        if code.turn:
+            first, jumps = min(first % code.turn, -first % code.turn), 0
+        length = first_value(first, bits) + signed + code.steps + jumps
+        weights["number", signed] = _prior("number", bits, direction) - 1.0 - length
+    start = flags_value(int(column[0]), bits)
+    weights["bits", None] = _prior("bits", bits, direction) - start - symbol_code(column, bits)
+    if bits == 16:
+        _add_profile_words(weights, column, direction)
+    if bits == 32:
+        _add_float(weights, column, direction)
+    return {reading: weight for reading, weight in weights.items() if weight > NEVER}
+
+
+def _of_constant(column: Column, bits: int, direction: Direction) -> float:
+    value = int(column[0]) if len(column) else 0
+    length = -math.log2(priors.ZERO) if value == 0 else -math.log2(1 - priors.ZERO) + first_value(value, bits)
+    weight = _prior("constant", bits, direction) - length
+    if bits == 16:
+        status = _prior("status word", bits, direction) - status_bits(column[:1])
+        control = _prior("control word", bits, direction) - control_bits(column[:1])
+        weight = float(np.logaddexp2(weight, np.logaddexp2(status, control)))
+    return weight
+
+
+def _add_profile_words(weights: dict[Reading, float], column: Column, direction: Direction) -> None:
+    distinct, first = np.unique(column, return_index=True)
+    if len(distinct) > 64:  # more than the states and the flags of a drive make within a log
+        return
+    in_order = distinct[np.argsort(first)]
+    changes = symbol_code(column, 16, told=False)
+    weights["status word", None] = _prior("status word", 16, direction) - changes - status_bits(in_order)
+    weights["control word", None] = _prior("control word", 16, direction) - changes - control_bits(in_order)
+
+
+def _add_float(weights: dict[Reading, float], column: Column, direction: Direction) -> None:
+    exponents = (column >> np.uint64(23) & np.uint64(0xFF)).astype(np.int64)
+    is_zero = column & np.uint64(0x7FFFFFFF) == 0
+    if np.any(exponents == 255) or np.any((exponents == 0) & ~is_zero) or np.all(is_zero):
+        return
+    used = exponents[~is_zero]
+    # Exponents of physical values: geometric on both sides of 2^2, half in three octaves; then 24 bits.
+    far = max(abs(int(used.min()) - 129), abs(int(used.max()) - 129))
+    step = centred(np.diff(ordered_floats(column)), 33)
+    usual = float(np.median(np.abs(step[step != 0])))
+    # 24 bits resolve more than any sensor: its steps are of 2^6 units of the last place and more.
+    fine = 0.0 if usual >= priors.FLOAT_STEP else priors.FLOAT_STEP_BITS
+    length = 3.1 + far / 3.0 + 24.0 + min(residual_code(step), symbol_code(column, 32)) + fine
+    weights["float", True] = _prior("float", 32, direction) - length
+
+
+def total_of(weights: Mapping[Reading, float]) -> float:
+    """Return the logarithm (base 2) of the sum of readings."""
+    return _sum(weights.values())
+
+
+def _prior(kind: Kind, bits: int, direction: Direction) -> float:
+    share = priors.KINDS[direction][kind] * priors.width_share(kind, bits)
+    return math.log2(share) if share else NEVER
+
+
+def _words(data: NDArray[np.uint8]) -> Column:
+    padded = np.zeros((len(data), 8), np.uint8)
+    padded[:, : data.shape[1]] = data
+    return padded.view("<u8").reshape(-1).astype(np.uint64)
+
+
+def _edges(words: Column, length: int) -> list[int]:
+    """Return the bits at which fields may begin or end: whole bytes, and where the rate of flips rises.
+
+    The rate falls from each bit of a number to the next higher one, and rises to the lowest bit of the next
+    (Marchetti and Stabili, READ, 2019). Where it rises most, a field may begin inside a byte.
+    """
+    whole = range(0, 8 * length + 1, 8)
+    flips = words[1:] ^ words[:-1]
+    counts = np.array([np.count_nonzero(flips >> np.uint64(bit) & np.uint64(1)) for bit in range(8 * length)])
+    if len(flips) < FEWEST_FLIPS:
+        return list(whole)
+    rise = (counts[1:] + 1.0) / (counts[:-1] + 1.0)
+    inside = [bit for bit in range(1, 8 * length) if bit % 8 and rise[bit - 1] > RISE]
+    inside.sort(key=lambda bit: -rise[bit - 1])
+    return sorted({*whole, *inside[:MOST_EDGES]})
+
+
+class _Table:
+    """The readings of all fields of a message in one byte order."""
+
+    def __init__(self, words: Column, length: int, direction: Direction) -> None:
+        self.edges = _edges(words, length)
+        self.readings: dict[tuple[int, int], dict[Reading, float]] = {}
+        for start, end in itertools.combinations(range(len(self.edges)), 2):
+            first, bits = self.edges[start], self.edges[end] - self.edges[start]
+            column = words >> np.uint64(first) & np.uint64((1 << bits) - 1)
+            self.readings[start, end] = readings_of(column, bits, direction)
+
+
+class _Layouts:
+    """The sums over all layouts of a message in one byte order, with the widths of profiles or any."""
+
+    def __init__(self, table: _Table, is_big_endian: bool, is_packed: bool, prior: float) -> None:
+        self.table = table
+        self.is_big_endian = is_big_endian
+        self._is_packed = is_packed
+        self.weight = {place: total_of(self._weights(*place)) for place in table.readings}
+        count = len(table.edges) - 1
+        self._before = [prior] + [NEVER] * count
+        self._best: list[tuple[float, int]] = [(prior, 0)]
+        for end in range(1, count + 1):
+            ways = [self._before[start] + self.weight[start, end] for start in range(end)]
+            self._before[end] = _sum(ways)
+            self._best.append(
+                max((self._best[start][0] + self.weight[start, end], start) for start in range(end))
+            )
+        self._after = [NEVER] * count + [0.0]
+        for start in range(count - 1, -1, -1):
+            self._after[start] = _sum(
+                self._after[end] + self.weight[start, end] for end in range(start + 1, count + 1)
+            )
+        self.total = self._before[count]
+        self.best_weight = self._best[count][0]
+
+    def _weights(self, start: int, end: int) -> dict[Reading, float]:
+        """Return the logarithms of the readings of a field with the widths that hold here."""
+        readings = self.table.readings[start, end]
+        if not self._is_packed:
+            return readings
+        bits = self.table.edges[end] - self.table.edges[start]
+        return {
+            reading: weight
+            + math.log2(priors.packed_share(reading[0], bits) / priors.width_share(reading[0], bits))
+            for reading, weight in readings.items()
+        }
+
+    def share(self, start: int, end: int) -> float:
+        """Return the share of the layouts that have a field."""
+        return float(2.0 ** (self._before[start] + self.weight[start, end] + self._after[end] - self.total))
+
+    def path(self) -> list[tuple[int, int]]:
+        """Return the fields of the most probable layout, as numbers of edges."""
+        fields: list[tuple[int, int]] = []
+        end = len(self.table.edges) - 1
+        while end > 0:
+            fields.append((self._best[end][1], end))
+            end = self._best[end][1]
+        return fields[::-1]
+
+    def readings(self, start: int, end: int) -> dict[Reading, float]:
+        """Return the probability of each reading of a field."""
+        weight = self.weight[start, end]
+        return {reading: 2.0 ** (each - weight) for reading, each in self._weights(start, end).items()}
+
+
+def _sum(logarithms: Iterable[float]) -> float:
+    values = list(logarithms)
+    return float(np.logaddexp2.reduce(values)) if values else NEVER

@@ -1,0 +1,107 @@
+"""The frames of a log by identifier, and what the predefined connections of CiA 301 say of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from omnimate.listen.priors import Direction
+    from omnimate.logs.frames import Frames
+
+# CiA 301 table 39: the four PDOs that a node sends, and the four that it receives.
+SENT, RECEIVED = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """The data frames of an identifier.
+
+    Attributes:
+        can_id: Identifier without flag bits.
+        is_extended: Whether it has 29 bits.
+        time: Times of the frames [s], shape `(N,)`.
+        data: Their data, shape `(N, length)`; frames of another length are left out.
+        others: How many frames had another length.
+        node: Node that sends or receives it by the predefined connections; 0 for none.
+        number: Number of the PDO of the node, 1 to 4; 0 where it is none.
+        direction: Whether the node sends or receives it.
+    """
+
+    can_id: int
+    is_extended: bool
+    time: NDArray[np.float64]
+    data: NDArray[np.uint8]
+    others: int
+    node: int
+    number: int
+    direction: Direction
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        if not self.number:
+            return f"{self.can_id:08X}" if self.is_extended else f"{self.can_id:03X}"
+        return f"{'T' if self.direction == 'sent' else 'R'}PDO{self.number} of node {self.node}"
+
+    def words(self) -> NDArray[np.uint64]:
+        """Return the data as one little-endian number per frame, `(N,)`."""
+        padded = np.zeros((len(self.data), 8), np.uint8)
+        padded[:, : self.data.shape[1]] = self.data
+        return padded.view("<u8").reshape(-1).astype(np.uint64)
+
+
+def messages_of(frames: Frames, nodes: frozenset[int], *, has_sync: bool = False) -> Iterator[Message]:
+    """Yield what may be PDOs, by identifier.
+
+    Args:
+        frames: The log.
+        nodes: Nodes that say themselves that they are on the bus.
+        has_sync: Whether there is SYNC: where no node says anything, identifiers then tell the nodes.
+    """
+    is_data = frames.flags & (REMOTE | ERROR) == 0
+    key = frames.can_id.astype(np.int64) | (frames.flags & EXTENDED).astype(np.int64) << 32
+    for each in np.unique(key[is_data]).tolist():
+        can_id, is_extended = each & 0x1FFFFFFF, bool(each >> 32)
+        if (nodes or has_sync) and not is_extended and is_service(can_id):
+            continue
+        rows = np.flatnonzero((key == each) & is_data)
+        length = int(np.bincount(frames.length[rows]).argmax())
+        usual = rows[frames.length[rows] == length]
+        if not length:
+            continue
+        node, number, direction = _pdo(can_id) if not is_extended else (0, 0, "unknown")
+        if node not in nodes and (nodes or not has_sync):
+            node, number, direction = 0, 0, "unknown"
+        yield Message(
+            can_id,
+            is_extended,
+            frames.time[usual],
+            frames.data[usual, :length],
+            len(rows) - len(usual),
+            node,
+            number,
+            direction,
+        )
+
+
+def is_service(can_id: int) -> bool:
+    """Return whether an identifier of 11 bits is one of CANopen's services beside PDOs."""
+    return can_id <= 0x100 or 0x581 <= can_id <= 0x5FF or 0x601 <= can_id <= 0x67F or can_id >= 0x701
+
+
+def _pdo(can_id: int) -> tuple[int, int, Direction]:
+    base, node = can_id & 0x780, can_id & 0x7F
+    if base in SENT:
+        return node, SENT.index(base) + 1, "sent"
+    if base in RECEIVED:
+        return node, RECEIVED.index(base) + 1, "received"
+    return 0, 0, "unknown"

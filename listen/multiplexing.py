@@ -1,0 +1,88 @@
+"""Messages in which a byte says what the others are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from omnimate.listen.code_lengths import flags_value, symbol_code
+from omnimate.listen.layout import find_layout
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from numpy.typing import NDArray
+
+    from omnimate.listen.layout import Layout
+    from omnimate.listen.priors import Direction
+
+MOST, FEWEST = 16, 24  # values of a multiplexor; frames of each, with fewer no layout is learned
+OFTEN = 0.25  # share of frames in which it changes: what it switches between is sent in turn
+IN_TURN = 0.25  # bits a frame that the order of its values takes at most: they come in turn, a few out of it
+RARE = 7.0  # bits of 1 in 100: few messages are multiplexed
+ODDS = 6.6  # bits of 99 to 1
+
+
+class Multiplexed(NamedTuple):
+    """A message whose data depend on a byte.
+
+    Attributes:
+        start: First bit of the byte.
+        layouts: Of each of its values the layouts of the bytes before and behind it, with the numbers of the
+            first byte and of the one after the last.
+    """
+
+    start: int
+    layouts: Mapping[int, tuple[tuple[int, int, Layout], ...]]
+
+
+def find_multiplexor(
+    data: NDArray[np.uint8], plain: Layout, direction: Direction, big_endian: float, packed: float
+) -> Multiplexed | None:
+    """Return the byte that says what the others are, where that is the shorter description; else None.
+
+    Args:
+        data: Data of the frames, shape `(N, length)`.
+        plain: Their layout without a multiplexor.
+        direction: Who sends them.
+        big_endian: Probability of the big-endian order before any frame is seen.
+        packed: Probability of widths that no profile has, before any frame is seen.
+    """
+    best: tuple[float, Multiplexed] | None = None
+    for byte, values in _candidates(data):
+        column = data[:, byte].astype(np.uint64)
+        order = symbol_code(column, 8)
+        if order > IN_TURN * len(data):
+            continue
+        total = -order - flags_value(int(column[0]), 8) - RARE
+        layouts: dict[int, tuple[tuple[int, int, Layout], ...]] = {}
+        parts = [(first, last) for first, last in ((0, byte), (byte + 1, data.shape[1])) if first < last]
+        for value in values:
+            rows = data[data[:, byte] == value]
+            layouts[value] = tuple(
+                (
+                    first,
+                    last,
+                    find_layout(
+                        rows[:, first:last], direction=direction, big_endian=big_endian, packed=packed
+                    ),
+                )
+                for first, last in parts
+            )
+            total += sum(layout.total for *_, layout in layouts[value])
+        if total > plain.total + ODDS and (best is None or total > best[0]):
+            best = total, Multiplexed(8 * byte, layouts)
+    return None if best is None else best[1]
+
+
+def _candidates(data: NDArray[np.uint8]) -> Iterator[tuple[int, list[int]]]:
+    """Yield the bytes that may be a multiplexor, each with its values."""
+    if data.shape[1] < 2 or len(data) < 2 * FEWEST:
+        return
+    for byte in range(data.shape[1]):
+        values, counts = np.unique(data[:, byte], return_counts=True)
+        changes = np.count_nonzero(np.diff(data[:, byte].astype(np.int64)))
+        is_one = 2 <= len(values) <= MOST and counts.min() >= FEWEST
+        if is_one and changes > OFTEN * len(data):
+            yield byte, values.tolist()

@@ -1,0 +1,157 @@
+"""Who is on a bus and what its services say: nodes and states, SYNC, TIME, NMT, SDO, EMCY."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.logs.canopen_words import (
+    NMT_COMMANDS,
+    SYNC_ID,
+    TIME_ID,
+    emcy_in_words,
+    nmt_state_in_words,
+)
+from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.logs.seen_mapping import seen_objects
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from numpy.typing import NDArray
+
+    from omnimate.logs.frames import Frames
+
+HEARTBEAT, EMCY = 0x700, 0x080
+GUARDED = 0x80  # toggle bit of an answer to node guarding
+DRIVE_PROFILE, ENCODER_PROFILE = 402, 406  # low half of 1000h
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A node on the bus.
+
+    Attributes:
+        number: Its id.
+        states: NMT states in the order in which its heartbeats or guarding answers showed them.
+        heartbeat: Its heartbeat period [s]; None without.
+        is_guarded: Whether a master asks for its state (node guarding).
+        boot_ups: How often it booted.
+        emergencies: Its EMCY codes in words, each with how often it came.
+        asked: SDO requests to it.
+        profile: Profile that it named in 1000h over SDO; None where that was not seen.
+    """
+
+    number: int
+    states: tuple[str, ...]
+    heartbeat: float | None
+    is_guarded: bool
+    boot_ups: int
+    emergencies: Mapping[str, int]
+    asked: int
+    profile: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """What the services of CANopen show.
+
+    Attributes:
+        nodes: The nodes by id.
+        sync_period: Period of SYNC [s]; None without.
+        sync_jitter: Standard deviation of its intervals [s].
+        sync_overflow: Highest value of its counter (1019h); 0 without a counter.
+        sync_times: Times of the SYNCs [s], shape `(N,)`.
+        time_stamps: TIME objects.
+        commands: NMT commands in words, each with how often it came.
+        parameters: PDO parameters that SDO traffic showed, by node, index and sub-index.
+    """
+
+    nodes: Mapping[int, Node]
+    sync_period: float | None
+    sync_jitter: float
+    sync_overflow: int
+    sync_times: NDArray[np.float64]
+    time_stamps: int
+    commands: Mapping[str, int]
+    parameters: Mapping[tuple[int, int, int], int]
+
+
+def find_network(frames: Frames) -> Network:
+    """Return what the services of CANopen show of a bus; nothing where it is no CANopen bus."""
+    standard = frames.select(frames.flags & (EXTENDED | ERROR) == 0)
+    plain = standard.select(standard.flags & REMOTE == 0)
+    syncs = plain.select((plain.can_id == SYNC_ID) & (plain.length <= 1))
+    interval = np.diff(syncs.time)
+    usual = float(np.median(interval)) if len(interval) else None
+    regular = interval[interval < 1.5 * usual] if usual else interval
+    parameters = seen_objects(plain)
+    numbers = _numbers(standard, plain)
+    return Network(
+        {
+            number: _node(number, standard, plain)
+            for number in sorted(numbers | {key[0] for key in parameters})
+        },
+        usual,
+        float(np.std(regular)) if len(regular) else 0.0,
+        int(syncs.data[:, 0].max()) if len(syncs) and np.all(syncs.length == 1) else 0,
+        syncs.time,
+        int(np.count_nonzero((plain.can_id == TIME_ID) & (plain.length == 6))),
+        _counted(_commands(plain)),
+        parameters,
+    )
+
+
+def _numbers(standard: Frames, plain: Frames) -> set[int]:
+    """Return the ids of the nodes that say so themselves: a heartbeat, a boot-up, an answer by SDO."""
+    beats = (plain.can_id > HEARTBEAT) & (plain.can_id < HEARTBEAT + 0x80) & (plain.length == 1)
+    states = np.isin(plain.data[:, 0] & 0x7F, (0x00, 0x04, 0x05, 0x7F))
+    answers = (plain.can_id > 0x580) & (plain.can_id < 0x600) & (plain.length == 8)
+    asked = np.isin(plain.can_id[answers] + 0x80, standard.can_id)
+    numbers = set((plain.can_id[beats & states] & 0x7F).tolist())
+    return numbers | set((plain.can_id[answers][asked] & 0x7F).tolist())
+
+
+def _node(number: int, standard: Frames, plain: Frames) -> Node:
+    beats = plain.select((plain.can_id == HEARTBEAT + number) & (plain.length == 1))
+    shown = beats.data[:, 0]
+    running = beats.time[shown & 0x7F != 0]
+    guarded = np.any((standard.can_id == HEARTBEAT + number) & (standard.flags & REMOTE > 0))
+    changes = np.flatnonzero(np.diff(shown & 0x7F, prepend=0xFF))
+    errors = plain.select((plain.can_id == EMCY + number) & (plain.length == 8))
+    codes = errors.data[:, 0].astype(int) | errors.data[:, 1].astype(int) << 8
+    device = _device_type(number, plain)
+    return Node(
+        number,
+        tuple(nmt_state_in_words(int(shown[at])) for at in changes[:12].tolist()),
+        float(np.median(np.diff(running))) if len(running) > 2 and not guarded else None,
+        bool(guarded),
+        int(np.count_nonzero(shown == 0)),
+        _counted(f"{code:04X}h {emcy_in_words(code)}" for code in codes.tolist()),
+        int(np.count_nonzero(plain.can_id == 0x600 + number)),
+        device & 0xFFFF if device else None,
+    )
+
+
+def _device_type(number: int, plain: Frames) -> int | None:
+    """Return 1000h as the node answered by SDO, expedited; None where that was not seen."""
+    rows = (plain.can_id == 0x580 + number) & (plain.length == 8) & (plain.data[:, 0] == 0x43)
+    rows &= (plain.data[:, 1] == 0) & (plain.data[:, 2] == 0x10) & (plain.data[:, 3] == 0)
+    found = plain.data[rows, 4:8]
+    return int.from_bytes(found[-1].tobytes(), "little") if len(found) else None
+
+
+def _commands(plain: Frames) -> Iterator[str]:
+    rows = (plain.can_id == 0) & (plain.length == 2)
+    for command, node in plain.data[rows, :2].tolist():
+        words = NMT_COMMANDS.get(command, f"unknown command {command:02X}h")
+        yield f"{words}, {f'node {node}' if node else 'all nodes'}"
+
+
+def _counted(words: Iterator[str]) -> dict[str, int]:
+    counts: dict[str, int] = {}
+    for each in words:
+        counts[each] = counts.get(each, 0) + 1
+    return counts

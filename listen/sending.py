@@ -1,0 +1,96 @@
+"""When a message is sent: after SYNC, by a timer, or when its data change; by the shortest description."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from omnimate.listen.code_lengths import first_value, residual_code
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Cause = Literal["SYNC", "timer", "change", "cannot tell"]
+TICK = 2.0**-17  # [s], 7.6 us: the shortest frame at 1 Mbit/s takes 47 bits
+RARE = 10.0  # bits of 1 in 1000: a frame that a timer leaves out, or that repeats what has not changed
+FEWEST = 8  # frames, with fewer no cause stands out
+
+
+@dataclass(frozen=True, slots=True)
+class Sending:
+    """When a message is sent.
+
+    Attributes:
+        cause: What makes the node send it.
+        probability: That this is the cause [0 to 1].
+        period: Median of its intervals [s]; 0 for a single frame.
+        jitter: Standard deviation of what the cause leaves: of the delay after SYNC, or of the intervals [s].
+        every: SYNCs from one frame to the next (the transmission type), where SYNC is the cause.
+        delay: Median delay after SYNC [s], where that is the cause.
+    """
+
+    cause: Cause
+    probability: float
+    period: float
+    jitter: float
+    every: int = 0
+    delay: float = 0.0
+
+
+def find_sending(
+    time: NDArray[np.float64], data: NDArray[np.uint8], syncs: NDArray[np.float64], sync_period: float | None
+) -> Sending:
+    """Return when a message is sent.
+
+    Three codes of its times are compared: the delay after SYNC and the SYNCs between; the intervals, which a
+    timer keeps; the intervals of a device that sends changes only, which pauses and repeats no data.
+
+    Args:
+        time: Times of its frames [s], shape `(N,)`.
+        data: Their data, shape `(N, length)`.
+        syncs: Times of the SYNCs [s], shape `(M,)`.
+        sync_period: Period of SYNC [s]; None without.
+    """
+    interval = np.diff(time)
+    if len(interval) + 1 < FEWEST:
+        period = float(np.median(interval)) if len(interval) else 0.0
+        return Sending("cannot tell", 0.0, period, 0.0)
+    usual = float(np.median(interval))
+    regular = interval[np.abs(interval - usual) < 0.5 * usual]
+    jitter = float(np.std(regular)) if len(regular) else 0.0
+    grid = np.maximum(np.rint(interval / usual), 1.0)
+    gaps = int(np.count_nonzero(grid > 1))
+    same = int(np.count_nonzero(~np.any(data[1:] != data[:-1], axis=1)))
+    # A timer has a period of its own to tell, SYNC only a small whole number.
+    late = _ticks(interval - grid * usual) + first_value(round(usual / TICK), 32)
+    lengths: dict[Cause, float] = {
+        "timer": late + gaps * RARE,
+        "change": late + gaps + same * RARE + 1.0,
+    }
+    found = Sending("timer", 0.0, usual, jitter)
+    if sync_period and len(syncs) > FEWEST:
+        number = np.searchsorted(syncs, time, "right") - 1
+        after = number >= 0
+        delay = time[after] - syncs[number[after]]
+        between = np.diff(number[after])
+        every = int(np.median(between)) if len(between) else 0
+        if every >= 1:
+            middle = float(np.median(delay))
+            lengths["SYNC"] = _ticks((delay - middle)[1:]) + first_value(every, 8)
+            lengths["SYNC"] += int(np.count_nonzero(between != every)) * RARE
+            if lengths["SYNC"] < lengths["timer"]:
+                found = Sending("SYNC", 0.0, usual, float(np.std(delay)), every, middle)
+    best = min(lengths, key=lambda cause: lengths[cause])
+    total = math.fsum(2.0 ** max(lengths[best] - each, -1000.0) for each in lengths.values())
+    if best == "change":
+        found = Sending("change", 0.0, usual, jitter)
+    elif best == "timer":
+        found = Sending("timer", 0.0, usual, jitter)
+    return Sending(best, 1.0 / total, found.period, found.jitter, found.every, found.delay)
+
+
+def _ticks(seconds: NDArray[np.float64]) -> float:
+    return residual_code(np.rint(seconds / TICK).astype(np.int64))

@@ -1,0 +1,341 @@
+"""The fields of a message as signals: what is known of each, how sure it is, and why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from omnimate.listen import priors
+from omnimate.listen.code_lengths import centred, number_code
+from omnimate.listen.layout import find_layout, readings_of, total_of
+from omnimate.listen.multiplexing import find_multiplexor
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.listen.layout import Field, Layout, Reading
+    from omnimate.listen.messages import Message
+    from omnimate.listen.multiplexing import Multiplexed
+    from omnimate.listen.priors import Kind
+    from omnimate.logs.signals import Signal
+
+SURE = 0.99  # an error of 1 % is declared: what is less probable is not said as certain
+# The most that is said of boundaries inside bytes, and in messages that no CANopen node sends: bits stand in
+# any way there, six edges inside bytes are looked at, and spare bits above a field leave its end open.
+PACKED = 0.9
+MOST_FRAMES = 4096  # of a message that its layout is learned from, where every bit that moves does so in them
+SAME_STEP = 0.98  # share of frames by which a counter goes on by the same number; the rest were lost
+TIME_RATE = 1e-3  # by how much a clock may differ from the adapter's: quartz is far better, resonators 0.5 %
+
+SignalKind = Literal[
+    "constant",
+    "status word",
+    "control word",
+    "bits",
+    "number",
+    "float",
+    "counter",
+    "time",
+    "multiplexor",
+    "cannot tell",
+]
+
+
+@dataclass(frozen=True)
+class LearnedSignal:
+    """A field of a message, and what is known of it.
+
+    Attributes:
+        can_id: Identifier of the message.
+        is_extended: Whether it has 29 bits.
+        node: Node that sends or receives it; 0 where that is not known.
+        start: Lowest bit; big-endian, in the number that the bytes in the other order make.
+        bits: Width.
+        length: Length of the message [bytes].
+        is_big_endian: Byte order.
+        boundaries: Probability of start and width [0 to 1]; 1 where SDO traffic showed the mapping.
+        kind: What it is; `cannot tell` where nothing is more probable than not.
+        kind_probability: Probability of the kind, in these boundaries.
+        signed: Two's complement or not; None for `cannot tell`.
+        turn: Counts after which it starts again, where that is before its bits are full; else 0.
+        name: Object that SDO traffic or a profile names; empty where none does.
+        time: Times of its values [s], shape `(N,)`.
+        raw: Values as they are sent, shape `(N,)`.
+        switch: Value of the message's multiplexor with which it is there; None for always.
+        reasons: Sentences that say how it was decided.
+    """
+
+    can_id: int
+    is_extended: bool
+    node: int
+    start: int
+    bits: int
+    length: int
+    is_big_endian: bool
+    boundaries: float
+    kind: SignalKind
+    kind_probability: float
+    signed: bool | None
+    turn: int
+    name: str
+    time: NDArray[np.float64]
+    raw: NDArray[np.uint64]
+    reasons: tuple[str, ...] = field(default=())
+    switch: int | None = None
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether boundaries and kind are said as certain."""
+        return self.kind != "cannot tell" and self.boundaries * self.kind_probability >= SURE
+
+    @property
+    def label(self) -> str:
+        """A name that no other signal of the log has."""
+        identifier = f"{self.can_id:08X}" if self.is_extended else f"{self.can_id:03X}"
+        switch = "" if self.switch is None else f".m{self.switch}"
+        return f"{identifier}.{self.start}.{self.bits}{'b' if self.is_big_endian else ''}{switch}"
+
+    def values(self) -> NDArray[np.float64]:
+        """Return its values with their sign, shape `(N,)`."""
+        if self.kind == "float":
+            return self.raw.astype(np.uint32).view(np.float32).astype(np.float64)
+        if self.signed:
+            return centred(self.raw, self.bits).astype(np.float64)
+        return self.raw.astype(np.float64)
+
+    def unwrapped(self) -> NDArray[np.float64]:
+        """Return its values the shortest way from each to the next, from the first on, shape `(N,)`."""
+        if self.kind == "float":
+            return self.values()
+        step = centred(np.diff(self.raw), self.bits)
+        if self.turn:
+            step = (step + self.turn // 2) % self.turn - self.turn // 2
+        start = float(centred(self.raw[:1], self.bits)[0]) if self.signed else float(self.raw[0])
+        return start + np.concatenate(([0.0], np.cumsum(step.astype(np.float64))))
+
+    def says(self, *reasons: str, **changes: object) -> LearnedSignal:
+        """Return it with more reasons, and with other fields where they are given."""
+        return replace(self, reasons=(*self.reasons, *reasons), **changes)  # type: ignore[arg-type]
+
+
+def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[LearnedSignal, ...]:
+    """Return the signals of a message.
+
+    Args:
+        message: The message.
+        known: Its fields as SDO traffic showed them; where they do not fill it, the rest is left out.
+    """
+    if known:
+        return tuple(
+            _known_signal(message, each)
+            for each in known
+            if each.start_bit + each.bits <= 8 * message.data.shape[1]
+        )
+    is_canopen = message.node > 0
+    big_endian = priors.BIG_ENDIAN if is_canopen else priors.BIG_ENDIAN_ELSEWHERE
+    packed = priors.PACKED if is_canopen else priors.PACKED_ELSEWHERE
+    part = _part(message.data)
+    layout = find_layout(part, direction=message.direction, big_endian=big_endian, packed=packed)
+    switched = find_multiplexor(part, layout, message.direction, big_endian, packed)
+    if switched is None:
+        return _signals(message, layout)
+    switch = _multiplexor(message, switched)
+    found = [switch]
+    for value, parts in switched.layouts.items():
+        rows = np.flatnonzero(message.data[:, switched.start // 8] == value)
+        for first, last, each in parts:
+            part_of = replace(message, time=message.time[rows], data=message.data[rows, first:last])
+            found += [_moved(signal, value, first, last, message) for signal in _signals(part_of, each)]
+    return tuple(found)
+
+
+def _moved(signal: LearnedSignal, switch: int, first: int, last: int, message: Message) -> LearnedSignal:
+    """Return a signal of some bytes of a message as one of the whole message."""
+    length = message.data.shape[1]
+    skipped = length - last if signal.is_big_endian else first
+    return replace(signal, switch=switch, start=signal.start + 8 * skipped, length=length)
+
+
+def _signals(message: Message, layout: Layout) -> tuple[LearnedSignal, ...]:
+    order = max(layout.big_endian, 1.0 - layout.big_endian)
+    return tuple(_signal(message, each, order) for each in _merged(layout.fields))
+
+
+def _multiplexor(message: Message, found: Multiplexed) -> LearnedSignal:
+    raw = _column(message, found.start, 8, is_big_endian=False)
+    values = ", ".join(map(str, found.layouts))
+    return _blank(message, found.start, 8, raw).says(
+        f"the other bytes are described more shortly by its values {values}",
+        kind="multiplexor",
+        kind_probability=SURE,
+    )
+
+
+def _part(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the frames from which a layout is learned: the stretch in which most changes, or all."""
+    if len(data) <= MOST_FRAMES:
+        return data
+    moving = np.bitwise_or.reduce(data ^ data[0])
+    changes = np.concatenate(([0], np.cumsum(np.any(data[1:] != data[:-1], axis=1))))
+    start = int(np.argmax(changes[MOST_FRAMES - 1 :] - changes[: len(data) - MOST_FRAMES + 1]))
+    part = data[start : start + MOST_FRAMES]
+    return part if np.array_equal(np.bitwise_or.reduce(part ^ part[0]), moving) else data
+
+
+def _merged(fields: Sequence[Field]) -> list[Field]:
+    """Return the fields with neighbours that never change made one, because nothing tells them apart."""
+    merged: list[Field] = []
+    for each in fields:
+        if merged and _is_constant(each) and _is_constant(merged[-1]):
+            last = merged[-1]
+            merged[-1] = replace(last, bits=last.bits + each.bits, probability=1.0)
+        else:
+            merged.append(replace(each, probability=1.0) if _is_constant(each) and len(fields) > 1 else each)
+    return merged
+
+
+def _is_constant(each: Field) -> bool:
+    return set(each.readings) == {("constant", None)}
+
+
+def _column(message: Message, start: int, bits: int, *, is_big_endian: bool) -> NDArray[np.uint64]:
+    data = message.data[:, ::-1] if is_big_endian else message.data
+    padded = np.zeros((len(data), 8), np.uint8)
+    padded[:, : data.shape[1]] = data
+    words = padded.view("<u8").reshape(-1).astype(np.uint64)
+    return words >> np.uint64(start) & np.uint64((1 << bits) - 1)
+
+
+def _signal(message: Message, each: Field, order: float) -> LearnedSignal:
+    raw = _column(message, each.start, each.bits, is_big_endian=each.is_big_endian)
+    kinds = _kinds(each.readings)
+    kind = max(kinds, key=lambda name: kinds[name])
+    signal = replace(_blank(message, each.start, each.bits, raw), is_big_endian=each.is_big_endian)
+    if kind == "constant":
+        return signal.says(_held(raw), kind="constant", kind_probability=1.0, boundaries=each.probability)
+    signal = signal.says(
+        *_layout_reasons(each, kinds, order),
+        boundaries=min(
+            each.probability * (order if each.bits > 8 else 1.0),
+            1.0 if message.node and each.start % 8 == 0 and each.bits % 8 == 0 else PACKED,
+        ),
+        kind=kind if kinds[kind] > 0.5 else "cannot tell",
+        kind_probability=kinds[kind],
+    )
+    return _refined(signal, each.readings)
+
+
+def _known_signal(message: Message, known: Signal) -> LearnedSignal:
+    raw = _column(message, known.start_bit, known.bits, is_big_endian=False)
+    signal = _blank(message, known.start_bit, known.bits, raw).says(
+        "SDO traffic in the log wrote or read this mapping", name=known.name, boundaries=1.0
+    )
+    is_described = " " in known.name  # else no profile says its type
+    if len(raw) == 0 or np.all(raw == raw[0]):
+        return signal.says(_held(raw), kind="constant", kind_probability=1.0)
+    weights = readings_of(raw, known.bits, message.direction)
+    if known.is_float:
+        weights = {("float", True): 0.0}
+    total = total_of(weights)
+    readings = {reading: 2.0 ** (weight - total) for reading, weight in weights.items()}
+    kinds = _kinds(readings)
+    kind = max(kinds, key=lambda name: kinds[name])
+    index = known.name.partition(".")[2][:5]
+    named = {"6041h": "status word", "6040h": "control word"}.get(index)
+    signal = signal.says(kind=named or kind, kind_probability=1.0 if named else kinds[kind])
+    refined = _refined(signal, readings)
+    return replace(refined, signed=known.signed) if is_described else refined
+
+
+def _kinds(readings: Mapping[Reading, float]) -> dict[Kind, float]:
+    """Return the probability of each kind, whatever its sign."""
+    kinds: dict[Kind, float] = {}
+    for (kind, _), share in readings.items():
+        kinds[kind] = kinds.get(kind, 0.0) + share
+    return kinds
+
+
+def _blank(message: Message, start: int, bits: int, raw: NDArray[np.uint64]) -> LearnedSignal:
+    return LearnedSignal(
+        message.can_id, message.is_extended, message.node, start, bits, message.data.shape[1],
+        is_big_endian=False, boundaries=1.0, kind="cannot tell", kind_probability=0.0, signed=None, turn=0,
+        name="", time=message.time, raw=raw,
+    )  # fmt: skip
+
+
+def _held(raw: NDArray[np.uint64]) -> str:
+    value = int(raw[0]) if len(raw) else 0
+    return f"it was {value:X}h in all {len(raw)} frames, so that its parts and its kind cannot be told"
+
+
+def _layout_reasons(each: Field, kinds: Mapping[Kind, float], order: float) -> list[str]:
+    reasons = [
+        f"bits {each.start} to {each.start + each.bits - 1} are shortest together, P = {each.probability:.3f}"
+    ]
+    if each.bits > 8:
+        name = "big-endian" if each.is_big_endian else "little-endian"
+        reasons.append(f"{name}: P = {order:.3f}")
+    shares = ", ".join(
+        f"{kind} {share:.3f}" for kind, share in sorted(kinds.items(), key=lambda each: -each[1])[:3]
+    )
+    reasons.append(f"as {shares}")
+    return reasons
+
+
+def _refined(signal: LearnedSignal, readings: Mapping[Reading, float]) -> LearnedSignal:
+    """Return a number as a counter, a time or a number with its sign, where it is one."""
+    if signal.kind != "number":
+        return signal
+    code = number_code(signal.raw, signal.bits)
+    turn = code.turn if code.turn_odds > math.log2(1.0 / (1.0 - SURE)) else 0
+    signal = replace(signal, turn=turn)
+    steady = _steady(signal)
+    if steady is not None:
+        return steady
+    signs = {signed: share for (kind, signed), share in readings.items() if kind == "number"}
+    whole = sum(signs.values()) or 1.0
+    signed = max(signs, key=lambda each: signs[each]) if signs else None
+    share = signs.get(signed, 0.0) / whole
+    if signal.turn:
+        return signal.says(f"it starts again after {turn} counts", signed=False)
+    if share < SURE:
+        return signal.says("its sign cannot be told: it crosses neither 0 nor the middle of its range")
+    where = "0" if signed else "the middle of its range"
+    return signal.says(f"it crosses {where} without a jump", signed=signed)
+
+
+def _steady(signal: LearnedSignal) -> LearnedSignal | None:
+    """Return a signal that grows with the frames or with time; None where it does neither."""
+    step = np.diff(signal.unwrapped())
+    if len(step) < 8 or np.median(step) <= 0:
+        return None
+    usual = float(np.median(step))
+    same = float(np.mean(step == usual))
+    passed = np.diff(signal.time)
+    usually = float(np.median(passed))  # a lost frame makes a pause, and no clock of a frame counter
+    is_regular = bool(np.median(np.abs(passed - usually)) < 0.01 * usually)
+    total = signal.unwrapped()
+    slope, offset = np.polyfit(signal.time - signal.time[0], total, 1)
+    rest = float(np.std(total - slope * (signal.time - signal.time[0]) - offset))
+    length = float(signal.time[-1] - signal.time[0])
+    if same >= SAME_STEP and usual <= 16 and not (rest < 0.3 * usual and not is_regular):
+        return signal.says(
+            f"it grows by {usual:.0f} from frame to frame, in {same:.1%} of them",
+            kind="counter",
+            signed=None,
+        )
+    jitter = max(float(np.std(passed)), 1e-4)
+    is_clock = abs(slope) * jitter * 6 + 2.0 > rest and rest < TIME_RATE * abs(slope) * length
+    unit = (
+        min((1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6), key=lambda each: abs(np.log(slope / each)))
+        if slope > 0
+        else 1.0
+    )
+    if is_clock and abs(slope / unit - 1.0) < 0.01:
+        return signal.says(f"it grows with the time, by {slope:.6g} a second", kind="time", signed=None)
+    return None

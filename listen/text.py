@@ -1,0 +1,140 @@
+"""The report of what was learned, 80 columns wide."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+from omnimate.listen.signals import SURE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from omnimate.listen.learning import Findings, LearnedMessage
+    from omnimate.listen.meanings import Meaning
+    from omnimate.listen.network import Network, Node
+    from omnimate.listen.signals import LearnedSignal
+
+WIDTH = 80
+
+
+def report_lines(findings: Findings, meanings: dict[str, Meaning], *, reasons: bool = True) -> Iterator[str]:
+    """Yield the lines of the report.
+
+    Args:
+        findings: What was learned.
+        meanings: Names and meanings by label.
+        reasons: Whether it is said of each signal how it was decided.
+    """
+    yield f"{findings.frames} frames in {findings.seconds:.1f} s; nothing was sent"
+    yield from _network(findings.network)
+    yield ""
+    yield "Wheels"
+    for reason in findings.kinematics.reasons:
+        yield from _wrapped(reason, 2)
+    if findings.kinematics.turns:
+        times = ", ".join(f"{turn - findings.start:.1f} s" for turn in findings.kinematics.turns)
+        yield from _wrapped(
+            f"clear turns begin at {times}; --turn left or right tells which way the first went", 2
+        )
+    for each in findings.messages:
+        yield ""
+        yield from _message(each, meanings, reasons=reasons)
+    changing = [s for each in findings.messages for s in each.signals if s.kind != "constant"]
+    sure = sum(signal.is_sure for signal in changing)
+    yield ""
+    yield f"{len(changing)} signals that change, of which {sure} are sure (P of at least {SURE:g})"
+
+
+def _network(network: Network) -> Iterator[str]:
+    if network.sync_period is not None:
+        counter = f", counter up to {network.sync_overflow}" if network.sync_overflow else ""
+        yield (
+            f"SYNC every {1e3 * network.sync_period:.3f} ms, "
+            f"jitter {1e3 * network.sync_jitter:.3f} ms{counter}"
+        )
+    else:
+        yield "no SYNC"
+    if network.time_stamps:
+        yield f"TIME: {network.time_stamps} times"
+    for words, count in network.commands.items():
+        yield f"NMT {words}: {count} times"
+    if not network.nodes:
+        yield "no node of CANopen: no heartbeat, no boot-up, no answer by SDO"
+    for node in network.nodes.values():
+        yield from _wrapped(_node(node), 0)
+
+
+def _node(node: Node) -> str:
+    parts = []
+    if node.profile:
+        parts.append(f"CiA {node.profile}")
+    if node.states:
+        parts.append(", then ".join(node.states))
+    if node.heartbeat is not None:
+        parts.append(f"heartbeat every {1e3 * node.heartbeat:.0f} ms")
+    if node.is_guarded:
+        parts.append("guarded by a master")
+    if node.asked:
+        parts.append(f"{node.asked} SDO requests")
+    parts += [f"EMCY {words}, {count} times" for words, count in node.emergencies.items()]
+    return f"node {node.number}: {'; '.join(parts) or 'seen in SDO traffic only'}"
+
+
+def _message(each: LearnedMessage, meanings: dict[str, Meaning], *, reasons: bool) -> Iterator[str]:
+    message = each.message
+    identifier = f"{message.can_id:08X}" if message.is_extended else f"{message.can_id:03X}"
+    name = "" if message.name == identifier else f", {message.name}"
+    yield f"{identifier}{name}: {message.data.shape[1]} bytes, {len(message.time)} frames"
+    yield f"  {_sending(each)}"
+    if message.others:
+        yield f"  {message.others} frames of another length are left out"
+    yield f"  {'bits':<9}{'order':<8}{'kind':<14}{'sign':<13}{'P':>6}  name"
+    shown: int | None = None
+    for signal in each.signals:
+        if signal.switch != shown and signal.switch is not None:
+            yield f"  where the multiplexor is {signal.switch}:"
+        shown = signal.switch
+        meaning = meanings[signal.label]
+        yield _row(signal, meaning)
+        if meaning.words:
+            yield from _wrapped(meaning.words, 6)
+        if reasons:
+            for reason in signal.reasons:
+                yield from _wrapped(f"- {reason}", 6)
+
+
+def _sending(each: LearnedMessage) -> str:
+    sending = each.sending
+    if sending.cause == "SYNC":
+        syncs = "every SYNC" if sending.every == 1 else f"one of {sending.every} SYNCs"
+        return (
+            f"{1e3 * sending.delay:.2f} ms after {syncs}, "
+            f"jitter {1e3 * sending.jitter:.2f} ms (P = {sending.probability:.3f})"
+        )
+    period = f"every {1e3 * sending.period:.1f} ms, jitter {1e3 * sending.jitter:.2f} ms"
+    if sending.cause == "cannot tell":
+        return f"{period}; what makes it send cannot be told"
+    cause = "by a timer" if sending.cause == "timer" else "when its data change, at most"
+    return f"{cause} {period} (P = {sending.probability:.3f})"
+
+
+def _row(signal: LearnedSignal, meaning: Meaning) -> str:
+    bits = f"{signal.start}-{signal.start + signal.bits - 1}"
+    order = (
+        "-" if signal.bits <= 8 or signal.kind == "constant" else "big" if signal.is_big_endian else "little"
+    )
+    sign = "-"
+    if signal.kind == "number":
+        sign = {True: "signed", False: "unsigned", None: "cannot tell"}[signal.signed]
+    if signal.turn:
+        sign = f"mod {signal.turn}"
+    probability = signal.boundaries * signal.kind_probability
+    sure = "-" if signal.kind == "constant" else "sure" if signal.is_sure else f"{probability:.2f}"
+    return f"  {bits:<9}{order:<8}{signal.kind:<14}{sign:<13}{sure:>6}  {meaning.name}"[:WIDTH]
+
+
+def _wrapped(text: str, indent: int) -> list[str]:
+    return textwrap.wrap(
+        text, WIDTH, initial_indent=" " * indent, subsequent_indent=" " * (indent + 2), break_long_words=False
+    )

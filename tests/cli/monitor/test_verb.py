@@ -1,0 +1,82 @@
+"""`omnimate monitor` without a terminal: a log is watched to its end, and what was seen is printed."""
+
+import math
+import sys
+
+import pytest
+
+from omnimate.cli.console import out
+from omnimate.logs.folder import load_recording
+from omnimate.vehicle.odometry import dead_reckon
+
+
+@pytest.fixture
+def drive(omnimate, tmp_path):
+    """A simulated drive as a recording folder."""
+    omnimate("simulate", tmp_path / "drive", "--side", "0.5", "--runs", "1", "--start", "1763670000")
+    return tmp_path / "drive"
+
+
+def test_a_recording_is_watched_to_its_end(omnimate, drive):
+    result = omnimate("monitor", drive, "--pace", "100000")
+    assert result.code == 0, result.err
+    assert "the log has ended" in result.out
+    assert "a.left = " in result.out
+    assert "a: x " in result.out
+    frames = (drive / "can.log").read_bytes().count(b"\n")
+    assert f"{frames} frames" in result.out
+
+
+def test_the_odometry_of_a_replayed_log_is_that_of_its_recording(omnimate, drive):
+    printed = omnimate("monitor", drive, "--pace", "1000").out
+    recording = load_recording(drive)
+    for truck in ("a", "b"):
+        x, y, theta = dead_reckon(recording, truck)[-1].tolist()
+        degrees = math.degrees(math.remainder(theta, 2.0 * math.pi))
+        assert f"{truck}: x {x:.3f} m  y {y:.3f} m  {degrees:.1f} degrees" in printed
+
+
+def test_rows_may_be_filtered(omnimate, drive):
+    result = omnimate("monitor", drive / "can.log", "--pace", "100000", "--filter", "181")
+    rows = [line.split()[0] for line in result.out.splitlines() if line[:8].strip()]
+    assert "181" in rows
+    assert "182" not in rows
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), "give one of them"),
+        (("--bus", "virtual://nobody"), "no terminal; give --seconds"),
+        (("--bus", "nonsense"), "no URL of a bus"),
+    ],
+)
+def test_a_call_that_cannot_work_says_what_is_missing(omnimate, arguments, words):
+    result = omnimate("monitor", *arguments)
+    assert result.code == 1
+    assert words in result.err
+
+
+def test_a_file_that_is_no_log_is_told(omnimate, tmp_path):
+    (tmp_path / "a.log").write_text("nothing\n")
+    result = omnimate("monitor", tmp_path / "a.log")
+    assert result.code == 1
+    assert "no CAN frame" in result.err
+
+
+def test_a_picture_of_the_screen_is_drawn(omnimate, drive, tmp_path, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "")
+    result = omnimate(
+        "monitor", drive, "--pace", "1000", "--seconds", "0.1", "--screenshot", tmp_path / "m.svg"
+    )
+    assert result.code == 0, result.err
+    assert (tmp_path / "m.svg").read_text().startswith("<svg")
+    assert omnimate("monitor", drive, "--screenshot", tmp_path / "m.svg").code == 1
+
+
+def test_without_textual_the_extra_is_named(omnimate, drive, monkeypatch):
+    monkeypatch.setattr(type(out), "is_terminal", True)
+    monkeypatch.setitem(sys.modules, "omnimate.cli.monitor.app", None)
+    result = omnimate("monitor", drive)
+    assert result.code == 1
+    assert "pip install 'omnimate[monitor]'" in result.err

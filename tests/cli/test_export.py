@@ -1,0 +1,91 @@
+"""`omnimate export` and `import log`: from the command line to the files of other tools and back."""
+
+import sys
+
+import pytest
+
+from omnimate.logs.folder import load_recording
+
+
+@pytest.fixture
+def drive(omnimate, tmp_path):
+    """A simulated drive as a recording folder."""
+    omnimate("simulate", tmp_path / "drive", "--side", "0.5", "--runs", "1", "--start", "1763670000")
+    return tmp_path / "drive"
+
+
+def test_a_recording_becomes_every_format(omnimate, drive, tmp_path):
+    for name in ("a.mcap", "a.parquet", "a.tum", "a.pcap", "a.blf", "a.asc", "a.csv", "a.log.gz", "bag"):
+        result = omnimate("export", drive, tmp_path / name)
+        assert result.code == 0, result.err
+        assert "written:" in result.out
+    assert {path.name for path in tmp_path.glob("a-*")} >= {"a-poses.parquet", "a-ipec_b.tum"}
+    assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.parametrize("suffix", [".pcap", ".blf", ".csv", ".log.gz"])
+def test_there_and_back_is_the_same_recording(omnimate, drive, tmp_path, suffix):
+    omnimate("export", drive, tmp_path / f"bus{suffix}")
+    call = (
+        "import",
+        "log",
+        tmp_path / f"bus{suffix}",
+        tmp_path / "back",
+        "--vehicle",
+        drive / "vehicle.toml",
+    )
+    result = omnimate(*call)
+    assert result.code == 0, result.err
+    assert (tmp_path / "back" / "can.log").read_bytes() == (drive / "can.log").read_bytes()
+    assert load_recording(tmp_path / "back").counts.tolist() == load_recording(drive).counts.tolist()
+
+
+def test_a_log_with_a_vehicle_is_a_drive(omnimate, drive, tmp_path):
+    log = drive / "can.log"
+    result = omnimate("export", log, tmp_path / "a.tum")
+    assert result.code == 1
+    assert "give --vehicle" in result.err
+    assert omnimate("export", log, tmp_path / "a.tum", "--vehicle", drive / "vehicle.toml").code == 0
+    assert (tmp_path / "a-odometry_b.tum").exists()
+
+
+def test_what_a_format_cannot_hold_is_told_and_gives_exit_code_1(omnimate, tmp_path):
+    (tmp_path / "fd.log").write_text("(1.000000) can0 181#01\n(1.100000) can0 181##1" + 12 * "00" + "\n")
+    result = omnimate("export", tmp_path / "fd.log", tmp_path / "a.csv")
+    assert result.code == 1
+    assert "1 frames left out: python-can's CSV holds no CAN FD frames" in result.err
+    assert omnimate("export", tmp_path / "fd.log", tmp_path / "a.pcap").code == 0
+
+
+@pytest.mark.parametrize(
+    ("library", "name", "extra"),
+    [
+        ("mcap.writer", "a.mcap", "mcap"),
+        ("rosbags.typesys", "bag", "rosbag"),
+        ("pyarrow", "a.parquet", "parquet"),
+    ],
+)
+def test_a_library_that_is_missing_is_named_with_its_extra(
+    omnimate, drive, tmp_path, monkeypatch, library, name, extra
+):
+    monkeypatch.setitem(sys.modules, library, None)
+    result = omnimate("export", drive, tmp_path / name)
+    assert result.code == 1
+    assert f"pip install 'omnimate[{extra}]'" in result.err
+    assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize("name", ["a.mcap", "a.parquet", "a.tum", "a.pcap", "a.log.gz", "bag"])
+def test_a_place_that_cannot_be_written_is_told(omnimate, drive, tmp_path, name):
+    (tmp_path / "file").write_text("no folder")
+    result = omnimate("export", drive, tmp_path / "file" / name)
+    assert result.code == 1
+    assert "cannot be written" in result.err
+
+
+def test_mf4_without_its_library_names_the_extra(omnimate, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "asammdf", None)
+    (tmp_path / "a.mf4").write_bytes(b"MDF     4.10    ")
+    result = omnimate("export", tmp_path / "a.mf4", tmp_path / "a.log")
+    assert result.code == 1
+    assert "pip install 'omnimate[mf4]'" in result.err

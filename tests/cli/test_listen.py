@@ -1,0 +1,72 @@
+"""`omnimate listen` on logs and on a live bus."""
+
+import json
+
+import can
+import cantools
+import pytest
+
+from omnimate.logs.formats.candump_lines import format_lines
+from tests.listen.conftest import robot_log
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("listen") / "can.log"
+    path.write_text("\n".join([*format_lines(robot_log(), "log", 17), ""]))
+    return path
+
+
+def test_a_log_gives_a_dbc_a_draft_a_report_and_pictures(omnimate, log, tmp_path):
+    folder = tmp_path / "found"
+    result = omnimate("listen", "--log", log, "--write", folder, "--turn", "left")
+    assert result.code == 0
+    assert "wheel_1_0" in result.out
+    assert cantools.database.load_file(folder / "bus.dbc").messages
+    assert 'channel = "a.left"' in (folder / "vehicle.toml").read_text()
+    assert (folder / "185.png").stat().st_size > 1000
+    assert "sure" in (folder / "report.txt").read_text()
+
+
+def test_a_draft_is_never_overwritten(omnimate, log, tmp_path):
+    (tmp_path / "vehicle.toml").write_text("mine")
+    result = omnimate("listen", "--log", log, "--write", tmp_path)
+    assert result.code != 0
+    assert "exists already" in result.err
+    assert (tmp_path / "vehicle.toml").read_text() == "mine"
+
+
+def test_json_is_all_that_is_printed(omnimate, log):
+    result = omnimate("listen", "--log", log, "--json")
+    assert {message["can_id"] for message in json.loads(result.out)["messages"]} == {0x185, 0x186, 0x286}
+
+
+def test_a_live_bus_is_heard_and_nothing_is_sent(omnimate, monkeypatch):
+    frames = iter(robot_log())
+
+    class Heard:
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def recv(self, _timeout):
+            frame = next(frames, None)
+            if frame is None:
+                raise KeyboardInterrupt
+            return can.Message(
+                timestamp=frame.time, arbitration_id=frame.can_id, data=frame.data, is_extended_id=False
+            )
+
+    monkeypatch.setattr("omnimate.driver.bus.open_bus", lambda _url: Heard())
+    result = omnimate("listen", "--bus", "virtual://x")
+    assert result.code == 0
+    assert "nothing was sent" in result.out
+    assert "wheel 2" in result.out
+
+
+def test_either_a_bus_or_a_log_is_asked_for(omnimate):
+    result = omnimate("listen")
+    assert result.code != 0
+    assert "give either --bus URL or --log FILE" in result.err

@@ -1,0 +1,36 @@
+"""Lines of a drafted `vehicle.toml`: what a bus tells, and what the owner must do about the rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_COLUMN = 34  # where a comment begins
+
+
+def known_line(key: str, value: str, comment: str = "") -> str:
+    """Return the line of a key whose value is known."""
+    line = f"{key} = {value}"
+    return f"{line:<{_COLUMN}} # {comment}" if comment else line
+
+
+def unknown_line(key: str, example: str, what: str) -> str:
+    """Return the commented line of a key that the bus does not tell, and what to do about it."""
+    line = f"# {key} = {example}"
+    return f"{line:<{_COLUMN}} # {what}"
+
+
+def geometry_lines(*, has_two: bool) -> Iterator[str]:
+    """Yield the tables of one truck, or of two and their linkage, which no bus tells."""
+    for truck in ("a", "b") if has_two else ("a",):
+        yield from ("", f"[truck.{truck}]")
+        yield unknown_line(
+            "wheelbase", "0.340", "[m] measure between the contact points of the two drive wheels"
+        )
+        yield unknown_line("wheel_diameter_left", "0.150", "[m] measure, or roll the wheel along a tape")
+        yield unknown_line("wheel_diameter_right", "0.150", "[m] as above; UMBmark finds the difference")
+    if has_two:
+        yield from ("", "[linkage]")
+        yield unknown_line("length", "1.000", "[m] measure between the trucks' centres")
