@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from omnimate.calib.apply import corrected_vehicle
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.paths.least_squares import PathCalibration, calibrate_truck
+from omnimate.driver.described import load_descriptions
 from omnimate.driver.driver import Driver
 from omnimate.driver.opening import open_driver as open_configured
 from omnimate.ipec.filter.estimate import estimate as track
@@ -141,6 +142,7 @@ def open_driver(vehicle: VehicleParameters, bus: str) -> Driver:
         bus: URL of the bus, such as `socketcan://can0`.
 
     Raises:
-        DriverError: The bus cannot be opened, or a node is not as it must be; the bus is closed again.
+        DriverError: The bus cannot be opened, a node is not as it must be, or an EDS that the vehicle names
+            cannot be read; the bus is closed again.
     """
-    return open_configured(vehicle, bus)[0]
+    return open_configured(vehicle, bus, descriptions=load_descriptions(vehicle))[0]

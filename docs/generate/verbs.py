@@ -37,6 +37,9 @@ NOTES = {
     "dump": "`-L` of candump byte for byte, or `-ta`. [My CAN log](../how-to/can-log.md) shows it.",
     "import csv": "[My CSV file](../how-to/csv-file.md) explains the mapping.",
     "import rosbag": "[My ROS bag](../how-to/ros-bag.md) shows it.",
+    "monitor": "[Watch my bus](../how-to/monitor.md) shows it.",
+    "import log": "[My other tools](../how-to/other-tools.md) shows it.",
+    "export": "The suffix says the format: [My other tools](../how-to/other-tools.md).",
     "serve": "[My fleet](../how-to/fleet.md) shows it.",
     "sim": "[My driver's tests](../how-to/driver-tests.md) shows it.",
 }

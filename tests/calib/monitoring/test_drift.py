@@ -66,10 +66,11 @@ def test_working_days_without_fixes_show_drift_by_what_the_filter_learns():
     assert report.has_enough_values
     assert not report.alarms
     assert len(report.quantities) == 4
-    found = watch_drift(days).alarms[0]
-    assert found.name == "wheelbase of truck a beside the file, by the linkage"
+    alarms = {alarm.name: alarm for alarm in watch_drift(days).alarms}
+    found = alarms["wheelbase of truck a beside the file, by the linkage"]
+    assert all("truck a" in name for name in alarms)
     assert abs(found.since - (ENOUGH + 3)) <= 2
-    assert np.diff(found.means) == pytest.approx(0.01, rel=0.25)
+    assert np.diff(found.means) == pytest.approx(0.01, rel=0.4)
 
 
 def test_recordings_of_two_robots_are_refused(healthy):
