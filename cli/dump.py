@@ -16,8 +16,9 @@ import numpy as np
 import typer
 
 from omnimate.cli.console import warn
-from omnimate.cli.descriptions import descriptions, vehicle_of
+from omnimate.cli.descriptions import DbcFiles, EdsFiles, descriptions, vehicle_of
 from omnimate.cli.errors import CallError
+from omnimate.cli.loading import log_of
 from omnimate.logs.dbc_reading import EXTENDED_KEY
 from omnimate.logs.filters import FrameFilter, IdentifierRule, around, trigger_of
 from omnimate.logs.formats.candump_blocks import RELATIVE_WIDTH
@@ -107,12 +108,8 @@ def dump(
     vehicle: Annotated[
         Path | None, typer.Option(help="vehicle.toml whose channels to name; a recording folder has its own.")
     ] = None,
-    dbc: Annotated[
-        list[Path] | None, typer.Option(help="DBC file whose signals to name; repeatable.")
-    ] = None,
-    eds: Annotated[
-        list[str] | None, typer.Option(help="NODE=FILE: EDS or DCF whose objects to name; repeatable.")
-    ] = None,
+    dbc: DbcFiles = None,
+    eds: EdsFiles = None,
     rates: Annotated[
         bool, typer.Option("--rates", help="Print the rate of each identifier instead.")
     ] = False,
@@ -138,7 +135,7 @@ def dump(
         _dump_bus(_live(bus, wanted, count, seconds), form, decoder, decode, rates)
         return
     assert source is not None  # one of the two is given
-    log = read_log(_log_of(source))
+    log = read_log(log_of(source))
     frames = log.frames
     seen = seen_objects(frames) if (decode or triggers) and (robot is None or robot.eds_files) else {}
     decoder = known.decoder(seen)
@@ -153,14 +150,6 @@ def dump(
         warn(problem)
     if not log.is_whole:
         raise typer.Exit(1)
-
-
-def _log_of(source: Path) -> Path:
-    if not source.is_dir():
-        return source
-    from omnimate.logs.folder import log_path
-
-    return log_path(source)
 
 
 def _near(frames: Frames, triggers: Sequence[str], decoder: FrameDecoder, margin: float) -> np.ndarray:

@@ -12,12 +12,16 @@ import typer
 
 from omnimate.cli.console import out, progress_bar, warn
 from omnimate.cli.errors import CallError
+from omnimate.cli.loading import log_of
 from omnimate.logs.frames import Frames, frames_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from omnimate.listen.learning import Findings
     from omnimate.listen.meanings import Meaning
     from omnimate.logs.frames import Frame
+    from omnimate.logs.signals import Signal
 
 _POLL = 0.2  # [s] after which a silent bus is asked again
 
@@ -76,10 +80,9 @@ def listen(
 
 
 def _logged(path: Path) -> Frames:
-    from omnimate.logs.folder import log_path
     from omnimate.logs.reading import read_log
 
-    log = read_log(log_path(path) if path.is_dir() else path)
+    log = read_log(log_of(path))
     for problem in log.problems():
         warn(problem)
     return log.frames
@@ -125,7 +128,7 @@ def _of_channel(frames: Frames, channel: str | None) -> Frames:
     return frames.select(frames.channel == number)
 
 
-def _known(frames: Frames) -> dict[int, tuple]:  # type: ignore[type-arg]
+def _known(frames: Frames) -> Mapping[int, Sequence[Signal]]:
     """Return the fields of PDOs that SDO traffic in the log shows, by COB-ID."""
     from omnimate.driver.mapped_signals import mapped_signals
     from omnimate.logs.seen_mapping import seen_objects
@@ -148,11 +151,10 @@ def _write(
     if draft.exists():
         raise CallError(f"{draft}: exists already; name a new folder, or remove it")
     folder.mkdir(parents=True, exist_ok=True)
-    bitrate = None if bus is None else BusUrl.of(bus).options.get("bitrate")
+    bitrate = None if bus is None else BusUrl.of(bus).bitrate
     write_text(folder / "bus.dbc", learned_dbc(findings, meanings))
     write_text(folder / "report.txt", "\n".join([*report_lines(findings, meanings), ""]))
-    rate = bitrate if isinstance(bitrate, int) else None
-    write_text(draft, draft_vehicle(findings, rate, None if turn is None else turn.value))
+    write_text(draft, draft_vehicle(findings, bitrate, None if turn is None else turn.value))
     with progress_bar("drawing messages") as progress:
         for number, each in enumerate(findings.messages):
             moving = [signal for signal in each.signals if signal.kind != "constant"]

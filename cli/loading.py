@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import report_problem
-from omnimate.logs.folder import log_path, read_recording
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,6 +18,8 @@ MOST_PROBLEMS = 20  # shown
 
 def load(folder: Path) -> Recording:
     """Return the recording in a folder, after saying what of its log could not be read."""
+    from omnimate.logs.folder import read_recording
+
     loaded = read_recording(folder)
     report_problems(loaded.log)
     return loaded.recording
@@ -26,7 +27,11 @@ def load(folder: Path) -> Recording:
 
 def log_of(source: Path) -> Path:
     """Return a log that was given, or the log in a recording folder that was."""
-    return log_path(source) if source.is_dir() else source
+    if not source.is_dir():
+        return source
+    from omnimate.logs.folder import log_path
+
+    return log_path(source)
 
 
 def report_problems(log: LogReadResult | LogStream) -> None:

@@ -13,7 +13,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from omnimate.cli.console import err, out
-from omnimate.cli.loading import report_problems
+from omnimate.cli.loading import log_of, report_problems
 from omnimate.cli.robots import nominal_vehicle
 from omnimate.cli.tables import show
 
@@ -63,10 +63,9 @@ def _send(source: Path, bus: str, pace: float) -> None:
     from rich.progress import track
 
     from omnimate.driver.replaying import send_frames
-    from omnimate.logs.folder import log_path
     from omnimate.logs.reading import read_log
 
-    frames = read_log(log_path(source) if source.is_dir() else source).frames
+    frames = read_log(log_of(source)).frames
     send_frames(track(frames, "sending", len(frames), console=err, transient=True), bus, pace)
     out.print(f"{len(frames)} frames sent to {bus}", soft_wrap=True)
 

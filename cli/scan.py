@@ -100,8 +100,7 @@ def _write(found: Scan, bus: str, files: Mapping[int, FittingFile], path: Path) 
 
     folder = path.resolve().parent
     paths = {node: Path(os.path.relpath(file.path, folder)).as_posix() for node, file in files.items()}
-    bitrate = BusUrl.of(bus).options.get("bitrate")
-    write_text(path, draft_vehicle(found, bus, bitrate if isinstance(bitrate, int) else None, paths))
+    write_text(path, draft_vehicle(found, bus, BusUrl.of(bus).bitrate, paths))
 
 
 def _show(found: Scan, files: Mapping[int, FittingFile]) -> None:

@@ -41,6 +41,12 @@ class BusUrl:
     channel: str
     options: Mapping[str, Any]
 
+    @property
+    def bitrate(self) -> int | None:
+        """Bit rate that the URL states [bit/s]; None where it states none."""
+        stated = self.options.get("bitrate")
+        return stated if type(stated) is int else None
+
     @classmethod
     def of(cls, text: str) -> BusUrl:
         """Return the parts of `interface://channel?key=value&key=value` or `interface:channel?...`.

@@ -14,6 +14,7 @@ import numpy as np
 from omnimate.exporters.errors import ExportError, MissingLibraryError
 from omnimate.logs.formats.stamps import NANOSECOND, nanoseconds
 from omnimate.logs.frames import ERROR, EXTENDED, FD, REMOTE
+from omnimate.vehicle.parameters import JOINTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from omnimate.exporters.drive import Drive, Path
     from omnimate.logs.bus_events import BusEvent
     from omnimate.logs.frames import Frame
+    from omnimate.vehicle.parameters import Channel
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
@@ -125,7 +127,7 @@ class Messages:
 
     def _joints(self, recording: Recording) -> Iterator[Message]:
         """Yield the positions of wheels, joints and link that were read in each sample [rad, m]."""
-        names = [str(channel) for channel in recording.vehicle.channels]
+        names = recording.vehicle.channels
         positions = np.column_stack([channel_values(recording, name) for name in names])
         for time, row, present in zip(recording.time.tolist(), positions, recording.present, strict=True):
             there = [name for name, is_there in zip(names, present.tolist(), strict=True) if is_there]
@@ -146,7 +148,7 @@ class Messages:
         self,
         topic: str,
         time: float,
-        names: list[str],
+        names: Sequence[str],
         *,
         position: Array | None = None,
         velocity: Array | None = None,
@@ -250,13 +252,11 @@ class Messages:
         return turn
 
 
-def channel_values(recording: Recording, channel: str) -> Array:
+def channel_values(recording: Recording, channel: Channel) -> Array:
     """Return the angle of a wheel or joint [rad] or the length of the link [m] at each sample, `(N,)`."""
     if channel == "link":
         return recording.link_length()
-    if channel.startswith("joint"):
-        return recording.joint_angle(channel)  # type: ignore[arg-type]  # a channel of the recording
-    return recording.wheel_angle(channel)  # type: ignore[arg-type]  # likewise
+    return recording.joint_angle(channel) if channel in JOINTS else recording.wheel_angle(channel)
 
 
 def speeds(time: Array, pose: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.logs.canopen_words import NMT_STATES
+from omnimate.logs.dbc import head_lines, heartbeat_message, node_name, state_names
 from omnimate.logs.dbc_reading import EXTENDED_KEY
 
 if TYPE_CHECKING:
@@ -20,28 +20,13 @@ _NOBODY = "Vector__XXX"  # what DBC files write where no node is known
 def learned_dbc(findings: Findings, meanings: dict[str, Meaning]) -> str:
     """Return the text of the DBC file; a sign that cannot be told is written as unsigned."""
     nodes = sorted(findings.network.nodes)
-    lines = [
-        'VERSION ""',
-        "",
-        "NS_ :",
-        "",
-        "BS_:",
-        "",
-        f"BU_: {' '.join(f'node_{node}' for node in nodes)}".rstrip(),
-        "",
-    ]
+    lines = head_lines(map(node_name, nodes))
     for each in findings.messages:
         lines += _message(each, meanings)
-    for node in nodes:
-        lines += [
-            f"BO_ {0x700 + node} heartbeat_{node}: 1 node_{node}",
-            ' SG_ state : 0|7@1+ (1,0) [0|0] "" ' + _NOBODY,
-            "",
-        ]
+    lines += [heartbeat_message(node, _NOBODY) for node in nodes]
     for each in findings.messages:
         lines += _comments(each, meanings)
-    states = " ".join(f'{code} "{name}"' for code, name in sorted(NMT_STATES.items()))
-    lines += [f"VAL_ {0x700 + node} state {states} ;" for node in nodes]
+    lines += map(state_names, nodes)
     for each in findings.messages:
         floats = [signal for signal in each.signals if signal.kind == "float"]
         lines += [f"SIG_VALTYPE_ {_key(each)} {meanings[signal.label].name} : 1;" for signal in floats]
@@ -50,7 +35,7 @@ def learned_dbc(findings: Findings, meanings: dict[str, Meaning]) -> str:
 
 def _message(each: LearnedMessage, meanings: dict[str, Meaning]) -> Iterator[str]:
     message = each.message
-    sender = f"node_{message.node}" if message.node and message.direction == "sent" else _NOBODY
+    sender = node_name(message.node) if message.node and message.direction == "sent" else _NOBODY
     name = f"{'TPDO' if message.direction == 'sent' else 'RPDO'}{message.number}_node_{message.node}"
     name = name if message.number else f"message_{message.name}"
     yield f"BO_ {_key(each)} {name}: {message.data.shape[1]} {sender}"

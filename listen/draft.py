@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 from omnimate.listen.meanings import wheel_ratio
-from omnimate.vehicle.drafting import geometry_lines, known_line, unknown_line
+from omnimate.vehicle.drafting import bus_lines, geometry_lines, known_line, unknown_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,7 +29,8 @@ def draft_vehicle(findings: Findings, bitrate: int | None, turn: Turn | None) ->
         turn: Which way the first clear turn of the log went; None where nobody said so.
     """
     wheels = findings.kinematics.wheels
-    lines = [HEAD, "", 'name = "robot"', *geometry_lines(has_two=len(wheels) > 2), *_bus(findings, bitrate)]
+    bus = bus_lines(bitrate, findings.network.sync_period)
+    lines = [HEAD, "", 'name = "robot"', *geometry_lines(has_two=len(wheels) > 2), *bus]
     if not wheels:
         lines += ["", *(f"# {reason}" for reason in findings.kinematics.reasons)]
         lines += ["# Listen again while the robot drives straight on, turns both ways, and stands."]
@@ -39,19 +40,6 @@ def draft_vehicle(findings: Findings, bitrate: int | None, turn: Turn | None) ->
         if other.role != "cannot tell":
             lines += _other(other.role, other.shaft, findings)
     return "\n".join([*lines, ""])
-
-
-def _bus(findings: Findings, bitrate: int | None) -> Iterator[str]:
-    yield from ("", "[bus]")
-    if bitrate is None:
-        yield unknown_line("bitrate", "500000", "[bit/s] that of the adapter: ip -details link show can0")
-    else:
-        yield known_line("bitrate", str(bitrate))
-    period = findings.network.sync_period
-    if period is None:
-        yield unknown_line("sync_period", "0.015", "[s] choose: nobody sends SYNC, the driver will")
-    else:
-        yield known_line("sync_period", f"{period:.3g}", "SYNC as it was heard")
 
 
 def _wheel(number: int, wheel: Wheel, findings: Findings, turn: Turn | None) -> Iterator[str]:

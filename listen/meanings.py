@@ -40,14 +40,6 @@ def meanings_of(findings: Findings) -> dict[str, Meaning]:
     }
 
 
-def wheel_names(findings: Findings) -> dict[str, str]:
-    """Return a name for each wheel by the label of its position, such as `wheel_1`."""
-    return {
-        wheel.shaft.position.signal.label: f"wheel_{number}"
-        for number, wheel in enumerate(findings.kinematics.wheels, start=1)
-    }
-
-
 def wheel_ratio(wheel: Wheel) -> str:
     """Return the ratio of a wheel's counts to those of wheel 1 in words."""
     if wheel.has_exact_ratio:

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from omnimate.logs.frames import Frames
 
 HEARTBEAT, EMCY = 0x700, 0x080
-GUARDED = 0x80  # toggle bit of an answer to node guarding
 DRIVE_PROFILE, ENCODER_PROFILE = 402, 406  # low half of 1000h
 
 

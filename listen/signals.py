@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -118,9 +118,9 @@ class LearnedSignal:
         start = float(centred(self.raw[:1], self.bits)[0]) if self.signed else float(self.raw[0])
         return start + np.concatenate(([0.0], np.cumsum(step.astype(np.float64))))
 
-    def says(self, *reasons: str, **changes: object) -> LearnedSignal:
+    def says(self, *reasons: str, **changes: Any) -> LearnedSignal:  # noqa: ANN401  # its fields
         """Return it with more reasons, and with other fields where they are given."""
-        return replace(self, reasons=(*self.reasons, *reasons), **changes)  # type: ignore[arg-type]
+        return replace(self, reasons=(*self.reasons, *reasons), **changes)
 
 
 def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[LearnedSignal, ...]:

@@ -34,3 +34,21 @@ def geometry_lines(*, has_two: bool) -> Iterator[str]:
     if has_two:
         yield from ("", "[linkage]")
         yield unknown_line("length", "1.000", "[m] measure between the trucks' centres")
+
+
+def bus_lines(bitrate: int | None, sync_period: float | None) -> Iterator[str]:
+    """Yield the table of the bus.
+
+    Args:
+        bitrate: Its bit rate [bit/s]; None where it is not known.
+        sync_period: Period of SYNC as it was heard [s]; None where nobody sends it.
+    """
+    yield from ("", "[bus]")
+    if bitrate is None:
+        yield unknown_line("bitrate", "500000", "[bit/s] that of the adapter: ip -details link show can0")
+    else:
+        yield known_line("bitrate", str(bitrate))
+    if sync_period is None:
+        yield unknown_line("sync_period", "0.015", "[s] choose: nobody sends SYNC, the driver will")
+    else:
+        yield known_line("sync_period", f"{sync_period:.4g}", "SYNC as it was heard")

@@ -27,7 +27,7 @@ from omnimate.driver.watch.bus_watch import REFRESH
 from omnimate.vehicle.atomic import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable
 
     from omnimate.cli.descriptions import Descriptions
     from omnimate.driver.watch.bus_watch import BusWatch
@@ -193,5 +193,5 @@ class MonitorApp(App[None]):
         stamp = datetime.now().astimezone().strftime("%Y%m%d-%H%M%S")
         return Path(f"recording-{stamp}" if self.bus_watch.vehicle is not None else f"recording-{stamp}.log")
 
-    def _update(self, part: str, lines: Sequence[Text] | object) -> None:
-        self.query_one(part, Static).update(Text("\n").join(lines))  # type: ignore[arg-type]  # lines of text
+    def _update(self, part: str, lines: Iterable[Text]) -> None:
+        self.query_one(part, Static).update(Text("\n").join(lines))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import err, out
-from omnimate.cli.descriptions import descriptions, vehicle_of
+from omnimate.cli.descriptions import DbcFiles, EdsFiles, descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of
 
@@ -33,12 +33,8 @@ def monitor(
     vehicle: Annotated[
         Path | None, typer.Option(help="vehicle.toml: names, values, odometry. A folder has its own.")
     ] = None,
-    dbc: Annotated[
-        list[Path] | None, typer.Option(help="DBC file whose signals to name; repeatable.")
-    ] = None,
-    eds: Annotated[
-        list[str] | None, typer.Option(help="NODE=FILE: EDS or DCF whose objects to name; repeatable.")
-    ] = None,
+    dbc: DbcFiles = None,
+    eds: EdsFiles = None,
     show: Annotated[
         str, typer.Option("--filter", help="Rows to show: 181 180-1FF ~080 node:5 kind:pdo, or words.")
     ] = "",
@@ -104,8 +100,8 @@ def _opener(source: Path | None, bus: str | None, pace: float, bitrate: int | No
 def _bitrate(bus: str | None, robot: VehicleParameters | None) -> int | None:
     from omnimate.driver.adapters import BusUrl
 
-    stated = None if bus is None else BusUrl.of(bus).options.get("bitrate")
-    return stated if isinstance(stated, int) else None if robot is None else robot.bus.bitrate
+    stated = None if bus is None else BusUrl.of(bus).bitrate
+    return robot.bus.bitrate if stated is None and robot is not None else stated
 
 
 def _screen(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.driver.pdo_mapping import AXIS
 from omnimate.driver.scan.node import LINEAR, LINEAR_SENSORS, SINGLE_TURN
-from omnimate.vehicle.drafting import geometry_lines, known_line, unknown_line
+from omnimate.vehicle.drafting import bus_lines, geometry_lines, known_line, unknown_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -107,7 +107,13 @@ def draft_vehicle(scan: Scan, url: str, bitrate: int | None, eds: Mapping[int, s
         url=url,
         node=1 if example is None else example.node.node,
     )
-    lines = [head, "", 'name = "robot"', *geometry_lines(has_two=has_two), *_bus(scan, bitrate)]
+    lines = [
+        head,
+        "",
+        'name = "robot"',
+        *geometry_lines(has_two=has_two),
+        *bus_lines(bitrate, scan.heard.sync_period),
+    ]
     for position in encoders:
         lines += _encoder(position, encoders, eds)
     for position in positions:
@@ -165,19 +171,6 @@ def _target_pdo(node: NodeReading) -> PdoSetting | None:
     """Return the RPDO that carries the target velocity, None where none does."""
     carrying = [setting for setting in node.rpdos if any(entry.index == TARGET for entry in setting.entries)]
     return min(carrying, key=_preference, default=None)
-
-
-def _bus(scan: Scan, bitrate: int | None) -> Iterator[str]:
-    yield from ("", "[bus]")
-    if bitrate is None:
-        yield unknown_line("bitrate", "500000", "[bit/s] that of the adapter: ip -details link show can0")
-    else:
-        yield known_line("bitrate", str(bitrate))
-    period = scan.heard.sync_period
-    if period is None:
-        yield unknown_line("sync_period", "0.015", "[s] choose: nobody sends SYNC, the driver will")
-    else:
-        yield known_line("sync_period", f"{period:.4g}", "SYNC as it was heard")
 
 
 def _encoder(position: Position, all_positions: Sequence[Position], eds: Mapping[int, str]) -> Iterator[str]:
