@@ -103,14 +103,16 @@ class MonitorApp(App[None]):
         self._bus_name, self._bitrate, self._target = name, bitrate, target
         self._seconds, self._picture, self._marks = seconds, picture, marks
         self._filter = ""
+        # kept, and not asked of the screen: a timer may still draw while the screen is taken down
+        self._parts = {part: Static(id=part) for part in ("head", "rows", "robot", "events")}
 
     def compose(self) -> ComposeResult:
         """Place the parts of the screen."""
-        yield Static(id="head")
+        yield self._parts["head"]
         with VerticalScroll(id="table"):
-            yield Static(id="rows")
-        yield Static(id="robot")
-        yield Static(id="events")
+            yield self._parts["rows"]
+        yield self._parts["robot"]
+        yield self._parts["events"]
         yield Input(id="filter", placeholder="181 180-1FF ~080 node:5 kind:pdo left")
         yield Footer()
 
@@ -136,11 +138,11 @@ class MonitorApp(App[None]):
             head = Text("PAUSED  ", style="bold reverse").append_text(head)
         head.truncate(width, overflow="ellipsis")
         rows = self._sorted(self.wanted.rows(snapshot.rows, self._decoder))
-        self._update("#head", [head])
-        self._update("#rows", table_lines(rows, self._decoder, width - 2, marks=self._marks))
+        self._update("head", [head])
+        self._update("rows", table_lines(rows, self._decoder, width - 2, marks=self._marks))
         robot = [] if snapshot.robot is None else list(robot_lines(snapshot.robot, width))
-        self._update("#robot", [node_line(snapshot, width), *robot])
-        self._update("#events", event_lines(snapshot, EVENTS, width))
+        self._update("robot", [node_line(snapshot, width), *robot])
+        self._update("events", event_lines(snapshot, EVENTS, width))
 
     def _end(self) -> None:
         if self._picture is not None:
@@ -194,4 +196,4 @@ class MonitorApp(App[None]):
         return Path(f"recording-{stamp}" if self.bus_watch.vehicle is not None else f"recording-{stamp}.log")
 
     def _update(self, part: str, lines: Iterable[Text]) -> None:
-        self.query_one(part, Static).update(Text("\n").join(lines))
+        self._parts[part].update(Text("\n").join(lines))
