@@ -98,6 +98,10 @@ VERBS = {
         "omnimate.cli.drift:drift",
         "Say whether it is time to calibrate again: fine, calibrate again, or cannot tell.",
     ),
+    "fleet": Verb(
+        "omnimate.cli.fleet.verb:app",
+        "Recordings of many robots: which robot is sick, which place of the floor is bad.",
+    ),
     "design": Verb(
         "omnimate.cli.design:design",
         "Compare drives before driving: the Cramer-Rao bound of what each identifies.",

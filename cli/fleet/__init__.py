@@ -1,0 +1,1 @@
+"""`omnimate fleet`: the recordings of many robots, night after night."""

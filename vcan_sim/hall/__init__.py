@@ -1,0 +1,1 @@
+"""A simulated hall: many robots, day after day, on a floor with bad places, some of them turning sick."""

@@ -1,0 +1,115 @@
+"""Bad places of a hall's floor, and what they do to a robot that drives over them."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.records import Constants, State
+from omnimate.vehicle.compiled import Array, Record, compiled, layout
+from omnimate.vehicle.compiled_se2 import transform
+
+PlaceKind = Literal["joint", "oil", "slope"]
+KINDS: tuple[PlaceKind, ...] = get_args(PlaceKind)
+JOINT, OIL, SLOPE = range(3)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A bad place of the floor.
+
+    Attributes:
+        kind: A joint between slabs: a line on which each wheel loses way at every crossing; an oily patch: a
+            disc on which wheels turn without full travel; a slope: a disc on which trucks creep.
+        x: X of its centre [m].
+        y: Y of its centre [m].
+        reach: Half the length of a joint, or the radius of a patch or slope [m].
+        size: Way lost at a crossing [m]; part of the travel that is lost [1]; creep per metre travelled [1].
+        direction: Direction of the joint's line, or of the creep [rad].
+
+    Raises:
+        SimulationError: The kind is not known, or the reach is not positive.
+    """
+
+    kind: PlaceKind
+    x: float
+    y: float
+    reach: float
+    size: float
+    direction: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise SimulationError(f"a place of kind {self.kind!r}; expected one of {', '.join(KINDS)}")
+        if not self.reach > 0.0:
+            raise SimulationError(f"a place of reach {self.reach} m; expected more than 0")
+
+
+class PlaceRecord:
+    """A place as compiled code sees it; cos and sin are those of its direction."""
+
+    kind: int
+    x: float
+    y: float
+    reach: float
+    size: float
+    cos: float
+    sin: float
+
+
+def place_records(places: tuple[Place, ...]) -> Record:
+    """Return one record for each place, `(K,)`."""
+    rows = [
+        (
+            KINDS.index(place.kind),
+            place.x,
+            place.y,
+            place.reach,
+            place.size,
+            math.cos(place.direction),
+            math.sin(place.direction),
+        )
+        for place in places
+    ]
+    return np.array(rows, layout(PlaceRecord))
+
+
+@compiled
+def lose_on_places(places: Record, sides: Array, constants: Constants, state: State) -> None:
+    """Take off the wheels' travel what joints and oily patches cost in this step.
+
+    Args:
+        places: The places, `(K,)`.
+        sides: Distance of each wheel from each joint's line at the step before [m], `(K, 4)`; written.
+        constants: Of the robot.
+        state: Of the robot.
+    """
+    for wheel in range(2 * constants.trucks):
+        truck = wheel // 2
+        x, y = transform(state.pose[truck], 0.0, constants.wheelbase[truck] * (0.5 - wheel % 2))
+        for number in range(len(places)):
+            place = places[number]
+            from_x, from_y = x - place.x, y - place.y
+            if place.kind == JOINT:
+                side = place.cos * from_y - place.sin * from_x
+                along = place.cos * from_x + place.sin * from_y
+                if side * sides[number, wheel] < 0.0 and abs(along) <= place.reach:
+                    state.travel[wheel] -= math.copysign(place.size, state.travel[wheel])
+                sides[number, wheel] = side
+            elif place.kind == OIL and from_x * from_x + from_y * from_y <= place.reach * place.reach:
+                state.travel[wheel] *= 1.0 - place.size
+
+
+@compiled
+def creep_on_slopes(places: Record, constants: Constants, state: State) -> None:
+    """Shift each truck that drove on a slope in this step towards the slope's direction."""
+    for truck in range(constants.trucks):
+        way = abs(0.5 * (state.travel[2 * truck] + state.travel[2 * truck + 1]))
+        for number in range(len(places)):
+            place = places[number]
+            from_x, from_y = state.pose[truck, 0] - place.x, state.pose[truck, 1] - place.y
+            if place.kind == SLOPE and from_x * from_x + from_y * from_y <= place.reach * place.reach:
+                state.pose[truck, 0] += place.size * way * place.cos
+                state.pose[truck, 1] += place.size * way * place.sin
