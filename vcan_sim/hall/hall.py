@@ -74,6 +74,7 @@ def draw_hall(
     docks: int = 60,
     length: float = 40.0,
     width: float = 30.0,
+    sync_period: float = 0.015,
     seed: int = 0,
 ) -> Hall:
     """Return a hall.
@@ -86,6 +87,7 @@ def draw_hall(
         docks: Number of docks.
         length: Of the hall, along x [m].
         width: Of the hall, along y [m].
+        sync_period: Of all robots' buses [s].
         seed: Of all that is drawn by chance.
 
     Raises:
@@ -104,6 +106,7 @@ def draw_hall(
             TYPES[number % 3],
             number,
             seed,
+            sync_period,
             (_draw_ill(TYPES[number % 3], days, chance),) if number in chosen else (),
         )
         for number in range(robots)

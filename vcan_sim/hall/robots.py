@@ -25,6 +25,7 @@ TYPES = ("tug", "mule", "train")
 CALIBRATED_WHEEL, CALIBRATED_WHEELBASE = 1e-4, 1e-3
 WEAR, WEAR_SCATTER = -1e-5, 3e-6  # [1/day]
 DAILY_WHEEL, DAILY_WHEELBASE = 1e-5, 1e-4
+_WHEEL_NAMES: tuple[str, ...] = WHEELS
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,15 +56,15 @@ class HallRobot:
         record, biases = healthy_wheels(), {"joint_a": 0.0, "joint_b": 0.0}
         for ill in self.ills:
             size = ill.at(day)
-            if ill.kind == "wheel_diameter":
-                wheels[WHEELS.index(_wheel(ill))] += size
-            elif ill.kind == "wheelbase":
+            if ill.kind == "wheelbase":
                 wheelbases["ab".index(ill.component)] += size
             elif ill.kind == "joint_bias":
                 biases[ill.component] += size
+            elif ill.kind == "wheel_diameter":
+                wheels[_WHEEL_NAMES.index(ill.component)] += size
             else:
                 field = "amplitude" if ill.kind == "wheel_eccentricity" else "play"
-                record[field][0, WHEELS.index(_wheel(ill))] = size
+                record[field][0, _WHEEL_NAMES.index(ill.component)] = size
         true = self.vehicle
         for number, (name, truck) in enumerate(self.vehicle.trucks.items()):
             left, right = 1.0 + wheels[2 * number : 2 * number + 2]
@@ -77,10 +78,14 @@ class HallRobot:
         return Truth(true, effects=linkage_biases(**biases), seed=seed), record
 
 
-def draw_robot(kind: str, number: int, seed: int, ills: tuple[Ill, ...] = ()) -> HallRobot:
-    """Return a robot of a type, with its number in its name."""
+def draw_robot(
+    kind: str, number: int, seed: int, sync_period: float = 0.015, ills: tuple[Ill, ...] = ()
+) -> HallRobot:
+    """Return a robot of a type, with its number in its name; `sync_period` is that of its bus [s]."""
     chance = np.random.default_rng((seed, number))
-    vehicle = replace(_believed(kind), name=f"{kind}-{number:04d}")
+    believed = _believed(kind)
+    bus = replace(believed.bus, sync_period=sync_period)
+    vehicle = replace(believed, name=f"{kind}-{number:04d}", bus=bus)
     return HallRobot(
         vehicle,
         CALIBRATED_WHEEL * chance.normal(size=4),
@@ -100,7 +105,3 @@ def _believed(kind: str) -> VehicleParameters:
         return robot
     large: TruckName = "a"
     return robot.with_truck(large, Truck(0.520, 0.200, 0.200))
-
-
-def _wheel(ill: Ill) -> str:
-    return ill.component

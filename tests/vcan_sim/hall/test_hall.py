@@ -62,13 +62,15 @@ def test_a_gradual_ill_grows_in_proportion_to_time_and_a_sudden_one_is_there_at_
     [(Ill("wheelbase", "a", 0, 0.05), "a"), (Ill("wheel_diameter", "a.left", 0, 0.01), "a.left")],
 )
 def test_a_sick_robot_turns_otherwise_than_its_odometry_says(hall, ill, part):
-    well, sick = draw_robot("tug", 0, 1), draw_robot("tug", 0, 1, (ill,))
+    well, sick = draw_robot("tug", 0, 1), draw_robot("tug", 0, 1, ills=(ill,))
     errors = [np.abs(heading_errors(hall_lap(hall, robot, 0, 0, 3.0))).max() for robot in (well, sick)]
     assert errors[1] > 3.0 * errors[0], part
 
 
 def test_a_joint_bias_shifts_the_reading_of_the_joint(hall):
-    well, sick = (draw_robot("train", 2, 1, ills) for ills in ((), (Ill("joint_bias", "joint_a", 0, 0.02),)))
+    well, sick = (
+        draw_robot("train", 2, 1, ills=ills) for ills in ((), (Ill("joint_bias", "joint_a", 0, 0.02),))
+    )
     first = [hall_lap(hall, robot, 0, 0, 1.0).joint_angle("joint_a")[0] for robot in (well, sick)]
     assert first[1] - first[0] == pytest.approx(0.02, abs=2e-3)
 

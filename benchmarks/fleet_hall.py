@@ -1,0 +1,266 @@
+"""How well the joint model tells sick robots from bad places in a simulated hall, night after night.
+
+The first week finds the bad places; from then on every night judges all robots from what is known by then.
+No file is written or read on the way: the laps are simulated, and their numbers are those of `fleet run`.
+
+Usage: python -m benchmarks.fleet_hall [--robots 1000] [--days 30] [--sick 30] [--places 20]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.fleet.crossings import crossings_of
+from omnimate.fleet.joints import JOINT_NUMBERS, joints_of
+from omnimate.fleet.model.changes import changes_of, listed
+from omnimate.fleet.model.days import day_of, histories_of, kind_of
+from omnimate.fleet.model.evidence import AllCrossings, evidence_of
+from omnimate.fleet.model.histories import ordinary
+from omnimate.fleet.model.places import find_places, floors_of
+from omnimate.fleet.model.roughness import roughness_of
+from omnimate.fleet.model.scores import grid_of
+from omnimate.fleet.segments import PARAMETERS, segments_of
+from omnimate.vcan_sim.hall.hall import draw_hall, hall_lap
+from omnimate.vcan_sim.hall.store import date_of
+from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from omnimate.fleet.crossings import Crossings
+    from omnimate.fleet.joints import Joints
+    from omnimate.fleet.model.changes import Change
+    from omnimate.fleet.model.evidence import Evidence
+    from omnimate.fleet.model.histories import History, Ordinary
+    from omnimate.fleet.model.places import BadPlace
+    from omnimate.fleet.segments import Segments
+    from omnimate.vcan_sim.hall.hall import Hall
+    from omnimate.vcan_sim.hall.ills import Ill
+    from omnimate.vcan_sim.hall.robots import HallRobot
+
+WEEK = 7  # days that find the places
+SEEN = {"wheel_diameter", "wheelbase", "joint_bias"}  # ills that poses at docks, or the linkage, show
+SIGMAS = 10.0  # of a day, from which on an ill counts
+SOON = 3  # days after that, within which it is to be found
+NEAR = 0.3  # [m] that a place may be off
+SAME = 1.0  # [m] within which a found place is taken for a true one
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What one lap gives."""
+
+    robot: str
+    kind: str
+    day: int
+    segments: Segments
+    crossings: Crossings
+    joints: Joints
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came out.
+
+    Attributes:
+        places: Places found, each with the distance to the nearest true one [m].
+        missed_places: Number of true places with none found near.
+        judged: Robot-days judged.
+        false: Robots listed that are healthy, with the night.
+        waits: Of each sick robot whose ill is of a kind that is seen: nights from its 10 sigma to its
+            listing; None where it was not listed.
+        named: Of the sick ones listed: whether the right number is named.
+        unseen: Sick robots whose ill is of another kind, and whether they were listed.
+    """
+
+    places: list[tuple[BadPlace, float]]
+    missed_places: int
+    judged: int
+    false: list[tuple[int, Change]]
+    waits: dict[str, int | None]
+    named: dict[str, bool]
+    unseen: dict[str, bool]
+
+    @property
+    def right(self) -> float:
+        """Part of all true robots and places that were listed as what they are, and of all listed ones."""
+        robots = sum(wait is not None for wait in self.waits.values())
+        places = sum(distance < SAME for _, distance in self.places)
+        wrong = len({change.robot for _, change in self.false}) + len(self.places) - places
+        missed = len(self.waits) - robots + self.missed_places
+        return (robots + places) / max(1, robots + places + wrong + missed)
+
+
+def lap_row(hall: Hall, robot: HallRobot, day: int, minutes: float) -> Row:
+    recording = hall_lap(hall, robot, day, 0, minutes)
+    cut = segments_of(recording)
+    assert cut is not None
+    segments, steps = cut
+    crossings = crossings_of(steps)
+    crossings = replace(
+        crossings, loss=crossings.loss.astype(np.float32), creep=crossings.creep.astype(np.float32)
+    )
+    return Row(robot.vehicle.name, kind_of(robot.vehicle), day, segments, crossings, joints_of(recording))
+
+
+def evidence_of_row(row: Row, roughness: float) -> Evidence:
+    return evidence_of(row.robot, row.kind, date_of(row.day), row.segments, row.crossings, roughness)
+
+
+def study(
+    hall: Hall, days: int, minutes: float, say: Callable[[str], object]
+) -> tuple[Outcome, list[History]]:
+    rows, week = [], min(WEEK, days)
+    for day in range(week):
+        rows += [lap_row(hall, robot, day, minutes) for robot in hall.robots]
+        say(f"day {day}")
+    roughness = roughness_of([row.segments for row in rows])
+    say(f"roughness {1e3 * roughness:.3f} mm/sqrt(m) (true {1e3 * CONCRETE_ROUGHNESS:.3f})")
+    evidence = [evidence_of_row(row, roughness) for row in rows]
+    places = list(find_places(evidence, grid_of(evidence)))
+    floors = floors_of(places, AllCrossings(evidence))
+    roughness = roughness_of([row.segments for row in rows], floors)
+    say(f"roughness beside the places {1e3 * roughness:.3f} mm/sqrt(m)")
+    numbers = [
+        day_of(evidence_of_row(row, roughness), floor, row.joints)
+        for row, floor in zip(rows, floors, strict=True)
+    ]
+    del rows, evidence
+    say(f"{len(places)} places")
+    nights: dict[int, list[Change]] = {}
+    usual: dict[str, Ordinary] = {}
+    histories: list[History] = []
+    judged = 0
+    for day in range(week - 1, days):
+        if day >= week:
+            for robot in hall.robots:
+                row = lap_row(hall, robot, day, minutes)
+                single = evidence_of_row(row, roughness)
+                numbers.append(day_of(single, floors_of(places, AllCrossings([single]))[0], row.joints))
+        histories = histories_of(numbers)
+        usual = {
+            kind: ordinary([single for single in histories if single.kind == kind])
+            for kind in {single.kind for single in histories}
+        }
+        changes = changes_of(histories, usual)
+        judged += len(changes)
+        nights[day] = listed(changes)
+        say(f"night {day}: {', '.join(change.robot for change in nights[day])}")
+    return outcome(hall, places, nights, usual, judged), histories
+
+
+def outcome(
+    hall: Hall,
+    places: list[BadPlace],
+    nights: dict[int, list[Change]],
+    usual: dict[str, Ordinary],
+    judged: int,
+) -> Outcome:
+    distances = np.array([[np.hypot(a.x - b.x, a.y - b.y) for b in hall.places] for a in places])
+    distances = distances.reshape(len(places), len(hall.places))
+    first = {
+        robot.vehicle.name: next(
+            (day for day, listing in nights.items() if any(c.robot == robot.vehicle.name for c in listing)),
+            None,
+        )
+        for robot in hall.robots
+    }
+    false, waits, named, unseen = [], {}, {}, {}
+    for robot in hall.robots:
+        name, found = robot.vehicle.name, first[robot.vehicle.name]
+        change = None if found is None else next(c for c in nights[found] if c.robot == name)
+        ill = robot.ills[0] if robot.ills else None
+        if change is not None and (ill is None or found < ill.day):
+            false.append((found, change))
+        elif ill is not None and ill.kind not in SEEN:
+            unseen[f"{name} {ill.kind}"] = change is not None
+        elif ill is not None:
+            number = number_of(ill)
+            sigma = usual[kind_of(robot.vehicle)].sigma[number]
+            strong = [day for day in nights if abs(ill.at(day)) >= SIGMAS * sigma]
+            if strong and strong[0] + SOON <= max(nights):
+                waits[name] = None if found is None else max(0, found - strong[0])
+                if change is not None:
+                    named[name] = change.name == (*PARAMETERS, *JOINT_NUMBERS)[number]
+    nearest = distances.min(axis=1) if len(hall.places) and len(places) else np.full(len(places), np.inf)
+    missed = int((distances.min(axis=0) >= SAME).sum()) if len(places) else len(hall.places)
+    return Outcome(
+        list(zip(places, nearest.tolist(), strict=True)), missed, judged, false, waits, named, unseen
+    )
+
+
+def number_of(ill: Ill) -> int:
+    """Return the place of the number that an ill changes in a history."""
+    return ["a.left", "a.right", "a", "joint_a", "joint_b"].index(ill.component)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--robots", type=int, default=1000)
+    parser.add_argument("--days", type=int, default=30)
+    parser.add_argument("--sick", type=int, default=30)
+    parser.add_argument("--places", type=int, default=20)
+    parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--period", type=float, default=0.04, help="of SYNC [s]")
+    options = parser.parse_args()
+    hall = draw_hall(
+        options.robots,
+        options.days,
+        sick=options.sick,
+        places=options.places,
+        seed=options.seed,
+        sync_period=options.period,
+    )
+    began = time.process_time()
+    result, _ = study(
+        hall, options.days, options.minutes, lambda text: print(text, file=sys.stderr, flush=True)
+    )
+    print(
+        f"{options.robots} robots, {options.days} days, {options.minutes:g} minutes each: "
+        f"{time.process_time() - began:.0f} s of processor time, simulation included"
+    )
+    return report(result, hall)
+
+
+def report(result: Outcome, hall: Hall) -> int:
+    right = [distance for _, distance in result.places if distance < SAME]
+    near = sum(distance <= NEAR for distance in right)
+    print(
+        f"places: {len(right)} of {len(hall.places)} found, {len(result.places) - len(right)} that are none; "
+        f"{near} within {NEAR} m, the farthest {max(right, default=0.0):.2f} m"
+    )
+    for place, distance in result.places:
+        spread = float(np.sqrt(np.trace(place.covariance) / 2.0))
+        print(
+            f"  {place.effect:5} at {place.x:6.2f} {place.y:6.2f} +- {spread:.2f} m, off by {distance:.2f}, "
+            f"{1e3 * place.per_crossing:5.1f} mm a crossing, {place.crossings} crossings"
+        )
+    robot_days = result.judged
+    print(
+        f"healthy robots listed: {len(result.false)} in {robot_days} robot-days "
+        f"(wanted: at most {robot_days // 1000})"
+    )
+    for night, change in result.false:
+        print(f"  night {night}: {change}")
+    waits = list(result.waits.values())
+    soon = sum(wait is not None and wait <= SOON for wait in waits)
+    print(
+        f"sick robots of {SIGMAS:.0f} sigma of a day: {soon} of {len(waits)} listed within {SOON} days; "
+        f"{sum(result.named.values())} of {len(result.named)} with the right number named"
+    )
+    print(f"  nights waited: {result.waits}")
+    print(f"  of ills that neither docks nor the joints' means show: {result.unseen}")
+    print(f"robot or floor right: {100.0 * result.right:.1f} % (wanted: 95 %)")
+    good = len(result.false) <= robot_days / 1000 and soon == len(waits) and near == len(hall.places)
+    return 0 if good and result.right >= 0.95 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,250 @@
+"""Bad places of the floor, found one after the other on the score map and fitted together.
+
+The places that stand out most are taken, all that are known are fitted together beside every robot's
+parameters, and the map is made anew of what they leave, until nothing stands out. What stands out is judged
+against the map's own scatter (empirical null: Efron, Large-scale simultaneous hypothesis testing, JASA 2004)
+and against the number of candidates (Bonferroni), so that one night in a hundred shows a place that is none.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy.stats import chi2
+
+from omnimate.fleet.crossings import CELL
+from omnimate.fleet.model.evidence import AllCrossings
+from omnimate.fleet.model.scores import LARGEST, REACH, part_inside, score_map
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.fleet.model.evidence import Evidence
+    from omnimate.fleet.model.scores import Grid, ScoreMap
+    from omnimate.vehicle.se2 import Array
+
+PlaceEffect = Literal["loss", "creep"]
+FREEDOM: dict[PlaceEffect, int] = {"loss": 1, "creep": 2}
+FALSE_NIGHT = 0.01  # probability that a night shows a place where there is none
+SEPARATE = 2.0  # [m] from a place that stands out more, at which another one may be seen
+REACHES = (0.3, 0.5, 0.8, LARGEST)  # [m] radii of places that are told apart
+WEAKEST = 0.25  # of the gain of the strongest one, that others must have to be taken in the same round
+ROUNDS = 12
+ENOUGH = 20  # crossings, below which a place may be somewhere else along the few ways over it
+
+
+@dataclass(frozen=True, slots=True)
+class BadPlace:
+    """A place of the floor where robots lose way, or creep.
+
+    Attributes:
+        effect: "loss" of a part of the travel, or "creep" per metre.
+        x: [m].
+        y: [m].
+        reach: Radius, one of `REACHES` [m].
+        covariance: Of x and y [m^2], `(2, 2)`.
+        size: Part lost, `(1,)`, or creep along x and y per metre, `(2,)` [1].
+        sigma: Standard deviations of the size.
+        gain: Twice the gain in log likelihood over no place there.
+        crossings: Number of ways over it.
+    """
+
+    effect: PlaceEffect
+    x: float
+    y: float
+    reach: float
+    covariance: Array
+    size: Array
+    sigma: Array
+    gain: float
+    crossings: int
+
+    @property
+    def per_crossing(self) -> float:
+        """Way lost, or crept, in a mean crossing [m]."""
+        size = float(np.hypot(*self.size) if len(self.size) == 2 else self.size[0])
+        return size * 0.5 * math.pi * self.reach  # the mean chord of a disc
+
+
+Effects = dict[int, "Array"]  # what a place of unit size makes of residuals `(3 S, C)`, by recording
+
+
+def effects_of(place: BadPlace, crossings: AllCrossings) -> Effects:
+    """Return what a place of unit size makes of the residuals of the recordings that come over it."""
+    effects = {}
+    for number, rows in crossings.near(place.x, place.y, place.reach + CELL):
+        single = crossings.evidence[number]
+        from_place = CELL * single.crossings.cell[rows] - np.array([place.x, place.y])
+        part = part_inside(np.hypot(from_place[:, 0], from_place[:, 1]), place.reach)
+        effect = np.zeros((len(single.residual) // 3, 3, FREEDOM[place.effect]))
+        way = single.crossings.way[rows]
+        if place.effect == "loss":
+            np.add.at(effect[:, :, 0], way, part[:, np.newaxis] * single.crossings.loss[rows])
+        else:
+            for axis in range(2):
+                np.add.at(effect[:, axis, axis], way, part * single.crossings.creep[rows])
+        if effect.any():
+            effects[number] = effect.reshape(-1, FREEDOM[place.effect])
+    return effects
+
+
+def floors_of(places: Sequence[BadPlace], crossings: AllCrossings) -> list[Array]:
+    """Return what known places make of the residuals of each recording, `(3 S,)`."""
+    floors = [np.zeros(len(single.residual)) for single in crossings.evidence]
+    for place in places:
+        for number, effect in effects_of(place, crossings).items():
+            floors[number] += effect @ place.size
+    return floors
+
+
+def find_places(
+    evidence: Sequence[Evidence], grid: Grid, known: Sequence[BadPlace] = ()
+) -> tuple[BadPlace, ...]:
+    """Return the bad places that recordings of a fleet show, the clearest first.
+
+    Args:
+        evidence: Of the recordings.
+        grid: Cells of the floor, on which all crossings lie.
+        known: Places to begin with, such as those of the night before; they are located and judged anew.
+    """
+    crossings = AllCrossings(evidence)
+    places = _fit(crossings, known)
+    for _ in range(ROUNDS):
+        new, least = _outstanding(crossings, grid, places)
+        if not new:
+            break
+        places = _fit(crossings, (*places, *new))
+        places = _fit(
+            crossings, (*places[: -len(new)], *_located(places[-len(new) :], places, crossings, grid))
+        )
+    places = _fit(crossings, _located(places, places, crossings, grid))
+    places = _fit(crossings, [place for place in places if place.crossings >= ENOUGH])
+    while places:
+        weakest = min(places, key=lambda place: place.gain / least[place.effect])
+        if weakest.gain >= least[weakest.effect]:
+            break
+        places = _fit(crossings, [place for place in places if place is not weakest])
+    return tuple(sorted(places, key=lambda place: -place.gain))
+
+
+def _outstanding(
+    crossings: AllCrossings, grid: Grid, known: Sequence[BadPlace]
+) -> tuple[list[BadPlace], dict[PlaceEffect, float]]:
+    """Return the places that stand out most beside known ones, and the gain that each effect needs for it."""
+    gains = _gains(score_map(crossings.evidence, floors_of(known, crossings), grid))
+    least = _least(gains)
+    surplus = {effect: gain / least[effect] for effect, gain in gains.items()}
+    best = np.maximum(surplus["loss"], surplus["creep"])
+    for place in known:
+        best[grid.around(place.x, place.y, SEPARATE)] = 0.0
+    strongest, new = max(1.0, WEAKEST * float(best.max())), []
+    while best.max() >= strongest:
+        x, y = (int(at) for at in np.unravel_index(int(np.argmax(best)), best.shape))
+        effect: PlaceEffect = "loss" if surplus["loss"][x, y] >= surplus["creep"][x, y] else "creep"
+        new.append(_unfitted(effect, grid.place((x, y))))
+        best[grid.around(new[-1].x, new[-1].y, SEPARATE)] = 0.0
+    return new, least
+
+
+def _gains(scores: ScoreMap) -> dict[PlaceEffect, Array]:
+    return {"loss": scores.gain_of_loss(), "creep": scores.gain_of_creep()}
+
+
+def _least(gains: dict[PlaceEffect, Array]) -> dict[PlaceEffect, float]:
+    """Return the gain that stands out: for each effect, from the map's own scatter."""
+    candidates = max(1, sum(int((gain > 0.0).sum()) for gain in gains.values()))
+    least = {}
+    for effect, gain in gains.items():
+        freedom = FREEDOM[effect]
+        seen = gain[gain > 0.0]
+        scale = float(np.median(seen)) / float(chi2.median(freedom)) if len(seen) else 1.0
+        least[effect] = max(1.0, scale) * float(chi2.isf(FALSE_NIGHT / candidates, freedom))
+    return least
+
+
+def _unfitted(effect: PlaceEffect, at: tuple[float, float]) -> BadPlace:
+    nothing = np.zeros(FREEDOM[effect])
+    return BadPlace(effect, *at, REACH, CELL**2 * np.eye(2), nothing, nothing, 0.0, 0)
+
+
+def _fit(crossings: AllCrossings, places: Sequence[BadPlace]) -> tuple[BadPlace, ...]:
+    """Return places with their sizes, fitted together beside all robots' parameters."""
+    edges = np.cumsum([0, *(len(place.size) for place in places)])
+    information, score = np.zeros((edges[-1], edges[-1])), np.zeros(edges[-1])
+    effects = [effects_of(place, crossings) for place in places]
+    for number in sorted(set().union(*effects)):
+        single = crossings.evidence[number]
+        there = [place for place, effect in enumerate(effects) if number in effect]
+        columns = np.concatenate([np.arange(edges[place], edges[place + 1]) for place in there])
+        matrix = np.column_stack([effects[place][number] for place in there])
+        weighed = single.floor_precision @ matrix
+        information[np.ix_(columns, columns)] += matrix.T @ weighed
+        score[columns] += weighed.T @ single.residual
+    covariance = np.linalg.pinv(information)
+    sizes, sigmas = covariance @ score, np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    fitted = []
+    for place, effect, start, end in zip(places, effects, edges[:-1], edges[1:], strict=True):
+        mine = slice(int(start), int(end))
+        gain = sizes[mine] @ np.linalg.pinv(covariance[mine, mine]) @ sizes[mine]
+        crossed = sum(
+            int(matrix.reshape(-1, 3 * matrix.shape[1]).any(axis=1).sum()) for matrix in effect.values()
+        )
+        fitted.append(
+            replace(place, size=sizes[mine], sigma=sigmas[mine], gain=float(gain), crossings=crossed)
+        )
+    return tuple(fitted)
+
+
+def _located(
+    some: Sequence[BadPlace], places: Sequence[BadPlace], crossings: AllCrossings, grid: Grid
+) -> list[BadPlace]:
+    """Return some of the places, each located on the map of what all others leave."""
+    floors = floors_of(places, crossings)
+    located = []
+    for place in some:
+        mine = effects_of(place, crossings)
+        near, left = [], []
+        for number, rows in crossings.near(place.x, place.y, 2.0 * REACH + LARGEST):
+            single = crossings.evidence[number]
+            near.append(replace(single, crossings=single.crossings.some(rows)))
+            left.append(floors[number] - (mine[number] @ place.size if number in mine else 0.0))
+        located.append(_locate(place, near, left, grid))
+    return located
+
+
+def _locate(place: BadPlace, near: Sequence[Evidence], left: Sequence[Array], grid: Grid) -> BadPlace:
+    """Return a place at the top of the likelihood around it, of the likeliest reach.
+
+    Args:
+        place: Place roughly where it is.
+        near: Recordings that come near, with their crossings there.
+        left: What all other places make of their residuals, `(3 S,)` each.
+        grid: Cells of the floor.
+    """
+    maps = {reach: _gains(score_map(near, left, grid, reach))[place.effect] for reach in REACHES}
+    window = grid.around(place.x, place.y, REACH)
+    reach = max(maps, key=lambda reach: float(maps[reach][window].max()))
+    gain = np.where(window, maps[reach], -np.inf)
+    top = np.array(np.unravel_index(int(np.argmax(gain)), gain.shape))
+    top = np.clip(top, 2, np.array(gain.shape) - 3)
+    shift, spread = _paraboloid(maps[reach][top[0] - 2 : top[0] + 3, top[1] - 2 : top[1] + 3])
+    x, y = grid.place((float(top[0] + shift[0]), float(top[1] + shift[1])))
+    return replace(place, x=x, y=y, reach=reach, covariance=CELL**2 * spread)
+
+
+def _paraboloid(gain: Array) -> tuple[Array, Array]:
+    """Return where a paraboloid through gains `(5, 5)` has its top, from the middle, and its covariance.
+
+    Both are in cells; half of the gain is the log likelihood. The covariance holds the cell's size, too.
+    """
+    x, y = (offset.ravel() for offset in np.meshgrid(*2 * [np.arange(-2.0, 3.0)], indexing="ij"))
+    terms = np.column_stack([np.ones(25), x, y, 0.5 * x * x, x * y, 0.5 * y * y])
+    _, by_x, by_y, xx, xy, yy = np.linalg.lstsq(terms, 0.5 * gain.ravel(), rcond=None)[0]
+    curvature = -np.array([[xx, xy], [xy, yy]])
+    if np.linalg.eigvalsh(curvature)[0] <= 0.0:
+        return np.zeros(2), 4.0 * np.eye(2)
+    shift = np.clip(np.linalg.solve(curvature, np.array([by_x, by_y])), -1.0, 1.0)
+    return shift, np.linalg.inv(curvature) + np.eye(2) / 12.0

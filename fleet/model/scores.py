@@ -1,0 +1,201 @@
+"""Score maps of the floor: how much a bad place anywhere would explain, beside robots and known places.
+
+A candidate is a disc around every cell. In it wheels lose a part of their travel (loss), or the truck creeps
+along x and y (creep). The score is the derivative of the log likelihood by the size of the effect, and the
+information its variance; a score test needs no fit (Rao, 1948).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.fleet.crossings import CELL
+from omnimate.vehicle.compiled import Array, IntArray, compiled
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.fleet.model.evidence import Evidence
+
+REACH = 0.5  # [m] radius of the disc of a candidate that is looked for first
+LARGEST = 1.2  # [m] radius of the largest one
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """The cells of a floor.
+
+    Attributes:
+        first: Number of the first cell along x and along y.
+        shape: Number of cells along x and along y.
+    """
+
+    first: tuple[int, int]
+    shape: tuple[int, int]
+
+    def place(self, at: tuple[float, float]) -> tuple[float, float]:
+        """Return x and y [m] of a place, given in cells from the first one; whole numbers are centres."""
+        return (self.first[0] + at[0]) * CELL, (self.first[1] + at[1]) * CELL
+
+    def around(self, x: float, y: float, reach: float) -> NDArray[np.bool_]:
+        """Return which cells lie within a reach [m] of a place [m], `(X, Y)`."""
+        from_x = (self.first[0] + np.arange(self.shape[0])) * CELL - x
+        from_y = (self.first[1] + np.arange(self.shape[1])) * CELL - y
+        distance = np.hypot(from_x[:, np.newaxis], from_y)
+        return np.asarray(distance <= reach, np.bool_)
+
+
+@dataclass(frozen=True, slots=True)
+class ScoreMap:
+    """Scores and information of loss, creep along x and creep along y in a disc around each cell.
+
+    Attributes:
+        score: `(X, Y, 3)`.
+        information: Of loss, of creep along x, along x and y together, and along y, `(X, Y, 4)`.
+    """
+
+    score: Array
+    information: Array
+
+    def gain_of_loss(self) -> Array:
+        """Return twice the gain in log likelihood of the best loss, `(X, Y)`: chi-square, 1 degree."""
+        size = self.information[..., 0]
+        return np.where(size > 0.0, self.score[..., 0] ** 2 / np.where(size > 0.0, size, 1.0), 0.0)
+
+    def gain_of_creep(self) -> Array:
+        """Return twice the gain in log likelihood of the best creep, `(X, Y)`: chi-square, 2 degrees."""
+        xx, xy, yy = np.moveaxis(self.information[..., 1:], -1, 0)
+        determinant = xx * yy - xy * xy
+        seen = determinant > 1e-9 * xx * yy
+        x, y = self.score[..., 1], self.score[..., 2]
+        return np.where(
+            seen, (yy * x * x - 2.0 * xy * x * y + xx * y * y) / np.where(seen, determinant, 1.0), 0.0
+        )
+
+
+def grid_of(evidence: Sequence[Evidence]) -> Grid:
+    """Return the grid that all crossings lie on, with a disc's reach around them."""
+    edge = round(LARGEST / CELL) + 2
+    low = np.min([single.crossings.cell.min(axis=0) for single in evidence], axis=0) - edge
+    high = np.max([single.crossings.cell.max(axis=0) for single in evidence], axis=0) + edge
+    shape = high - low + 1
+    return Grid((int(low[0]), int(low[1])), (int(shape[0]), int(shape[1])))
+
+
+def disc(reach: float) -> tuple[IntArray, Array]:
+    """Return the cells of a disc of a radius [m], as offsets `(M, 2)`, and the part of each in it, `(M,)`."""
+    edge = round(reach / CELL) + 1
+    offsets = np.array([(x, y) for x in range(-edge, edge + 1) for y in range(-edge, edge + 1)], np.int64)
+    inside = part_inside(CELL * np.hypot(offsets[:, 0], offsets[:, 1]), reach)
+    return offsets[inside > 0.0], inside[inside > 0.0]
+
+
+def part_inside(distance: Array, reach: float) -> Array:
+    """Return how much of a cell at a distance [m] lies in a disc, with an edge as wide as a cell."""
+    return np.clip((reach - distance) / CELL + 0.5, 0.0, 1.0)
+
+
+def score_map(
+    evidence: Sequence[Evidence], floors: Sequence[Array], grid: Grid, reach: float = REACH
+) -> ScoreMap:
+    """Return the scores of all candidates.
+
+    Args:
+        evidence: Of the recordings.
+        floors: What known places make of the residuals of each, `(3 S,)`.
+        grid: Cells of the floor.
+        reach: Radius of the candidates' discs [m].
+    """
+    offsets, parts = disc(reach)
+    score, information = np.zeros((*grid.shape, 3)), np.zeros((*grid.shape, 4))
+    slots = np.full(grid.shape, -1, np.int64)
+    for single, floor in zip(evidence, floors, strict=True):
+        crossings = single.crossings
+        _add(
+            score,
+            information,
+            slots,
+            crossings.way.astype(np.int64),
+            crossings.cell.astype(np.int64) - np.array(grid.first),
+            np.column_stack([crossings.loss, crossings.creep]).astype(np.float64),
+            single.floor_precision,
+            single.floor_precision @ (single.residual - floor),
+            offsets,
+            parts,
+        )
+    return ScoreMap(score, information)
+
+
+@compiled
+def _add(
+    score: Array,
+    information: Array,
+    slots: IntArray,
+    way: IntArray,
+    cell: IntArray,
+    rows: Array,
+    precision: Array,
+    weighed: Array,
+    offsets: IntArray,
+    parts: Array,
+) -> None:
+    """Add one recording's scores and information to the map; `slots` is -1 everywhere, before and after."""
+    ways = len(weighed) // 3
+    seen = np.zeros((len(way) * len(offsets), 2), np.int64)
+    count = _number(slots, seen, cell, offsets)
+    effects = np.zeros((count, ways, 4))  # of each candidate on each way: loss (3), creep
+    for row in range(len(way)):
+        for number in range(len(offsets)):
+            slot = slots[cell[row, 0] + offsets[number, 0], cell[row, 1] + offsets[number, 1]]
+            for column in range(4):
+                effects[slot, way[row], column] += parts[number] * rows[row, column]
+    for slot in range(count):
+        x, y = seen[slot]
+        slots[x, y] = -1
+        _weigh(score[x, y], information[x, y], effects[slot], precision, weighed)
+
+
+@compiled
+def _number(slots: IntArray, seen: IntArray, cell: IntArray, offsets: IntArray) -> int:
+    """Number the candidates that a recording goes over, write them to `seen`, and return how many."""
+    count = 0
+    for row in range(len(cell)):
+        for number in range(len(offsets)):
+            x, y = cell[row, 0] + offsets[number, 0], cell[row, 1] + offsets[number, 1]
+            if slots[x, y] < 0:
+                slots[x, y] = count
+                seen[count, 0], seen[count, 1] = x, y
+                count += 1
+    return count
+
+
+@compiled
+def _weigh(score: Array, information: Array, effects: Array, precision: Array, weighed: Array) -> None:
+    """Add what the effects `(S, 4)` of a candidate give."""
+    for first in range(len(effects)):
+        creep = effects[first, 3]
+        if (
+            creep == 0.0
+            and effects[first, 2] == 0.0
+            and effects[first, 1] == 0.0
+            and effects[first, 0] == 0.0
+        ):
+            continue
+        for axis in range(3):
+            score[0] += effects[first, axis] * weighed[3 * first + axis]
+        score[1] += creep * weighed[3 * first]
+        score[2] += creep * weighed[3 * first + 1]
+        for second in range(len(effects)):
+            for axis in range(3):
+                for other in range(3):
+                    weight = precision[3 * first + axis, 3 * second + other]
+                    information[0] += effects[first, axis] * weight * effects[second, other]
+            both = creep * effects[second, 3]
+            information[1] += both * precision[3 * first, 3 * second]
+            information[2] += both * precision[3 * first, 3 * second + 1]
+            information[3] += both * precision[3 * first + 1, 3 * second + 1]
