@@ -176,6 +176,10 @@ def _show(diagnosis: Diagnosis) -> None:
             out.print(f"       or {other.effect} on {other.component} ({other.probability:.0%})")
         if finding.separates:
             out.print(f"       to tell them apart, drive: {finding.separates}", soft_wrap=True)
+    if diagnosis.calibrated:
+        out.print("\ncalibrated from the poses beside it, and no finding:")
+    for single in diagnosis.calibrated:
+        out.print(f"       {single.effect} on {single.component}: {', '.join(map(shown, single.parameters))}")
     if diagnosis.fit is not None:
         out.print()
         table = Table(title="residual on data that no fit has seen (1.00 = the sensors' own noise)")

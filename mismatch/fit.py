@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.mismatch.candidates.nuisances import nuisances
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import SETUP, calibrated_terms
-from omnimate.mismatch.evidence.posterior import LARGEST
+from omnimate.mismatch.evidence.posterior import LARGEST, free
 from omnimate.mismatch.recording.response import data, relinearised, response
 from omnimate.mismatch.recording.windows import windows_of
 
@@ -24,8 +25,9 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 # Declared sizes by which the two wheels of an axle differ, half their difference: what is common to both (a
-# tyre's load, a wrong figure in a data sheet) is larger than what two wheels of one batch differ by.
-UNEQUAL = 0.3
+# tyre's load, a wrong figure in a data sheet) is larger. UMBmark's robot had a wheelbase 1.1 % off and
+# diameters apart by 0.084 % (Borenstein & Feng, figure 11); OptiOdom publishes 1.7 % and 0.11 % of its robot.
+UNEQUAL = 0.1
 TURNS = 2  # the effects are small, and the second turn changes them by their square
 
 
@@ -61,11 +63,13 @@ class Fitted:
         regression: About all of them, with the columns of their terms.
         chosen: The set.
         calibrated: What any recording with poses calibrates, unless it is in the set.
+        nuisance: Whitened columns of what every robot has, each of one standard deviation, `(V, n)`.
     """
 
     regression: Regression
     chosen: Acting
     calibrated: Acting
+    nuisance: Array
 
     @property
     def mounted(self) -> tuple[Effect, ...]:
@@ -101,6 +105,8 @@ def fitted(
 ) -> Fitted:
     """Return terms with their coefficients fitted, each turn about what the last one found.
 
+    What every robot has is integrated out.
+
     Args:
         signals: Of each recording, about the nominal robot.
         noise: Levels of noise.
@@ -118,7 +124,7 @@ def fitted(
     widths = [len(single.probes) for single in every]
     edges = np.cumsum([0, *widths]).tolist()
     own = [slice(first, last) for first, last in itertools.pairwise(edges)]
-    prior = _prior(every, count)
+    prior = prior_of(every, count)
     for turn in range(turns + 1):
         effects = tuple(single.built(known[at]) for single, at in zip(every, own, strict=True))
         windows = [windows_of(relinearised(single, effects)) for single in signals]
@@ -128,11 +134,13 @@ def fitted(
             ]
         regression = Regression(windows, noise, effects)
         places = tuple(regression.add(every))
-        columns = regression.white[:, 1:]
+        nuisance = regression.whitened(nuisances(windows))
+        rows = free(regression.white, nuisance)
+        columns = rows[:, 1:]
         precision = columns.T @ columns + prior
         if turn == turns:
             break
-        known = known + np.linalg.solve(precision, columns.T @ regression.white[:, 0] - prior @ known)
+        known = known + np.linalg.solve(precision, columns.T @ rows[:, 0] - prior @ known)
         for single, at in zip(every, own, strict=True):
             if single.positive:
                 known[at] = np.maximum(known[at], 0.0)
@@ -145,10 +153,10 @@ def fitted(
         parts.append(
             Acting(tuple(every[some]), coefficients, effects[some], places[some], covariance[inside, inside])
         )
-    return Fitted(regression, *parts)
+    return Fitted(regression, parts[0], parts[1], nuisance)
 
 
-def _prior(terms: Sequence[Term], count: int) -> Array:
+def prior_of(terms: Sequence[Term], count: int) -> Array:
     """Return the prior precision (K, K) of coefficients: of the first `count` terms, and of a calibration."""
     width = [len(single.probes) for single in terms]
     first = np.cumsum([0, *width])

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 ECHOES, ECHO = 8, 0.15
 UNKNOWN = 8  # errors without a name that are held against the named ones: the best of all by far
 BESIDE = 1.0  # [s] about a moment that has a candidate, in which what else happened is what its law leaves
+FAR = 3.0  # standard deviations beyond which two estimates of a size contradict each other
 NONE = 1e-6  # declared sizes, below which an effect is none at all
 ROUNDS = 5  # of candidates, search, fit and noise, if the answer still changes
 STEPS = 2 * ROUNDS + 2  # that a progress bar sees
@@ -151,7 +152,8 @@ def _final(
         ]
         if not fallen:
             # what happened tells nothing of which effects there are, and yet of how large they are
-            fit = fitted(signals, noise[0], terms, values, 1, fit)
+            whole = fitted(signals, noise[0], terms, values, 1, fit)
+            fit = whole if _agrees(whole.chosen, fit.chosen) else fit
             return Investigation(signals, posterior, members, named, fit)
         posterior.bar(fallen)
         members = tuple(single for single in members if single not in fallen)
@@ -168,6 +170,14 @@ def _stands(single: Term, chosen: Acting, number: int) -> bool:
     if not NONE < float(np.abs(values).max()) <= single.most:
         return False
     return single.odds + 0.5 * float(values @ np.linalg.solve(covariance, values)) > 0.0
+
+
+def _agrees(whole: Acting, quiet: Acting) -> bool:
+    """Say whether effects are as large where something happened as they are in the rest, to three sigma."""
+    return all(
+        bool(np.all(np.abs(size - usual) < FAR * np.sqrt(np.diagonal(covariance))))
+        for size, usual, covariance in zip(whole.values, quiet.values, quiet.covariances(), strict=True)
+    )
 
 
 def _calibration(posterior: Posterior, fit: Fitted) -> tuple[int, ...]:
@@ -246,16 +256,18 @@ def with_everyday(
 
 
 def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
-    """Return the candidates with those errors without a name that may be worth most beside a set."""
+    """Return the candidates with those errors without a name that may be worth most beside a set or alone."""
     regression = posterior.regression
     first = regression.white.shape[1]
     offered, where = add_unknown(regression)
     every = replace(
         posterior, terms=[*posterior.terms, *offered], places=[*posterior.places, *where], known={}
     )
-    beside = every.beside(start)
     count = len(posterior.terms)
-    best = sorted(range(len(offered)), key=lambda at: -beside.quick(count + at))[:UNKNOWN]
+    best: list[int] = []
+    for beside in (every.beside(start), *([every.beside(())] if start else [])):
+        order = sorted(range(len(offered)), key=lambda at: -beside.quick(count + at))
+        best += [at for at in order[:UNKNOWN] if at not in best]
     columns = [column for at in best for column in range(where[at].start, where[at].stop)]
     edges = first + np.cumsum([0, *(where[at].stop - where[at].start for at in best)])
     regression.white = np.hstack([regression.white[:, :first], regression.white[:, columns]])

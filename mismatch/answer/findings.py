@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.heldout import HELD, METRIC, held_out, size
 from omnimate.mismatch.answer.rerun import rerun
@@ -29,7 +30,8 @@ from omnimate.mismatch.diagnosis import (
     Parameter,
     Where,
 )
-from omnimate.mismatch.evidence.search import LOOKED_AT, believable, ranked
+from omnimate.mismatch.evidence.posterior import NOTHING
+from omnimate.mismatch.evidence.search import LOOKED_AT, believable, instead_of_two, ranked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -84,6 +86,13 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
         key: first.worth + (each.rank - first.rank) / first.spread if each.worth > 0.0 else each.worth
         for key, each in judged.items()
     }
+    # a third effect may stand in the place of this member and of another
+    for other in rest:
+        for single, gain in instead_of_two(posterior, found.members, member, other):
+            key = posterior.terms[single].key
+            if key == own:
+                continue
+            worths[key] = max(worths.get(key, NOTHING), worths[own] + gain / itself.spread)
     top = max(0.0, *worths.values())
     whole = math.exp(-top) + sum(math.exp(worth - top) for worth in worths.values())
     shares = {key: math.exp(worth - top) / whole for key, worth in worths.items()}
@@ -119,9 +128,10 @@ def answer(found: Investigation) -> Diagnosis:
     vehicle = found.signals[0].recording.vehicle
     names = tuple(single.recording.source for single in found.signals)
     told = _fit(fit, residuals)
+    acting = averaged(fit)
     calibrated = tuple(
-        Calibrated(effect.name, effect.component, _parameters(fit.regression, fit.calibrated, number))
-        for number, effect in enumerate(fit.calibrated.effects)
+        Calibrated(effect.name, effect.component, _parameters(fit.regression, acting, number))
+        for number, effect in enumerate(acting.effects)
     )
     drawn = evidence_of(fit, nominal, residuals, findings, _candidates(found, findings))
     unseen = [] if findings else blind(found.posterior)
@@ -133,7 +143,7 @@ def answer(found: Investigation) -> Diagnosis:
         says, drives = unseen_in_words(unseen)
     else:
         says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
-    effects = (*fit.chosen.effects, *fit.calibrated.effects)
+    effects = (*fit.chosen.effects, *acting.effects)
     return Diagnosis(
         verdict,
         says,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.mismatch.evidence.posterior import free
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:
@@ -55,6 +56,8 @@ class HeldOut:
 def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
     """Return the residuals of the nominal robot and of the effects, fitted with and without each fold.
 
+    What every robot has is noise to both, and is integrated out of them.
+
     Events count as one parameter for each wheel: what a bump costs is learnt from the bumps of other
     laps, only its moment is taken from its own.
 
@@ -62,10 +65,12 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
         nominal: The recordings whitened about no effect, in the windows of the fit.
         fit: The effects.
     """
+    before = free(nominal.white[:, :1], fit.nuisance)[:, 0]
     regression = fit.regression
-    before, train = nominal.white[:, 0], regression.white[:, 0]
+    rows = free(regression.white, fit.nuisance)
+    train = rows[:, 0]
     after = train.copy()
-    columns, origin = _shared(fit)
+    columns, origin = _shared(fit, rows)
     kind = _kind(regression, columns)
     stretches = tuple(folds_of(regression.windows, kind))
     folds = _of_rows(regression, stretches)
@@ -74,7 +79,7 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
         mine = folds == fold
         others = columns[~mine]
         # the base already holds the fit to everything; what other folds say is a step away from it
-        target = regression.white[~mine, 0] + others @ origin
+        target = train[~mine] + others @ origin
         precision = others.T @ others + np.eye(columns.shape[1])
         known = np.linalg.solve(precision, others.T @ target)
         after[mine] = train[mine] - columns[mine] @ (known - origin)
@@ -101,11 +106,11 @@ def _kind(fitted: Regression, columns: Array) -> Kind:
     return "moments"
 
 
-def _shared(fit: Fitted) -> tuple[Array, Array]:
-    """Return columns (V, k), all events of a wheel in one, and the coefficients (k,) of the base."""
+def _shared(fit: Fitted, rows: Array) -> tuple[Array, Array]:
+    """Return columns (V, k) of rows, all events of a wheel in one, and the coefficients (k,) of the base."""
     columns, origin = [], []
     for term, place, values in fit.everything():
-        own = fit.regression.white[:, place]
+        own = rows[:, place]
         if term.effect == "unknown":
             continue  # no other moment tells what one push was
         if term.effect == "bump" and own.shape[1] > 1:
@@ -117,7 +122,7 @@ def _shared(fit: Fitted) -> tuple[Array, Array]:
             columns += list(own.T)
             origin += values.tolist()
     if not columns:
-        return np.zeros((len(fit.regression.white), 0)), np.zeros(0)
+        return np.zeros((len(rows), 0)), np.zeros(0)
     return np.stack(columns, axis=1), np.array(origin)
 
 

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.candidates.unknown import standard, wheels_roll
+from omnimate.mismatch.candidates.terms import SKEW
+from omnimate.mismatch.candidates.unknown import wheels_roll
+from omnimate.mismatch.recording.response import column, response
+from omnimate.vcan_sim.effects.gear_backlash import GearBacklash
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.recording.response import Columns
+    from omnimate.mismatch.recording.signals import Signals
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
@@ -21,10 +26,18 @@ DRIFT = 5e-4  # of a wheel's radius, by which tyres change while they warm up an
 MODES = 3  # waves over a recording, of which such a change is made
 # [m, m, rad] by which cameras that agree with each other still see a pose wrongly, from place to place:
 # a millimetre in a room of some metres, and what that is on a body with markers half a metre apart
-FIELD = (1e-3, 1e-3, 2e-3)
+FIELD, ROOM = (1e-3, 1e-3, 2e-3), 1.0  # [m] from the middle of a room, at which it is that much
 # Samples by which stamps that a computer gives on arrival are late in a recording, and by which that changes
 # slowly while it lasts: which message is missed is chance, and two computers' clocks wander.
 LATE, WANDERING = 1.0, (0.05, 0.05)
+# The same where poses carry the very stamps of samples: no camera looks whenever a SYNC is sent, so that
+# somebody has laid one file along another, begin and end, to about a sample; what rates the clocks had is not
+# known any more.
+MERGED = (1.0, 0.25)
+
+# [rad] by which the output of a small gear turns free. What is sold for its small play states 0.15 to
+# 0.5 degrees (maxon GP 32 BZ), others have about one. One wheel's play beyond that of the others is a fault.
+PLAY = math.radians(1.0)
 
 # Windows before from which the rate of a linkage is foreseen, and the time [s] by which readings may go with
 # what was not foreseen of it. What a wheel's last count rounds off stands in the rate as well as in the
@@ -35,31 +48,31 @@ BEFORE, ANSWER = 3, 0.25
 SPANS = (0.0, 0.05, 0.1)  # [s] over which the rate is taken, one sample at least: as long as delays are
 
 
+def nuisances(windows: Sequence[Windows]) -> list[Columns]:
+    """Return of each recording the columns of what every robot has, each of one standard deviation.
+
+    They are inputs (M, 3 T, C) and measurements (M + 1, R, C).
+    """
+    shared = [[*_drifts(single), *_gears(single), *_fields(single), *_answers(single)] for single in windows]
+    stamps = [_stamps(single) for single in windows]
+    first, count = len(shared[0]), len(shared[0]) + sum(map(len, stamps))
+    columns = []
+    for single, mine, late in zip(windows, shared, stamps, strict=True):
+        push = np.zeros((*single.drift.shape, count))
+        seen = np.zeros((*single.measured.shape, count))
+        places = (*range(len(mine)), *range(first, first + len(late)))
+        for number, (own_push, own_seen) in zip(places, (*mine, *late), strict=True):
+            push[:, :, number], seen[:, :, number] = own_push, own_seen
+        first += len(late)
+        columns.append((push, seen))
+    return columns
+
+
 def add_nuisances(regression: Regression) -> range:
     """Add the columns of what every robot has, each of the size of one standard deviation; return where."""
-    raw = []
-    for windows in regression.windows:
-        offered = [*_drifts(windows), *_fields(windows), *_answers(windows)]
-        push = np.stack([column[0] for column in offered], axis=2)
-        seen = np.stack([column[1] for column in offered], axis=2)
-        raw.append((push, seen))
-    shared = regression.extend(raw, [raw[0][0].shape[2]])[0]
-    apart = regression.extend(*_of_each([_stamps(windows) for windows in regression.windows], regression))
-    return range(shared.start, apart[-1].stop if apart else shared.stop)
-
-
-def _of_each(columns: Sequence[list[Columns]], regression: Regression) -> tuple[list[Columns], list[int]]:
-    """Return columns that act in one recording each, for all recordings, and how many there are."""
-    count = sum(len(some) for some in columns)
-    raw, first = [], 0
-    for windows, some in zip(regression.windows, columns, strict=True):
-        push = np.zeros((*windows.drift.shape, count))
-        seen = np.zeros((*windows.measured.shape, count))
-        for number, (own_push, own_seen) in enumerate(some, start=first):
-            push[:, :, number], seen[:, :, number] = own_push, own_seen
-        first += len(some)
-        raw.append((push, seen))
-    return raw, [count] if count else []
+    columns = nuisances(regression.windows)
+    place = regression.extend(columns, [columns[0][0].shape[2]])[0]
+    return range(place.start, place.stop)
 
 
 def _stamps(windows: Windows) -> list[Columns]:
@@ -73,13 +86,23 @@ def _stamps(windows: Windows) -> list[Columns]:
     def late(when: Array, mode: int, samples: float) -> Array:
         return np.asarray(samples * period * np.cos(mode * np.pi * (when - time[0]) / (time[-1] - time[0])))
 
-    for mode, samples in enumerate((LATE, *WANDERING)):
+    wandering = MERGED if is_merged(signals) else WANDERING
+    for mode, samples in enumerate((LATE, *wandering)):
         measured = np.zeros(windows.measured.shape)
         for truck in range(len(signals.trucks)):
             first = windows.linkage + 3 * truck
             measured[:, first : first + 3] = windows.aged(truck, partial(late, mode=mode, samples=samples))
         found.append((np.zeros(windows.drift.shape), measured))
     return found
+
+
+def is_merged(signals: Signals) -> bool:
+    """Say whether poses carry the very stamps of samples."""
+    if signals.poses is None:
+        return False
+    number = np.arange(len(signals.time))
+    at = np.rint(np.interp(signals.poses.time, signals.time, number)).astype(int)
+    return bool(np.all(np.abs(signals.time[at] - signals.poses.time) < SKEW))
 
 
 def _answers(windows: Windows) -> list[Columns]:
@@ -120,6 +143,17 @@ def _drifts(windows: Windows) -> list[Columns]:
     ]
 
 
+def _gears(windows: Windows) -> list[Columns]:
+    """Return the column of a play that the gears of all wheels have alike, as gears of one make do."""
+    signals = windows.signals
+    vehicle = signals.recording.vehicle
+    plays = [
+        GearBacklash(component=str(wheel), width=0.5 * PLAY * vehicle.wheel_diameter(wheel))
+        for wheel in vehicle.wheels
+    ]
+    return [column(response(windows, ()), response(windows, plays), 1.0)]
+
+
 def _fields(windows: Windows) -> list[Columns]:
     """Return the columns of poses whose error depends smoothly on place and heading.
 
@@ -131,7 +165,7 @@ def _fields(windows: Windows) -> list[Columns]:
     found = []
     for truck in range(len(signals.trucks)):
         first, path = windows.linkage + 3 * truck, signals.path[windows.ends, truck]
-        x, y = standard(path[:, 0]), standard(path[:, 1])
+        x, y = _across(path[:, 0]), _across(path[:, 1])
         curves = (
             x**2,
             x * y,
@@ -149,3 +183,9 @@ def _fields(windows: Windows) -> list[Columns]:
                 measured[:, first + axis] = size * curve
                 found.append((np.zeros(windows.drift.shape), measured))
     return found
+
+
+def _across(place: Array) -> Array:
+    """Return places from their middle, over a room's size or their own deviation: where a field is smooth."""
+    away = place - place.mean()
+    return np.asarray(away / max(float(away.std()), ROOM))

@@ -82,8 +82,9 @@ class Look:
 
     @property
     def wrong(self) -> bool:
-        """Whether another description is right; else odometry leads astray by itself, as on ice."""
-        return self.explains and bool(self.wiring.faults or self.far.any())
+        """Whether another description is right; else odometry leads astray by itself, on ice or by scrub."""
+        scrub_alone = self.scrubs > 0.5 and not self.far[:2].any()
+        return self.explains and bool(self.wiring.faults or (self.far.any() and not scrub_alone))
 
     def corrected(self, recording: Recording) -> Recording:
         """Return a recording whose vehicle is described as the look found it."""

@@ -466,6 +466,11 @@ def shrinking(inside: Array) -> Array:
     return np.asarray((axes * ((1.0 - 1.0 / np.sqrt(1.0 + sizes)) / sizes)) @ axes.T)
 
 
+def free(rows: Array, nuisance: Array) -> Array:
+    """Return rows (V, C) whitened anew where nuisances (V, k) of unit size are noise."""
+    return np.asarray(rows - nuisance @ (shrinking(nuisance.T @ nuisance) @ (nuisance.T @ rows)))
+
+
 def narrowed(rows: Array, nuisance: Array) -> Array:
     """Return rows (V, C) with nuisances (V, k), no longer noise: the inverse of `shrinking`."""
     sizes, axes = np.linalg.eigh(nuisance.T @ nuisance)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 LOOKED_AT = 12  # candidates of the highest evidence that are judged in full
 PAIRED = 40  # candidates, likewise, whose pairs are looked at
 MOST = 10  # members of a set: a floor with more events than that is a floor, not a list
+OFFERS = 3  # in the place of two members, the likeliest, that are judged in full
 APART = 1.0  # [s] between two events that are added at once
 PASSES = 3
 BETTER = 5.0  # log density of unseen data, odds of 150, by which what has no name must predict better
@@ -145,6 +146,8 @@ def _pair(posterior: Posterior, beside: Beside, least: float) -> tuple[int, int]
     """
     terms = posterior.terms
     alone = [single for single in ranked(posterior, beside) if len(terms[single].probes) == 1][:PAIRED]
+    if not alone:
+        return None
     columns = [posterior.places[single].start for single in alone]
     odds = np.array([terms[single].odds for single in alone])
     gram, score = beside.left[np.ix_(columns, columns)], beside.left[columns, 0]
@@ -213,22 +216,45 @@ def _exchanged(posterior: Posterior, members: Members) -> Members:
 
 
 def _joined(posterior: Posterior, members: Members) -> Members:
-    """Return a set with two members alike exchanged for a single candidate, if the set is then likelier."""
-    terms = posterior.terms
-    lasting = [single for single in range(len(terms)) if not terms[single].is_local and terms[single].probes]
-    for first, second in itertools.combinations(set(members) & set(lasting), 2):
-        if terms[first].effect != terms[second].effect and terms[first].component != terms[second].component:
-            continue
-        rest = set(members) - {first, second}
-        taken = {terms[single].key for single in rest}
-        offers = [single for single in lasting if single not in members and terms[single].key not in taken]
-        worths = {single: posterior.evidence({*rest, single}) for single in offers}
-        offer = max(offers, key=lambda single: worths[single], default=first)
-        if offer == first or worths[offer] <= posterior.evidence(members):
-            continue
-        if posterior.beside(rest).judge(offer).worth > 0.0:
-            return tuple(sorted({*rest, offer}))
+    """Return a set with two members exchanged for a single candidate, if the set is then likelier."""
+    for first, second in itertools.combinations(members, 2):
+        beside = posterior.beside(set(members) - {first, second})
+        for single, gain in instead_of_two(posterior, members, first, second):
+            if gain > 0.0 and beside.judge(single).worth > 0.0:
+                return tuple(sorted({*beside.members, single}))
     return members
+
+
+def instead_of_two(
+    posterior: Posterior, members: Members, first: int, second: int
+) -> list[tuple[int, float]]:
+    """Return what lasts and may stand in the place of two members, and how much likelier the set then is.
+
+    Two effects may each explain a part of what is a third one, or of what has no name and acts on the same
+    component. The likeliest come first. A name must be worth something there; what has no name, and may be
+    too small to be told, counts against the names all the same.
+    """
+    terms, rest = posterior.terms, set(members) - {first, second}
+    if terms[first].is_event and terms[second].is_event:
+        return []  # what lasts is offered in the place of each of them
+    taken = {terms[single].key for single in rest}
+    parts = terms[first].component, terms[second].component
+    offers = [
+        single
+        for single, term in enumerate(terms)
+        if not term.is_local
+        and term.key not in taken
+        and single not in members
+        and (term.probes or all(part.startswith(term.component) for part in parts))
+    ]
+    beside, whole = posterior.beside(rest), posterior.evidence(members)
+    gains = [
+        (single, posterior.evidence({*rest, single}) - whole)
+        for single in offers
+        if beside.quick(single) > 0.0
+    ]
+    likeliest = sorted(gains, key=lambda offer: -offer[1])[:OFFERS]
+    return [offer for offer in likeliest if not terms[offer[0]].probes or beside.judge(offer[0]).worth > 0.0]
 
 
 def _instead(posterior: Posterior, beside: Beside, old: int) -> tuple[int, Judgement] | None:

@@ -32,7 +32,13 @@ HOW_TO_READ = (
 def render(diagnosis: Diagnosis) -> str:
     """Return the report of a diagnosis as one HTML page, with nothing outside itself."""
     robot = escape(diagnosis.robot or "robot")
-    sections = [_head(diagnosis), *_findings(diagnosis), *_proof(diagnosis), *_next(diagnosis)]
+    sections = [
+        _head(diagnosis),
+        *_findings(diagnosis),
+        *_calibrated(diagnosis),
+        *_proof(diagnosis),
+        *_next(diagnosis),
+    ]
     sections.append(f"<h2>How to read this</h2><p class=soft>{escape(HOW_TO_READ)}</p>")
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
@@ -103,6 +109,21 @@ def _where(finding: Finding) -> str:
         spans = ", ".join(f"{start:.2f} to {end:.2f} s" for start, end in where.intervals[:_EVENTS])
         words.append(f"at {spans}" + (" and more" if len(where.intervals) > _EVENTS else ""))
     return escape("; ".join(words) + ".")
+
+
+def _calibrated(diagnosis: Diagnosis) -> Iterable[str]:
+    if not diagnosis.calibrated:
+        return
+    yield "<h2>Calibrated beside it</h2>"
+    yield "<p class=soft>What poses tell in any case. No finding, but in the effects file.</p>"
+    rows = "".join(
+        _row(f"{_name(single.effect)}, {part(single.component)}", *row)
+        for single in diagnosis.calibrated
+        for parameter in single.parameters
+        for row in _values(parameter)
+    )
+    head = "<tr><th>number<th>parameter<th>value<th>95 % interval<th>unit</tr>"
+    yield f"<div class=scroll><table>{head}{rows}</table></div>"
 
 
 def _parameters(finding: Finding) -> str:

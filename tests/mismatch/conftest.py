@@ -92,3 +92,9 @@ def alone():
         return Posterior(regression, [], [], nothing, {}, np.zeros(len(regression.white))).beside(())
 
     return beside
+
+
+@pytest.fixture(scope="session")
+def usual_noise():
+    """Return the levels of the simulator's own floor and sensors."""
+    return USUAL

@@ -1,10 +1,12 @@
 """The search for sets: nothing in noise, one, two, and two that hide each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from omnimate.mismatch.evidence.posterior import Judgement
-from omnimate.mismatch.evidence.search import _first, search
+from omnimate.mismatch.evidence.search import _first, instead_of_two, search
 
 NUMBERS = [("wheel_diameter", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")] + [
     ("wheelbase", "a"),
@@ -83,6 +85,25 @@ def test_two_members_alike_are_exchanged_for_the_single_effect_that_is_both(draw
     columns[:, 2] = columns[:, 0] + columns[:, 1]
     posterior = drawn(columns, terms, np.array([0.0, 0.0, 1.0]), 6)
     assert search(posterior, (0, 1)) == (2,)
+
+
+def test_what_has_no_name_takes_the_place_of_two_names_of_its_component_that_share_it(
+    drawn, waves, candidate
+):
+    terms = [
+        candidate("wheel_diameter", "b.left"),
+        candidate("radius_vs_speed", "b.left"),
+        candidate("unknown", "b.left", quantity="time", acts_on="travel"),
+    ]
+    terms[2] = replace(terms[2], probes=())
+    columns = waves([500.0, 500.0, 800.0], 7)
+    columns[:, 2] = columns[:, 0] + columns[:, 1]
+    posterior = drawn(columns, terms, np.array([0.0, 0.0, 1.0]), 7)
+    posterior.places[2] = slice(3, 4)
+    assert search(posterior, (0, 1)) == (2,)
+    elsewhere = replace(terms[0], component="a.left")
+    posterior.terms[0] = elsewhere
+    assert 2 not in [single for single, _ in instead_of_two(posterior, (0, 1), 0, 1)]
 
 
 def test_of_rivals_that_may_be_there_the_likelier_wins_though_it_leaves_noise_that_is_less_white():

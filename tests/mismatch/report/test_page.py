@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 import pytest
 
 from omnimate.mismatch import Diagnosis, diagnose
+from omnimate.mismatch.diagnosis import Calibrated, Parameter
 from omnimate.mismatch.report import render
 
 VOID = {"meta", "br", "line", "circle", "rect", "polyline"}
@@ -49,6 +50,14 @@ def test_the_page_needs_nothing_outside_itself(diagnosis):
     assert "src=" not in page
     assert "<script" not in page
     assert len(page) < 2_000_000
+
+
+def test_what_is_calibrated_beside_the_findings_is_shown(diagnosis):
+    number = Calibrated("wheelbase", "b", (Parameter("ratio", 1.0123, 0.001, "1"),))
+    assert "Calibrated beside it" not in render(replace(diagnosis, calibrated=()))
+    page = render(replace(diagnosis, calibrated=(number,)))
+    assert "Calibrated beside it" in page
+    assert "1.0123" in page
 
 
 def test_a_hostile_name_is_text(diagnosis):

@@ -1,0 +1,34 @@
+"""A calibration counts as much as the recordings need it."""
+
+import pytest
+
+from omnimate.mismatch.answer.averaged import averaged
+from omnimate.mismatch.fit import fitted
+from omnimate.mismatch.recording.signals import signals_of
+
+
+@pytest.fixture(scope="module")
+def calibrated(drive, watched, effect, usual_noise):
+    """Return a function that gives a wheelbase that is wrong by a part, as fitted, and averaged."""
+
+    def of(part, sigma):
+        recording = watched(drive(effect("wheelbase", "a", ratio=1.0 + part), laps=1), sigma=sigma)
+        fit = fitted([signals_of(recording)], usual_noise, (), ())
+        number = [term.key for term in fit.calibrated.terms].index(("wheelbase", "a"))
+        both = (fit.calibrated, averaged(fit))
+        return [
+            (float(acting.values[number][0]), float(acting.covariances()[number][0, 0])) for acting in both
+        ]
+
+    return of
+
+
+def test_where_the_recording_needs_it_it_is_as_fitted(calibrated):
+    (fitted_size, fitted_variance), (size, variance) = calibrated(0.01, 2e-3)
+    assert size == pytest.approx(fitted_size, rel=1e-3)
+    assert variance == pytest.approx(fitted_variance, rel=1e-2)
+
+
+def test_where_it_hardly_tells_the_robot_stays_more_as_it_is_described(calibrated):
+    (fitted_size, _), (size, _) = calibrated(0.0, 0.1)
+    assert 0.0 <= size / fitted_size < 0.8
