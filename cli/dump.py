@@ -19,21 +19,25 @@ from omnimate.cli.console import warn
 from omnimate.cli.descriptions import DbcFiles, EdsFiles, descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of
+from omnimate.logs.blocks import LogBlocks
 from omnimate.logs.dbc_reading import EXTENDED_KEY
 from omnimate.logs.filters import FrameFilter, IdentifierRule, around, trigger_of
 from omnimate.logs.formats.candump_blocks import RELATIVE_WIDTH
-from omnimate.logs.formats.candump_lines import format_frame, format_lines
+from omnimate.logs.formats.candump_lines import STAMP_WIDTH, format_frame, format_lines
 from omnimate.logs.formats.candump_text import candump_text
 from omnimate.logs.formats.python_can_logs import frame_of_message
 from omnimate.logs.frames import EXTENDED, Frame, frames_of
-from omnimate.logs.rates import rate_lines
-from omnimate.logs.reading import read_log
+from omnimate.logs.rates import RateTable
 from omnimate.logs.seen_mapping import seen_objects
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Sequence
 
+    from numpy.typing import NDArray
+
+    from omnimate.cli.descriptions import Descriptions
     from omnimate.logs.decoding import FrameDecoder
+    from omnimate.logs.filters import Trigger
     from omnimate.logs.formats.candump_lines import Form
     from omnimate.logs.frames import Frames
 
@@ -73,7 +77,8 @@ class KindChoice(Enum):
 
 def dump(
     source: Annotated[
-        Path | None, typer.Argument(help="Log file (candump, .asc, .blf, .trc; .gz too) or recording folder.")
+        Path | None,
+        typer.Argument(help="Log (candump, .asc, .blf, .trc; .gz too), - for a pipe, or recording folder."),
     ] = None,
     bus: Annotated[str | None, typer.Option(help="Read this bus instead, such as socketcan://can0.")] = None,
     form: Annotated[
@@ -135,62 +140,131 @@ def dump(
         _dump_bus(_live(bus, wanted, count, seconds), form, decoder, decode, rates)
         return
     assert source is not None  # one of the two is given
-    log = read_log(log_of(source))
-    frames = log.frames
-    seen = seen_objects(frames) if (decode or triggers) and (robot is None or robot.eds_files) else {}
+    _dump_log(source, known, wanted, count, triggers or (), margin, form, decode=decode, rates=rates)
+
+
+def _dump_log(
+    source: Path,
+    known: Descriptions,
+    wanted: FrameFilter,
+    count: int | None,
+    triggers: Sequence[str],
+    margin: float,
+    form: FormChoice,
+    *,
+    decode: bool,
+    rates: bool,
+) -> None:
+    """Print the wanted frames of a log, or their rates.
+
+    Raises:
+        Exit: Something of the log could not be read.
+    """
+    path = Path("/dev/stdin") if source == Path("-") else log_of(source)
+    if triggers and path.is_fifo():
+        raise CallError(
+            "--trigger looks back, so it needs a log that is a file; write the pipe into one first"
+        )
+    seen: dict[tuple[int, int, int], int] = {}
+    is_described = known.vehicle is not None and not known.vehicle.eds_files
+    if (decode or triggers) and not is_described and not path.is_fifo():
+        for frames in LogBlocks(path):
+            seen.update(seen_objects(frames))
     decoder = known.decoder(seen)
-    chosen = wanted.wants(frames)
-    if triggers:
-        chosen &= _near(frames, triggers, decoder, margin)
-    if not chosen.all():
-        frames = frames.select(chosen)
-    frames = frames if count is None else frames.select(slice(count))
-    _dump_log(frames, form, log.stamp_width, decoder, decode, rates)
+    near = _triggered(path, triggers, decoder) if triggers else None
+    log = LogBlocks(path)
+    chosen = _chosen(log, wanted, count, near, margin)
+    if rates:
+        table = RateTable()
+        for frames in chosen:
+            table.add(frames)
+        _write(table.lines(decoder))
+    else:
+        _print(chosen, log, form, decoder if decode else None)
     for problem in log.problems():
         warn(problem)
     if not log.is_whole:
         raise typer.Exit(1)
 
 
-def _near(frames: Frames, triggers: Sequence[str], decoder: FrameDecoder, margin: float) -> np.ndarray:
-    """Return which frames are near a trigger, shape `(N,)`, and say when each happened."""
-    found = [trigger_of(text, decoder.signals, EXTENDED_KEY).rows(frames) for text in triggers]
-    for text, rows in zip(triggers, found, strict=True):
-        times = ", ".join(f"{time:.3f}" for time in (frames.time[rows[:10]] - frames.time[0]).tolist())
-        more = f" and {len(rows) - 10} more" if len(rows) > 10 else ""
-        warn(f"{text}: {len(rows)} times" + (f", at {times} s{more}" if len(rows) else ""))
-    return around(frames, np.concatenate(found), margin)
+def _triggered(path: Path, triggers: Sequence[str], decoder: FrameDecoder) -> NDArray[np.float64]:
+    """Return the times of all triggers in a log [s], shape `(K,)`, and say when each happened."""
+    found: list[tuple[Trigger, list[NDArray[np.float64]]]] = [
+        (trigger_of(text, decoder.signals, EXTENDED_KEY), []) for text in triggers
+    ]
+    start: float | None = None
+    for frames in LogBlocks(path):
+        start = float(frames.time[0]) if start is None else start
+        for trigger, times in found:
+            times.append(frames.time[trigger.rows(frames)])
+    every = [np.concatenate(times) for _, times in found]
+    for text, moments in zip(triggers, every, strict=True):
+        first = ", ".join(f"{time:.3f}" for time in (moments[:10] - (start or 0.0)).tolist())
+        more = f" and {len(moments) - 10} more" if len(moments) > 10 else ""
+        warn(f"{text}: {len(moments)} times" + (f", at {first} s{more}" if len(moments) else ""))
+    return np.concatenate(every)
 
 
-def _dump_log(
-    frames: Frames, form: FormChoice, stamp_width: int, decoder: FrameDecoder, decode: bool, rates: bool
-) -> None:
-    """Print the frames of a log, or their rates."""
-    if rates:
-        _write(rate_lines(frames, decoder))
-        return
-    shown, width = _with_times(frames, form, stamp_width)
-    if not len(shown):
-        return
-    if not decode:
-        sys.stdout.flush()
-        for text in candump_text(shown, form.layout, width):
-            sys.stdout.buffer.write(text)
-        sys.stdout.buffer.flush()
-        return
-    lines = format_lines(shown, form.layout, width)
-    _write(f"{line}  ; {decoder(frame)}" for line, frame in zip(lines, frames, strict=True))
+def _chosen(
+    log: LogBlocks, wanted: FrameFilter, count: int | None, near: NDArray[np.float64] | None, margin: float
+) -> Iterator[Frames]:
+    """Yield the wanted frames of a log, block by block.
+
+    Args:
+        log: The log.
+        wanted: Which frames are wanted.
+        count: Most frames; None for all.
+        near: Times of the triggers around which frames are wanted [s]; None for all.
+        margin: How long before and after a trigger they are [s].
+    """
+    start: float | None = None
+    for frames in log:
+        start = float(frames.time[0]) if start is None else start
+        rows = wanted.wants(frames, start)
+        if near is not None:
+            rows &= around(frames, near, margin)
+        part = frames if rows.all() else frames.select(rows)
+        part = part if count is None else part.select(slice(count))
+        if len(part):
+            yield part
+        if count is not None and (count := count - len(part)) == 0:
+            return
 
 
-def _with_times(frames: Frames, form: FormChoice, stamp_width: int) -> tuple[Frames, int]:
-    """Return the frames with the times that a form prints, and the number of characters of a time."""
-    if form in {FormChoice.log, FormChoice.ta} or not len(frames):
-        return frames, stamp_width
-    if form is FormChoice.tz:
-        times = frames.time - frames.time[0]
-    else:
-        times = np.diff(frames.time, prepend=frames.time[0])
-    return replace(frames, time=np.maximum(times, 0.0)), RELATIVE_WIDTH
+def _print(blocks: Iterator[Frames], log: LogBlocks, form: FormChoice, decoder: FrameDecoder | None) -> None:
+    """Print the frames of a log, with what they mean where there is a decoder."""
+    times, indent = _Times(form), False
+    sys.stdout.flush()
+    for frames in blocks:
+        shown = times.shown(frames)
+        width = RELATIVE_WIDTH if form in {FormChoice.td, FormChoice.tz} else log.stamp_width
+        if decoder is None:
+            for text in candump_text(shown, form.layout, width, indent=indent):
+                sys.stdout.buffer.write(text)
+        else:
+            lines = format_lines(shown, form.layout, width, indent=indent)
+            _write(f"{line}  ; {decoder(frame)}" for line, frame in zip(lines, frames, strict=True))
+        indent = indent or bool(np.any(frames.flags & EXTENDED))
+    sys.stdout.buffer.flush()
+
+
+class _Times:
+    """The times that a form prints, of frames that come block by block."""
+
+    def __init__(self, form: FormChoice) -> None:
+        self._form = form
+        self._since: float | None = None
+
+    def shown(self, frames: Frames) -> Frames:
+        """Return frames, of which there are some, with the times that are printed."""
+        if self._form in {FormChoice.log, FormChoice.ta}:
+            return frames
+        since = float(frames.time[0]) if self._since is None else self._since
+        if self._form is FormChoice.tz:
+            times, self._since = frames.time - since, since
+        else:
+            times, self._since = np.diff(frames.time, prepend=since), float(frames.time[-1])
+        return replace(frames, time=np.maximum(times, 0.0))
 
 
 def _write(lines: Iterator[str]) -> None:
@@ -204,26 +278,23 @@ def _dump_bus(
 ) -> None:
     """Print frames as they come, or their rates at the end; Ctrl-C and SIGTERM end it in good order."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    seen: list[Frame] = []
-    indent, since = False, 0.0
+    times, table, indent = _Times(form), RateTable(), False
+    width = RELATIVE_WIDTH if form in {FormChoice.td, FormChoice.tz} else STAMP_WIDTH
     with contextlib.suppress(KeyboardInterrupt), contextlib.closing(frames):
         for frame in frames:
+            one = frames_of([frame])
             if rates:
-                seen.append(frame)
+                table.add(one)
                 continue
             indent = indent or bool(frame.flags & EXTENDED)
             words = f"  ; {decoder(frame)}" if decode else ""
-            if form in {FormChoice.td, FormChoice.tz}:
-                since = since or frame.time
-                shown = frame._replace(time=max(0.0, frame.time - since))
-                since = frame.time if form is FormChoice.td else since
-                line = format_frame(shown, "ta", indent=indent, stamp_width=RELATIVE_WIDTH)
-            else:
-                line = format_frame(frame, form.layout, indent=indent)
-            sys.stdout.write(line + words + "\n")
+            shown = frame._replace(time=float(times.shown(one).time[0]))
+            sys.stdout.write(
+                format_frame(shown, form.layout, indent=indent, stamp_width=width) + words + "\n"
+            )
             sys.stdout.flush()
     if rates:
-        _write(rate_lines(frames_of(seen), decoder))
+        _write(table.lines(decoder))
 
 
 def _live(url: str, wanted: FrameFilter, count: int | None, seconds: float | None) -> Generator[Frame]:

@@ -9,6 +9,7 @@ from omnimate.cli.console import report_problem
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from omnimate.logs.blocks import LogBlocks
     from omnimate.logs.reading import LogReadResult
     from omnimate.logs.streaming import LogStream
     from omnimate.vehicle.recording import Recording
@@ -34,7 +35,7 @@ def log_of(source: Path) -> Path:
     return log_path(source)
 
 
-def report_problems(log: LogReadResult | LogStream) -> None:
+def report_problems(log: LogReadResult | LogBlocks | LogStream) -> None:
     """Say what of a log was left out."""
     for number, problem in enumerate(log.problems()):
         if number == MOST_PROBLEMS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -63,11 +64,13 @@ def _send(source: Path, bus: str, pace: float) -> None:
     from rich.progress import track
 
     from omnimate.driver.replaying import send_frames
-    from omnimate.logs.reading import read_log
+    from omnimate.logs.blocks import LogBlocks
 
-    frames = read_log(log_of(source)).frames
-    send_frames(track(frames, "sending", len(frames), console=err, transient=True), bus, pace)
-    out.print(f"{len(frames)} frames sent to {bus}", soft_wrap=True)
+    log = LogBlocks(log_of(source))
+    frames = itertools.chain.from_iterable(log)
+    send_frames(track(frames, "sending", total=None, console=err, transient=True), bus, pace)
+    out.print(f"{log.frames} frames sent to {bus}", soft_wrap=True)
+    report_problems(log)
 
 
 def _read(source: Path, vehicle: Path | None) -> Recording:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -157,14 +157,14 @@ def _concerns(frames: Frames, node: int) -> Mask:
 
 
 class Trigger(Protocol):
-    """Finds the frames around which others are wanted."""
+    """Finds the frames around which others are wanted, in a log that comes block by block."""
 
     def rows(self, frames: Frames) -> NDArray[np.int64]:
-        """Return the indices of the frames at which it happens, shape `(K,)`."""
+        """Return the indices of the frames of the next block at which it happens, shape `(K,)`."""
         ...
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class GapTrigger:
     """An identifier comes again after it was away.
 
@@ -173,14 +173,20 @@ class GapTrigger:
     """
 
     longest: float
+    _kinds: NDArray[np.uint64] = field(default_factory=lambda: np.empty(0, np.uint64))
+    _times: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
     def rows(self, frames: Frames) -> NDArray[np.int64]:
-        """Return the frames that end a gap, shape `(K,)`."""
-        kind = frames.channel.astype(np.uint64) << np.uint64(40) | frames.can_id
-        kind |= (frames.flags & (EXTENDED | REMOTE | ERROR)).astype(np.uint64) << np.uint64(32)
+        """Return the frames of the next block that end a gap, shape `(K,)`."""
+        seen = len(self._kinds)
+        kind = np.concatenate((self._kinds, frame_kinds(frames)))
+        time = np.concatenate((self._times, frames.time))
         order = np.argsort(kind, kind="stable")
-        away = (np.diff(frames.time[order]) > self.longest) & (np.diff(kind[order]) == 0)
-        return np.sort(order[1:][away])
+        is_next = np.diff(kind[order]) == 0
+        away = (np.diff(time[order]) > self.longest) & is_next
+        last = order[np.append(~is_next, True)] if len(order) else order
+        self._kinds, self._times = kind[last], time[last]
+        return np.sort(order[1:][away]) - seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +207,7 @@ class KindTrigger:
         return np.flatnonzero(found)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class ValueTrigger:
     """A signal's value begins to be as is asked for.
 
@@ -218,14 +224,16 @@ class ValueTrigger:
     signal: Signal
     comparison: str
     value: float
+    _holds: bool = False
 
     def rows(self, frames: Frames) -> NDArray[np.int64]:
-        """Return the frames in which the comparison begins to hold, shape `(K,)`."""
+        """Return the frames of the next block in which the comparison begins to hold, shape `(K,)`."""
         rule = IdentifierRule(self.can_id, self.can_id, is_mask=False, is_long=self.is_long)
         rows = np.flatnonzero(rule.holds(frames) & (frames.flags & REMOTE == 0))
         values = self.signal.values(frames.select(rows))
         holds = _OPERATORS[self.comparison](values, self.value) & ~np.isnan(values)
-        begins = holds & ~np.concatenate(([False], holds[:-1]))
+        begins = holds & ~np.concatenate(([self._holds], holds[:-1]))
+        self._holds = bool(holds[-1]) if len(holds) else self._holds
         return rows[begins]
 
 
@@ -257,13 +265,19 @@ def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]], long_key: int
     )
 
 
-def around(frames: Frames, rows: NDArray[np.int64], seconds: float) -> Mask:
-    """Return which frames are at most so many seconds before or after some of them, shape `(N,)`."""
-    edges = np.zeros(len(frames) + 1, np.int64)
-    order = np.argsort(frames.time, kind="stable")
-    time = frames.time[order]
-    np.add.at(edges, np.searchsorted(time, frames.time[rows] - seconds, "left"), 1)
-    np.add.at(edges, np.searchsorted(time, frames.time[rows] + seconds, "right"), -1)
-    wanted = np.empty(len(frames), np.bool_)
-    wanted[order] = np.cumsum(edges[:-1]) > 0
-    return wanted
+def around(frames: Frames, times: NDArray[np.float64], seconds: float) -> Mask:
+    """Return which frames are at most so many seconds before or after some times (K,), shape `(N,)`."""
+    if not len(times):
+        return np.zeros(len(frames), np.bool_)
+    ordered = np.sort(times)
+    after = np.searchsorted(ordered, frames.time - seconds)
+    nearest = ordered[np.minimum(after, len(ordered) - 1)]
+    return np.asarray(
+        (after < len(ordered)) & (nearest <= frames.time + seconds) & (nearest >= frames.time - seconds)
+    )
+
+
+def frame_kinds(frames: Frames) -> NDArray[np.uint64]:
+    """Return a number for interface, identifier and kind of each frame, shape `(N,)`."""
+    kind = frames.channel.astype(np.uint64) << np.uint64(40) | frames.can_id
+    return kind | (frames.flags & (EXTENDED | REMOTE | ERROR)).astype(np.uint64) << np.uint64(32)

@@ -113,10 +113,10 @@ class Frames:
         return np.flatnonzero(np.diff(self.time) < 0) + 1
 
 
-def frames_of(rows: Iterable[Frame]) -> Frames:
-    """Return frames as arrays."""
+def frames_of(rows: Iterable[Frame], channels: tuple[str, ...] = ()) -> Frames:
+    """Return frames as arrays; `channels` are the interfaces that keep their numbers of an earlier block."""
     rows = list(rows)
-    channels = tuple(dict.fromkeys(row.channel for row in rows)) or (DEFAULT_CHANNEL,)
+    channels = tuple(dict.fromkeys((*channels, *(row.channel for row in rows)))) or (DEFAULT_CHANNEL,)
     number = {name: index for index, name in enumerate(channels)}
     return Frames(
         np.array([row.time for row in rows], np.float64),

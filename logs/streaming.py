@@ -5,24 +5,20 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from omnimate.logs.blocks import HEAD, looks_complete
+from omnimate.logs.blocks import HEAD, MOST_KEPT, is_since_last, lines_in_words, looks_complete
 from omnimate.logs.formats.block_reader import BlockReader
 from omnimate.logs.formats.candump_blocks import BlockParser, SkippedLine
 from omnimate.logs.formats.candump_lines import parse_line
 from omnimate.logs.formats.foreign import each_entry, foreign_format_of
 from omnimate.logs.frames import FD, Frame, frames_of
-from omnimate.logs.reading import is_since_last
 from omnimate.vehicle.errors import LogError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-
-MOST_KEPT = 1000  # skipped lines that are kept; further ones are counted
 
 
 @dataclass(slots=True)
@@ -78,10 +74,7 @@ class LogStream:
 
     def problems(self) -> Iterator[str]:
         """Yield in words what was left out."""
-        for line in self.skipped:
-            yield f"{self.source}:{line.line}: skipped: {line.reason}: {line.text!r}"
-        if self.left_out > len(self.skipped):
-            yield f"{self.source}: skipped: {self.left_out - len(self.skipped)} lines more"
+        yield from lines_in_words(self.source, self.skipped, self.left_out)
         if self.truncated:
             yield f"{self.source}: the log ends early; it was read up to there"
 
@@ -94,9 +87,8 @@ class LogStream:
 
     def _entries(self) -> Iterator[Frame | SkippedLine]:
         self.size = self.source.stat().st_size
-        head = b"".join(itertools.islice(BlockReader(self.source, HEAD), 1))
         self._content = BlockReader(self.source)
-        form = foreign_format_of(head)
+        form = foreign_format_of(self._content.head(HEAD))
         return _each_of_candump(self._content) if form is None else each_entry(self._content, form)
 
 

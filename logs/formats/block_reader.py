@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+import itertools
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -35,16 +36,30 @@ class BlockReader:
     damaged: bool = False
     position: int = 0
     passed: int = 0
+    _blocks: Iterator[bytes] | None = field(default=None, init=False)
+    _ahead: list[bytes] = field(default_factory=list, init=False)
 
     def __iter__(self) -> Iterator[bytes]:
+        blocks = self._blocks or self._read()
+        self._blocks = None
+        ahead, self._ahead = self._ahead, []
+        for block in itertools.chain(ahead, blocks):
+            self.passed += len(block)
+            yield block
+
+    def head(self, count: int) -> bytes:
+        """Return the first bytes of the content, which is read from its beginning all the same."""
+        self._blocks = self._blocks or self._read()
+        while sum(map(len, self._ahead)) < count and (block := next(self._blocks, None)) is not None:
+            self._ahead.append(block)
+        return b"".join(self._ahead)[:count]
+
+    def _read(self) -> Iterator[bytes]:
         with self.path.open("rb") as file:
-            packed = file.read(2) == _GZIP
-            file.seek(0)
+            packed = file.peek(len(_GZIP)).startswith(_GZIP)  # a pipe cannot be read twice
             size = self.size // 8 if packed else self.size
             blocks = self._counted(iter(lambda: file.read(size), b""))
-            for block in self._unpack(blocks) if packed else blocks:
-                self.passed += len(block)
-                yield block
+            yield from self._unpack(blocks) if packed else blocks
 
     def file(self) -> io.BufferedReader:
         """Return the content as a file that is read from its beginning to its end."""

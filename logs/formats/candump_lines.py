@@ -78,10 +78,18 @@ def format_frame(
     return f" ({frame.time:0{stamp_width}.6f})  {channel}  {content}"
 
 
-def format_lines(frames: Frames, form: Form = "log", stamp_width: int = STAMP_WIDTH) -> Iterator[str]:
-    """Yield each frame as candump prints it, without the newline, names and identifiers aligned."""
+def format_lines(
+    frames: Frames, form: Form = "log", stamp_width: int = STAMP_WIDTH, *, indent: bool = False
+) -> Iterator[str]:
+    """Yield each frame as candump prints it, without the newline, names and identifiers aligned.
+
+    Args:
+        frames: Frames in the order in which they are printed.
+        form: Form of the lines: `log` or `ta`.
+        stamp_width: Number of characters of a time, filled up with zeros.
+        indent: Whether a frame with 29 bits came before, behind which identifiers stand further right.
+    """
     width = max(len(name) for name in frames.channels)
-    indent = False
     for frame in frames:
         indent = indent or bool(frame.flags & EXTENDED)
         yield format_frame(frame, form, width, indent=indent, stamp_width=stamp_width)

@@ -39,17 +39,20 @@ _IDENTIFIER = _table(0x800, "%03X")
 _BYTE = _table(0x100, "%02X")
 
 
-def candump_text(frames: Frames, form: Form = "log", stamp_width: int = STAMP_WIDTH) -> Iterator[bytes]:
+def candump_text(
+    frames: Frames, form: Form = "log", stamp_width: int = STAMP_WIDTH, *, indent: bool = False
+) -> Iterator[bytes]:
     """Yield the text of a log in pieces of many lines, each with its newline.
 
     Args:
         frames: Frames in the order in which they are printed.
         form: Form of the lines: `log` or `ta`.
         stamp_width: Number of characters of a time, filled up with zeros.
+        indent: Whether a frame with 29 bits came before, behind which identifiers stand further right.
     """
     width = max(len(name) for name in frames.channels)
     extended = np.flatnonzero(frames.flags & EXTENDED)
-    first = int(extended[0]) if len(extended) else len(frames)
+    first = 0 if indent else int(extended[0]) if len(extended) else len(frames)
     starts = sorted({*range(0, len(frames), BLOCK), first} - {len(frames)})
     for start, end in zip(starts, [*starts[1:], len(frames)], strict=True):
         block = frames.select(slice(start, end))

@@ -1,7 +1,9 @@
 """`omnimate dump`: lines as candump prints them, words behind them, rates, and honest exit codes."""
 
 import gzip
+import os
 import signal
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import typer
 from typer.testing import CliRunner
 
 from omnimate.cli.dump import dump
+from omnimate.logs.formats import block_reader
 from omnimate.logs.reading import read_log
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle
@@ -307,3 +310,52 @@ def test_a_vehicle_names_the_eds_of_its_nodes_and_one_that_is_gone_is_a_warning(
     result = run(*call)
     assert "gone.eds: not there" in result.stderr
     assert result.exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        (),
+        ("--form", "ta"),
+        ("--form", "td"),
+        ("--form", "tz", "--id", "180-1FF"),
+        ("--decode",),
+        ("--rates",),
+        ("--trigger", "gap:0.005", "--around", "0.002", "--form", "td", "--decode"),
+        ("--trigger", "emcy", "--around", "0.001", "--count", "40"),
+        ("--from", "0.1", "--to", "0.3", "--count", "70"),
+    ],
+)
+def test_a_log_that_is_read_in_small_blocks_is_printed_as_at_once(log, monkeypatch, options):
+    lines = [line for line in LOG.splitlines(keepends=True) if "00012345" not in line]
+    shifted = [
+        f"({1700000000 + 0.02 * n + float(line[11:18]):.6f}){line[19:]}" for n in range(60) for line in lines
+    ]
+    long = f"{shifted[500].split()[0]} can0 00012345#00\n"
+    log.write_text("".join([*shifted[:500], long, *shifted[500:]]))
+    at_once = run(log, *options)
+    assert at_once.exit_code == 0, at_once.output
+    monkeypatch.setattr(block_reader.BlockReader.__init__, "__defaults__", (512, False, 0, 0))
+    in_blocks = run(log, *options)
+    assert (in_blocks.stdout, in_blocks.stderr) == (at_once.stdout, at_once.stderr)
+    assert len(in_blocks.stdout.splitlines()) > 9
+
+
+def test_a_pipe_is_read_once_and_a_trigger_asks_for_a_file(log, tmp_path):
+    for content in (LOG.encode(), gzip.compress(LOG.encode())):
+        pipe = tmp_path / "pipe"
+        os.mkfifo(pipe)
+        with ThreadPoolExecutor(1) as pool:
+            written = pool.submit(pipe.write_bytes, content)
+            assert run(pipe, "--decode").stdout == run(log, "--decode").stdout
+            written.result()
+        refused = run(pipe, "--trigger", "emcy")
+        assert "needs a log that is a file" in str(refused.exception)
+        pipe.unlink()
+
+
+def test_a_file_without_a_frame_is_an_error_in_all_forms(tmp_path):
+    path = tmp_path / "passwd"
+    path.write_text("root:x:0:0:root:/root:/bin/bash\n" * 9)
+    for options in ((), ("--rates",), ("--decode",), ("--trigger", "emcy")):
+        assert "passwd:1: no CAN frame in the whole file" in str(run(path, *options).exception)

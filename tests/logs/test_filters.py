@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -101,6 +103,19 @@ def test_a_value_triggers_when_it_begins_to_hold():
     assert rows("a.left <= -0.5", log) == [3]
 
 
+@given(log=logs, cuts=st.lists(st.integers(0, 59), max_size=3))
+@pytest.mark.parametrize("text", ["gap:0.5", "gap:40", "emcy", "error", "a.left>10"])
+def test_a_trigger_finds_the_same_frames_in_a_log_that_comes_in_blocks(text, log, cuts):
+    edges = sorted({0, len(log), *(cut for cut in cuts if cut < len(log))})
+    trigger = trigger_of(text, SIGNALS, 1 << 31)
+    found = [
+        start + row
+        for start, end in pairwise(edges)
+        for row in trigger.rows(log.select(slice(start, end))).tolist()
+    ]
+    assert found == rows(text, log)
+
+
 @pytest.mark.parametrize("text", ["gap", "gap:x", "b.left>1", "a.left~1", "", "a.left>"])
 def test_a_trigger_that_cannot_be_is_refused(text):
     with pytest.raises(FilterError, match="trigger"):
@@ -113,4 +128,4 @@ def test_around_keeps_what_is_near_to_one_of_them(log, chosen, margin):
     near = [
         bool(np.any((t >= log.time[places] - margin) & (t <= log.time[places] + margin))) for t in log.time
     ]
-    assert around(log, places, margin).tolist() == near
+    assert around(log, log.time[places], margin).tolist() == near

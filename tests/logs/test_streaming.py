@@ -129,7 +129,7 @@ def test_a_stream_and_an_array_add_up_the_same_relative_times(tmp_path):
     lines = (f" ({0 if n == 0 else 5 + n % 3:03d}.000100)  can0  181   [1]  00\n" for n in range(20))
     (tmp_path / "can.log").write_text("".join(lines))
     array = read_log(tmp_path / "can.log")
-    assert array.is_added_up
+    assert array.blocks.is_added_up
     assert [row.time for row in LogStream(tmp_path / "can.log")] == pytest.approx(array.frames.time.tolist())
 
 
