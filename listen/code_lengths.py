@@ -25,6 +25,10 @@ _TABLE = 48  # values of which a table of what follows what is made
 _LARGEST = np.int64(2**63 - 1)
 NOISE = 0.03  # bits per frame and byte by which the codes of numbers here are longer than the best ones
 TURN = 2.0  # bits of 1 in 4: 6002h is there in every second encoder, and every second device is a drive
+LEFT_JUSTIFIED = (
+    3.0  # bits of 1 in 8: two of the objects in `priors` are so, where a converter has fewer bits
+)
+BYTE = 256  # counts after which a byte starts again: it is one, and no wider number that ends there
 _ROUNDS = 25  # of expectation maximisation; the weights of scales have settled to a part in a thousand
 
 
@@ -57,10 +61,15 @@ def number_code(values: Column, bits: int) -> NumberCode:
 
     Each value is predicted by the one before, by it and the step before, by it and the usual step, or by the
     column's median; or, where there are few values, by a table of what follows what. The best counts, and
-    three bits say which. A counter may start again before its bits are full, as CiA 406's 6002h sets it.
+    three bits say which. A counter may start again before its bits are full, as CiA 406's 6002h sets it. A
+    converter of fewer bits may be left-justified, as CiA 401 says of 6401h: its lowest bits are always zero.
     """
     if len(values) < 2:
         return NumberCode(0.0, 0, 0.0, 0, 0)
+    zeros = lowest_zeros(values)
+    if 0 < zeros < 8:
+        code = number_code(values >> np.uint64(zeros), bits - zeros)
+        return code._replace(steps=code.steps + LEFT_JUSTIFIED + math.log2(7), turn=code.turn << zeros)
     turn, told, odds = _turn(values, bits)
 
     def centre(numbers: Column) -> NDArray[np.int64]:
@@ -91,6 +100,12 @@ def number_code(values: Column, bits: int) -> NumberCode:
     )
 
 
+def lowest_zeros(values: Column) -> int:
+    """Return how many of the lowest bits are zero in all values, `(N,)`; 64 where all bits are."""
+    any_set = int(np.bitwise_or.reduce(values))
+    return (any_set & -any_set).bit_length() - 1 if any_set else 64
+
+
 def _turn(values: Column, bits: int) -> tuple[int, float, float]:
     """Return the counts after which a counter starts again, the bits to say so, and the odds that it does.
 
@@ -105,7 +120,8 @@ def _turn(values: Column, bits: int) -> tuple[int, float, float]:
     choices = [(residual_code(step), 0, 0.0)]
     for turn, told in ((1 << highest.bit_length(), math.log2(bits)), (_roundest(highest, step), float(bits))):
         length = residual_code((step + turn // 2) % turn - turn // 2)
-        choices.append((length + told + TURN, turn, told + TURN))
+        if turn != BYTE:
+            choices.append((length + told + TURN, turn, told + TURN))
     best = min(choices)
     return best[1], best[2], choices[0][0] - best[0]
 
@@ -129,11 +145,15 @@ def first_value(value: int, bits: int) -> float:
 
 
 def flags_value(value: int, bits: int) -> float:
-    """Return the bits of a set of flags: as many as are set, and which."""
-    return math.log2(bits + 1) + log2_choose(bits, value.bit_count())
+    """Return the bits of a set of flags: as many as are set, and which.
+
+    One of two numbers of flags is as good as any, the other one has few flags set.
+    """
+    count = value.bit_count()
+    return 1.0 - math.log2(1.0 / (bits + 1) + 2.0 ** (-1 - count)) + log2_choose(bits, count)
 
 
-def symbol_code(values: Column, bits: int, *, told: bool = True) -> float:
+def symbol_code(values: Column, bits: int, below: Column | None = None, *, told: bool = True) -> float:
     """Return the code length of a column of states or flags behind its first value.
 
     Flags that are tossed like coins are the low byte of a number, which nothing but its high byte tells; the
@@ -146,24 +166,36 @@ def symbol_code(values: Column, bits: int, *, told: bool = True) -> float:
     Args:
         values: The column, `(N,)`.
         bits: Its width.
+        below: The byte before the field, `(N,)`, which tells when to expect a change: one cause, such as a
+            drive that is enabled, changes several objects of a device. None for a field without one.
         told: Whether new values are to be told; else the caller knows what they cost.
     """
     flips = values[1:] ^ values[:-1]
     changed = np.flatnonzero(flips) + 1
     distinct, first, counts = np.unique(values[changed], return_index=True, return_counts=True)
     stays = _two_way(len(flips) - len(changed), len(changed))
+    if below is not None:
+        stays = min(stays, _changes_with(flips != 0, below[1:] != below[:-1])) + 1.0
     orders = [stays + _many_way(counts)]
     if 0 < len(distinct) < _TABLE:
         orders += [stays + _table_code(values[changed]), _table_code(values)]
     joint = min(orders)
     if told:
         sizes = np.bincount(_set_bits(flips[changed[first] - 1]), minlength=bits + 1)
-        joint += float(sizes @ [math.log2(bits + 1) + log2_choose(bits, size) for size in range(bits + 1)])
+        joint += float(sizes @ [flags_value((1 << size) - 1, bits) for size in range(bits + 1)])
     moves = [int(np.count_nonzero(flips >> np.uint64(bit) & np.uint64(1))) for bit in range(bits)]
     each = sum(_two_way(len(flips) - count, count) for count in moves if count)
     each += flags_value((1 << sum(map(bool, moves))) - 1, bits)
     coins = sum(0.4 * len(flips) < count < 0.6 * len(flips) for count in moves)
     return min(joint, each) + 2.0 + NOISE / 8 * coins * len(flips)
+
+
+def _changes_with(changes: NDArray[np.bool_], others: NDArray[np.bool_]) -> float:
+    """Return the bits of when a field changes, where it is known when another one does, both `(N,)`."""
+    together, alone = (int(np.count_nonzero(changes & each)) for each in (others, ~others))
+    known = int(np.count_nonzero(others))
+    never = _two_way(len(others) - known - alone, alone) if alone else 0.0  # but where the other one changes
+    return 1.0 + _two_way(known - together, together) + never
 
 
 def _set_bits(values: Column) -> NDArray[np.int64]:

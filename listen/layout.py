@@ -20,6 +20,7 @@ from omnimate.listen.code_lengths import (
     centred,
     first_value,
     flags_value,
+    lowest_zeros,
     number_code,
     ordered_floats,
     residual_code,
@@ -42,6 +43,8 @@ RISE, MOST_EDGES = (
 )  # of the rate of flips; edges inside bytes that are looked at, for the time that it takes
 FEWEST_FLIPS = 100  # frames; with fewer the rate of flips of a bit says little
 MOST_JUMPS = 8  # over the end of a range that are held against a sign: a counter that wraps has many
+MOST_ZEROS = 16  # lowest bits of a float's mantissa; with more, its values are powers of 2 or nearly
+ROUNDS = 2.0  # bits of 1 in 4: a number that passes both 0 and the middle of its range is a counter
 Reading = tuple["Kind", bool | None]  # kind, and whether signed where that means something
 
 
@@ -120,45 +123,56 @@ def find_layout(
     return Layout(fields, big, whole)
 
 
-def readings_of(column: Column, bits: int, direction: Direction) -> dict[Reading, float]:
-    """Return the logarithm (base 2) of kind and data together, for each reading of a column of a field."""
+def readings_of(
+    column: Column, bits: int, direction: Direction, below: Column | None = None
+) -> dict[Reading, float]:
+    """Return the logarithm (base 2) of kind and data together, for each reading of a column of a field.
+
+    Args:
+        column: The field's values, `(N,)`.
+        bits: Its width.
+        direction: Who sends the message.
+        below: The byte before the field, `(N,)`; None where there is none.
+    """
     if len(column) == 0 or np.all(column == column[0]):
-        return {("constant", None): _of_constant(column, bits, direction)}
+        return _of_constant(column, bits, direction)
     weights: dict[Reading, float] = {}
     code = number_code(column, bits)
+    rounds = min(code.unsigned_wraps, code.signed_wraps)  # of a counter, whose sign nothing tells
     for signed, wraps in ((False, code.unsigned_wraps), (True, code.signed_wraps)):
         first = int(centred(column[:1], bits)[0]) if signed else int(column[0])
-        jumps = min(wraps, MOST_JUMPS) * bits
+        jumps = ROUNDS if rounds else min(wraps, MOST_JUMPS) * bits
         if code.turn:
-            first, jumps = min(first % code.turn, -first % code.turn), 0
+            first, jumps = min(first % code.turn, -first % code.turn), 0.0
         length = first_value(first, bits) + signed + code.steps + jumps
         weights["number", signed] = _prior("number", bits, direction) - 1.0 - length
     start = flags_value(int(column[0]), bits)
-    weights["bits", None] = _prior("bits", bits, direction) - start - symbol_code(column, bits)
+    weights["bits", None] = _prior("bits", bits, direction) - start - symbol_code(column, bits, below)
     if bits == 16:
-        _add_profile_words(weights, column, direction)
+        _add_profile_words(weights, column, direction, below)
     if bits == 32:
         _add_float(weights, column, direction)
     return {reading: weight for reading, weight in weights.items() if weight > NEVER}
 
 
-def _of_constant(column: Column, bits: int, direction: Direction) -> float:
+def _of_constant(column: Column, bits: int, direction: Direction) -> dict[Reading, float]:
     value = int(column[0]) if len(column) else 0
     length = -math.log2(priors.ZERO) if value == 0 else -math.log2(1 - priors.ZERO) + first_value(value, bits)
-    weight = _prior("constant", bits, direction) - length
+    weights: dict[Reading, float] = {("constant", None): _prior("constant", bits, direction) - length}
     if bits == 16:
-        status = _prior("status word", bits, direction) - status_bits(column[:1])
-        control = _prior("control word", bits, direction) - control_bits(column[:1])
-        weight = float(np.logaddexp2(weight, np.logaddexp2(status, control)))
-    return weight
+        weights["status word", None] = _prior("status word", bits, direction) - status_bits(column[:1])
+        weights["control word", None] = _prior("control word", bits, direction) - control_bits(column[:1])
+    return {reading: weight for reading, weight in weights.items() if weight > NEVER}
 
 
-def _add_profile_words(weights: dict[Reading, float], column: Column, direction: Direction) -> None:
+def _add_profile_words(
+    weights: dict[Reading, float], column: Column, direction: Direction, below: Column | None
+) -> None:
     distinct, first = np.unique(column, return_index=True)
     if len(distinct) > 64:  # more than the states and the flags of a drive make within a log
         return
     in_order = distinct[np.argsort(first)]
-    changes = symbol_code(column, 16, told=False)
+    changes = symbol_code(column, 16, below, told=False)
     weights["status word", None] = _prior("status word", 16, direction) - changes - status_bits(in_order)
     weights["control word", None] = _prior("control word", 16, direction) - changes - control_bits(in_order)
 
@@ -175,7 +189,9 @@ def _add_float(weights: dict[Reading, float], column: Column, direction: Directi
     usual = float(np.median(np.abs(step[step != 0])))
     # 24 bits resolve more than any sensor: its steps are of 2^6 units of the last place and more.
     fine = 0.0 if usual >= priors.FLOAT_STEP else priors.FLOAT_STEP_BITS
-    length = 3.1 + far / 3.0 + 24.0 + min(residual_code(step), symbol_code(column, 32)) + fine
+    zeros = min(lowest_zeros(column & np.uint64(0xFFFFFF)), MOST_ZEROS)  # of what counts in 1/16, for example
+    changes = min(residual_code(step >> zeros), symbol_code(column, 32))
+    length = 3.1 + far / 3.0 + 24.0 - zeros + math.log2(MOST_ZEROS) + changes + fine
     weights["float", True] = _prior("float", 32, direction) - length
 
 
@@ -221,7 +237,9 @@ class _Table:
         for start, end in itertools.combinations(range(len(self.edges)), 2):
             first, bits = self.edges[start], self.edges[end] - self.edges[start]
             column = words >> np.uint64(first) & np.uint64((1 << bits) - 1)
-            self.readings[start, end] = readings_of(column, bits, direction)
+            has_below = first >= 8 and direction != "unknown"  # elsewhere fields need not be whole bytes
+            below = words >> np.uint64(first - 8) & np.uint64(0xFF) if has_below else None
+            self.readings[start, end] = readings_of(column, bits, direction, below)
 
 
 class _Layouts:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from omnimate.listen.messages import messages_of
 from omnimate.listen.network import DRIVE_PROFILE, find_network
+from omnimate.listen.profile_words import profile_reading
 from omnimate.listen.sending import find_sending
 from omnimate.listen.shafts import find_shafts, tracks_of
 from omnimate.listen.signals import learn_signals
@@ -23,6 +26,11 @@ if TYPE_CHECKING:
     from omnimate.listen.wheels import Kinematics
     from omnimate.logs.frames import Frames
     from omnimate.logs.signals import Signal
+
+LIKELY = (
+    0.9  # from which on a node is taken for a drive: what is said of its signs is wrong in few of the rest
+)
+SWINGS = 3  # from the lowest quarter of its values to the highest, or back: a drive there and back makes two
 
 
 @dataclass(frozen=True)
@@ -98,27 +106,42 @@ def learn_bus(
 
 
 def _drives(network: Network, learned: Sequence[LearnedMessage]) -> set[int]:
-    """Return the nodes that are drives of CiA 402: they say so, or they send a status word."""
-    said = {number for number, node in network.nodes.items() if node.profile == DRIVE_PROFILE}
-    return said | {
-        signal.node
-        for each in learned
-        for signal in each.signals
-        if signal.kind == "status word" and signal.is_sure
-    } - {0}
+    """Return the nodes that are drives of CiA 402: they say so, or a status or control word is theirs.
+
+    Such a word may stand still while the drive is enabled. No other profile has one: the words of all
+    messages of a node count together.
+    """
+    drives = {number for number, node in network.nodes.items() if node.profile == DRIVE_PROFILE}
+    without: dict[int, float] = {}
+    for each in learned:
+        for signal in each.signals:
+            if signal.kind in {"status word", "control word"} and signal.node:
+                no_word = 1.0 - signal.boundaries * signal.kind_probability
+                without[signal.node] = without.get(signal.node, 1.0) * no_word
+    return drives | {node for node, share in without.items() if share < 1.0 - LIKELY}
 
 
 def _with_sign(signal: LearnedSignal, drives: set[int], rates: set[str]) -> LearnedSignal:
     """Return a number with the sign that its profile says, and without one where a counter hides it.
 
-    CiA 402's speeds of 32 bits are signed. A counter that passes 0 downwards looks signed and may be 6004h of
-    CiA 406 or a vendor's, which are not; no position of a profile has 16 bits.
+    CiA 402's speeds, torques and errors of 32 bits are signed. A counter that passes 0 downwards looks
+    signed, too, and may be 6004h of CiA 406 or a vendor's, which are not; no position of a profile has 16
+    bits.
     """
-    if signal.kind != "number" or signal.bits != 32 or " " in signal.name or signal.turn:
+    is_described = " " in signal.name or profile_reading(signal.name, signal.bits) is not None
+    if signal.kind != "number" or signal.bits != 32 or is_described or signal.turn:
         return signal
-    if signal.label in rates:
-        said = "its node is a drive, and CiA 402's speeds of 32 bits are signed"
-        return signal.says(said, signed=True) if signal.node in drives else signal
-    if signal.signed is not None:
+    if signal.node in drives and (signal.label in rates or (signal.signed and _swings(signal))):
+        said = "its node is a drive, and CiA 402's speeds, torques and errors of 32 bits are signed"
+        return signal.says(said, signed=True)
+    if signal.label not in rates and signal.signed is not None:
         return signal.says("it may be a counter, whose differences are the same with any sign", signed=None)
     return signal
+
+
+def _swings(signal: LearnedSignal) -> bool:
+    """Return whether a number goes to and fro between its quarters, as no counter of a wheel does."""
+    value = signal.unwrapped()
+    low, high = np.quantile(value, [0.25, 0.75])
+    is_high = (value >= high)[(value <= low) | (value >= high)]
+    return int(np.count_nonzero(is_high[:-1] != is_high[1:])) >= SWINGS

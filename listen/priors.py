@@ -4,7 +4,8 @@ The widths of numbers are those of the objects of CiA 402 (6062h to 6064h, 6069h
 60C1h, 60F4h, 60FDh, 60FFh with 32 bits; 6042h to 6044h, 6071h, 6074h, 6077h, 6078h with 16), CiA 406 (6004h,
 6020h, 6050h with 32; 6030h, 6040h with 16) and CiA 401 (6401h, 6411h with 16; 6400h, 6410h with 8), counted;
 those of states are of 6041h, 6040h, 603Fh, 6500h, 6503h, 6505h (16), 6060h, 6061h, 1001h, 6000h, 6200h,
-6300h, 6400h (8), 1002h, 60FDh, 60FEh (32). A width that no profile uses gets `RARE`.
+6300h, 6400h (8), 1002h, 60FDh, 60FEh (32). A fifth of the numbers is taken for vendors' objects (2000h to
+5FFFh), of which no profile says anything: 8, 16 and 32 bits are alike to them. Another width gets `RARE`.
 """
 
 from __future__ import annotations
@@ -36,16 +37,16 @@ KINDS: dict[Direction, dict[Kind, float]] = {
         "float": 0.028,
     },
     "unknown": {
-        "number": 0.46,
-        "bits": 0.25,
+        "number": 0.48,
+        "bits": 0.26,
         "constant": 0.20,
-        "status word": 0.02,
-        "control word": 0.02,
+        "status word": 0.005,
+        "control word": 0.005,
         "float": 0.05,
     },
 }
 WIDTHS: dict[Kind, dict[int, float]] = {
-    "number": {32: 0.58, 16: 0.36, 8: 0.05},
+    "number": {32: 0.53, 16: 0.36, 8: 0.10},
     "bits": {16: 0.38, 8: 0.45, 32: 0.16},
     "constant": {16: 0.38, 8: 0.40, 32: 0.21},
     "status word": {16: 1.0},

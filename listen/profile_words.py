@@ -9,7 +9,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-# Mask and value of each state: CiA 402-2 (IEC 61800-7-201), table of the states of the status word.
+    from omnimate.listen.priors import Kind
+
+# Mask and value of each state: CiA 402-2 (IEC 61800-7-201), table of the states of the status word. Up to
+# operation enabled, each one is followed by the next when a drive is switched on (transitions 1 to 4).
 STATES: dict[str, tuple[int, int]] = {
     "not ready to switch on": (0x4F, 0x00),
     "switch on disabled": (0x4F, 0x40),
@@ -20,19 +23,58 @@ STATES: dict[str, tuple[int, int]] = {
     "fault reaction active": (0x4F, 0x0F),
     "fault": (0x4F, 0x08),
 }
-# Mask and value of each command of the control word, from the same standard.
+# Mask and value of each command of the control word, from the same standard, in the order in which a drive
+# is switched on.
 COMMANDS: dict[str, tuple[int, int]] = {
+    "disable voltage": (0x82, 0x00),
     "shutdown": (0x87, 0x06),
     "switch on": (0x8F, 0x07),
     "enable operation": (0x8F, 0x0F),
-    "disable voltage": (0x82, 0x00),
     "quick stop": (0x86, 0x02),
     "fault reset": (0x80, 0x80),
+}
+# Objects of CiA 402, 406 and 401 that are mapped into PDOs: width, kind and sign. Those of CiA 406 and 401
+# that have an index of CiA 402, too, are arrays: their sub-index is not 0.
+_SINGLE: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
+    (0x6040,): (16, "control word", None),
+    (0x6041,): (16, "status word", None),
+    (0x603F, 0x6500, 0x6503, 0x6505): (16, "bits", None),
+    (0x6060, 0x6061): (8, "bits", None),
+    (0x60FD,): (32, "bits", None),
+    (0x6004,): (32, "number", False),
+    (0x6062, 0x6063, 0x6064, 0x6069, 0x606B, 0x606C, 0x607A, 0x60F4, 0x60FA, 0x60FC, 0x60FF): (
+        32,
+        "number",
+        True,
+    ),
+    (0x6042, 0x6043, 0x6044, 0x6071, 0x6074, 0x6077, 0x6078): (16, "number", True),
+}
+_ARRAY: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
+    (0x60FE,): (32, "bits", None),
+    (0x6000, 0x6200, 0x6300): (8, "bits", None),
+    (0x6020, 0x60C1): (32, "number", True),
+    (0x6030, 0x6040, 0x6401, 0x6411): (16, "number", True),
 }
 _STATUS_SET = 0x0210  # remote, and voltage enabled
 _STATUS_EVEN = 0x3400  # target reached, and two bits of the mode of operation
 _CONTROL_EVEN = 0x0010  # bit 4 starts a movement in the modes that have one
 USUAL = 0.9  # share of the words of a drive that works in which a bit is as it is when all is well
+
+
+def profile_reading(name: str, bits: int) -> tuple[Kind, bool | None] | None:
+    """Return the kind and sign that a profile gives a mapped object of this width; None where none does.
+
+    Args:
+        name: Name of the signal, such as `5.6020h:01 Position 1`; empty where the object is not known.
+        bits: Its width.
+    """
+    place = name.partition(".")[2].partition(" ")[0]
+    index, _, subindex = place.partition("h")
+    objects = _ARRAY if subindex else _SINGLE
+    for indices, (width, kind, signed) in objects.items():
+        if index and int(index, 16) in indices and bits == width:
+            return kind, signed
+    return None
 
 
 def status_bits(values: NDArray[np.uint64]) -> float:
@@ -55,19 +97,26 @@ def _word_bits(
 
     Args:
         values: Distinct values in the order in which they came.
-        meanings: Mask and value of each meaning.
+        meanings: Mask and value of each meaning, in the order in which they come.
         working: The meaning with which a drive turns its wheel.
         usual: Free bits that are set in most words; the others are not.
         even: Free bits that are as often set as not.
     """
-    total, before = 0.0, -1
+    names = list(meanings)
+    total, before, expected = 0.0, -1, {working, *names[:2]}  # a log begins while it works, or is switched on
     for value in values.tolist():
         found = [name for name, (mask, wanted) in meanings.items() if value & mask == wanted]
         if not found:
             return math.inf
         name = max(found, key=lambda name: meanings[name][0].bit_count())
         free = ~meanings[name][0] & 0xFFFF
-        total += _bits_of(True) if name == working else _bits_of(False) + math.log2(len(meanings) - 1)
+        rest = len(meanings) - len(expected)
+        total += (
+            _bits_of(True) + math.log2(len(expected))
+            if name in expected
+            else _bits_of(False) + math.log2(rest)
+        )
+        expected = {name, working if name == working else names[(names.index(name) + 1) % len(names)]}
         odd = value ^ (usual if before < 0 else before)
         certain = free & ~even if before < 0 else free
         flips = (odd & certain).bit_count()

@@ -12,6 +12,7 @@ from omnimate.listen import priors
 from omnimate.listen.code_lengths import centred, number_code
 from omnimate.listen.layout import find_layout, readings_of, total_of
 from omnimate.listen.multiplexing import find_multiplexor
+from omnimate.listen.profile_words import profile_reading
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -28,6 +29,9 @@ SURE = 0.99  # an error of 1 % is declared: what is less probable is not said as
 # The most that is said of boundaries inside bytes, and in messages that no CANopen node sends: bits stand in
 # any way there, six edges inside bytes are looked at, and spare bits above a field leave its end open.
 PACKED = 0.9
+LOOSE = (
+    0.9  # the most that is said of flags of several bytes: nothing but what they often do ties them together
+)
 MOST_FRAMES = 4096  # of a message that its layout is learned from, where every bit that moves does so in them
 SAME_STEP = 0.98  # share of frames by which a counter goes on by the same number; the rest were lost
 TIME_RATE = 1e-3  # by how much a clock may differ from the adapter's: quartz is far better, resonators 0.5 %
@@ -200,7 +204,7 @@ def _merged(fields: Sequence[Field]) -> list[Field]:
 
 
 def _is_constant(each: Field) -> bool:
-    return set(each.readings) == {("constant", None)}
+    return max(each.readings, key=lambda reading: each.readings[reading])[0] == "constant"
 
 
 def _column(message: Message, start: int, bits: int, *, is_big_endian: bool) -> NDArray[np.uint64]:
@@ -223,6 +227,7 @@ def _signal(message: Message, each: Field, order: float) -> LearnedSignal:
         boundaries=min(
             each.probability * (order if each.bits > 8 else 1.0),
             1.0 if message.node and each.start % 8 == 0 and each.bits % 8 == 0 else PACKED,
+            LOOSE if kind == "bits" and each.bits > 8 else 1.0,
         ),
         kind=kind if kinds[kind] > 0.5 else "cannot tell",
         kind_probability=kinds[kind],
@@ -235,21 +240,23 @@ def _known_signal(message: Message, known: Signal) -> LearnedSignal:
     signal = _blank(message, known.start_bit, known.bits, raw).says(
         "SDO traffic in the log wrote or read this mapping", name=known.name, boundaries=1.0
     )
-    is_described = " " in known.name  # else no profile says its type
     if len(raw) == 0 or np.all(raw == raw[0]):
         return signal.says(_held(raw), kind="constant", kind_probability=1.0)
     weights = readings_of(raw, known.bits, message.direction)
+    of_profile = profile_reading(known.name, known.bits)
     if known.is_float:
         weights = {("float", True): 0.0}
+    elif of_profile is not None:
+        weights = {of_profile: 0.0}
     total = total_of(weights)
     readings = {reading: 2.0 ** (weight - total) for reading, weight in weights.items()}
     kinds = _kinds(readings)
     kind = max(kinds, key=lambda name: kinds[name])
-    index = known.name.partition(".")[2][:5]
-    named = {"6041h": "status word", "6040h": "control word"}.get(index)
-    signal = signal.says(kind=named or kind, kind_probability=1.0 if named else kinds[kind])
-    refined = _refined(signal, readings)
-    return replace(refined, signed=known.signed) if is_described else refined
+    refined = _refined(signal.says(kind=kind, kind_probability=kinds[kind]), readings)
+    is_described = " " in known.name  # else no dictionary says its type
+    if of_profile is None:
+        return replace(refined, signed=known.signed) if is_described else refined
+    return replace(refined, kind=kind, signed=of_profile[1])
 
 
 def _kinds(readings: Mapping[Reading, float]) -> dict[Kind, float]:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.listen_buses.devices import Pdo, eds_files, pdos_of
+from benchmarks.listen_buses.devices import Pdo, described, eds_files, pdos_of
 from benchmarks.listen_buses.foreign import foreign_messages
 from benchmarks.listen_buses.motion import drive
 from benchmarks.listen_buses.objects import Shaft
 from omnimate.logs.frames import Frame, Frames, frames_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 SECONDS = 60.0
 FOREIGN = 0.3  # share of buses on which others than CANopen devices send, too
@@ -56,9 +60,15 @@ class Bus:
     heartbeats: dict[int, float] = field(default_factory=dict)
 
 
-def make_bus(eds: str, seed: int) -> Bus:
-    """Return a bus of a robot whose wheels have devices of an EDS file, with others beside them."""
-    files = eds_files()
+def make_bus(eds: str, seed: int, path: Path | None = None) -> Bus:
+    """Return a bus of a robot whose wheels have devices of an EDS file, with others beside them.
+
+    Args:
+        eds: Name of the EDS file.
+        seed: Seed of everything that is drawn.
+        path: The file, where it is none of `eds_files`.
+    """
+    files = eds_files() | ({} if path is None else {eds: path})
     random = np.random.default_rng([seed, *eds.encode()])
     trucks = 1 if random.random() < 0.55 else 2
     motion = drive(random, SECONDS + 2, trucks)
@@ -82,7 +92,8 @@ def make_bus(eds: str, seed: int) -> Bus:
         for pdo in pdos_of(random, files[name], node, carried, session):
             pdos[pdo.cob_id] = pdo
 
-    moving = eds if eds in DRIVES | ENCODERS else str(random.choice(["drive_cia402", "encoder_cia406"]))
+    measures = eds in DRIVES | ENCODERS or {0x6064, 0x6004} & {index for index, _ in described(files[eds])[0]}
+    moving = eds if measures else str(random.choice(["drive_cia402", "encoder_cia406"]))
     double = moving == "encoder_cia406" and random.random() < 0.4
     for truck in "ab"[:trucks]:
         pair = [shafts[f"{truck}.left"], shafts[f"{truck}.right"]]
@@ -92,7 +103,7 @@ def make_bus(eds: str, seed: int) -> Bus:
         for name in ("joint_a", "joint_b"):
             add("encoder_single_turn_cia406", [shafts[name]])
         add("encoder_linear_cia406", [shafts["link"]])
-    if eds not in DRIVES | ENCODERS:
+    if not measures:
         add(eds, [])
     _schedule(random, pdos, sync := float(random.choice([0.005, 0.01, 0.01, 0.02, 0.02, 0.025, 0.05])))
     if random.random() < FOREIGN:

@@ -16,9 +16,9 @@ OURS = ROOT / "vcan_sim" / "eds"
 FOREIGN = ROOT.parent / "shared" / "data" / "eds"
 
 
-def eds_files():
+def eds_files(folders=(FOREIGN, OURS)):
     """Return all EDS and DCF files by name: those of the data and those of the simulated vehicle."""
-    return {path.stem: path for folder in (FOREIGN, OURS) for path in sorted(folder.glob("*.[ed][dc][sf]"))}
+    return {path.stem: path for folder in folders for path in sorted(folder.glob("*.[ed][dc][sf]"))}
 
 
 @dataclass
@@ -147,14 +147,15 @@ def pdos_of(random, path, node, shafts, session):
         if number < 4 and own and random.random() < 0.85:
             plans.append((receives, number, carried))
     taken = {(receives, number) for receives, number, _ in plans}
-    sendable = [entry for entry in entries.values() if entry.access != "wo" and entry.index != 0x6040]
+    sendable = [entry for entry in entries.values() if entry.access != "wo" and not _is_control(entry)]
     if sendable:
         free = [number for number in range(int(random.integers(1, 4))) if (False, number) not in taken]
         plans += [(False, number, _some(random, sendable, shafts)) for number in free]
-    commands = [e for e in entries.values() if e.index in {0x6040, 0x60FF, 0x607A, 0x6060, 0x6071, 0x6042}]
+    targets = {0x60FF, 0x607A, 0x6060, 0x6071, 0x6042}
+    commands = [entry for entry in entries.values() if _is_control(entry) or entry.index in targets]
     if commands and not any(receives for receives, *_ in plans) and random.random() < 0.7:
-        head = [entry for entry in commands if entry.index == 0x6040] if random.random() < 0.5 else []
-        rest = [entry for entry in commands if entry.index != 0x6040]
+        head = [entry for entry in commands if _is_control(entry)] if random.random() < 0.5 else []
+        rest = [entry for entry in commands if not _is_control(entry)]
         pick = [rest[int(random.integers(len(rest)))]] if rest else []
         plans.append((True, int(random.integers(0, 4)), head + pick or commands[:1]))
     pdos = []
@@ -175,6 +176,11 @@ def pdos_of(random, path, node, shafts, session):
         if pdo.fields:
             pdos.append(pdo)
     return pdos
+
+
+def _is_control(entry):
+    """Return whether an object is the control word of CiA 402; in CiA 406, 6040h is an array."""
+    return entry.index == 0x6040 and not entry.subindex
 
 
 def _shaft_of(entry, shafts):

@@ -88,8 +88,10 @@ def values_of(random, index, subindex, name, kind, shaft, session, access="ro"):
     words = name.lower()
     if index == 0x6041:
         return Values(_status(random, session), "status word")
-    if index == 0x6040:
+    if index == 0x6040 and not subindex:  # in CiA 406 it is the acceleration of each sensor
         return Values(_control(random, session), "control word")
+    if index == 0x6040 and shaft is not None:
+        return Values(_acceleration(random, shaft, bits), "number", f"acceleration {shaft.channel}")
     if shaft is not None and bits >= 16 and not is_float:
         if index in POSITIONS or index in POSITION_DEMANDS:
             wrap = None
@@ -154,6 +156,18 @@ def _torque(random, shaft, bits, signed):
     def at(times):
         value = size * (np.interp(times, shaft.time, load) + random.normal(0, noise, len(times)))
         return _pack(np.rint(value if signed else np.abs(value)), bits)
+
+    return at
+
+
+def _acceleration(random, shaft, bits):
+    rate = np.gradient(shaft.rate, shaft.time)
+    unit = 0.8 * 2 ** (bits - 1) / (np.max(np.abs(rate)) + 1e-9) * random.choice([0.01, 0.1, 1.0])
+    noise = random.uniform(0.5, 3.0)
+
+    def at(times):
+        value = shaft.sign * unit * np.interp(times, shaft.time, rate) + random.normal(0, noise, len(times))
+        return _pack(np.clip(np.rint(value), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1), bits)
 
     return at
 

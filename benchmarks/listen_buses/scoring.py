@@ -116,7 +116,7 @@ def judged(truth, column, signals):
     # Both signs read the same numbers where the highest bit was never set; a counter's differences always.
     is_alike = not np.any(column >> np.uint64(truth.bits - 1)) or bool(hit.turn)
     has_sign = hit.kind in {"number", "counter", "time"} and not is_alike
-    counts = truth.role.startswith("position") or hit.kind in {"counter", "time"}
+    counts = truth.role.startswith("position") or bool({hit.kind, truth.kind} & {"counter", "time"})
     if has_sign and hit.signed is None and counts:
         yield "counter without sign"
         has_sign = False

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from omnimate.listen.code_lengths import (
     centred,
     first_value,
+    flags_value,
+    lowest_zeros,
     number_code,
     ordered_floats,
     residual_code,
@@ -83,3 +85,30 @@ def test_ordered_floats_have_the_order_of_their_values(values):
 @given(st.integers(-(2**31), 2**31), st.sampled_from([8, 16, 32, 64]))
 def test_a_first_value_takes_its_bits_and_those_that_say_how_many(value, bits):
     assert first_value(value, bits) <= math.log2(bits + 1) + abs(value).bit_length()
+
+
+def test_a_converter_that_is_left_justified_is_as_short_as_its_upper_bits():
+    walk = RANDOM.integers(-9, 10, 3000).cumsum() + 1000
+    justified, plain = number_code(column(walk * 16), 16), number_code(column(walk), 12)
+    assert justified.steps == pytest.approx(plain.steps, abs=8.0)
+
+
+@given(st.lists(st.integers(0, 2**20), min_size=1), st.integers(0, 20))
+def test_the_lowest_zeros_of_a_column_are_those_of_all_its_values(values, zeros):
+    shifted = column([value << zeros for value in values])
+    count = lowest_zeros(shifted)
+    assert count >= zeros
+    assert count == 64 or np.any(shifted >> np.uint64(count) & np.uint64(1))
+
+
+def test_flags_that_change_with_the_byte_before_them_are_shorter_where_it_is_known():
+    before, flags = np.zeros(3000, np.uint64), np.zeros(3000, np.uint64)
+    for moment in (100, 700, 1900, 2500):
+        before[moment:] ^= np.uint64(3)
+        flags[moment:] ^= np.uint64(1)
+    assert symbol_code(flags, 8, before) < symbol_code(flags, 8) - 20.0
+
+
+def test_no_flag_and_few_flags_are_told_shortly_and_any_number_of_them_in_some_bits_more():
+    assert flags_value(0, 16) < 2.0
+    assert flags_value(0xFFFF, 16) < 2.0 + math.log2(17)

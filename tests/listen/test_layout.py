@@ -104,3 +104,31 @@ def test_fields_that_are_no_whole_bytes_are_found_where_the_data_say_so():
     assert [field[:2] for field in fields[:2]] == [(0, 20), (20, 20)]
     assert fields[2][0] == 40
     assert layout.fields[0].probability > SURE
+
+
+def test_a_counter_in_a_byte_beside_constant_bytes_is_no_wider_number():
+    count = np.arange(N) + 178
+    constants = (np.full(N, 10), 1), (count % 256, 1), (np.full(N, 0x490000), 3)
+    fields, _ = found(packed(*constants), direction="received")
+    assert (8, 8) in [field[:2] for field in fields]
+
+
+def test_a_drive_that_is_switched_on_is_known_by_four_frames():
+    data = np.array([[0x00, 0], [0x06, 0], [0x07, 0], [0x0F, 0]], np.uint8)
+    fields, _ = found(data, direction="received")
+    assert fields == [(0, 16, "control word", None)]
+    data = np.array([[0x40, 2], [0x31, 2], [0x33, 2], [0x37, 2]], np.uint8)
+    fields, _ = found(data, direction="sent")
+    assert fields == [(0, 16, "status word", None)]
+
+
+def test_the_status_word_of_a_drive_that_is_enabled_all_the_time_is_recognised():
+    fields, _ = found(packed((np.full(N, 0x0237), 2), (noisy(SMOOTH * 50), 4)), direction="sent")
+    assert fields[0] == (0, 16, "status word", None)
+
+
+def test_a_float_of_a_sensor_with_a_coarse_step_is_a_float():
+    values = (np.rint((24.5 + SMOOTH / 900.0) * 16) / 16).astype(np.float32)
+    data = values.astype("<f4").view(np.uint8).reshape(N, 4)
+    fields, _ = found(data, direction="sent")
+    assert fields == [(0, 32, "float", True)]

@@ -239,3 +239,56 @@ def test_a_multiplexor_is_found_with_what_it_switches_and_cantools_decodes_it():
     database = cantools.database.load_string(learned_dbc(findings, meanings), "dbc")
     decoded = database.get_message_by_frame_id(0x185).decode(rows[0].data)
     assert decoded[meanings[signals[2, 16, 16].label].name] == fast[0]
+
+
+def drive_log(signals, status=0x0237, start=0):
+    """Return a log of a drive that sends a status word, and 32 bits ten times a second."""
+    times = np.arange(0.0, 60.0, 0.2)
+    speed = np.where(times % 12 < 8, 5000.0, 0.0) * np.where(times % 24 < 12, 1.0, -0.3)
+    speed = np.rint(np.convolve(speed, np.ones(6) / 6, "same")).astype(np.int64)
+    values = {"speed": speed, "position": np.cumsum(speed) + start}[signals]
+    rows = [Frame(float(t), 0x705, b"\x05") for t in np.arange(0.0, 60.0, 0.5)]
+    for t, value in zip(times.tolist(), values.tolist(), strict=True):
+        data = status.to_bytes(2, "little") + (value % 2**32).to_bytes(4, "little")
+        rows.append(Frame(t + 0.001, 0x185, data))
+    return frames_of(sorted(rows, key=lambda row: row.time))
+
+
+def test_the_speed_of_a_drive_whose_status_word_never_changes_is_signed():
+    signals = message_of(learn_bus(drive_log("speed")), 0x185).signals
+    assert [(s.kind, s.signed) for s in signals] == [("status word", None), ("number", True)]
+
+
+def test_the_sign_of_a_number_that_swings_is_left_open_where_its_node_is_no_drive():
+    signals = message_of(learn_bus(drive_log("speed", status=0x1802)), 0x185).signals
+    assert [(s.kind, s.signed) for s in signals] == [("constant", None), ("number", None)]
+
+
+def test_a_position_of_a_drive_that_passes_0_once_may_be_a_vendors_counter():
+    signals = message_of(learn_bus(drive_log("position", start=-9000)), 0x185).signals
+    assert (signals[-1].kind, signals[-1].signed) == ("number", None)
+
+
+@pytest.mark.parametrize(
+    ("name", "bits", "kind", "signed"),
+    [
+        ("5.6030h:01", 16, "number", True),
+        ("5.6040h:01", 16, "number", True),
+        ("5.6040h Controlword", 16, "control word", None),
+        ("5.6004h Position value", 32, "number", False),
+        ("5.60FAh", 32, "number", True),
+        ("5.6060h Modes of operation", 8, "bits", None),
+    ],
+)
+def test_an_object_of_a_profile_is_what_the_profile_says_whatever_its_values_look_like(
+    name, bits, kind, signed
+):
+    known = {0x185: (Signal(name, 16, bits),)}
+    signal = message_of(learn_bus(drive_log("speed", status=0x1802), known), 0x185).signals[0]
+    assert (signal.kind, signal.signed, signal.is_sure) == (kind, signed, True)
+
+
+def test_an_object_with_a_width_of_its_own_is_learned_from_its_values():
+    known = {0x185: (Signal("5.6064h Position actual value", 16, 16),)}
+    signal = message_of(learn_bus(drive_log("speed"), known), 0x185).signals[0]
+    assert "status word" != signal.kind != "constant"
