@@ -38,6 +38,25 @@ def inverted(matrix: Array) -> Array:
 
 
 @compiled
+def by_input(state: FilterState, number: int, information: Array, pull: Array) -> tuple[float, float]:
+    """Return how the innovations pull an input, and how much they say about it.
+
+    Args:
+        state: Predicted estimate.
+        number: Number of the input.
+        information: Inverse covariance of the innovations, shape `(3, 3)`.
+        pull: Product of `information` and the innovations, shape `(3,)`.
+    """
+    along, weight = 0.0, 0.0
+    for i in range(3):
+        moved = state.inputs[JOINT_A + i, number]
+        along += moved * pull[i]
+        for j in range(3):
+            weight += moved * information[i, j] * state.inputs[JOINT_A + j, number]
+    return along, weight
+
+
+@compiled
 def explain(state: FilterState, number: int, information: Array, pull: Array) -> float:
     """Return how much of the squared innovation an input explains; 0 where a wheel would have to gain.
 
@@ -49,12 +68,7 @@ def explain(state: FilterState, number: int, information: Array, pull: Array) ->
     """
     if state.alert[number] > 0.0:
         return 0.0
-    along, weight = 0.0, 0.0
-    for i in range(3):
-        by_input = state.inputs[JOINT_A + i, number]
-        along += by_input * pull[i]
-        for j in range(3):
-            weight += by_input * information[i, j] * state.inputs[JOINT_A + j, number]
+    along, weight = by_input(state, number, information, pull)
     if number < 4 and along * state.way[number] >= 0.0:
         return 0.0
     return along * along / weight if weight > 0.0 else 0.0
@@ -113,12 +127,7 @@ def learn(settings: FilterSettings, state: FilterState, information: Array, pull
         variance = state.input_variance[number]
         if rolled <= 0.0 or variance <= 0.0 or state.alert[number] > 0.0:
             continue
-        along, seen = 0.0, 0.0
-        for i in range(3):
-            by_input = state.inputs[JOINT_A + i, number]
-            along += by_input * pull[i]
-            for j in range(3):
-                seen += by_input * information[i, j] * state.inputs[JOINT_A + j, number]
+        along, seen = by_input(state, number, information, pull)
         likely = variance + variance * variance * (weight * along * along - seen)
         if number < 4:
             likely -= settings.resolution[number]
