@@ -77,6 +77,11 @@ def findings_in_words(said: Findings) -> list[str]:
         "its value is above; calibrate"
         for name, probability in said.suspects
     ]
+    wrong += [
+        f"the model is contradicted (probability {probability:.2f}): {name} read more than an angle "
+        "and a bias; look for play, eccentricity, a late reading"
+        for name, probability in said.misread
+    ]
     return wrong + [
         f"the model is contradicted: the {name} scatter {factor:.0f} times as much as on an ordinary floor"
         for name, factor in said.scatter

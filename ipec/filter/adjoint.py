@@ -10,8 +10,8 @@ from typing import Annotated
 
 import numpy as np
 
-from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, FilterState
-from omnimate.vehicle.compiled import Array, compiled
+from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, WANDER, Step
+from omnimate.vehicle.compiled import Array, IntArray, compiled
 
 MOVING = JOINT_BIAS - LINK  # states that the next step depends on, from the link's heading on
 
@@ -20,18 +20,18 @@ class Adjoint:
     """What runs backward.
 
     Attributes:
-        vector: Adjoint r, shape `(17,)`.
-        information: Information L of the adjoint, shape `(17, 17)`.
-        change: Transition without its unit matrix, shape `(6, 12)`; working memory.
-        drawn: Product of `change` and the information, shape `(12, 17)`; working memory.
-        carried: One row of a product, shape `(17,)`; working memory.
+        vector: Adjoint r, shape `(22,)`.
+        information: Information L of the adjoint, shape `(22, 22)`.
+        change: Transition without its unit matrix, shape `(6, 17)`; working memory.
+        drawn: Product of `change` and the information, shape `(17, 22)`; working memory.
+        carried: One row of a product, shape `(22,)`; working memory.
     """
 
-    vector: Annotated[Array, 17]
-    information: Annotated[Array, (17, 17)]
-    change: Annotated[Array, (6, 12)]
-    drawn: Annotated[Array, (12, 17)]
-    carried: Annotated[Array, 17]
+    vector: Annotated[Array, 22]
+    information: Annotated[Array, (22, 22)]
+    change: Annotated[Array, (6, 17)]
+    drawn: Annotated[Array, (17, 22)]
+    carried: Annotated[Array, 22]
 
 
 @compiled
@@ -40,8 +40,8 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
     Args:
         adjoint: Adjoint after the update; changed to that before it.
-        row: Derivative of the reading by the states, shape `(17,)`.
-        gain: Gain of the update as in `FilterState`, shape `(19,)`.
+        row: Derivative of the reading by the states, shape `(22,)`.
+        gain: Gain of the update as in `FilterState`, shape `(24,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information = adjoint.vector, adjoint.information
@@ -65,12 +65,12 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
 @compiled
 def undo_reading(adjoint: Adjoint, number: int, gain: Array) -> None:
-    """Take the adjoint back through an update by the linkage, whose reading is true value plus bias.
+    """Take the adjoint back through an update by the linkage: it reads true value, wander and bias.
 
     Args:
         adjoint: Adjoint after the update; changed to that before it.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        gain: Gain of the update as in `FilterState`, shape `(19,)`.
+        gain: Gain of the update as in `FilterState`, shape `(24,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
@@ -83,17 +83,17 @@ def undo_reading(adjoint: Adjoint, number: int, gain: Array) -> None:
         along += gain[i] * vector[i]
         total += gain[i] * carried[i]
     total = weight * (1.0 + total)
-    for read in (JOINT_A + number, JOINT_BIAS + number):
+    for read in (JOINT_A + number, WANDER + number, JOINT_BIAS + number):
         vector[read] += push - weight * along
         for j in range(STATES):
             information[read, j] -= carried[j]
             information[j, read] -= carried[j]
-        information[read, JOINT_A + number] += total
-        information[read, JOINT_BIAS + number] += total
+        for other in (JOINT_A + number, WANDER + number, JOINT_BIAS + number):
+            information[read, other] += total
 
 
 @compiled
-def undo_linkage(adjoint: Adjoint, step: FilterState) -> None:
+def undo_linkage(adjoint: Adjoint, step: Step) -> None:
     """Take the adjoint back through the updates by link, joint_b and joint_a."""
     for number in range(2, -1, -1):
         if step.updated[number]:
@@ -101,15 +101,37 @@ def undo_linkage(adjoint: Adjoint, step: FilterState) -> None:
 
 
 @compiled
+def undo_wander(adjoint: Adjoint, lasting: float, wanders: IntArray) -> None:
+    """Take the adjoint back through what readings and the wheels' headings wandered in a step.
+
+    Args:
+        adjoint: Adjoint after the step; changed to that before it.
+        lasting: Share of the wander that outlasts the step.
+        wanders: 1 for each that wanders, shape `(5,)`.
+    """
+    vector, information = adjoint.vector, adjoint.information
+    for number in range(5):
+        if not wanders[number]:
+            continue
+        row, joint = WANDER + number, JOINT_A + number - 3
+        back = 1.0 - lasting if number >= 3 else 0.0  # what comes back takes the truck's joint with it
+        vector[row] = lasting * vector[row] + back * vector[joint]
+        for column in range(STATES):
+            information[row, column] = lasting * information[row, column] + back * information[joint, column]
+        for column in range(STATES):
+            information[column, row] = lasting * information[column, row] + back * information[column, joint]
+
+
+@compiled
 def undo_step(adjoint: Adjoint, transition: Array) -> None:
     """Take the adjoint back through one prediction: F' r and F' L F.
 
     With F = 1 + N they are r + N' r and L + H + H' + H N, where H = N' L. N has the rows of `POSE` and the
-    columns from the link's heading to the wheelbases: neither place nor biases move anything.
+    columns from the link's heading to the creep: neither place nor biases move anything.
 
     Args:
         adjoint: Adjoint after the prediction; changed to that before it.
-        transition: First rows of F, shape `(6, 17)`.
+        transition: First rows of F, shape `(6, 22)`.
     """
     vector, information = adjoint.vector, adjoint.information
     change, drawn, pull = adjoint.change, adjoint.drawn, adjoint.carried

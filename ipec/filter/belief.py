@@ -15,12 +15,25 @@ import math
 import numpy as np
 
 from omnimate.ipec.filter.inverse import along, invert, multiply
-from omnimate.ipec.filter.records import POSE, SLOW, STATES, SUSPECTS, FilterSettings, FilterState
+from omnimate.ipec.filter.poses import turn
+from omnimate.ipec.filter.records import (
+    BELIEFS,
+    FAST,
+    JOINT_BIAS,
+    POSE,
+    SLOW,
+    STATES,
+    SUSPECTS,
+    FilterSettings,
+    FilterState,
+)
 from omnimate.vehicle.compiled import Array, compiled
 
 # More things wrong at once than that are less probable than physics that the model does not have.
 ADMITTED = 2
 SCALES = 3  # sizes of a suspect, each a third of the one before, that are as probable as each other
+TURNED = 0.5  # probability that what looks like a joint's bias is an axle that is turned in its truck
+NEGLIGIBLE = 0.01  # probability below which a hypothesis does not count
 HOPELESS = -3.0  # logarithm of the odds below which a suspect is not looked at
 
 
@@ -96,21 +109,32 @@ def admit(prior: Array, spread: Array, direction: Array, variance: float) -> Non
 
 
 @compiled
-def average(settings: FilterSettings, state: FilterState, seen: Array, mean: Array, spread: Array) -> None:
-    """Fill mean `(11,)` and covariance `(11, 11)` of the slow states, and the suspicions of the state.
+def average(
+    settings: FilterSettings,
+    state: FilterState,
+    hypothesis: int,
+    seen: Array,
+    mean: Array,
+    spread: Array,
+    suspicion: Array,
+) -> None:
+    """Fill mean `(11,)` and covariance `(11, 11)` of the slow states, and the suspicions.
 
     Args:
         settings: Settings of the filter.
-        state: Estimate of the open filter.
-        seen: Inverse covariance of its slow states, shape `(11, 11)`.
+        state: Estimate.
+        hypothesis: Number of the hypothesis.
+        seen: Inverse covariance of the slow states of its open filter, shape `(11, 11)`.
         mean: Filled.
         spread: Filled.
+        suspicion: Filled with the probability that each suspect is at work, shape `(15,)`.
     """
+    suspicion[:] = 0.0
     pull, guess = np.zeros(SLOW), np.empty(SLOW)
     prior, now = np.empty((SLOW, SLOW)), np.empty((SLOW, SLOW))
     for row in range(SLOW):
         for column in range(SLOW):
-            learned = state.mean[POSE + column] + state.offset[POSE + column]
+            learned = state.mean[FAST + column] + state.offset[hypothesis, FAST + column]
             pull[row] += settings.independent * seen[row, column] * learned
             prior[row, column] = settings.usual[row, column]
             now[row, column] = settings.independent * seen[row, column] + prior[row, column]
@@ -135,11 +159,11 @@ def average(settings: FilterSettings, state: FilterState, seen: Array, mean: Arr
         total += weight
         for number in range(SUSPECTS):
             if admitted[number] > 0.0:
-                state.suspicion[number] *= 1.0 - share
-                state.suspicion[number] += share
+                suspicion[number] *= 1.0 - share
+                suspicion[number] += share
     for number in range(SUSPECTS):
         if admitted[number] == 0.0:
-            state.suspicion[number] = 0.0
+            suspicion[number] = 0.0
 
 
 @compiled
@@ -154,54 +178,109 @@ def blend(mean: Array, spread: Array, guess: Array, now: Array, share: float) ->
 
 
 @compiled
+def weigh(settings: FilterSettings, state: FilterState) -> None:
+    """Fill the probabilities of the hypotheses; those below `NEGLIGIBLE` are left out."""
+    scores = settings.credit + state.score
+    most, total = scores.max(), 0.0
+    for hypothesis in range(BELIEFS):
+        state.weight[hypothesis] = math.exp(scores[hypothesis] - most)
+        if state.weight[hypothesis] < NEGLIGIBLE:
+            state.weight[hypothesis] = 0.0
+        total += state.weight[hypothesis]
+    state.weight[:] /= total
+
+
+@compiled
 def believe(settings: FilterSettings, state: FilterState) -> None:
     """Move the estimate to what is believed now, with its covariance and the suspicions."""
-    seen, mean, spread = np.empty((SLOW, SLOW)), np.empty(SLOW), np.empty((SLOW, SLOW))
-    seen[:] = state.covariance[POSE:, POSE:]
-    invert(seen)
+    weigh(settings, state)
     state.suspicion[:] = 0.0
-    average(settings, state, seen, mean, spread)
-    gains, crosses = np.empty((POSE, SLOW)), np.empty((POSE, SLOW))
-    for row in range(POSE):
-        multiply(gains[row], seen, state.covariance[row, POSE:])
-        multiply(crosses[row], spread, gains[row])
-    _spread(state, gains, crosses, spread)
-    _move(state, gains, mean)
-
-
-@compiled
-def _spread(state: FilterState, gains: Array, crosses: Array, spread: Array) -> None:
-    """Fill the covariance of the estimate.
-
-    Args:
-        state: Estimate; its `known` is filled.
-        gains: How the first six states follow the slow ones, shape `(6, 11)`.
-        crosses: Their covariance with the slow ones, shape `(6, 11)`.
-        spread: Covariance of the slow states, shape `(11, 11)`.
-    """
-    state.known[POSE:, POSE:] = spread
-    for row in range(POSE):
-        for column in range(SLOW):
-            state.known[row, POSE + column] = state.known[POSE + column, row] = crosses[row, column]
-        for column in range(POSE):
-            rest = state.covariance[row, column]
-            for middle in range(SLOW):
-                rest -= gains[row, middle] * state.covariance[column, POSE + middle]
-                rest += crosses[row, middle] * gains[column, middle]
-            state.known[row, column] = rest
-
-
-@compiled
-def _move(state: FilterState, gains: Array, mean: Array) -> None:
-    """Move the estimate to a mean of the slow states `(11,)`, and the first six states with them."""
-    move = np.empty(STATES)
-    for row in range(SLOW):
-        move[POSE + row] = mean[row] - state.mean[POSE + row]
-    for row in range(POSE):
-        move[row] = state.offset[row]
-        for column in range(SLOW):
-            move[row] += gains[row, column] * (move[POSE + column] - state.offset[POSE + column])
-        state.shift[row] += move[row]
+    moves, move, suspicion = np.zeros((BELIEFS, STATES)), np.zeros(STATES), np.empty(SUSPECTS)
+    known = np.zeros((STATES, STATES))
+    for hypothesis in range(BELIEFS):
+        weight = state.weight[hypothesis]
+        if weight == 0.0:
+            continue
+        believe_under(settings, state, hypothesis, moves[hypothesis], known, suspicion)
+        move += weight * moves[hypothesis]
+        state.suspicion[:] += weight * suspicion
+    for hypothesis in range(BELIEFS):
+        if 0.0 < state.weight[hypothesis] < 1.0:
+            moves[hypothesis] -= move
+            known += state.weight[hypothesis] * np.outer(moves[hypothesis], moves[hypothesis])
+    state.known[:] = known
     for row in range(STATES):
         state.mean[row] += move[row]
-        state.offset[row] -= move[row]
+        for hypothesis in range(BELIEFS):
+            state.offset[hypothesis, row] -= move[row]
+    for row in range(POSE):
+        state.shift[row] += move[row]
+    bias = state.mean[JOINT_BIAS]
+    state.turned = 0.0 if state.fixed else TURNED * bias * bias
+    turn(state.known, state.mean, state.origin, state.turned)
+
+
+@compiled
+def believe_under(
+    settings: FilterSettings,
+    state: FilterState,
+    hypothesis: int,
+    move: Array,
+    known: Array,
+    suspicion: Array,
+) -> None:
+    """Fill what is believed under one hypothesis.
+
+    Args:
+        settings: Settings of the filter.
+        state: Estimate.
+        hypothesis: Number of the hypothesis.
+        move: Filled with the way from the estimate to what is believed, shape `(22,)`.
+        known: Covariance of what is believed, shape `(22, 22)`, is added to it with the hypothesis' weight.
+        suspicion: Filled with the probability that each suspect is at work, shape `(15,)`.
+    """
+    covariance, offset = state.covariance[hypothesis], state.offset[hypothesis]
+    seen, mean, spread = np.empty((SLOW, SLOW)), np.empty(SLOW), np.empty((SLOW, SLOW))
+    seen[:] = covariance[FAST:, FAST:]
+    invert(seen)
+    average(settings, state, hypothesis, seen, mean, spread, suspicion)
+    gains, crosses = np.empty((FAST, SLOW)), np.empty((FAST, SLOW))
+    for row in range(FAST):
+        multiply(gains[row], seen, covariance[row, FAST:])
+        multiply(crosses[row], spread, gains[row])
+    _spread(covariance, gains, crosses, spread, known, state.weight[hypothesis])
+    for row in range(SLOW):
+        move[FAST + row] = mean[row] - state.mean[FAST + row]
+    for row in range(FAST):
+        move[row] = offset[row]
+        for column in range(SLOW):
+            move[row] += gains[row, column] * (move[FAST + column] - offset[FAST + column])
+
+
+@compiled
+def _spread(
+    covariance: Array, gains: Array, crosses: Array, spread: Array, known: Array, weight: float
+) -> None:
+    """Add the weighted covariance of what is believed under one hypothesis.
+
+    Args:
+        covariance: Covariance of its open filter, shape `(22, 22)`.
+        gains: How the fast states follow the slow ones, shape `(11, 11)`.
+        crosses: Their covariance with the slow ones, shape `(11, 11)`.
+        spread: Covariance of the slow states, shape `(11, 11)`.
+        known: What it is added to, shape `(22, 22)`.
+        weight: Weight of the hypothesis.
+    """
+    for row in range(SLOW):
+        for column in range(SLOW):
+            known[FAST + row, FAST + column] += weight * spread[row, column]
+    for row in range(FAST):
+        for column in range(SLOW):
+            known[row, FAST + column] += weight * crosses[row, column]
+            known[FAST + column, row] += weight * crosses[row, column]
+        for column in range(FAST):
+            rest = covariance[row, column]
+            for middle in range(SLOW):
+                rest -= gains[row, middle] * covariance[column, FAST + middle]
+                rest += crosses[row, middle] * gains[column, middle]
+            known[row, column] += weight * rest

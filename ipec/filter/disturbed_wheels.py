@@ -57,16 +57,17 @@ def by_input(state: FilterState, number: int, information: Array, pull: Array) -
 
 
 @compiled
-def explain(state: FilterState, number: int, information: Array, pull: Array) -> float:
+def explain(state: FilterState, hypothesis: int, number: int, information: Array, pull: Array) -> float:
     """Return how much of the squared innovation an input explains; 0 where a wheel would have to gain.
 
     Args:
         state: Predicted estimate.
+        hypothesis: Number of the hypothesis.
         number: Number of the input.
         information: Inverse covariance of the innovations, shape `(3, 3)`.
         pull: Product of `information` and the innovations, shape `(3,)`.
     """
-    if state.alert[number] > 0.0:
+    if state.alert[hypothesis, number] > 0.0:
         return 0.0
     along, weight = by_input(state, number, information, pull)
     if number < 4 and along * state.way[number] >= 0.0:
@@ -75,80 +76,107 @@ def explain(state: FilterState, number: int, information: Array, pull: Array) ->
 
 
 @compiled
-def find_disturbed(settings: FilterSettings, state: FilterState) -> None:
-    """Distrust the inputs that explain what noise does not explain; keep the innovations' size as `nis`."""
-    offsets = np.empty(3)
+def density(left: float, information: Array) -> float:
+    """Return the logarithm of the density of innovations, but for a constant, by Student's distribution.
+
+    Args:
+        left: Squared innovations [squared standard deviations].
+        information: Inverse of their covariance, shape `(3, 3)`.
+    """
+    a, b, c = information[0, 0], information[0, 1], information[0, 2]
+    d, e, f = information[1, 1], information[1, 2], information[2, 2]
+    determinant = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
+    return 0.5 * math.log(determinant) - 0.5 * (FREEDOM + 3.0) * math.log1p(left / FREEDOM)
+
+
+@compiled
+def find_disturbed(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
+    """Distrust the inputs that explain what noise does not explain, and judge the hypothesis.
+
+    The innovations' size is kept as `nis`, the logarithm of their density is added to the score.
+    """
+    offsets, scores = np.empty(3), np.zeros(INPUTS)
     for number in range(3):
-        offsets[number] = innovation(state, number)
-    scores = np.zeros(INPUTS)
-    information, pull = np.empty((3, 3)), np.empty(3)
+        offsets[number] = innovation(state, hypothesis, number)
+    information = inverted(spread(settings, state, hypothesis))
+    pull = information @ offsets
+    left = float(pull @ offsets)
+    state.nis[hypothesis] = left
+    state.score[hypothesis] += settings.independent * density(left, information)
     for attempt in range(ATTEMPTS):
-        information = inverted(spread(settings, state))
-        pull = information @ offsets
-        if attempt == 0:
-            state.nis = float(pull @ offsets)
         # Two bumps at a time look like a push to the side; the papers' robots met bumps.
         first, last = (0, 4) if attempt < FOR_WHEELS else (4, INPUTS)
+        if left < settings.gate:
+            break
         scores[:] = 0.0
         for number in range(first, last):
-            scores[number] = explain(state, number, information, pull)
+            scores[number] = explain(state, hypothesis, number, information, pull)
         best = scores.max()
         if best < (settings.gate if first == 0 else CLEARLY * settings.gate):
             continue
         for number in range(first, last):
             if scores[number] >= best - AMBIGUOUS and scores[number] > 0.0:
-                _distrust(settings, state, number)
-    left = float(pull @ offsets)
-    learn(settings, state, information, pull, left)
+                _distrust(settings, state, hypothesis, number)
+        information = inverted(spread(settings, state, hypothesis))
+        pull = information @ offsets
+        left = float(pull @ offsets)
+    learn(settings, state, hypothesis, information, pull, left)
     if left > settings.gate:  # nothing of these: all inputs scattered more than they do
         more = (left - 3.0) / FREEDOM
         for number in range(INPUTS):
-            variance = more * state.input_variance[number]
-            state.input_variance[number] += variance
-            add_input(state, number, variance)
+            variance = more * state.input_variance[hypothesis, number]
+            state.input_variance[hypothesis, number] += variance
+            add_input(state, hypothesis, number, variance)
 
 
 @compiled
-def learn(settings: FilterSettings, state: FilterState, information: Array, pull: Array, left: float) -> None:
+def learn(
+    settings: FilterSettings,
+    state: FilterState,
+    hypothesis: int,
+    information: Array,
+    pull: Array,
+    left: float,
+) -> None:
     """Learn the variance of the inputs from what the innovations say about them.
 
     One step of expectation maximisation (Shumway & Stoffer, 1982) with innovations of Student's
     distribution, so that a single disturbance teaches little.
     """
     weight = (FREEDOM + 3.0) / (FREEDOM + left)
-    way = 0.25 * state.rolled.sum()
+    way, learned = 0.25 * state.rolled.sum(), state.learned[hypothesis]
     fade = math.exp(-way / settings.memory)
     for level in range(4):
-        state.learned[level, 0] *= fade
-        state.learned[level, 1] *= fade
+        learned[level, 0] *= fade
+        learned[level, 1] *= fade
     for number in range(INPUTS):
         level = level_of(number)
         rolled = state.rolled[number] if number < 4 else way
-        variance = state.input_variance[number]
-        if rolled <= 0.0 or variance <= 0.0 or state.alert[number] > 0.0:
+        variance = state.input_variance[hypothesis, number]
+        if rolled <= 0.0 or variance <= 0.0 or state.alert[hypothesis, number] > 0.0:
             continue
         along, seen = by_input(state, number, information, pull)
         likely = variance + variance * variance * (weight * along * along - seen)
         if number < 4:
             likely -= settings.resolution[number]
-        state.learned[level, 0] += max(likely, 0.0)
-        state.learned[level, 1] += rolled
+        learned[level, 0] += max(likely, 0.0)
+        learned[level, 1] += rolled
 
 
 @compiled
-def levels(settings: FilterSettings, state: FilterState) -> Array:
+def levels(settings: FilterSettings, state: FilterState, hypothesis: int) -> Array:
     """Return the variance per metre of the inputs [m]: wheels of a, wheels of b, sideways, slack; `(4,)`."""
-    out = np.empty(4)
+    out, learned = np.empty(4), state.learned[hypothesis]
     for level in range(4):
-        known = settings.noise[level] * settings.trust + state.learned[level, 0]
-        out[level] = known / (settings.trust + state.learned[level, 1])
+        known = settings.noise[level] * settings.trust + learned[level, 0]
+        out[level] = known / (settings.trust + learned[level, 1])
     return out
 
 
 @compiled
-def _distrust(settings: FilterSettings, state: FilterState, number: int) -> None:
-    state.alert[number] = settings.hold
+def _distrust(settings: FilterSettings, state: FilterState, hypothesis: int, number: int) -> None:
+    state.alert[hypothesis, number] = settings.hold
     way = state.rolled[number] if number < 4 else 0.25 * state.rolled.sum()
     variance = (settings.distrust * way) ** 2
-    state.input_variance[number] += variance
-    add_input(state, number, variance)
+    state.input_variance[hypothesis, number] += variance
+    add_input(state, hypothesis, number, variance)

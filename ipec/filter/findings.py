@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.ipec.filter.hypotheses import HYPOTHESES, READINGS
 from omnimate.ipec.filter.prior import SUSPECTED
 
 if TYPE_CHECKING:
-    from omnimate.vehicle.compiled import Record
+    from omnimate.vehicle.compiled import Array, Record
 
 LIKELY = 0.5  # probability from which on a suspect is named
 CONTRADICTED = 3.0  # times as much as expected that inputs scatter where the model is contradicted
@@ -23,10 +24,14 @@ class Findings:
 
     Attributes:
         suspects: What is probably wrong in `vehicle.toml`, one of `prior.SUSPECTED`, and its probability.
+        misread: What reads more than an angle and a constant bias, one of `hypotheses.READINGS`, and its
+            probability: a joint with play or out of centre, a slider that sticks, a late reading, a drive
+            that winds up.
         scatter: What scatters more than three times as much as is expected, and how many times.
     """
 
     suspects: tuple[tuple[str, float], ...]
+    misread: tuple[tuple[str, float], ...]
     scatter: tuple[tuple[str, float], ...]
 
 
@@ -36,10 +41,21 @@ def findings(settings: Record, state: Record) -> Findings:
     suspects = tuple(
         (name, value) for name, value in zip(SUSPECTED, probable, strict=True) if value >= LIKELY
     )
-    expected, trust, learned = settings["noise"][0], settings["trust"][0], state["learned"][0]
+    expected, trust, learned = (
+        settings["noise"][0],
+        settings["trust"][0],
+        state["learned"][0, state["weight"][0].argmax()],
+    )
     level = (expected * trust + learned[:, 0]) / (trust + learned[:, 1])
     factors = np.sqrt(level / expected).tolist()
     scatter = tuple(
         (name, value) for name, value in zip(LEVELS, factors, strict=True) if value >= CONTRADICTED
     )
-    return Findings(suspects, scatter)
+    return Findings(suspects, _misread(state["weight"][0]), scatter)
+
+
+def _misread(weight: Array) -> tuple[tuple[str, float], ...]:
+    """Return what probably wanders, by the probability of the hypotheses `(H,)`."""
+    wandering = np.array([hypothesis.reading for hypothesis in HYPOTHESES])
+    shares = [(name, float(weight[wandering == number].sum())) for number, name in enumerate(READINGS)]
+    return tuple((name, share) for name, share in shares if share >= LIKELY)

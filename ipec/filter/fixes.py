@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from omnimate.ipec.filter.belief import believe
+from omnimate.ipec.filter.disturbed_wheels import FREEDOM
 from omnimate.ipec.filter.poses import fill_pose_rows, look
-from omnimate.ipec.filter.records import STATES, FilterSettings, FilterState
+from omnimate.ipec.filter.records import BELIEFS, STATES, FilterSettings, FilterState
 from omnimate.ipec.filter.step import finish
 from omnimate.vehicle.compiled import Array, Record, compiled, layout
 from omnimate.vehicle.compiled_se2 import wrap
@@ -29,15 +30,15 @@ class Fix:
         pose: Measured pose [m, m, rad]; nan for a coordinate that was not measured.
         sigma: Standard deviations of the pose [m, m, rad].
         row: Derivative of each coordinate by the states, at the mean at which the filter took it.
-        gain: Gain of each coordinate, as in `FilterState`.
+        gain: Gain of each coordinate under each hypothesis, as in `FilterState`.
     """
 
     sample: int
     truck: int
     pose: Annotated[Array, 3]
     sigma: Annotated[Array, 3]
-    row: Annotated[Array, (3, 17)]
-    gain: Annotated[Array, (3, 19)]
+    row: Annotated[Array, (3, 22)]
+    gain: Annotated[Array, (BELIEFS, 3, 24)]
 
 
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
@@ -56,20 +57,22 @@ def fix_records(recording: Recording, fixes: Poses | None) -> Record:
 
 @compiled
 def fix_coordinate(
-    state: FilterState, truck: int, axis: int, value: float, sigma: float, gain: Array
+    state: FilterState, hypothesis: int, truck: int, axis: int, value: float, sigma: float, gain: Array
 ) -> None:
     """Take one coordinate of an absolute pose, a scalar Kalman update.
 
     Args:
         state: Estimate, changed in place.
+        hypothesis: Number of the hypothesis.
         truck: 0 for truck a, 1 for truck b.
         axis: 0 for x, 1 for y, 2 for the heading.
         value: Measured coordinate [m] or [rad]; with nan nothing changes.
         sigma: Its standard deviation [m] or [rad]; with nan nothing changes.
-        gain: Filled with the gain as in `FilterState`, shape `(19,)`; all zero where nothing changed.
+        gain: Filled with the gain as in `FilterState`, shape `(24,)`; all zero where nothing changed.
     """
     row, pose, sigmas = np.empty((3, STATES)), np.empty(3), np.empty(3)
-    look(state.mean, state.covariance, truck, pose, sigmas)
+    covariance, ahead = state.covariance[hypothesis], state.offset[hypothesis]
+    look(state.mean, covariance, truck, pose, sigmas)
     fill_pose_rows(state.mean, truck, row)
     offset = value - pose[axis]
     gain[:] = 0.0
@@ -78,18 +81,20 @@ def fix_coordinate(
     if axis == 2:
         offset = wrap(offset)
     for i in range(STATES):
-        offset -= row[axis, i] * state.offset[i]
+        offset -= row[axis, i] * ahead[i]
     for i in range(STATES):
         for j in range(STATES):
-            gain[i] += state.covariance[i, j] * row[axis, j]
+            gain[i] += covariance[i, j] * row[axis, j]
     variance = sigma * sigma
     for i in range(STATES):
         variance += row[axis, i] * gain[i]
+    state.score[hypothesis] -= 0.5 * math.log(variance)
+    state.score[hypothesis] -= 0.5 * (FREEDOM + 1.0) * math.log1p(offset * offset / variance / FREEDOM)
     gain[STATES], gain[STATES + 1] = offset / variance, 1.0 / variance
     for i in range(STATES):
-        state.offset[i] += gain[i] * offset / variance
+        ahead[i] += gain[i] * offset / variance
         for j in range(STATES):
-            state.covariance[i, j] -= gain[i] * gain[j] / variance
+            covariance[i, j] -= gain[i] * gain[j] / variance
 
 
 @compiled
@@ -97,8 +102,10 @@ def take_fix(settings: Record, states: Record, truck: int, pose: Array, sigma: A
     """Take an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
     gain = np.empty(STATES + 2)
     finish(settings[0], states[0])
-    for axis in range(3):
-        fix_coordinate(states[0], truck, axis, pose[axis], sigma[axis], gain)
+    for hypothesis in range(BELIEFS):
+        for axis in range(3):
+            fix_coordinate(states[0], hypothesis, truck, axis, pose[axis], sigma[axis], gain)
+    states[0].fixed = 1
     believe(settings[0], states[0])
 
 
@@ -110,9 +117,14 @@ def take_fixes(
     while following < len(fixes) and fixes[following].sample <= sample:
         fix = fixes[following]
         finish(settings, state)
-        for axis in range(3):
-            fill_pose_rows(state.mean, fix.truck, fix.row)
-            fix_coordinate(state, fix.truck, axis, fix.pose[axis], fix.sigma[axis], fix.gain[axis])
+        fill_pose_rows(state.mean, fix.truck, fix.row)
+        for hypothesis in range(BELIEFS):
+            gain = fix.gain[hypothesis]
+            for axis in range(3):
+                fix_coordinate(
+                    state, hypothesis, fix.truck, axis, fix.pose[axis], fix.sigma[axis], gain[axis]
+                )
+        state.fixed = 1
         believe(settings, state)
         following += 1
     return following

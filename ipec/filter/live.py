@@ -8,9 +8,10 @@ import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.fixes import take_fix
+from omnimate.ipec.filter.hypotheses import HYPOTHESES, chances_before
 from omnimate.ipec.filter.noise import FilterNoise
 from omnimate.ipec.filter.prior import CALIBRATED, OPEN, SIZES, Prior, directions
-from omnimate.ipec.filter.records import LINK, POSE, FilterSettings, FilterState, X, Y
+from omnimate.ipec.filter.records import FAST, LINK, FilterSettings, FilterState, X, Y
 from omnimate.ipec.filter.state import FilteredState
 from omnimate.ipec.filter.step import STEP, advance_filter
 from omnimate.ipec.readings import SampleReader, scales_of
@@ -52,18 +53,20 @@ class Filter:
         states = record(FilterState)
         state = states[0]
         state["mean"][[X, Y, LINK]] = pose_a
-        state["covariance"][[X, Y, LINK], [X, Y, LINK]] = np.square(sigma)
-        state["known"][:POSE, :POSE] = state["covariance"][:POSE, :POSE]
-        state["covariance"][POSE:, POSE:] = np.diag(self.settings["open"][0])
-        state["known"][POSE:, POSE:] = self.prior.covariance
+        state["known"][[X, Y, LINK], [X, Y, LINK]] = np.square(sigma)
+        state["covariance"][:] = state["known"]
+        state["covariance"][:, FAST:, FAST:] = np.diag(self.settings["open"][0])
+        state["known"][FAST:, FAST:] = self.prior.covariance
         state["blur"] = self.settings["half"][0] ** 2 / 3.0
+        state["origin"] = state["mean"][[X, Y]]
         states["nis"] = np.nan
+        states["weight"] = np.exp(self.settings["credit"])
         return _frozen(states)
 
     def step(self, state: FilteredState, sample: Sample) -> FilteredState:
         """Return the state after a sample; `state` stays as it is."""
         counts, present = self._reader.read(sample)
-        following = state.record.copy()
+        following = state.record.view(np.uint8).copy().view(state.record.dtype)
         advance_filter(self.settings, following, counts, present)
         return _frozen(following)
 
@@ -80,7 +83,7 @@ class Filter:
             sigma: Standard deviations of the measured pose [m, m, rad], shape `(3,)`.
             truck: Truck whose pose was measured.
         """
-        following = state.record.copy()
+        following = state.record.view(np.uint8).copy().view(state.record.dtype)
         measured, sigmas = np.asarray(pose, np.float64), np.asarray(sigma, np.float64)
         take_fix(self.settings, following, 0 if truck == "a" else 1, measured, sigmas)
         return _frozen(following)
@@ -103,6 +106,10 @@ def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior
     settings["trust"], settings["memory"] = noise.trust, noise.memory
     settings["resolution"] = steps[:4] ** 2 / 6.0  # two readings, each off by up to a count
     settings["half"] = 0.5 * steps[4:]
+    for number, hypothesis in enumerate(HYPOTHESES):
+        settings["wander"][number, hypothesis.reading] = hypothesis.wander**2
+    settings["alike"] = [hypothesis.alike * settings["length"] for hypothesis in HYPOTHESES]
+    settings["credit"] = chances_before(prior.wrong)
     settings["drift"], settings["gate"] = noise.drift**2, noise.gate**2
     settings["hold"], settings["distrust"] = noise.hold, noise.distrust
     settings["open"], settings["usual"] = np.square(OPEN), np.linalg.inv(prior.covariance)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, STATES, FilterSettings, FilterState
+from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, STATES, WANDER, FilterSettings, FilterState
 from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.compiled_se2 import wrap
 
@@ -57,20 +57,26 @@ def cut(offset: float, variance: float, half: float) -> tuple[float, float]:
 
 
 @compiled
+def expected_reading(mean: Array, number: int) -> float:
+    """Return what joint_a (0), joint_b (1) or the link (2) reads with a mean or an offset `(22,)`."""
+    expected: float = mean[JOINT_A + number] + mean[WANDER + number] + mean[JOINT_BIAS + number]
+    return expected
+
+
+@compiled
 def compare(state: FilterState, number: int) -> float:
     """Return reading minus estimate of joint_a (0), joint_b (1) or the link (2) [rad] or [m]."""
-    expected: float = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
+    expected = expected_reading(state.mean, number)
     if number < 2:
         return wrap(state.joint[number] - expected)
     return state.length - expected
 
 
 @compiled
-def innovation(state: FilterState, number: int) -> float:
-    """Return the mean reading of a step minus what the open filter predicts [rad] or [m]."""
-    ahead: float = state.offset[JOINT_A + number] + state.offset[JOINT_BIAS + number]
+def innovation(state: FilterState, hypothesis: int, number: int) -> float:
+    """Return the mean reading of a step minus what an open filter predicts [rad] or [m]."""
     mean: float = state.missed[number] / state.seen
-    return mean - ahead
+    return mean - expected_reading(state.offset[hypothesis], number)
 
 
 @compiled
@@ -87,52 +93,51 @@ def scatter(settings: FilterSettings, state: FilterState, number: int) -> tuple[
 
 
 @compiled
-def update(settings: FilterSettings, state: FilterState, number: int, shares: Array) -> None:
+def update(settings: FilterSettings, state: FilterState, hypothesis: int, number: int, shares: Array) -> None:
     """Take one reading of the linkage; keep its gain and the estimates of the lost travel in the state.
 
     Args:
         settings: Settings of the filter.
         state: Predicted estimate; changed in place.
+        hypothesis: Number of the hypothesis.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        shares: Covariance of each wheel's lost travel with the states, shape `(4, 17)`; changed in place.
+        shares: Covariance of each wheel's lost travel with the states, shape `(4, 22)`; changed in place.
     """
-    true, bias = JOINT_A + number, JOINT_BIAS + number
-    covariance, gain = state.covariance, state.gain[number]
+    true, wander, bias = JOINT_A + number, WANDER + number, JOINT_BIAS + number
+    covariance, gain = state.covariance[hypothesis], state.gain[hypothesis, number]
     for row in range(STATES):
-        gain[row] = covariance[row, true] + covariance[row, bias]
+        gain[row] = covariance[row, true] + covariance[row, wander] + covariance[row, bias]
     blur, half = scatter(settings, state, number)
-    push, information = cut(innovation(state, number), gain[true] + gain[bias] + blur, half)
+    push, information = cut(
+        innovation(state, hypothesis, number), gain[true] + gain[wander] + gain[bias] + blur, half
+    )
     gain[STATES], gain[STATES + 1] = push, information
-    state.updated[number] = 1 if information > 0.0 else 0
+    state.updated[hypothesis, number] = 1 if information > 0.0 else 0
     if information <= 0.0:
         return
     for row in range(STATES):
-        state.offset[row] += gain[row] * push
+        state.offset[hypothesis, row] += gain[row] * push
         factor = gain[row] * information
         for column in range(STATES):
             covariance[row, column] -= factor * gain[column]
     for wheel in range(4):
-        if state.alert[wheel] > 0.0:
-            share = shares[wheel, true] + shares[wheel, bias]
-            state.lost[wheel] += share * push
+        if state.alert[hypothesis, wheel] > 0.0:
+            share = shares[wheel, true] + shares[wheel, wander] + shares[wheel, bias]
+            state.lost[hypothesis, wheel] += share * push
             for row in range(STATES):
                 shares[wheel, row] -= share * information * gain[row]
 
 
 @compiled
-def spread(settings: FilterSettings, state: FilterState) -> Array:
+def spread(settings: FilterSettings, state: FilterState, hypothesis: int) -> Array:
     """Return the covariance `(3, 3)` of the three innovations, with each step taken as uniform noise."""
-    out = np.empty((3, 3))
+    out, covariance = np.empty((3, 3)), state.covariance[hypothesis]
     for i in range(3):
         for j in range(3):
-            a, b = JOINT_A + i, JOINT_BIAS + i
-            c, d = JOINT_A + j, JOINT_BIAS + j
-            out[i, j] = (
-                state.covariance[a, c]
-                + state.covariance[a, d]
-                + state.covariance[b, c]
-                + state.covariance[b, d]
-            )
+            out[i, j] = 0.0
+            for row in (JOINT_A + i, WANDER + i, JOINT_BIAS + i):
+                for column in (JOINT_A + j, WANDER + j, JOINT_BIAS + j):
+                    out[i, j] += covariance[row, column]
         blur, half = scatter(settings, state, i)
         out[i, i] += half * half / 3.0 + blur
     return out

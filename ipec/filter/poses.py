@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from omnimate.ipec.filter.records import JOINT_A, LENGTH, LINK, X, Y
 from omnimate.vehicle.compiled import Array, compiled
 
@@ -48,8 +50,30 @@ def spread_along(covariance: Array, axis: int, by_link: float, by_length: float)
 
 
 @compiled
+def turn(covariance: Array, mean: Array, origin: Array, variance: float) -> None:
+    """Add to a covariance that the wheels of truck a may roll at an angle to its body.
+
+    The pose at the start is that of the body; the path is turned about it, the body's heading is not.
+
+    Args:
+        covariance: Covariance of at least the first six states, changed in place.
+        mean: Mean of at least the first six states.
+        origin: Place of truck a at the start [m], shape `(2,)`.
+        variance: Variance of the angle [rad^2].
+    """
+    if variance == 0.0:
+        return
+    by_angle = np.zeros(4)
+    by_angle[X], by_angle[Y] = origin[1] - mean[Y], mean[X] - origin[0]
+    by_angle[LINK], by_angle[JOINT_A] = 1.0, -1.0
+    for row in range(4):
+        for column in range(4):
+            covariance[row, column] += variance * by_angle[row] * by_angle[column]
+
+
+@compiled
 def fill_pose_rows(mean: Array, truck: int, rows: Array) -> None:
-    """Fill the derivatives `(3, 17)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
+    """Fill the derivatives `(3, 22)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
     rows[:] = 0.0
     rows[0, X] = rows[1, Y] = rows[2, LINK] = rows[2, JOINT_A + truck] = 1.0
     if truck == 1:

@@ -13,6 +13,7 @@ from omnimate.ipec.filter.records import (
     LINK,
     POSE,
     STATES,
+    WANDER,
     WHEEL,
     WHEELBASE,
     FilterSettings,
@@ -123,7 +124,7 @@ def level_of(number: int) -> int:
 
 
 @compiled
-def find_input_variance(settings: FilterSettings, state: FilterState, levels: Array) -> None:
+def find_input_variance(settings: FilterSettings, state: FilterState, hypothesis: int, levels: Array) -> None:
     """Fill the variance of the inputs of the step.
 
     It grows with the travel, Chong & Kleeman (1997); that of a distrusted input with what was rolled.
@@ -131,47 +132,49 @@ def find_input_variance(settings: FilterSettings, state: FilterState, levels: Ar
     Args:
         settings: Settings of the filter.
         state: Estimate; its `input_variance` is filled.
+        hypothesis: Number of the hypothesis.
         levels: Variance per metre of wheels of a, wheels of b, sideways slip and slack [m], shape `(4,)`.
     """
-    way = 0.25 * state.rolled.sum()
+    way, out = 0.25 * state.rolled.sum(), state.input_variance[hypothesis]
     for number in range(INPUTS):
         by = state.rolled[number] if number < 4 else way
-        state.input_variance[number] = levels[level_of(number)] * by
+        out[number] = levels[level_of(number)] * by
         if number < 4 and by > 0.0:
-            state.input_variance[number] += settings.resolution[number]
-        if state.alert[number] > 0.0:
-            state.input_variance[number] += (settings.distrust * by) ** 2
+            out[number] += settings.resolution[number]
+        if state.alert[hypothesis, number] > 0.0:
+            out[number] += (settings.distrust * by) ** 2
 
 
 @compiled
-def predict_covariance(settings: FilterSettings, state: FilterState) -> None:
+def predict_covariance(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
     """Propagate offset and covariance: F P F' + G Q G' and the drift of the slow factors, in place."""
-    covariance, transition = state.covariance, state.transition
-    carried = carry(state)
+    covariance, transition = state.covariance[hypothesis], state.transition
+    carried = carry(transition, covariance)
     for row in range(POSE):
         for column in range(row + 1):
             total = 0.0
             for middle in range(JOINT_BIAS):
-                total += carried[row, middle] * transition[column, middle]
+                factor = transition[column, middle]
+                if factor != 0.0:
+                    total += carried[row, middle] * factor
             covariance[row, column] = covariance[column, row] = total
         for column in range(POSE, STATES):
             covariance[row, column] = covariance[column, row] = carried[row, column]
     for number in range(INPUTS):
-        add_input(state, number, state.input_variance[number])
+        add_input(state, hypothesis, number, state.input_variance[hypothesis, number])
     way = 0.25 * state.rolled.sum()
     for number in range(WHEEL, CREEP):
         covariance[number, number] += settings.drift * way
     moved = np.zeros(POSE)
     for row in range(POSE):
         for middle in range(JOINT_BIAS):
-            moved[row] += transition[row, middle] * state.offset[middle]
-    state.offset[:POSE] = moved
+            moved[row] += transition[row, middle] * state.offset[hypothesis, middle]
+    state.offset[hypothesis, :POSE] = moved
 
 
 @compiled
-def carry(state: FilterState) -> Array:
-    """Return F P `(6, 17)`; the biases, which come last, move nothing."""
-    covariance, transition = state.covariance, state.transition
+def carry(transition: Array, covariance: Array) -> Array:
+    """Return F P `(6, 22)`; the biases, which come last, move nothing."""
     out = np.zeros((POSE, STATES))
     for row in range(POSE):
         for middle in range(JOINT_BIAS):
@@ -183,11 +186,44 @@ def carry(state: FilterState) -> Array:
 
 
 @compiled
-def add_input(state: FilterState, number: int, variance: float) -> None:
+def add_input(state: FilterState, hypothesis: int, number: int, variance: float) -> None:
     """Add the effect of an input's variance [m^2] on the covariance of the first six states."""
+    covariance = state.covariance[hypothesis]
     if variance == 0.0:
         return
     for row in range(POSE):
         factor = variance * state.inputs[row, number]
         for column in range(POSE):
-            state.covariance[row, column] += factor * state.inputs[column, number]
+            covariance[row, column] += factor * state.inputs[column, number]
+
+
+@compiled
+def wander(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
+    """Let fade what readings and the wheels' headings wander, and wander anew, in place.
+
+    A heading by wheels that comes back takes the truck's joint with it.
+    """
+    way = 0.25 * state.rolled.sum()
+    lasting = state.lasting[hypothesis] = math.exp(-way / settings.alike[hypothesis])
+    covariance, offset = state.covariance[hypothesis], state.offset[hypothesis]
+    for number in range(5):
+        variance = (1.0 - lasting * lasting) * settings.wander[hypothesis, number]
+        if variance == 0.0:
+            continue
+        row = WANDER + number
+        if number >= 3:
+            joint = JOINT_A + number - 3
+            offset[joint] += (1.0 - lasting) * (state.mean[row] + offset[row])
+            for column in range(STATES):
+                covariance[joint, column] += (1.0 - lasting) * covariance[row, column]
+            for column in range(STATES):
+                covariance[column, joint] += (1.0 - lasting) * covariance[column, row]
+        offset[row] = lasting * (state.mean[row] + offset[row]) - state.mean[row]
+        for column in range(STATES):
+            covariance[row, column] *= lasting
+            covariance[column, row] *= lasting
+        covariance[row, row] += variance
+        if number >= 3:
+            covariance[joint, joint] += variance
+            covariance[row, joint] -= variance
+            covariance[joint, row] -= variance

@@ -7,14 +7,19 @@ reading of the linkage cannot add false information about that place.
 
 from typing import Annotated
 
+from omnimate.ipec.filter.hypotheses import HYPOTHESES
 from omnimate.ipec.readings import Reading, Scales
 from omnimate.vehicle.compiled import Array, IntArray
 
 X, Y, LINK, JOINT_A, JOINT_B, LENGTH = range(6)  # place of a [m], heading of the link [rad], linkage
-WHEEL, WHEELBASE, CREEP, JOINT_BIAS, LENGTH_BIAS = 6, 10, 12, 14, 16  # the first of each kind
-POSE, STATES = 6, 17
-SLOW = STATES - POSE  # what makes the encoders err
+POSE = 6  # states above
+WANDER = 6  # what joint_a, joint_b, link, and the wheels' headings of a and b wander: the first of five
+FAST = 11  # pose and wander
+WHEEL, WHEELBASE, CREEP, JOINT_BIAS, LENGTH_BIAS = 11, 15, 17, 19, 21  # the first of each kind
+STATES = 22
+SLOW = STATES - FAST  # what makes the encoders err
 INPUTS = 8  # travel of the four wheels, sideways slip of the two trucks, their slip ahead
+BELIEFS = len(HYPOTHESES)
 SUSPECTS = 15  # ways in which the robot may differ from its description
 
 
@@ -28,6 +33,10 @@ class FilterSettings(Scales):
         memory: Way after which what was learned of noise has faded [m].
         resolution: Variance of each wheel's travel in a step from its resolution [m^2].
         half: Half a count of joint_a, joint_b and link [rad, rad, m].
+        wander: Variance of what joint_a, joint_b, link, and the headings by the wheels of a and b wander
+            under each hypothesis [rad^2, rad^2, m^2, rad^2, rad^2], shape `(H, 5)`.
+        alike: Way over which they wander alike [m], shape `(H,)`.
+        credit: Logarithm of the probability of each hypothesis before the drive, shape `(H,)`.
         drift: Variance per metre that the factor of each wheel and wheelbase gains [1/m].
         gate: Limit of the test for disturbed wheels [squared standard deviations].
         hold: Travel for which a disturbed wheel stays distrusted [m].
@@ -46,6 +55,9 @@ class FilterSettings(Scales):
     memory: float
     resolution: Annotated[Array, 4]
     half: Annotated[Array, 3]
+    wander: Annotated[Array, (BELIEFS, 5)]
+    alike: Annotated[Array, BELIEFS]
+    credit: Annotated[Array, BELIEFS]
     drift: float
     gate: float
     hold: float
@@ -58,21 +70,62 @@ class FilterSettings(Scales):
     independent: float
 
 
+class Step:
+    """What the smoother needs of a step under one hypothesis; its fields are those of `FilterState`.
+
+    Attributes:
+        predicted: 1 where a step was closed; 0 for a first reading or a fix.
+        mean: Estimate of the first six states, shape `(6,)`.
+        offset: What the open filter would add to them, shape `(6,)`.
+        covariance: Covariance of the open filter, shape `(22, 22)`.
+        shift: How far the first six states moved to what is believed, shape `(6,)`.
+        way: Travel of the wheels [m], shape `(4,)`.
+        lasting: Share of the wander that outlasts the step.
+        wanders: 1 for each that wanders, shape `(5,)`.
+        transition: Derivative of the first six states by the states before the step, shape `(6, 22)`.
+        inputs: Derivative of the first six states by the inputs, shape `(6, 8)`.
+        input_variance: Variance of the inputs [m^2], shape `(8,)`.
+        updated: 1 for joint_a, joint_b, link where the reading said something new, shape `(3,)`.
+        gain: Covariance of the states with each reading, push and information, shape `(3, 24)`.
+    """
+
+    predicted: int
+    mean: Annotated[Array, 6]
+    offset: Annotated[Array, 6]
+    covariance: Annotated[Array, (22, 22)]
+    shift: Annotated[Array, 6]
+    way: Annotated[Array, 4]
+    lasting: float
+    wanders: Annotated[IntArray, 5]
+    transition: Annotated[Array, (6, 22)]
+    inputs: Annotated[Array, (6, 8)]
+    input_variance: Annotated[Array, 8]
+    updated: Annotated[IntArray, 3]
+    gain: Annotated[Array, (3, 24)]
+
+
 class FilterState(Reading):
     """The estimate after a sample, and the step that led to it.
 
     Attributes:
         placed: 1 since the linkage has been read.
         predicted: 1 where this sample closed a step.
-        mean: Estimate of the states, shape `(17,)`: reading = true + bias, travel = rolled x (1 + factor).
-        known: Covariance of the estimate's error, shape `(17, 17)`.
-        offset: What the open filter would add to `mean`, shape `(17,)`.
-        covariance: Covariance of the open filter, shape `(17, 17)`.
+        mean: Estimate of the states, shape `(22,)`: reading = true + wander + bias,
+            travel = rolled x (1 + factor).
+        known: Covariance of the estimate's error, shape `(22, 22)`.
+        score: Logarithm of the probability density of what was read, under each hypothesis, shape `(H,)`.
+        weight: Probability of each hypothesis, shape `(H,)`.
+        offset: What the open filter of each hypothesis would add to `mean`, shape `(H, 22)`.
+        covariance: Covariance of each open filter, shape `(H, 22, 22)`.
+        origin: Place of truck a at the start [m], shape `(2,)`.
+        fixed: 1 since an absolute pose was taken.
+        turned: Variance of the angle between body and wheels of truck a [rad^2].
         suspicion: Probability that each suspect is at work, shape `(15,)`.
         shift: How far the first six states moved to what is believed after this sample, shape `(6,)`.
         begun: Heading of the link, joint angles and length at the start of the step, shape `(4,)`.
         way: Travel of the wheels since the start of the step [m], shape `(4,)`.
-        rolled: The same without its sign, shape `(4,)`.
+        went: Travel of the wheels in the step that was closed last [m], shape `(4,)`.
+        rolled: What `way` would be without signs, shape `(4,)`.
         samples: Samples since then.
         seen: Samples since then in which the linkage was read.
         missed: Sum of reading minus prediction in them, shape `(3,)`.
@@ -80,28 +133,35 @@ class FilterState(Reading):
         jump: Its change from the sample before, shape `(3,)`.
         jumps: Sum of squared changes since the start of the step, shape `(3,)`.
         blur: Variance of the readings from sample to sample, as learned [rad^2, rad^2, m^2], shape `(3,)`.
-        learned: Sums from which the noise is learned: variance x way, way; shape `(4, 2)`.
-        alert: Travel for which each input stays distrusted [m], shape `(8,)`.
-        lost: Travel that each distrusted wheel lost in this sample [m], shape `(4,)`.
-        nis: Normalised innovation squared of this step, 3 degrees of freedom; nan without one.
-        transition: Derivative of the first six states by the states before the step, shape `(6, 17)`.
+        learned: Sums from which the noise is learned: variance x way, way; shape `(H, 4, 2)`.
+        alert: Travel for which each input stays distrusted [m], shape `(H, 8)`.
+        lost: Travel that each distrusted wheel lost in this sample [m], shape `(H, 4)`.
+        nis: Normalised innovation squared of this step, 3 degrees of freedom, `(H,)`; nan without one.
+        lasting: Share of the readings' wander that outlasts this step, shape `(H,)`.
+        transition: Derivative of the first six states by the states before the step, shape `(6, 22)`.
         inputs: Derivative of the first six states by the inputs, shape `(6, 8)`.
-        input_variance: Variance of the inputs in this step [m^2], shape `(8,)`.
-        updated: 1 for joint_a, joint_b, link where the reading said something new, shape `(3,)`.
-        gain: Covariance of the states with each reading `(17,)`, then the push and the information of `cut`,
-            shape `(3, 19)`.
+        input_variance: Variance of the inputs in this step [m^2], shape `(H, 8)`.
+        updated: 1 for joint_a, joint_b, link where the reading said something new, shape `(H, 3)`.
+        gain: Covariance of the states with each reading `(22,)`, then the push and the information of `cut`,
+            shape `(H, 3, 24)`.
     """
 
     placed: int
     predicted: int
-    mean: Annotated[Array, 17]
-    known: Annotated[Array, (17, 17)]
-    offset: Annotated[Array, 17]
-    covariance: Annotated[Array, (17, 17)]
+    mean: Annotated[Array, 22]
+    known: Annotated[Array, (22, 22)]
+    score: Annotated[Array, BELIEFS]
+    weight: Annotated[Array, BELIEFS]
+    offset: Annotated[Array, (BELIEFS, 22)]
+    covariance: Annotated[Array, (BELIEFS, 22, 22)]
+    origin: Annotated[Array, 2]
+    fixed: int
+    turned: float
     suspicion: Annotated[Array, 15]
     shift: Annotated[Array, 6]
     begun: Annotated[Array, 4]
     way: Annotated[Array, 4]
+    went: Annotated[Array, 4]
     rolled: Annotated[Array, 4]
     samples: int
     seen: int
@@ -110,12 +170,13 @@ class FilterState(Reading):
     jump: Annotated[Array, 3]
     jumps: Annotated[Array, 3]
     blur: Annotated[Array, 3]
-    learned: Annotated[Array, (4, 2)]
-    alert: Annotated[Array, 8]
-    lost: Annotated[Array, 4]
-    nis: float
-    transition: Annotated[Array, (6, 17)]
+    learned: Annotated[Array, (BELIEFS, 4, 2)]
+    alert: Annotated[Array, (BELIEFS, 8)]
+    lost: Annotated[Array, (BELIEFS, 4)]
+    nis: Annotated[Array, BELIEFS]
+    lasting: Annotated[Array, BELIEFS]
+    transition: Annotated[Array, (6, 22)]
     inputs: Annotated[Array, (6, 8)]
-    input_variance: Annotated[Array, 8]
-    updated: Annotated[IntArray, 3]
-    gain: Annotated[Array, (3, 19)]
+    input_variance: Annotated[Array, (BELIEFS, 8)]
+    updated: Annotated[IntArray, (BELIEFS, 3)]
+    gain: Annotated[Array, (BELIEFS, 3, 24)]

@@ -35,7 +35,7 @@ class SlowParameters:
 
 
 def slow_parameters(mean: Array, covariance: Array) -> SlowParameters:
-    """Return the slow parameters in a filter's mean `(17,)` and covariance `(17, 17)`."""
+    """Return the slow parameters in a filter's mean `(22,)` and covariance `(22, 22)`."""
     return SlowParameters(
         np.array(mean[WHEEL:WHEELBASE]),
         np.array(mean[WHEELBASE:CREEP]),

@@ -10,10 +10,10 @@ import numpy as np
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.adjoint import Adjoint
 from omnimate.ipec.filter.forward import Estimate, ForwardRun, run_forward
-from omnimate.ipec.filter.records import POSE, FilterState
-from omnimate.ipec.filter.smoothing import begin_adjoint_at, run_block, smooth_block, spread_moves
+from omnimate.ipec.filter.records import POSE, Step
+from omnimate.ipec.filter.smoothing import begin_adjoints, run_block, smooth_block, spread_moves
 from omnimate.ipec.filter.trace import BLOCK
-from omnimate.vehicle.compiled import Array, IntArray, layout, record
+from omnimate.vehicle.compiled import Array, IntArray, layout
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -49,20 +49,51 @@ def smooth(
         LinkageChannelError: A channel of the linkage was never read, or stood still while it must move.
     """
     run = run_forward(recording, start, sigma, fixes, noise, prior)
-    buffer, adjoint = np.zeros(BLOCK, layout(FilterState)), record(Adjoint)
-    begin_adjoint_at(run.last, adjoint)
+    weight = run.last["weight"][0]
+    likely = np.flatnonzero(weight > 0.0)
+    buffer, adjoints = np.zeros((len(likely), BLOCK), layout(Step)), np.zeros(len(likely), layout(Adjoint))
+    begin_adjoints(run.settings, run.last, likely, adjoints)
     ends = np.empty(BLOCK, np.int64)
-    blocks: list[_Block] = []
+    blocks: list[list[_Block]] = [[] for _ in likely]
     for number in range(len(run.marks) - 1, -1, -1):
         first = number * BLOCK
         last, mark = min(first + BLOCK, len(recording)), run.marks[number : number + 1]
-        kept = run_block(run.settings, mark, run.counts, run.present, run.fixes, buffer, ends, first, last)
-        block = _Block(
-            ends[:kept].copy(), np.empty((kept, 2, POSE)), np.empty((kept, 2, 3)), np.zeros((kept, 4))
+        kept = run_block(
+            run.settings, mark, run.counts, run.present, run.fixes, likely, buffer, ends, first, last
         )
-        smooth_block(buffer[:kept], block.samples, adjoint, run.fixes, block.moves, block.sigmas, block.lost)
-        blocks.append(block)
-    return _joined(run, blocks[::-1])
+        for place, hypothesis in enumerate(likely.tolist()):
+            block = _Block(
+                ends[:kept].copy(), np.empty((kept, 2, POSE)), np.empty((kept, 2, 3)), np.zeros((kept, 4))
+            )
+            smooth_block(
+                buffer[place, :kept],
+                block.samples,
+                adjoints[place : place + 1],
+                hypothesis,
+                run.fixes,
+                run.last,
+                block.moves,
+                block.sigmas,
+                block.lost,
+            )
+            blocks[place].append(block)
+    return _averaged([_joined(run, parts[::-1]) for parts in blocks], weight[likely])
+
+
+def _averaged(estimates: list[Estimate], weight: Array) -> Estimate:
+    """Return the average of estimates under several hypotheses by their probability `(C,)`."""
+    pose_a, sigma_a = _moments([(each.pose_a, each.sigma_a) for each in estimates], weight)
+    pose_b, sigma_b = _moments([(each.pose_b, each.sigma_b) for each in estimates], weight)
+    return replace(
+        estimates[int(weight.argmax())], pose_a=pose_a, pose_b=pose_b, sigma_a=sigma_a, sigma_b=sigma_b
+    )
+
+
+def _moments(parts: list[tuple[Array, Array]], weight: Array) -> tuple[Array, Array]:
+    """Return mean and standard deviation of weighted distributions."""
+    means, sigmas = np.stack([mean for mean, _ in parts]), np.stack([sigma for _, sigma in parts])
+    mean = np.tensordot(weight, means, 1)
+    return mean, np.sqrt(np.tensordot(weight, sigmas**2 + (means - mean) ** 2, 1))
 
 
 @dataclass(frozen=True, slots=True)

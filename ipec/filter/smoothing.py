@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.ipec.filter.adjoint import Adjoint, undo_linkage, undo_step, undo_update
+from omnimate.ipec.filter.adjoint import Adjoint, undo_linkage, undo_step, undo_update, undo_wander
+from omnimate.ipec.filter.belief import average
 from omnimate.ipec.filter.fixes import take_fixes
 from omnimate.ipec.filter.inverse import invert, multiply
-from omnimate.ipec.filter.poses import look
-from omnimate.ipec.filter.records import POSE, SLOW, STATES, FilterState
+from omnimate.ipec.filter.poses import look, turn
+from omnimate.ipec.filter.records import FAST, POSE, SLOW, STATES, SUSPECTS, FilterSettings, FilterState, Step
 from omnimate.ipec.filter.step import advance
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 
@@ -31,6 +32,7 @@ def run_block(
     counts: IntArray,
     present: NDArray[np.bool_],
     fixes: Record,
+    hypotheses: IntArray,
     steps: Record,
     samples: IntArray,
     first: int,
@@ -44,7 +46,9 @@ def run_block(
         counts: Counts of the whole recording in the order of `CHANNELS`, shape `(N, 7)`.
         present: Whether each count was read, shape `(N, 7)`.
         fixes: Absolute poses of the whole recording, `(K,)` records of `Fix`; their gains are filled again.
-        steps: Filled with the state where the linkage was read first, after each step, and after fixes.
+        hypotheses: Numbers of the hypotheses that are kept, shape `(C,)`.
+        steps: Filled with what was known of them where the linkage was read first, after each step, and after
+            fixes, `(C, M)` records of `Step`.
         samples: Filled with the numbers of these samples.
         first: Number of the block's first sample.
         last: Number of the sample after the block.
@@ -57,42 +61,60 @@ def run_block(
         advance(settings[0], mark[0], counts[sample], present[sample])
         following = take_fixes(settings[0], mark[0], fixes, sample, following)
         if mark[0].predicted or following > fixed or (mark[0].placed and not placed):
-            steps[kept] = mark[0]
+            for place in range(len(hypotheses)):
+                keep(mark[0], settings[0], hypotheses[place], steps[place, kept])
             samples[kept] = sample
             kept += 1
     return kept
 
 
 @compiled
-def begin_adjoint(state: FilterState, adjoint: Adjoint) -> None:
+def keep(state: FilterState, settings: FilterSettings, hypothesis: int, step: Step) -> None:
+    """Fill what the smoother needs of a step under one hypothesis."""
+    step.predicted, step.lasting = state.predicted, state.lasting[hypothesis]
+    step.mean[:], step.offset[:] = state.mean[:POSE], state.offset[hypothesis, :POSE]
+    step.covariance[:] = state.covariance[hypothesis]
+    step.shift[:], step.way[:] = state.shift, state.went
+    step.transition[:], step.inputs[:] = state.transition, state.inputs
+    step.input_variance[:] = state.input_variance[hypothesis]
+    step.updated[:], step.gain[:] = state.updated[hypothesis], state.gain[hypothesis]
+    for number in range(5):
+        step.wanders[number] = 1 if settings.wander[hypothesis, number] > 0.0 else 0
+
+
+@compiled
+def begin_adjoint(settings: FilterSettings, state: FilterState, hypothesis: int, adjoint: Adjoint) -> None:
     """Fill the adjoint at the end: what is believed of the slow states beside what the open filter says."""
+    covariance, offset = state.covariance[hypothesis], state.offset[hypothesis]
     seen, known, pull = np.empty((SLOW, SLOW)), np.empty((SLOW, SLOW)), np.empty(SLOW)
-    for row in range(SLOW):
-        for column in range(SLOW):
-            seen[row, column] = state.covariance[POSE + row, POSE + column]
-            known[row, column] = state.known[POSE + row, POSE + column]
+    mean, suspicion = np.empty(SLOW), np.empty(SUSPECTS)
+    seen[:] = covariance[FAST:, FAST:]
     invert(seen)
-    multiply(pull, seen, state.offset[POSE:])
+    average(settings, state, hypothesis, seen, mean, known, suspicion)
+    for row in range(SLOW):
+        mean[row] -= state.mean[FAST + row] + offset[FAST + row]
+    multiply(pull, seen, mean)
     carried = np.zeros((SLOW, SLOW))
     for row in range(SLOW):
         multiply(carried[row], known, seen[row])
     for row in range(SLOW):
-        adjoint.vector[POSE + row] = -pull[row]
+        adjoint.vector[FAST + row] = pull[row]
         for column in range(SLOW):
             total = seen[row, column]
             for middle in range(SLOW):
                 total -= carried[row, middle] * seen[column, middle]
-            adjoint.information[POSE + row, POSE + column] = total
+            adjoint.information[FAST + row, FAST + column] = total
 
 
 @compiled
-def begin_adjoint_at(states: Record, adjoints: Record) -> None:
-    """Do as `begin_adjoint` with records `(1,)`."""
-    begin_adjoint(states[0], adjoints[0])
+def begin_adjoints(settings: Record, states: Record, hypotheses: IntArray, adjoints: Record) -> None:
+    """Fill the adjoint of each of some hypotheses, records `(C,)`, at the end."""
+    for place in range(len(hypotheses)):
+        begin_adjoint(settings[0], states[0], hypotheses[place], adjoints[place])
 
 
 @compiled
-def smoothed_move(adjoint: Adjoint, step: FilterState, move: Array) -> None:
+def smoothed_move(adjoint: Adjoint, step: Step, move: Array) -> None:
     """Fill how far the first six states are from the smoothed ones, `(6,)`: offset + P r."""
     for row in range(POSE):
         move[row] = step.offset[row]
@@ -101,7 +123,7 @@ def smoothed_move(adjoint: Adjoint, step: FilterState, move: Array) -> None:
 
 
 @compiled
-def smoothed_covariance(adjoint: Adjoint, step: FilterState, covariance: Array) -> None:
+def smoothed_covariance(adjoint: Adjoint, step: Step, covariance: Array) -> None:
     """Fill the smoothed covariance `(6, 6)` of the first six states: P - P L P."""
     rows = step.covariance
     carried = np.zeros((POSE, STATES))
@@ -122,7 +144,9 @@ def smooth_block(
     steps: Record,
     samples: IntArray,
     adjoints: Record,
+    hypothesis: int,
     fixes: Record,
+    ends: Record,
     moves: Array,
     sigmas: Array,
     lost: Array,
@@ -130,10 +154,12 @@ def smooth_block(
     """Run backward through the steps of one block.
 
     Args:
-        steps: State after each step of the block, `(M,)` records of `FilterState`.
+        steps: What was known after each step of the block, `(M,)` records of `Step`.
         samples: Number of the sample of each, shape `(M,)`.
         adjoints: Adjoint after the block, one record `(1,)`; changed to that before the block.
+        hypothesis: Number of the hypothesis.
         fixes: Absolute poses of the whole recording with their gains, `(K,)` records of `Fix`.
+        ends: State at the end of the recording, one record `(1,)` of `FilterState`.
         moves: Filled with the way to the smoothed states after and before each step, shape `(M, 2, 6)`.
         sigmas: Filled with the standard deviations of both trucks' poses, shape `(M, 2, 3)`.
         lost: Filled with the travel that each wheel lost in each step [m], shape `(M, 4)`.
@@ -148,28 +174,30 @@ def smooth_block(
         for row in range(POSE):
             mean[row] = step.mean[row] + moves[place, 0, row]
             moves[place, 1, row] = moves[place, 0, row] + step.shift[row]
+        turn(covariance, mean, ends[0].origin, ends[0].turned)
         for truck in range(2):
             look(mean, covariance, truck, pose, sigmas[place, truck])
         while last >= 0 and fixes[last].sample > samples[place]:
             last -= 1
         while last >= 0 and fixes[last].sample == samples[place]:
             for number in range(2, -1, -1):
-                undo_update(adjoint, fixes[last].row[number], fixes[last].gain[number])
+                undo_update(adjoint, fixes[last].row[number], fixes[last].gain[hypothesis, number])
             last -= 1
         if step.predicted:
             undo_linkage(adjoint, step)
             find_lost(adjoint, step, lost[place])
+            undo_wander(adjoint, step.lasting, step.wanders)
             undo_step(adjoint, step.transition)
 
 
 @compiled
-def find_lost(adjoint: Adjoint, step: FilterState, lost: Array) -> None:
+def find_lost(adjoint: Adjoint, step: Step, lost: Array) -> None:
     """Fill what each wheel lost in one step [m] `(4,)`: Q G' r against the travel."""
     for wheel in range(4):
         drawn = 0.0
         for row in range(POSE):
             drawn += step.inputs[row, wheel] * adjoint.vector[row]
-        lost[wheel] = -math.copysign(step.input_variance[wheel], step.travel[wheel]) * drawn
+        lost[wheel] = -math.copysign(step.input_variance[wheel], step.way[wheel]) * drawn
 
 
 @compiled

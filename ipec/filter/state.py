@@ -45,19 +45,24 @@ class FilteredState:
         return pose, sigma
 
     @property
+    def _likely(self) -> int:
+        """Number of the most probable hypothesis."""
+        return int(self.record["weight"][0].argmax())
+
+    @property
     def nis(self) -> float:
         """Normalised innovation squared of the last sample, 3 degrees of freedom; nan without one."""
-        return float(self.record["nis"][0])
+        return float(self.record["nis"][0, self._likely])
 
     @property
     def disturbed(self) -> tuple[bool, ...]:
         """Whether each wheel is distrusted, in the order of `WHEELS`."""
-        return tuple((self.record["alert"][0, :4] > 0.0).tolist())
+        return tuple((self.record["alert"][0, self._likely, :4] > 0.0).tolist())
 
     @property
     def lost(self) -> tuple[float, ...]:
         """Travel that each distrusted wheel lost in the last sample [m], in the order of `WHEELS`."""
-        return tuple(self.record["lost"][0].tolist())
+        return tuple(self.record["lost"][0, self._likely].tolist())
 
     @property
     def slow(self) -> SlowParameters:

@@ -9,16 +9,28 @@ import numpy as np
 
 from omnimate.ipec.filter.belief import believe
 from omnimate.ipec.filter.disturbed_wheels import find_disturbed, levels
-from omnimate.ipec.filter.measurement import compare, update
+from omnimate.ipec.filter.measurement import compare, expected_reading, update
 from omnimate.ipec.filter.prediction import (
     differentiate,
     find_input_variance,
     predict_covariance,
     predict_mean,
+    wander,
 )
-from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, FilterSettings, FilterState
+from omnimate.ipec.filter.records import (
+    BELIEFS,
+    INPUTS,
+    JOINT_A,
+    JOINT_BIAS,
+    LINK,
+    POSE,
+    STATES,
+    WANDER,
+    FilterSettings,
+    FilterState,
+)
 from omnimate.ipec.readings import sense
-from omnimate.vehicle.compiled import IntArray, Record, compiled
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,21 +42,33 @@ STEADY = 1.0 / 200.0  # share of a sample in the learned scatter of the readings
 @compiled
 def place(settings: FilterSettings, state: FilterState) -> None:
     """Read the linkage for the first time; until then the heading of truck a stands for the link's."""
-    for covariance in (state.covariance, state.known):
-        for number in range(3):
-            true, bias = JOINT_A + number, JOINT_BIAS + number
-            variance = settings.half[number] ** 2 / 3.0 + state.blur[number] + covariance[bias, bias]
-            covariance[true, true] = variance
-            covariance[true, bias] = covariance[bias, true] = -covariance[bias, bias]
-        covariance[LINK, LINK] += covariance[JOINT_A, JOINT_A]
-        covariance[LINK, JOINT_A] = covariance[JOINT_A, LINK] = -covariance[JOINT_A, JOINT_A]
-        covariance[LINK, JOINT_BIAS] = covariance[JOINT_BIAS, LINK] = covariance[JOINT_BIAS, JOINT_BIAS]
+    _place(settings, state, state.known, settings.wander[0])
+    for hypothesis in range(BELIEFS):
+        _place(settings, state, state.covariance[hypothesis], settings.wander[hypothesis])
     for number in range(3):
         reading = state.joint[number] if number < 2 else state.length
         state.mean[JOINT_A + number] = reading - state.mean[JOINT_BIAS + number]
     state.mean[LINK] -= state.mean[JOINT_A]
     state.placed = 1
     begin(state)
+
+
+@compiled
+def _place(settings: FilterSettings, state: FilterState, covariance: Array, wander: Array) -> None:
+    """Fill what a first reading leaves open in a covariance `(22, 22)`, by the wander `(5,)`."""
+    for number in range(3):
+        true = JOINT_A + number
+        covariance[true, true] = settings.half[number] ** 2 / 3.0 + state.blur[number]
+        covariance[WANDER + number, WANDER + number] = wander[number]
+        for error in (WANDER + number, JOINT_BIAS + number):
+            covariance[true, true] += covariance[error, error]
+            covariance[true, error] = covariance[error, true] = -covariance[error, error]
+    for truck in range(3, 5):
+        covariance[WANDER + truck, WANDER + truck] = wander[truck]
+    covariance[LINK, LINK] += covariance[JOINT_A, JOINT_A]
+    covariance[LINK, JOINT_A] = covariance[JOINT_A, LINK] = -covariance[JOINT_A, JOINT_A]
+    for error in (WANDER, JOINT_BIAS):
+        covariance[LINK, error] = covariance[error, LINK] = covariance[error, error]
 
 
 @compiled
@@ -76,33 +100,42 @@ def watch(settings: FilterSettings, state: FilterState) -> None:
 
 
 @compiled
+def take(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
+    """Carry an open filter over a step, and let it take the readings."""
+    find_input_variance(settings, state, hypothesis, levels(settings, state, hypothesis))
+    predict_covariance(settings, state, hypothesis)
+    wander(settings, state, hypothesis)
+    rolled, alert = 0.25 * state.rolled.sum(), state.alert[hypothesis]
+    for number in range(INPUTS):
+        alert[number] = max(0.0, alert[number] - rolled)
+    if state.seen == 0:
+        return
+    find_disturbed(settings, state, hypothesis)
+    shares = np.zeros((4, STATES))
+    for wheel in range(4):
+        if alert[wheel] > 0.0:
+            for row in range(POSE):
+                shares[wheel, row] = state.input_variance[hypothesis, wheel] * state.inputs[row, wheel]
+    for number in range(3):
+        update(settings, state, hypothesis, number, shares)
+    for wheel in range(4):
+        state.lost[hypothesis, wheel] *= -math.copysign(1.0, state.way[wheel])
+
+
+@compiled
 def close(settings: FilterSettings, state: FilterState) -> None:
     """End a step: carry the covariance on, take the readings, and move the estimate to what is believed."""
     state.predicted = 1
+    state.went[:] = state.way
     differentiate(settings, state)
-    find_input_variance(settings, state, levels(settings, state))
-    predict_covariance(settings, state)
-    rolled = 0.25 * state.rolled.sum()
-    for number in range(8):
-        state.alert[number] = max(0.0, state.alert[number] - rolled)
+    for hypothesis in range(BELIEFS):
+        take(settings, state, hypothesis)
     before = np.empty(3)
-    if state.seen > 0:
-        find_disturbed(settings, state)
-        shares = np.zeros((4, STATES))
-        for wheel in range(4):
-            if state.alert[wheel] > 0.0:
-                for row in range(POSE):
-                    shares[wheel, row] = state.input_variance[wheel] * state.inputs[row, wheel]
-        for number in range(3):
-            update(settings, state, number, shares)
-        for wheel in range(4):
-            state.lost[wheel] *= -math.copysign(1.0, state.way[wheel])
     for number in range(3):
-        before[number] = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
+        before[number] = expected_reading(state.mean, number)
     believe(settings, state)
     for number in range(3):
-        after = state.mean[JOINT_A + number] + state.mean[JOINT_BIAS + number]
-        state.late[number] -= after - before[number]
+        state.late[number] -= expected_reading(state.mean, number) - before[number]
     begin(state)
 
 
@@ -118,7 +151,7 @@ def advance(
         counts: Counts in the order of `CHANNELS`, shape `(7,)`.
         present: Whether each count was read, shape `(7,)`.
     """
-    state.nis = math.nan
+    state.nis[:] = math.nan
     state.lost[:] = 0.0
     state.updated[:] = 0
     state.shift[:] = 0.0

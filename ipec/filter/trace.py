@@ -60,5 +60,10 @@ def trace_filter(
             look(state.mean, state.known, truck, poses[truck, sample], sigmas[truck, sample])
         if not state.placed:
             poses[1, sample], sigmas[1, sample] = math.nan, math.nan
-        lost[sample], alert[sample], nis[sample] = state.lost, state.alert[:4], state.nis
+        likely = state.weight.argmax()
+        lost[sample], alert[sample], nis[sample] = (
+            state.lost[likely],
+            state.alert[likely, :4],
+            state.nis[likely],
+        )
         means[sample] = state.mean[:POSE]

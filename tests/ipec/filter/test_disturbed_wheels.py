@@ -15,7 +15,7 @@ seeds, wheels = st.integers(0, 2**32 - 1), st.integers(0, 3)
 
 @compiled
 def explained(states, wheel, information, pull):
-    return explain(states[0], wheel, information, pull)
+    return explain(states[0], 0, wheel, information, pull)
 
 
 def positive(chance):

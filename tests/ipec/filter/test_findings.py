@@ -6,6 +6,7 @@ import pytest
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.effects.joint_backlash import JointBacklash
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
 
@@ -17,6 +18,7 @@ def drive(robot, truth):
 def test_a_healthy_robot_is_not_suspected(robot):
     said = drive(robot, Truth(robot, seed=3)).findings
     assert said.suspects == ()
+    assert said.misread == ()
     assert said.scatter == ()
 
 
@@ -30,3 +32,9 @@ def test_a_wheel_that_is_a_percent_larger_is_known_by_its_ratio(robot):
     result = drive(robot, Truth(with_errors(robot, {}, {"b": 1.01}), seed=3))
     assert result.slow.wheel[3] - result.slow.wheel[2] == pytest.approx(0.01, abs=0.001)
     assert all(" b" in f" {name[-8:]}" for name, _ in result.findings.suspects)
+
+
+def test_a_joint_with_play_is_named_and_the_wheels_are_believed_instead(robot):
+    truth = Truth(robot, effects=(JointBacklash("joint_b", np.radians(2.0)),), seed=3)
+    said = drive(robot, truth).findings
+    assert [name for name, _ in said.misread] == ["joint_b"]

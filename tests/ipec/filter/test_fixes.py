@@ -23,14 +23,15 @@ def state_by(seed):
     states, root = record(FilterState), chance.normal(size=(STATES, STATES))
     states["mean"][0] = 0.1 * chance.normal(size=STATES)
     states["mean"][0, LENGTH] = 1.0
-    states["covariance"][0] = 1e-3 * root @ root.T
+    states["covariance"][0, :] = 1e-3 * root @ root.T
+    states["weight"][0, 0] = 1.0
     states["placed"] = 1
     return states
 
 
 def pose_of(states, truck):
     pose, sigma = np.empty(3), np.empty(3)
-    look(states["mean"][0] + states["offset"][0], states["covariance"][0], truck, pose, sigma)
+    look(states["mean"][0] + states["offset"][0, 0], states["covariance"][0, 0], truck, pose, sigma)
     return pose, sigma
 
 
@@ -52,12 +53,12 @@ def test_one_coordinate_is_kalmans_update(seed, truck, axis):
     measured, sigma = np.full(3, np.nan), np.full(3, 0.02)
     measured[axis] = pose[axis] + 0.01
     after = fix(states, truck, measured, sigma)
-    covariance, row = states["covariance"][0], rows[axis]
+    covariance, row = states["covariance"][0, 0], rows[axis]
     gain = covariance @ row / (row @ covariance @ row + 0.02**2)
-    open_mean = after["mean"][0] + after["offset"][0]
+    open_mean = after["mean"][0] + after["offset"][0, 0]
     assert open_mean == pytest.approx(states["mean"][0] + 0.01 * gain, abs=1e-9)
     updated = covariance - np.outer(gain, row @ covariance)
-    assert after["covariance"][0] == pytest.approx(updated, rel=1e-6, abs=1e-12)
+    assert after["covariance"][0, 0] == pytest.approx(updated, rel=1e-6, abs=1e-12)
 
 
 @many
@@ -65,7 +66,7 @@ def test_one_coordinate_is_kalmans_update(seed, truck, axis):
 def test_a_fix_never_makes_a_state_less_certain_and_keeps_the_covariance_symmetric(seed, truck):
     states = state_by(seed)
     after = fix(states, truck, (0.0, 0.0, 0.0), (0.01, 0.01, 0.01))
-    before, covariance = states["covariance"][0], after["covariance"][0]
+    before, covariance = states["covariance"][0, 0], after["covariance"][0, 0]
     assert np.all(np.diag(covariance) <= np.diag(before) * (1.0 + 1e-9))
     assert covariance == pytest.approx(covariance.T, abs=1e-12)
     assert np.linalg.eigvalsh(covariance).min() > -1e-9
@@ -77,7 +78,7 @@ def test_a_fix_without_a_measurement_changes_nothing(seed, truck):
     states = state_by(seed)
     for pose, sigma in (([np.nan] * 3, [0.1] * 3), ([0.0] * 3, [np.nan] * 3)):
         after = fix(states, truck, pose, sigma)
-        assert after["mean"] + after["offset"] == pytest.approx(states["mean"], abs=1e-12)
+        assert after["mean"] + after["offset"][:, 0] == pytest.approx(states["mean"], abs=1e-12)
         assert np.array_equal(after["covariance"], states["covariance"])
 
 

@@ -5,14 +5,14 @@ import pytest
 
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prediction import differentiate, predict_mean
-from omnimate.ipec.filter.records import CREEP, JOINT_A, LENGTH, LINK, STATES, WHEEL
+from omnimate.ipec.filter.records import CREEP, JOINT_A, LENGTH, LINK, STATES, WHEEL, WHEELBASE
 from omnimate.vehicle.arcs import arc
 from omnimate.vehicle.compiled import compiled
 from omnimate.vehicle.linkage import follower, linkage_of
 from omnimate.vehicle.se2 import compose
 
 SLOW = 1e-3, -2e-3, 5e-4, 2e-3, 4e-3, -3e-3, 0.0, 0.0, 1e-3, 2e-3, 1e-3
-MEAN = np.array([1.0, -2.0, 0.7, 0.9, -0.4, 1.05, *SLOW])
+MEAN = np.array([1.0, -2.0, 0.7, 0.9, -0.4, 1.05, *np.zeros(5), *SLOW])
 TRAVEL = np.array([0.021, 0.030, 0.027, 0.018])
 
 
@@ -42,7 +42,7 @@ def test_the_trucks_move_along_their_arcs(move, robot):
     pose_a = np.array([MEAN[0], MEAN[1], MEAN[2] + MEAN[3]])
     pose_b = follower(pose_a, MEAN[3], MEAN[4], MEAN[5])
     true = TRAVEL * (1.0 + MEAN[WHEEL : WHEEL + 4])
-    base = 0.340 * (1.0 + MEAN[10:12])
+    base = 0.340 * (1.0 + MEAN[WHEELBASE : WHEELBASE + 2])
     after_a = compose(pose_a, arc(true[0], true[1], base[0]))
     after_b = compose(pose_b, arc(true[2], true[3], base[1]))
     assert [*state["mean"][:2], state["mean"][2] + state["mean"][3]] == pytest.approx(after_a, abs=1e-12)
