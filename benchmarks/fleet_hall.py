@@ -19,27 +19,20 @@ import numpy as np
 from omnimate.fleet.crossings import crossings_of
 from omnimate.fleet.joints import JOINT_NUMBERS, joints_of
 from omnimate.fleet.model.changes import changes_of, listed
-from omnimate.fleet.model.days import day_of, histories_of, kind_of
-from omnimate.fleet.model.evidence import AllCrossings, evidence_of
+from omnimate.fleet.model.days import histories_of, kind_of
+from omnimate.fleet.model.floor import Driven, floor_under
 from omnimate.fleet.model.histories import ordinary
-from omnimate.fleet.model.places import find_places, floors_of
-from omnimate.fleet.model.roughness import roughness_of
-from omnimate.fleet.model.scores import grid_of
 from omnimate.fleet.segments import PARAMETERS, segments_of
 from omnimate.vcan_sim.hall.hall import draw_hall, hall_lap
 from omnimate.vcan_sim.hall.store import date_of
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-    from omnimate.fleet.crossings import Crossings
-    from omnimate.fleet.joints import Joints
     from omnimate.fleet.model.changes import Change
-    from omnimate.fleet.model.evidence import Evidence
     from omnimate.fleet.model.histories import History, Ordinary
     from omnimate.fleet.model.places import BadPlace
-    from omnimate.fleet.segments import Segments
     from omnimate.vcan_sim.hall.hall import Hall
     from omnimate.vcan_sim.hall.ills import Ill
     from omnimate.vcan_sim.hall.robots import HallRobot
@@ -50,18 +43,6 @@ SIGMAS = 10.0  # of a day, from which on an ill counts
 SOON = 3  # days after that, within which it is to be found
 NEAR = 0.3  # [m] that a place may be off
 SAME = 1.0  # [m] within which a found place is taken for a true one
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """What one lap gives."""
-
-    robot: str
-    kind: str
-    day: int
-    segments: Segments
-    crossings: Crossings
-    joints: Joints
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +78,7 @@ class Outcome:
         return (robots + places) / max(1, robots + places + wrong + missed)
 
 
-def lap_row(hall: Hall, robot: HallRobot, day: int, minutes: float) -> Row:
+def lap_of(hall: Hall, robot: HallRobot, day: int, minutes: float) -> Driven:
     recording = hall_lap(hall, robot, day, 0, minutes)
     cut = segments_of(recording)
     assert cut is not None
@@ -106,33 +87,24 @@ def lap_row(hall: Hall, robot: HallRobot, day: int, minutes: float) -> Row:
     crossings = replace(
         crossings, loss=crossings.loss.astype(np.float32), creep=crossings.creep.astype(np.float32)
     )
-    return Row(robot.vehicle.name, kind_of(robot.vehicle), day, segments, crossings, joints_of(recording))
-
-
-def evidence_of_row(row: Row, roughness: float) -> Evidence:
-    return evidence_of(row.robot, row.kind, date_of(row.day), row.segments, row.crossings, roughness)
+    kind = kind_of(robot.vehicle)
+    return Driven(robot.vehicle.name, kind, date_of(day), segments, crossings, joints_of(recording))
 
 
 def study(
     hall: Hall, days: int, minutes: float, say: Callable[[str], object]
 ) -> tuple[Outcome, list[History]]:
-    rows, week = [], min(WEEK, days)
+    driven, week = [], min(WEEK, days)
     for day in range(week):
-        rows += [lap_row(hall, robot, day, minutes) for robot in hall.robots]
+        driven += [lap_of(hall, robot, day, minutes) for robot in hall.robots]
         say(f"day {day}")
-    roughness = roughness_of([row.segments for row in rows])
-    say(f"roughness {1e3 * roughness:.3f} mm/sqrt(m) (true {1e3 * CONCRETE_ROUGHNESS:.3f})")
-    evidence = [evidence_of_row(row, roughness) for row in rows]
-    places = list(find_places(evidence, grid_of(evidence)))
-    floors = floors_of(places, AllCrossings(evidence))
-    roughness = roughness_of([row.segments for row in rows], floors)
-    say(f"roughness beside the places {1e3 * roughness:.3f} mm/sqrt(m)")
-    numbers = [
-        day_of(evidence_of_row(row, roughness), floor, row.joints)
-        for row, floor in zip(rows, floors, strict=True)
-    ]
-    del rows, evidence
-    say(f"{len(places)} places")
+    floor = floor_under(driven)
+    say(
+        f"{len(floor.places)} places, roughness {1e3 * floor.roughness:.3f} mm/sqrt(m) "
+        f"(true {1e3 * CONCRETE_ROUGHNESS:.3f})"
+    )
+    numbers = floor.days(driven)
+    del driven
     nights: dict[int, list[Change]] = {}
     usual: dict[str, Ordinary] = {}
     histories: list[History] = []
@@ -140,9 +112,7 @@ def study(
     for day in range(week - 1, days):
         if day >= week:
             for robot in hall.robots:
-                row = lap_row(hall, robot, day, minutes)
-                single = evidence_of_row(row, roughness)
-                numbers.append(day_of(single, floors_of(places, AllCrossings([single]))[0], row.joints))
+                numbers += floor.days([lap_of(hall, robot, day, minutes)])
         histories = histories_of(numbers)
         usual = {
             kind: ordinary([single for single in histories if single.kind == kind])
@@ -152,12 +122,12 @@ def study(
         judged += len(changes)
         nights[day] = listed(changes)
         say(f"night {day}: {', '.join(change.robot for change in nights[day])}")
-    return outcome(hall, places, nights, usual, judged), histories
+    return outcome(hall, floor.places, nights, usual, judged), histories
 
 
 def outcome(
     hall: Hall,
-    places: list[BadPlace],
+    places: Sequence[BadPlace],
     nights: dict[int, list[Change]],
     usual: dict[str, Ordinary],
     judged: int,

@@ -41,3 +41,64 @@ def simulate_hall(
             hall, store, range(days), laps, minutes, pose_period=pose_period, progress=progress
         )
     out.print(f"{store}: {count} recordings of {robots} robots on {days} days", soft_wrap=True)
+
+
+@app.command("run")
+def run(
+    store: Annotated[str, typer.Argument(help="Folder or URL of the store: robot=NAME/day=DATE/RECORDING/.")],
+    results: Annotated[
+        str | None, typer.Option("--out", help="Folder or URL of the results; STORE/results by default.")
+    ] = None,
+    day: Annotated[str | None, typer.Option(help="Only recordings of this date, YYYY-MM-DD.")] = None,
+    diagnose: Annotated[bool, typer.Option(help="Make the whole diagnosis where triage asks for it.")] = True,
+    jobs: Annotated[int, typer.Option(help="Processes on this machine; more than 1 need Dask.", min=1)] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
+    ] = None,
+    memory: Annotated[
+        str, typer.Option(help="Memory of each process on this machine, after which it starts anew.")
+    ] = "1.5GiB",
+) -> None:
+    """Work on all recordings of a store whose results are not known, and write the results as Parquet."""
+    from omnimate.cli.console import report_problem
+    from omnimate.fleet.batch.run import Workers, run_batch
+
+    with progress_bar("working") as progress:
+        outcome = run_batch(
+            store,
+            results or f"{store}/results",
+            day=day,
+            diagnosed=diagnose,
+            workers=Workers(jobs, scheduler, memory),
+            progress=progress,
+        )
+    out.print(f"{outcome.done} recordings worked on, {outcome.known} known before", soft_wrap=True)
+    for stored, why in outcome.failed:
+        report_problem(f"{stored.place}/{stored.name}: {why}")
+
+
+@app.command("report")
+def report(
+    store: Annotated[str, typer.Argument(help="Folder or URL of the store.")],
+    results: Annotated[
+        str | None, typer.Option("--out", help="Folder or URL of the results; STORE/results by default.")
+    ] = None,
+    day: Annotated[
+        str | None,
+        typer.Option(help="Date of the night, YYYY-MM-DD; that of the last recordings by default."),
+    ] = None,
+    plots: Annotated[
+        Path | None, typer.Option(help="Folder for the floor's map and the sick robots' histories.")
+    ] = None,
+) -> None:
+    """Print the morning's list: sick robots, since when and how fast they get worse; bad places."""
+    from omnimate.cli.fleet.report import draw_night, show_night
+    from omnimate.fleet.batch.files import open_files
+    from omnimate.fleet.night import judge_night
+
+    with progress_bar("reading") as progress:
+        night = judge_night(open_files(results or f"{store}/results"), day, progress)
+    show_night(night)
+    if plots is not None:
+        draw_night(night, plots)
+        out.print(f"pictures in {plots}", soft_wrap=True)

@@ -1,0 +1,134 @@
+"""The morning's list in words, and its pictures."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.cli.console import out
+from omnimate.cli.tables import new_table, show
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from omnimate.fleet.model.changes import Change
+    from omnimate.fleet.model.histories import History
+    from omnimate.fleet.model.places import BadPlace
+    from omnimate.fleet.night import Night
+
+_JOINTS = ("joint_a", "joint_b")
+
+
+def show_night(night: Night) -> None:
+    """Print a night: how much was judged, sick robots, bad places, and what could not be worked on."""
+    out.print(
+        f"{night.day}: {night.recordings} recordings, {len(night.changes)} robots judged, "
+        f"{len(night.sick)} sick, {len(night.places)} bad places; "
+        f"floor {1e3 * night.roughness:.2f} mm/sqrt(m)",
+        soft_wrap=True,
+    )
+    if night.sick:
+        table = new_table("sick robots")
+        for head in ("robot", "what", "since", "by", "a day"):
+            table.add_column(head)
+        for change in night.sick:
+            table.add_row(change.robot, change.name, since(change), size(change), speed(change))
+        show(table)
+    if night.places:
+        table = new_table("bad places")
+        for head in ("x [m]", "y [m]", "+- [m]", "what", "a crossing [mm]", "crossings"):
+            table.add_column(head)
+        for place in night.places:
+            spread = math.sqrt(0.5 * float(np.trace(place.covariance)))
+            table.add_row(
+                f"{place.x:.2f}",
+                f"{place.y:.2f}",
+                f"{spread:.2f}",
+                what(place),
+                f"{1e3 * place.per_crossing:.1f}",
+                f"{place.crossings}",
+            )
+        show(table)
+    for asked in night.asked:
+        out.print(
+            f"{asked.robot}: triage asks for the same diagnosis since {asked.since}: "
+            f"{asked.effect} of {asked.component}",
+            soft_wrap=True,
+        )
+    for robot, recording, why in night.errors:
+        out.print(f"{robot}, {recording}: no results: {why}", soft_wrap=True)
+
+
+def since(change: Change) -> str:
+    """Return since when, with the other days on which it may have begun."""
+    if change.earliest == change.latest == change.since:
+        return change.since
+    return f"{change.since} ({change.earliest} to {change.latest})"
+
+
+def size(change: Change) -> str:
+    """Return by how much, with its 95 % interval, in % or degrees."""
+    factor, unit = _unit(change.name)
+    return f"{factor * change.size:+.3f} +- {1.96 * factor * change.sigma:.3f} {unit}"
+
+
+def speed(change: Change) -> str:
+    """Return how much worse it gets in a day."""
+    factor, unit = _unit(change.name)
+    return f"{factor * change.per_day:+.3f} {unit}" if change.shape == "ramp" else "no more"
+
+
+def what(place: BadPlace) -> str:
+    """Return what happens on a place, with the direction of a creep."""
+    if place.effect == "loss":
+        return "way is lost"
+    return f"robots creep to {math.degrees(math.atan2(place.size[1], place.size[0])):.0f} degrees"
+
+
+def draw_night(night: Night, folder: Path) -> None:
+    """Draw the floor, and the history of every sick robot's number, into a folder.
+
+    Raises:
+        PlotError: A file cannot be written.
+    """
+    from omnimate.figures.fleet import MapPlace, plot_floor_map
+
+    folder.mkdir(parents=True, exist_ok=True)
+    places = [
+        MapPlace(
+            place.effect,
+            place.x,
+            place.y,
+            place.reach,
+            place.covariance,
+            f"{1e3 * place.per_crossing:.1f} mm",
+            place.size if place.effect == "creep" else None,
+        )
+        for place in night.places
+    ]
+    plot_floor_map(places, night.driven, folder / "floor.png", title=f"{night.day}: bad places of the floor")
+    histories = {history.robot: history for history in night.histories}
+    for change in night.sick:
+        _draw_history(change, histories[change.robot], folder / f"{change.robot}.png")
+
+
+def _draw_history(change: Change, history: History, path: Path) -> None:
+    from omnimate.figures.fleet import plot_history
+
+    column = history.names.index(change.name)
+    factor, unit = _unit(change.name)
+    plot_history(
+        history.days,
+        factor * history.value[:, column],
+        factor * np.sqrt(history.covariance[:, column, column]),
+        path,
+        since=float(history.days[history.dates.index(change.since)]),
+        label=f"{change.name} beside the file [{unit}]",
+        title=change.robot,
+    )
+
+
+def _unit(name: str) -> tuple[float, str]:
+    return (math.degrees(1.0), "degrees") if name in _JOINTS else (100.0, "%")

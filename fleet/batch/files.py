@@ -1,0 +1,108 @@
+"""Files of a store: in a folder, or wherever fsspec reaches, such as `s3://bucket/store`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from omnimate.fleet.errors import FleetError
+from omnimate.vehicle.atomic import write_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+class Files(Protocol):
+    """Files under one root; paths are relative to it, with slashes."""
+
+    def glob(self, pattern: str) -> list[str]:
+        """Return the paths of files and folders that fit a pattern, in order; no hidden ones."""
+
+    def read(self, path: str) -> bytes:
+        """Return a file's content."""
+
+    def write(self, path: str, content: bytes) -> None:
+        """Replace a file's content in one step."""
+
+    def delete(self, path: str) -> None:
+        """Delete a file that is there."""
+
+
+def open_files(url: str) -> Files:
+    """Return the files in a folder, or under a URL with `://`.
+
+    Raises:
+        FleetError: fsspec, or what it needs for this URL, is not installed.
+    """
+    return RemoteFiles(url) if "://" in url else LocalFiles(Path(url))
+
+
+class LocalFiles:
+    """Files in a folder.
+
+    Attributes:
+        root: The folder.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def glob(self, pattern: str) -> list[str]:
+        """Return the paths that fit a pattern, in order; no hidden ones."""
+        return _visible(path.relative_to(self.root).as_posix() for path in self.root.glob(pattern))
+
+    def read(self, path: str) -> bytes:
+        """Return a file's content."""
+        return (self.root / path).read_bytes()
+
+    def write(self, path: str, content: bytes) -> None:
+        """Replace a file's content in one step."""
+        target = self.root / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(target, content)
+
+    def delete(self, path: str) -> None:
+        """Delete a file; another worker may have done so."""
+        (self.root / path).unlink(missing_ok=True)
+
+
+class RemoteFiles:
+    """Files under a URL of fsspec, whose writes are whole or not at all, as those of object stores are."""
+
+    def __init__(self, url: str) -> None:
+        try:
+            from fsspec.core import url_to_fs  # noqa: PLC0415 -- an extra; a folder needs none
+        except ImportError as error:
+            raise FleetError(url, "this URL needs fsspec: pip install 'omnimate[fleet]'") from error
+        try:
+            opened: tuple[Any, str] = url_to_fs(url, use_listings_cache=False)
+        except (ImportError, ValueError) as error:
+            raise FleetError(url, f"cannot be opened: {error}") from error
+        self._system, root = opened
+        self._root = root.rstrip("/")
+
+    def glob(self, pattern: str) -> list[str]:
+        """Return the paths that fit a pattern, in order; no hidden ones."""
+        found: list[str] = self._system.glob(f"{self._root}/{pattern}")
+        return _visible(path.rstrip("/")[len(self._root) + 1 :] for path in found)
+
+    def read(self, path: str) -> bytes:
+        """Return a file's content."""
+        content: bytes = self._system.cat_file(f"{self._root}/{path}")
+        return content
+
+    def write(self, path: str, content: bytes) -> None:
+        """Replace a file's content in one step."""
+        target = f"{self._root}/{path}"
+        self._system.makedirs(target.rpartition("/")[0], exist_ok=True)
+        self._system.pipe_file(target, content)
+
+    def delete(self, path: str) -> None:
+        """Delete a file; another worker may have done so."""
+        if self._system.exists(f"{self._root}/{path}"):
+            self._system.rm_file(f"{self._root}/{path}")
+
+
+def _visible(paths: Iterable[str]) -> list[str]:
+    """Return paths in order, without hidden ones: those are half written."""
+    return sorted(path for path in paths if not path.rpartition("/")[2].startswith("."))

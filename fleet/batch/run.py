@@ -1,0 +1,149 @@
+"""The batch: all recordings of a store, in this process or by the workers of Dask.
+
+A result depends on its recording alone, is written whole, and is known by its key: workers may die at any
+moment, work may be done twice, and the batch may be started again; the results are the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from omnimate.fleet.batch.files import open_files
+from omnimate.fleet.batch.store import recordings_in
+from omnimate.fleet.batch.work import work_on
+from omnimate.fleet.errors import FleetError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from omnimate.fleet.batch.store import StoredRecording
+    from omnimate.fleet.batch.work import Status
+
+RETRIES = 3  # of a recording whose work failed, by the files or by the death of its worker
+MEMORY = "1.5GiB"  # of one worker, which works on one recording at a time
+
+
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """Who does the work.
+
+    Attributes:
+        jobs: Number of processes on this machine; 1 for this process alone.
+        scheduler: Address of a Dask scheduler, such as `tcp://10.0.0.1:8786`; None for this machine.
+        memory: Memory of one worker on this machine, after which it is started anew.
+    """
+
+    jobs: int = 1
+    scheduler: str | None = None
+    memory: str = MEMORY
+
+
+@dataclass(frozen=True, slots=True)
+class BatchResult:
+    """What a batch did.
+
+    Attributes:
+        done: Number of recordings worked on.
+        known: Number of recordings whose results were known.
+        failed: Recordings without results, and why.
+    """
+
+    done: int
+    known: int
+    failed: tuple[tuple[StoredRecording, str], ...]
+
+
+Outcome = tuple["StoredRecording", "Status | Exception"]
+
+
+def run_batch(
+    store: str,
+    results: str,
+    *,
+    day: str | None = None,
+    diagnosed: bool = True,
+    workers: Workers | None = None,
+    progress: Callable[[int, int], object] = lambda _done, _total: None,
+) -> BatchResult:
+    """Make the results of all recordings of a store that are not known yet.
+
+    Args:
+        store: Folder or URL of the store.
+        results: Folder or URL of the results.
+        day: Date of the recordings, YYYY-MM-DD; None for all.
+        diagnosed: Whether the whole diagnosis is made where triage asks for it.
+        workers: Who does the work; this process alone by default.
+        progress: Called with how many recordings are through, and of how many.
+
+    Raises:
+        FleetError: The store has no recording, or a library is missing.
+    """
+    recordings = recordings_in(open_files(store), day or "*")
+    crew = workers or Workers()
+    here = crew.jobs == 1 and crew.scheduler is None
+    outcomes = (
+        _in_process(store, results, recordings, diagnosed)
+        if here
+        else _by_dask(store, results, recordings, diagnosed, crew)
+    )
+    counts, failed = {"done": 0, "known": 0}, []
+    for number, (stored, status) in enumerate(outcomes, start=1):
+        if isinstance(status, Exception):
+            failed.append((stored, f"{type(status).__name__}: {status}"))
+        else:
+            counts[status] += 1
+        progress(number, len(recordings))
+    return BatchResult(counts["done"], counts["known"], tuple(sorted(failed)))
+
+
+def _in_process(
+    store: str, results: str, recordings: Sequence[StoredRecording], diagnosed: bool
+) -> Iterator[Outcome]:
+    for stored in recordings:
+        try:
+            yield stored, work_on(store, results, stored, diagnosed=diagnosed)
+        except FleetError:
+            raise  # of the call, not of the recording
+        except Exception as error:  # noqa: BLE001 -- one recording's trouble is not the others'
+            yield stored, error
+
+
+def _by_dask(
+    store: str, results: str, recordings: Sequence[StoredRecording], diagnosed: bool, workers: Workers
+) -> Iterator[Outcome]:
+    """Yield what came out of each recording, in the order in which they are through."""
+    distributed = _distributed()
+    with distributed.Client(**_cluster(workers)) as client:
+        futures = {
+            client.submit(
+                work_on, store, results, stored, diagnosed=diagnosed, pure=False, retries=RETRIES
+            ): stored
+            for stored in recordings
+        }
+        for future in distributed.as_completed(list(futures)):
+            error = future.exception()
+            yield futures[future], future.result() if error is None else error
+
+
+def _cluster(workers: Workers) -> dict[str, object]:
+    """Return how a client reaches its workers: those of a scheduler, or new processes on this machine."""
+    if workers.scheduler is not None:
+        return {"address": workers.scheduler}
+    return {
+        "n_workers": workers.jobs,
+        "threads_per_worker": 1,
+        "processes": True,
+        "memory_limit": workers.memory,
+        "dashboard_address": None,
+    }
+
+
+def _distributed() -> Any:  # noqa: ANN401 -- without types
+    try:
+        import distributed  # noqa: PLC0415 -- an extra
+    except ImportError as error:
+        raise FleetError(
+            "workers", "several processes or a scheduler need Dask: pip install 'omnimate[cluster]'"
+        ) from error
+    return distributed

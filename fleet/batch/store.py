@@ -1,0 +1,112 @@
+"""A store of recordings, `robot=NAME/day=DATE/RECORDING/`, and the key under which a result is known."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from omnimate import __version__
+from omnimate.fleet.batch.files import LocalFiles
+from omnimate.fleet.errors import FleetError
+from omnimate.logs.folder import LOG, POSES, RUN, VEHICLE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from omnimate.fleet.batch.files import Files
+
+RESULTS = 1  # number of the results' format; a larger one makes all results anew
+_FILES = (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN)
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class StoredRecording:
+    """A recording in a store.
+
+    Attributes:
+        robot: Name of the robot.
+        day: Date, YYYY-MM-DD.
+        name: Name of the recording, of one day.
+    """
+
+    robot: str
+    day: str
+    name: str
+
+    @property
+    def place(self) -> str:
+        """The partition, in the store and among the results."""
+        return f"robot={self.robot}/day={self.day}"
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """What a result depends on, as hashes.
+
+    Attributes:
+        recording: Of log, poses and run.
+        vehicle: Of `vehicle.toml`.
+        tool: Version of this software and of its results.
+    """
+
+    recording: str
+    vehicle: str
+    tool: str
+
+    def key(self, *, diagnosed: bool) -> str:
+        """Return the key of a result, made with or without the whole diagnosis."""
+        parts = self.recording, self.vehicle, self.tool, str(diagnosed)
+        return _hash("\n".join(parts).encode())[:16]
+
+
+def recordings_in(files: Files, day: str = "*") -> list[StoredRecording]:
+    """Return the recordings of a store, of all days or of one, in order.
+
+    Raises:
+        FleetError: There is none.
+    """
+    found = []
+    for path in files.glob(f"robot=*/day={day}/*/{VEHICLE}"):
+        robot, date, name, _ = path.split("/")
+        found.append(StoredRecording(robot.removeprefix("robot="), date.removeprefix("day="), name))
+    if not found:
+        raise FleetError(
+            "store",
+            "no recording in it; expected folders robot=NAME/day=YYYY-MM-DD/RECORDING/ with vehicle.toml",
+        )
+    return found
+
+
+@contextmanager
+def folder_of(files: Files, stored: StoredRecording) -> Iterator[tuple[Path, Version]]:
+    """Give a recording as a folder on this machine, and what its results depend on."""
+    contents = {
+        path.rpartition("/")[2]: files.read(path)
+        for path in files.glob(f"{stored.place}/{stored.name}/*")
+        if path.rpartition("/")[2] in _FILES
+    }
+    version = Version(
+        _hash(*(name.encode() + content for name, content in contents.items() if name != VEHICLE)),
+        _hash(contents.get(VEHICLE, b"")),
+        f"{__version__}+{RESULTS}",
+    )
+    if isinstance(files, LocalFiles):
+        yield files.root / stored.place / stored.name, version
+        return
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / stored.name
+        folder.mkdir()
+        for name, content in contents.items():
+            (folder / name).write_bytes(content)
+        yield folder, version
+
+
+def _hash(*parts: bytes) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(hashlib.sha256(part).digest())
+    return digest.hexdigest()

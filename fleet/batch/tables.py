@@ -1,0 +1,150 @@
+"""The results' tables: their columns, and their bytes as Parquet.
+
+Equal results are equal bytes: nothing in a file says when or where it was made.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+from omnimate.fleet.errors import FleetError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+# Columns by table: type, and unit or meaning. `robot` and `day` are the partition, and stand in no file.
+TABLES: dict[str, dict[str, tuple[str, str]]] = {
+    "recordings": {
+        "recording": ("string", "name"),
+        "key": ("string", "of this result"),
+        "recording_hash": ("string", "SHA-256 of log, poses and run"),
+        "vehicle_hash": ("string", "SHA-256 of vehicle.toml"),
+        "tool": ("string", "version of the software and of its results"),
+        "kind": ("string", "type of the robot"),
+        "start": ("double", "s"),
+        "duration": ("double", "s"),
+        "way": ("double", "m, of truck a"),
+        "error": ("string", "why there is no more; null where all went well"),
+        "triage": ("string", "agreement, mismatch or insufficient"),
+        "probability": ("double", "that anything is there, by triage"),
+        "effect": ("string", "that comes closest"),
+        "component": ("string", "on which"),
+        "says": ("string", "triage in a sentence"),
+        "diagnosis": ("string", "the whole diagnosis as JSON; null where triage did not ask for it"),
+    },
+    "numbers": {
+        "recording": ("string", "name"),
+        "name": ("string", "of the number"),
+        "unit": ("string", "1, rad or m"),
+        "value": ("double", "in that unit"),
+        "sigma": ("double", "in that unit; null where none is known"),
+    },
+    "ways": {
+        "recording": ("string", "name"),
+        "way": ("int32", "number of the way between two poses, from 0"),
+        "time": ("double", "s, at its end"),
+        "residual": ("double[3]", "m, m, rad: measured less odometry"),
+        "jacobian": ("double[9]", "residual by left wheel, right wheel, wheelbase; row by row"),
+        "rough": ("double[9]", "covariance of the residual for a roughness of 1 m/sqrt(m)"),
+        "lever": ("double[2]", "m, end less start"),
+        "sigma": ("double[6]", "m, m, rad of the first and of the last pose"),
+        "follows": ("bool", "whether it begins with the last pose of the way before"),
+    },
+    "crossings": {
+        "recording": ("string", "name"),
+        "way": ("int32", "number of the way"),
+        "x": ("int32", "number of the cell of 0.25 m"),
+        "y": ("int32", "likewise"),
+        "loss_x": ("float", "m: residual by the part of the travel that is lost in the cell"),
+        "loss_y": ("float", "m"),
+        "loss_theta": ("float", "rad"),
+        "creep": ("float", "m: way over the cell"),
+    },
+    "robots": {
+        "robot": ("string", "name"),
+        "kind": ("string", "type of the robot"),
+        "listed": ("bool", "whether it is on the night's list"),
+        "log_e": ("double", "logarithm of the evidence for a change"),
+        "name": ("string", "number that changed most likely"),
+        "share": ("double", "probability of this number, given a change"),
+        "since": ("string", "date"),
+        "earliest": ("string", "date, 5 %"),
+        "latest": ("string", "date, 95 %"),
+        "shape": ("string", "step or ramp"),
+        "size": ("double", "1 or rad, until the last day"),
+        "sigma": ("double", "1 or rad"),
+        "per_day": ("double", "1 or rad per day; 0 for a step"),
+    },
+    "places": {
+        "effect": ("string", "loss or creep"),
+        "x": ("double", "m"),
+        "y": ("double", "m"),
+        "reach": ("double", "m, radius"),
+        "xx": ("double", "m^2, variance of x"),
+        "xy": ("double", "m^2"),
+        "yy": ("double", "m^2"),
+        "size": ("double[]", "part lost, or creep per metre along x and y"),
+        "sigma": ("double[]", "likewise"),
+        "gain": ("double", "twice the gain in log likelihood"),
+        "crossings": ("int32", "number of ways over it"),
+    },
+}
+
+
+def parquet_bytes(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
+    """Return the bytes of a table; `columns` has a list for each of its columns.
+
+    Raises:
+        FleetError: pyarrow is not installed.
+    """
+    arrow, parquet = _libraries()
+    schema = arrow.schema(
+        [
+            arrow.field(name, _type(arrow, kind), metadata={"meaning": meaning})
+            for name, (kind, meaning) in TABLES[table].items()
+        ]
+    )
+    out = io.BytesIO()
+    rows = arrow.table({name: columns[name] for name in TABLES[table]}, schema=schema)
+    parquet.write_table(rows, out, compression="zstd")
+    return out.getvalue()
+
+
+def columns_of(content: bytes) -> dict[str, Any]:
+    """Return the columns of a table's bytes; lists stay lists, numbers become arrays."""
+    _, parquet = _libraries()
+    rows = parquet.read_table(io.BytesIO(content))
+    return {
+        name: column.to_pylist() if _is_object(column) else column.to_numpy()
+        for name, column in zip(rows.column_names, rows.columns, strict=True)
+    }
+
+
+def _is_object(column: Any) -> bool:  # noqa: ANN401 -- pyarrow has no types
+    text = str(column.type)
+    return text == "string" or "list" in text
+
+
+def _type(arrow: Any, kind: str) -> Any:  # noqa: ANN401 -- likewise
+    """Return pyarrow's type of a word of `TABLES`."""
+    word, _, size = kind.partition("[")
+    plain = {
+        "string": arrow.string(),
+        "double": arrow.float64(),
+        "float": arrow.float32(),
+        "int32": arrow.int32(),
+        "bool": arrow.bool_(),
+    }[word]
+    if not size:
+        return plain
+    return arrow.list_(plain, int(size[:-1])) if size != "]" else arrow.list_(plain)
+
+
+def _libraries() -> tuple[Any, Any]:
+    try:
+        import pyarrow  # noqa: ICN001, PLC0415 -- an extra
+        from pyarrow import parquet  # noqa: PLC0415 -- likewise
+    except ImportError as error:
+        raise FleetError("results", "Parquet needs pyarrow: pip install 'omnimate[fleet]'") from error
+    return pyarrow, parquet

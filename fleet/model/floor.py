@@ -1,0 +1,99 @@
+"""The floor of a hall: its roughness and its bad places, each beside the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from omnimate.fleet.joints import NO_JOINTS, Joints
+from omnimate.fleet.model.days import Day, day_of
+from omnimate.fleet.model.evidence import AllCrossings, Evidence, evidence_of
+from omnimate.fleet.model.places import BadPlace, find_places, floors_of
+from omnimate.fleet.model.roughness import roughness_of
+from omnimate.fleet.model.scores import grid_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.fleet.crossings import Crossings
+    from omnimate.fleet.segments import Segments
+
+ROUNDS = 4
+SETTLED = 0.05  # part by which roughness changes no more
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """What one recording gives.
+
+    Attributes:
+        robot: Name of the robot.
+        kind: Type of the robot.
+        day: Date, YYYY-MM-DD.
+        segments: Its ways, two or more.
+        crossings: What they go over.
+        joints: Of its linkage.
+    """
+
+    robot: str
+    kind: str
+    day: str
+    segments: Segments
+    crossings: Crossings
+    joints: Joints = NO_JOINTS
+
+    def evidence(self, roughness: float) -> Evidence:
+        """Return what it says on a floor of a roughness [m/sqrt(m)]."""
+        return evidence_of(self.robot, self.kind, self.day, self.segments, self.crossings, roughness)
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """What recordings say of the floor.
+
+    Attributes:
+        places: Bad places, the clearest first.
+        roughness: Of the floor beside these [m/sqrt(m)].
+    """
+
+    places: tuple[BadPlace, ...]
+    roughness: float
+
+    def days(self, driven: Sequence[Driven]) -> list[Day]:
+        """Return what recordings say of their robots beside this floor."""
+        evidence = [single.evidence(self.roughness) for single in driven]
+        floors = floors_of(self.places, AllCrossings(evidence))
+        return [
+            day_of(single, floor, recording.joints)
+            for single, floor, recording in zip(evidence, floors, driven, strict=True)
+        ]
+
+
+def floor_under(driven: Sequence[Driven], known: Sequence[BadPlace] = ()) -> Floor:
+    """Return the floor under recordings of a fleet.
+
+    Bad places that are not known yet look like a rough floor, on which they stand out less: both are
+    estimated in turn until they settle.
+
+    Args:
+        driven: The recordings.
+        known: Places to begin with.
+    """
+    segments = [single.segments for single in driven]
+    places = tuple(known)
+    roughness = _roughness(driven, places, roughness_of(segments))
+    for _ in range(ROUNDS):
+        evidence = [single.evidence(roughness) for single in driven]
+        places = find_places(evidence, grid_of(evidence), places)
+        before, roughness = roughness, _roughness(driven, places, roughness)
+        if abs(roughness - before) < SETTLED * before:
+            break
+    return Floor(places, roughness)
+
+
+def _roughness(driven: Sequence[Driven], places: Sequence[BadPlace], before: float) -> float:
+    """Return the roughness beside places; weights of a roughness before do not matter for them."""
+    if not places:
+        return before
+    floors = floors_of(places, AllCrossings([single.evidence(before) for single in driven]))
+    return roughness_of([single.segments for single in driven], floors)

@@ -1,0 +1,258 @@
+"""The morning's list: what the results of all recordings say of robots and floor, as of one night."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from datetime import date, timedelta
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.fleet.batch.tables import columns_of, parquet_bytes
+from omnimate.fleet.crossings import CELL, Crossings
+from omnimate.fleet.errors import FleetError
+from omnimate.fleet.joints import JOINT_NUMBERS, NO_JOINTS, Joints
+from omnimate.fleet.model.changes import changes_of, listed
+from omnimate.fleet.model.days import histories_of
+from omnimate.fleet.model.floor import Driven, Floor, floor_under
+from omnimate.fleet.model.histories import ordinary
+from omnimate.fleet.model.places import BadPlace
+from omnimate.fleet.segments import Segments
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any
+
+    from omnimate.fleet.batch.files import Files
+    from omnimate.fleet.model.changes import Change
+    from omnimate.fleet.model.histories import History
+    from omnimate.vehicle.se2 import Array
+
+FLOOR_DAYS = 7  # days whose recordings show the floor: a place that is mended is gone after a week
+HISTORY_DAYS = 30  # days of a robot's history
+AGAIN = 3  # recordings in a row for which triage asks for the same thing, until the robot is named
+_FEWEST = 2  # ways from which on a recording says something
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A robot for which triage keeps asking for the same diagnosis.
+
+    Attributes:
+        robot: Name of the robot.
+        effect: Effect that comes closest.
+        component: On which.
+        since: Date of the first of the recordings in a row.
+    """
+
+    robot: str
+    effect: str
+    component: str
+    since: str
+
+
+@dataclass(frozen=True, slots=True)
+class Night:
+    """What is known after a night's work.
+
+    Attributes:
+        day: Date of the last recordings, YYYY-MM-DD.
+        recordings: Number of recordings of that day.
+        errors: Those that could not be worked on: robot, recording, why.
+        histories: Of all robots.
+        changes: What each robot's history shows, healthy or not.
+        sick: The night's list, the clearest first.
+        asked: Robots not on the list for which triage keeps asking for the same diagnosis.
+        places: Bad places of the floor, the clearest first.
+        roughness: Of the floor beside these [m/sqrt(m)].
+        driven: Cells that were driven over: x and y [m] and how often, `(N, 3)`.
+    """
+
+    day: str
+    recordings: int
+    errors: tuple[tuple[str, str, str], ...]
+    histories: tuple[History, ...]
+    changes: tuple[Change, ...]
+    sick: tuple[Change, ...]
+    asked: tuple[Asked, ...]
+    places: tuple[BadPlace, ...]
+    roughness: float
+    driven: Array
+
+
+def judge_night(
+    files: Files,
+    day: str | None = None,
+    progress: Callable[[int, int], object] = lambda _done, _total: None,
+) -> Night:
+    """Judge all robots and the floor from the results, and write what came out beside them.
+
+    Args:
+        files: The results.
+        day: Date of the night, YYYY-MM-DD; that of the last recordings by default.
+        progress: Called with how many recordings are read, and of how many.
+
+    Raises:
+        FleetError: There are no results, or none of them has poses.
+    """
+    paths = files.glob("recordings/robot=*/day=*/*.parquet")
+    days = sorted({_part(path, "day") for path in paths})
+    if not days:
+        raise FleetError("results", "no results; run `omnimate fleet run STORE` first")
+    night = day or days[-1]
+    if night not in days:
+        raise FleetError("results", f"no results of {night}; there are some of {days[0]} to {days[-1]}")
+    first = (date.fromisoformat(night) - timedelta(days=HISTORY_DAYS - 1)).isoformat()
+    chosen = [path for path in paths if first <= _part(path, "day") <= night]
+    rows, results = [], []
+    for number, path in enumerate(chosen, start=1):
+        rows.append((path, columns_of(files.read(path))))
+        result = _result(files, path, rows[-1][1])
+        if result is not None:
+            results.append(result)
+        progress(number, len(chosen))
+    if not results:
+        raise FleetError("results", "no recording with two absolute poses or more; docks suffice")
+    judged = _judge(results, night, _known_places(files, night))
+    today = [(path, row) for path, row in rows if _part(path, "day") == night]
+    errors = [
+        (_part(path, "robot"), row["recording"][0], row["error"][0]) for path, row in today if row["error"][0]
+    ]
+    sick = listed(judged.changes)
+    asked = _asked(rows, {change.robot for change in sick})
+    done = Night(
+        night,
+        len(today),
+        tuple(errors),
+        tuple(judged.histories),
+        tuple(judged.changes),
+        tuple(sick),
+        tuple(asked),
+        judged.floor.places,
+        judged.floor.roughness,
+        judged.driven,
+    )
+    files.write(f"robots/day={night}/night.parquet", parquet_bytes("robots", _robot_rows(done)))
+    files.write(f"places/day={night}/night.parquet", parquet_bytes("places", _place_rows(done)))
+    return done
+
+
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    histories: Sequence[History]
+    changes: Sequence[Change]
+    floor: Floor
+    driven: Array
+
+
+def _judge(results: Sequence[Driven], night: str, known: Sequence[BadPlace]) -> _Judged:
+    """Find the floor's places from the last week's recordings, then judge robots from all."""
+    week = (date.fromisoformat(night) - timedelta(days=FLOOR_DAYS - 1)).isoformat()
+    recent = [result for result in results if result.day >= week]
+    floor = floor_under(recent, known)
+    histories = histories_of(floor.days(results))
+    usual = {
+        kind: ordinary([history for history in histories if history.kind == kind])
+        for kind in {history.kind for history in histories}
+    }
+    cells = np.concatenate([result.crossings.cell for result in recent])
+    unique, counts = np.unique(cells, axis=0, return_counts=True)
+    driven = np.column_stack([CELL * unique, counts])
+    return _Judged(histories, changes_of(histories, usual), floor, driven)
+
+
+def _part(path: str, name: str) -> str:
+    """Return the value of a partition in a path."""
+    return path.partition(f"{name}=")[2].partition("/")[0]
+
+
+def _result(files: Files, path: str, row: Mapping[str, Any]) -> Driven | None:
+    """Return the results of a recording; None where it has too few ways."""
+    ways = columns_of(files.read(path.replace("recordings/", "ways/", 1)))
+    count = len(ways["way"])
+    if count < _FEWEST:
+        return None
+    segments = Segments(
+        ways["time"],
+        np.array(ways["residual"]),
+        np.array(ways["jacobian"]).reshape(count, 3, 3),
+        np.array(ways["rough"]).reshape(count, 3, 3),
+        np.array(ways["lever"]),
+        np.array(ways["sigma"]).reshape(count, 2, 3),
+        np.asarray(ways["follows"], np.bool_),
+    )
+    over = columns_of(files.read(path.replace("recordings/", "crossings/", 1)))
+    crossings = Crossings(
+        over["way"],
+        np.column_stack([over["x"], over["y"]]),
+        np.column_stack([over["loss_x"], over["loss_y"], over["loss_theta"]]),
+        over["creep"],
+    )
+    numbers = columns_of(files.read(path.replace("recordings/", "numbers/", 1)))
+    places = [numbers["name"].index(name) for name in JOINT_NUMBERS if name in numbers["name"]]
+    joints = Joints(numbers["value"][places], numbers["sigma"][places]) if places else NO_JOINTS
+    robot, day = _part(path, "robot"), _part(path, "day")
+    return Driven(robot, row["kind"][0], day, segments, crossings, joints)
+
+
+def _asked(rows: Sequence[tuple[str, Mapping[str, Any]]], but: set[str]) -> list[Asked]:
+    """Return robots whose last recordings all ask for the same thing, and which are not on the list."""
+    by_robot: dict[str, list[tuple[str, str | None, str | None]]] = {}
+    for path, row in rows:
+        wanted = row["triage"][0] == "mismatch"
+        effect, component = (row[name][0] if wanted else None for name in ("effect", "component"))
+        by_robot.setdefault(_part(path, "robot"), []).append((_part(path, "day"), effect, component))
+    asked = []
+    for robot, days in sorted(by_robot.items()):
+        last = days[-AGAIN:]
+        kinds = Counter((effect, component) for _, effect, component in last)
+        (effect, component), count = kinds.most_common(1)[0]
+        if count == AGAIN and effect is not None and component is not None and robot not in but:
+            asked.append(Asked(robot, effect, component, last[0][0]))
+    return asked
+
+
+def _known_places(files: Files, night: str) -> tuple[BadPlace, ...]:
+    """Return the places of the last night before that was judged, as a beginning."""
+    before = [path for path in files.glob("places/day=*/night.parquet") if _part(path, "day") < night]
+    if not before:
+        return ()
+    columns = columns_of(files.read(before[-1]))
+    return tuple(
+        BadPlace(
+            columns["effect"][row],
+            float(columns["x"][row]),
+            float(columns["y"][row]),
+            float(columns["reach"][row]),
+            np.array([[columns["xx"][row], columns["xy"][row]], [columns["xy"][row], columns["yy"][row]]]),
+            np.array(columns["size"][row]),
+            np.array(columns["sigma"][row]),
+            float(columns["gain"][row]),
+            int(columns["crossings"][row]),
+        )
+        for row in range(len(columns["effect"]))
+    )
+
+
+def _robot_rows(night: Night) -> dict[str, Any]:
+    names = {change.robot for change in night.sick}
+    changes = sorted(night.changes, key=lambda change: change.robot)
+    fields = ("robot", "kind", "log_e", "name", "share", "since", "earliest", "latest", "shape", "size")
+    columns: dict[str, Any] = {
+        field: [getattr(change, field) for change in changes] for field in (*fields, "sigma", "per_day")
+    }
+    return {**columns, "listed": [change.robot in names for change in changes]}
+
+
+def _place_rows(night: Night) -> dict[str, Any]:
+    fields = ("effect", "x", "y", "reach", "gain", "crossings")
+    columns: dict[str, Any] = {field: [getattr(place, field) for place in night.places] for field in fields}
+    return {
+        **columns,
+        "xx": [float(place.covariance[0, 0]) for place in night.places],
+        "xy": [float(place.covariance[0, 1]) for place in night.places],
+        "yy": [float(place.covariance[1, 1]) for place in night.places],
+        "size": [place.size.tolist() for place in night.places],
+        "sigma": [place.sigma.tolist() for place in night.places],
+    }

@@ -1,0 +1,105 @@
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from omnimate.fleet.batch.files import open_files
+from omnimate.fleet.batch.run import Workers, run_batch
+from omnimate.fleet.batch.tables import columns_of
+from omnimate.fleet.errors import FleetError
+
+CHILD = "import sys; from omnimate.fleet.batch.run import run_batch; run_batch(*sys.argv[1:])"
+
+
+def contents(results):
+    """Return the bytes of all result files by their paths."""
+    return {path.relative_to(results): path.read_bytes() for path in results.rglob("*.parquet")}
+
+
+def column(results, table, name):
+    files = open_files(str(results))
+    return [
+        value for path in files.glob(f"{table}/*/*/*.parquet") for value in columns_of(files.read(path))[name]
+    ]
+
+
+@pytest.fixture(scope="module")
+def results(store, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results")
+    assert run_batch(str(store), str(folder)).done == 6
+    return folder
+
+
+def test_every_recording_has_its_results_in_all_tables_by_robot_and_day(results):
+    for table in ("recordings", "numbers", "ways", "crossings"):
+        assert len(list(results.glob(f"{table}/robot=*/day=2026-03-0[23]/060000-*.parquet"))) == 6
+    assert column(results, "recordings", "error") == [None] * 6
+    assert set(column(results, "recordings", "triage")) <= {"agreement", "mismatch", "insufficient"}
+    assert set(column(results, "numbers", "name")) == {
+        *("left wheel", "right wheel", "wheelbase", "joint_a", "joint_b")
+    }
+
+
+def test_what_is_known_is_not_worked_on_again(store, results):
+    before = contents(results)
+    assert run_batch(str(store), str(results)).known == 6
+    assert contents(results) == before
+
+
+def test_a_recording_that_changed_is_worked_on_again_and_its_old_results_go(store, tmp_path):
+    mine, results = tmp_path / "store", tmp_path / "results"
+    shutil.copytree(store, mine)
+    run_batch(str(mine), str(results), day="2026-03-02")
+    poses = next(mine.glob("robot=tug-*/day=2026-03-02/*/poses.csv"))
+    poses.write_text("\n".join(poses.read_text().splitlines()[:-1]) + "\n")
+    outcome = run_batch(str(mine), str(results), day="2026-03-02")
+    assert (outcome.done, outcome.known) == (1, 2)
+    assert len(list(results.glob("recordings/robot=tug-*/*/*.parquet"))) == 1
+
+
+def test_a_broken_recording_says_why_and_the_others_have_their_results(store, tmp_path):
+    mine, results = tmp_path / "store", tmp_path / "results"
+    shutil.copytree(store, mine)
+    next(mine.glob("robot=tug-*/day=2026-03-02/*/vehicle.toml")).write_text("name = 3\n")
+    outcome = run_batch(str(mine), str(results), day="2026-03-02")
+    assert (outcome.done, outcome.failed) == (3, ())
+    errors = [error for error in column(results, "recordings", "error") if error]
+    assert len(errors) == 1
+    assert "vehicle.toml" in errors[0]
+    assert str(tmp_path) not in errors[0]
+
+
+def test_results_are_the_same_bytes_when_workers_are_killed_at_any_moment(store, results, tmp_path):
+    """Each worker is killed once it has written some more files than the one before; the last one may end."""
+    broken = tmp_path / "results"
+    for files in (1, 6, 15, 22):
+        worker = subprocess.Popen([sys.executable, "-c", CHILD, str(store), str(broken)])
+        while worker.poll() is None and len(contents(broken)) < files:
+            pass
+        if worker.poll() is None:
+            worker.send_signal(signal.SIGKILL)
+        worker.wait()
+    run_batch(str(store), str(broken))
+    assert contents(broken) == contents(results)
+
+
+def test_results_are_the_same_bytes_by_workers_of_dask_in_a_remote_store(store, results, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    pytest.importorskip("fsspec")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        address = cluster.scheduler_address
+        outcome = run_batch(
+            f"file://{store}", f"file://{tmp_path}/results", workers=Workers(scheduler=address)
+        )
+    assert outcome.done == 6
+    assert contents(tmp_path / "results") == contents(results)
+
+
+def test_a_store_without_recordings_is_refused_with_what_was_expected(tmp_path):
+    with pytest.raises(FleetError, match="robot=NAME/day=YYYY-MM-DD"):
+        run_batch(str(tmp_path), str(tmp_path / "results"))
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,75 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from omnimate.fleet.batch.files import open_files
+from omnimate.fleet.batch.run import run_batch
+from omnimate.fleet.batch.tables import columns_of
+from omnimate.fleet.errors import FleetError
+from omnimate.fleet.night import Asked, _asked, judge_night
+from omnimate.vcan_sim.hall.hall import draw_hall
+from omnimate.vcan_sim.hall.ills import Ill
+from omnimate.vcan_sim.hall.places import Place
+from omnimate.vcan_sim.hall.store import write_store
+
+pytest.importorskip("pyarrow")
+DAYS = 7
+
+
+@pytest.fixture(scope="module")
+def night(tmp_path_factory):
+    hall = draw_hall(6, 10, sick=0, places=0, docks=12, length=18.0, width=14.0, sync_period=0.04, seed=2)
+    sick = replace(hall.robots[1], ills=(Ill("wheelbase", "a", 4, 0.03),))
+    oil = Place("oil", 9.0, 7.0, reach=0.5, size=0.03)
+    hall = replace(hall, places=(oil,), robots=(hall.robots[0], sick, *hall.robots[3:5]))
+    folder = tmp_path_factory.mktemp("store")
+    write_store(hall, folder, range(DAYS), 1, 4.0)
+    run_batch(str(folder), str(folder / "results"), diagnosed=False)
+    files = open_files(str(folder / "results"))
+    return files, judge_night(files)
+
+
+def test_the_sick_robot_and_the_bad_place_are_listed_and_nothing_else(night):
+    _, found = night
+    assert [(change.robot, change.name, change.since) for change in found.sick] == [
+        ("mule-0001", "wheelbase", "2026-03-06")
+    ]
+    assert [place.effect for place in found.places] == ["loss"]
+    assert np.hypot(found.places[0].x - 9.0, found.places[0].y - 7.0) < 0.3
+
+
+def test_robots_and_places_stand_in_tables_from_which_the_next_night_begins(night):
+    files, found = night
+    robots = columns_of(files.read(f"robots/day={found.day}/night.parquet"))
+    assert [robot for robot, listed in zip(robots["robot"], robots["listed"], strict=True) if listed] == [
+        "mule-0001"
+    ]
+    again = judge_night(files, found.day)
+    assert json.dumps([place.effect for place in again.places]) == '["loss"]'
+
+
+def test_a_night_without_results_is_refused_with_those_that_there_are(night):
+    with pytest.raises(FleetError, match="2026-03-02 to 2026-03-08"):
+        judge_night(night[0], "2026-04-01")
+
+
+def test_a_robot_is_named_where_triage_asks_for_the_same_three_times_in_a_row():
+    def rows(robot, answers):
+        return [
+            (
+                f"recordings/robot={robot}/day=2026-03-{day:02d}/060000-k.parquet",
+                {"triage": [verdict], "effect": [effect], "component": ["a.left"]},
+            )
+            for day, (verdict, effect) in enumerate(answers, start=1)
+        ]
+
+    same, other, quiet = ("mismatch", "bump"), ("mismatch", "latency"), ("agreement", None)
+    table = [
+        *rows("x", [quiet, same, same, same]),
+        *rows("y", [same, other, same]),
+        *rows("z", [same, same, same, quiet]),
+        *rows("listed", [same, same, same]),
+    ]
+    assert _asked(table, {"listed"}) == [Asked("x", "bump", "a.left", "2026-03-02")]
