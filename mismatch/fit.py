@@ -134,7 +134,8 @@ def fitted(
             ]
         regression = Regression(windows, noise, effects)
         places = tuple(regression.add(every))
-        nuisance = regression.whitened(nuisances(windows))
+        if turn == 0:  # about any base they are the same, but for its square
+            nuisance = regression.whitened(nuisances(windows))
         rows = free(regression.white, nuisance)
         columns = rows[:, 1:]
         precision = columns.T @ columns + prior

@@ -202,7 +202,7 @@ def _posterior(
         if len(values) == 1 and abs(values[0]) > NONE:
             regression.take_secant(place, effect, float(values[0]))
     offered = merged(terms, library)
-    places += regression.add(offered)
+    places += regression.add(offered, keep=False)
     terms += offered
     posterior = with_everyday(regression, terms, places, fit.part)
     if scan:
@@ -215,7 +215,7 @@ def _posterior(
         posterior = replace(
             posterior,
             terms=[*terms, *more],
-            places=[*places, *regression.add(more)],
+            places=[*places, *regression.add(more, keep=False)],
             known={},
         )
     return posterior, start
@@ -240,7 +240,9 @@ def with_everyday(
             sizes.append(size)
             names[column] = single.key
     mounted = mounted_terms([windows.signals for windows in regression.windows])
-    setup = [column for place in regression.add(mounted) for column in range(place.start, place.stop)]
+    setup = [
+        column for place in regression.add(mounted, keep=False) for column in range(place.start, place.stop)
+    ]
     for column in (*setup, *add_nuisances(regression)):
         numbers.append(column)
         sizes.append(1.0)

@@ -71,7 +71,7 @@ def nuisances(windows: Sequence[Windows]) -> list[Columns]:
 def add_nuisances(regression: Regression) -> range:
     """Add the columns of what every robot has, each of the size of one standard deviation; return where."""
     columns = nuisances(regression.windows)
-    place = regression.extend(columns, [columns[0][0].shape[2]])[0]
+    place = regression.extend(columns, [columns[0][0].shape[2]], keep=False)[0]
     return range(place.start, place.stop)
 
 

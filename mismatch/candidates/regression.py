@@ -38,8 +38,8 @@ class Regression:
         windows: Linear model of each recording.
         noise: Its levels.
         base: Effects about which it is linear.
-        raw: Of each recording the columns' inputs (M, 3 T, C) and measurements (M + 1, R, C); the data come
-            first.
+        raw: Of each recording the inputs (M, 3 T, C) and measurements (M + 1, R, C) of columns that are kept;
+            the data come first.
         filters: Of each recording the filter's gains and the innovations' variances.
         white: Whitened columns, in all rows that were measured, (V, C).
         owner: Recording of each row, (V,).
@@ -157,16 +157,22 @@ class Regression:
             found.append(_stacked(pairs, windows))
         return found
 
-    def add(self, terms: Sequence[Term]) -> list[slice]:
-        """Add the columns of terms; return where each one's columns are."""
-        return self.extend(self._raw_of(terms), [len(single.probes) for single in terms])
+    def add(self, terms: Sequence[Term], *, keep: bool = True) -> list[slice]:
+        """Add the columns of terms; return where each one's columns are.
 
-    def extend(self, raw: Sequence[Columns], widths: Sequence[int]) -> list[slice]:
+        Args:
+            terms: Of them.
+            keep: Whether they are whitened anew with other levels of noise.
+        """
+        return self.extend(self._raw_of(terms), [len(single.probes) for single in terms], keep=keep)
+
+    def extend(self, raw: Sequence[Columns], widths: Sequence[int], *, keep: bool = True) -> list[slice]:
         """Add columns, inputs (M, 3 T, C) and measurements (M + 1, R, C) of each recording, in groups."""
         first = self.white.shape[1]
         edges = first + np.concatenate(([0], np.cumsum(widths))).astype(int)
         if edges[-1] > first:
             self.white = np.hstack([self.white, self.whitened(raw)])
+        if keep:
             self.raw = [
                 (np.concatenate((push, more), axis=2), np.concatenate((seen, other), axis=2))
                 for (push, seen), (more, other) in zip(self.raw, raw, strict=True)

@@ -64,7 +64,7 @@ def add_unknown(regression: Regression) -> tuple[list[Term], list[slice]]:
         seen = np.stack([column[1] for _, column in offered], axis=2)
         raw.append((push, seen))
     groups = [(name, len(list(own))) for name, own in groupby(names)]
-    places = regression.extend(raw, [width for _, width in groups])
+    places = regression.extend(raw, [width for _, width in groups], keep=False)
     odds = BELIEFS["unknown"].log_odds - math.log(QUANTITIES)
     terms = [
         Term("unknown", component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)

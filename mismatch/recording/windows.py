@@ -205,6 +205,8 @@ def _pushed(path: Array, facing: Array, ends: IntArray, twist: Array) -> Array:
         for step in range(ends[window], last):
             for truck in range(twist.shape[1]):
                 ahead, aside, yaw = twist[step, truck]
+                if ahead == 0.0 and aside == 0.0 and yaw == 0.0:
+                    continue
                 cos, sin = facing[step, truck]
                 x = path[last, truck, 0] - 0.5 * (path[step + 1, truck, 0] + path[step, truck, 0])
                 y = path[last, truck, 1] - 0.5 * (path[step + 1, truck, 1] + path[step, truck, 1])

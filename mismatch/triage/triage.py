@@ -102,7 +102,7 @@ def _candidates(signals: Sequence[Signals]) -> Posterior:
     places = regression.add(offered)
     noise_beside(regression, roughly=True)
     others = [single for single in library.values() if single not in offered]
-    places += regression.add(others)
+    places += regression.add(others, keep=False)
     shift = np.zeros(len(regression.white))
     posterior = with_everyday(regression, [*offered, *others], places, shift)
     events = [*_moments(posterior), *spans(regression, [posterior.beside(())], COARSE)]
@@ -111,7 +111,7 @@ def _candidates(signals: Sequence[Signals]) -> Posterior:
     return replace(
         posterior,
         terms=[*posterior.terms, *events],
-        places=[*posterior.places, *regression.add(events)],
+        places=[*posterior.places, *regression.add(events, keep=False)],
         known={},
     )
 
