@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from benchmarks.tracking_worlds import SEED
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.motion.runner import Runner
 from omnimate.motion.stepping import step
@@ -37,18 +38,17 @@ if TYPE_CHECKING:
 
 ROBOT = reference_vehicle()
 PROGRAM = rounded_rectangle(6.0, 3.25, ["ccw", "cw"])  # O 3
-SEED = 4
 JITTER = math.radians(0.3)  # of joints that scatter
 # Pushes of 10 mm to the side within 50 mm of the way, in m/m over the way of a truck.
 PUSHES = (5.0, 12.0, 20.0, 27.0, 33.0)
 STRIKE = 0.05  # [m]
 
 
-def made() -> Iterator[tuple[str, Recording]]:
+def made(seed: int = SEED) -> Iterator[tuple[str, Recording]]:
     """Yield each case and its recording."""
     for number, (what, truth) in enumerate(_truths().items()):
-        recording = _drive(replace(truth, seed=SEED + number))
-        yield what, _jittered(recording) if what == "joint noise 0.3 degrees" else recording
+        recording = _drive(replace(truth, seed=seed + number))
+        yield what, _jittered(recording, seed) if what == "joint noise 0.3 degrees" else recording
 
 
 def _truths() -> dict[str, Truth]:
@@ -117,11 +117,11 @@ def _drive(truth: Truth) -> Recording:
     return Recording(ROBOT, time, table, np.ones(table.shape, np.bool_), poses=judge, source="simulation")
 
 
-def _jittered(recording: Recording) -> Recording:
+def _jittered(recording: Recording, seed: int) -> Recording:
     """Return a recording whose joints scatter from sample to sample."""
     counts = recording.counts.copy()
     for number, channel in enumerate(ROBOT.channels):
         if channel.startswith("joint"):
-            jitter = np.random.default_rng([SEED, number]).normal(size=len(counts)) * JITTER
+            jitter = np.random.default_rng([seed, number]).normal(size=len(counts)) * JITTER
             counts[:, number] += np.rint(jitter / ROBOT.encoder(channel).scale).astype(np.int64)
     return replace(recording, counts=counts)

@@ -66,8 +66,13 @@ def rms(error: Array) -> float:
     return float(np.sqrt(np.mean(error[:, 0] ** 2 + error[:, 1] ** 2)))
 
 
+def squared(judge: Judge, error: Array, time: Array, sigma: Array) -> Array:
+    """Return the squared error in standard deviations, summed over x, y and heading, at each pose `(K,)`."""
+    known = np.stack([np.interp(judge.time, time, column) for column in sigma.T], axis=1)
+    return np.asarray(np.sum(error**2 / (known**2 + judge.sigma**2 + FLOOR**2), axis=1))
+
+
 def nees(judge: Judge, error: Array, time: Array, sigma: Array) -> float:
     """Return the mean squared error in standard deviations, summed over x, y and heading: 3 where honest."""
     moved = judge.time > judge.time[0] + 1.0
-    own = np.stack([np.interp(judge.time, time, column) for column in sigma.T], axis=1)
-    return float(np.mean(np.sum(error[moved] ** 2 / (own**2 + judge.sigma**2 + FLOOR**2)[moved], axis=1)))
+    return float(np.mean(squared(judge, error, time, sigma)[moved]))

@@ -43,6 +43,11 @@ def main() -> None:
         for method in ("printed", "heading", "exact", "weighted"):
             held = 100.0 * coverage(replace(TRIAL, runs=runs), 2000, method)
             print(f"95 % intervals, {runs} + {runs} runs, {method}, hold E_b, E_d in {held.round(1)} %")
+    for factors, position in ((FIGURE_11, 0.003), ((0.95, 1.005), 0.022), ((0.90, 1.02), 0.022)):
+        for method in ("printed", "exact"):
+            held = 100.0 * coverage(Trial(*factors, floor_covariance(position)), 1000, method)
+            where = f"{factors} with {1e3 * position:.0f} mm of scatter"
+            print(f"95 % intervals at {where}, {method}, hold E_b, E_d in {held.round(1)} %")
     experiment = TRIAL.drive(np.random.default_rng(0))
     start = time.perf_counter()
     bootstrap(calibrate(experiment))

@@ -42,7 +42,7 @@ _RATIOS = (
 def advise(experiment: Experiment) -> tuple[Advice, ...]:
     """Return advice on everything that looks wrong with an experiment; none for healthy data."""
     errors = experiment.errors
-    guards = (*_few_runs(errors), *_missing_turn(errors), *_outliers(errors))
+    guards = (*_few_runs(errors), *_large(errors), *_missing_turn(errors), *_outliers(errors))
     if any(advice.severity == "error" for advice in guards):
         return guards
     return (*guards, *_off_diagonals(experiment), *_headings(experiment))
@@ -58,6 +58,15 @@ def _few_runs(errors: ReturnErrors) -> tuple[Advice, ...]:
         f"n = 1: a single run {' and a single run '.join(single)}, so that the scatter of the runs is unknown"
     )
     return (Advice(severity, what, "drive the square five times in each direction"),)
+
+
+def _large(errors: ReturnErrors) -> tuple[Advice, ...]:
+    """Find return errors above the side of the square: true of very different wheels, or of a wrong unit."""
+    largest = max(float(np.hypot(runs[:, 0], runs[:, 1]).max()) for runs in (errors.cw, errors.ccw))
+    if largest <= errors.side:
+        return ()
+    what = f"a return error of {largest:.3g} m in a square of {errors.side:g} m: is the unit right?"
+    return (Advice("warning", what, "check the unit; if it is true, calibrate, drive again, and repeat"),)
 
 
 def _missing_turn(errors: ReturnErrors) -> tuple[Advice, ...]:

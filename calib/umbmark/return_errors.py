@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 # not there by chance.
 _SWAPPED_RATIO = 3.0
 _SWAPPED_SEM = 4.0
+LONGEST = 4.0  # [sides] no return error is longer than the way around the square
 _SQRT_HALF = math.sqrt(0.5)
 
 

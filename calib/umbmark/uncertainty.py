@@ -96,15 +96,21 @@ def uncertainty_of(calibration: Calibration, confidence: float = 0.95) -> Uncert
 def between_limits(
     calibration: Calibration, covariance: Array, freedom: int, confidence: float, low: Array, high: Array
 ) -> Uncertainty:
-    """Return the uncertainty with limits `(2,)` of E_b and E_d; wheelbase and diameters follow from them."""
-    truck = calibration.experiment.truck
+    """Return the uncertainty with limits `(2,)` of E_b and E_d; wheelbase and diameters follow from them.
+
+    The printed equations take angles as small. What that costs, the way to the exact solution of the same
+    centres, belongs into what they state: a limit on that side is as much farther out.
+    """
+    experiment, correction = calibration.experiment, calibration.correction
+    truck = experiment.truck
+    if correction.method.startswith("printed"):
+        low, high = _with_bias(experiment, np.array([correction.e_b, correction.e_d]), low, high)
     least, most = _truck_or_none(truck, low), _truck_or_none(truck, high)
 
     def interval(name: str) -> Interval:
         ends = [math.nan if end is None else float(getattr(end, name)) for end in (least, most)]
         return Interval(getattr(calibration.truck, name), min(ends), max(ends))
 
-    correction = calibration.correction
     return Uncertainty(
         covariance,
         freedom,
@@ -115,6 +121,12 @@ def between_limits(
         interval("wheel_diameter_left"),
         interval("wheel_diameter_right"),
     )
+
+
+def _with_bias(experiment: Experiment, value: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return limits `(2,)` that are moved out by the bias of the printed equations."""
+    bias = factors_at(experiment, "exact", experiment.errors.centres) - value
+    return low + np.minimum(bias, 0.0), high + np.maximum(bias, 0.0)
 
 
 def _truck_or_none(truck: Truck, factors: Array) -> Truck | None:

@@ -50,7 +50,6 @@ def chances_before(wrong: float) -> list[float]:
         wrong: Probability that a given reading wanders.
     """
     others = [hypothesis.reading for hypothesis in HYPOTHESES[1:]]
-    return [
-        math.log(1.0 - wrong * len(set(others))),
-        *(math.log(wrong / others.count(reading)) for reading in others),
-    ]
+    right = math.log(1.0 - wrong)
+    alone = math.log(wrong) + (len(READINGS) - 1) * right
+    return [len(READINGS) * right, *(alone - math.log(others.count(reading)) for reading in others)]

@@ -33,6 +33,13 @@ class SlowParameters:
     link_bias: float
     sigma: Array
 
+    @property
+    def vector(self) -> Array:
+        """All of them in the order of `sigma`, shape `(11,)`."""
+        return np.concatenate(
+            [self.wheel, self.wheelbase, self.creep, self.joint_bias, [self.link_bias]], dtype=np.float64
+        )
+
 
 def slow_parameters(mean: Array, covariance: Array) -> SlowParameters:
     """Return the slow parameters in a filter's mean `(22,)` and covariance `(22, 22)`."""

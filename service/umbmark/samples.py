@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from sqlalchemy import func, select
 
+from omnimate.calib.umbmark.return_errors import LONGEST
 from omnimate.service.errors import InvalidValueError, NotFoundError, StateError
 from omnimate.service.store.tables import SampleRow
 from omnimate.service.umbmark.fixes import pose_of, return_error
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 MOST_SAMPLES = 1000
-_LARGEST_ERROR = 0.5  # of the side of the square: a larger return error is a mistake, not an odometry error
 
 
 def add_measured_sample(db: Db, row: SessionRow, request: SampleOfFixes) -> SampleRow:
@@ -113,7 +113,7 @@ def add_sample(
 
 def _check_size(row: SessionRow, truck: TruckName, error: Array) -> None:
     size = math.hypot(error[0], error[1])
-    if not size <= _LARGEST_ERROR * row.side:
+    if not size <= LONGEST * row.side:
         raise InvalidValueError(
             "after",
             f"the return error of truck {truck} would be {size:.3g} m, which is no error of odometry in a "

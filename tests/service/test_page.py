@@ -197,7 +197,7 @@ def test_three_distances_give_the_same_run_as_coordinates(page):
 
 def test_what_the_service_refuses_is_said_where_it_was_typed(page):
     start(page, "manual", runs=1)
-    add_run(page, "cw", (2.9, 0.0, 0.0))
+    add_run(page, "cw", (29.0, 0.0, 0.0))
     expect(page.locator("#sample-message")).to_contain_text("no error of odometry", timeout=SOON)
     expect(page.locator("#sample-message")).to_have_attribute("data-kind", "wrong")
 

@@ -21,6 +21,17 @@ def test_intervals_of_95_per_cent_hold_the_truth_in_about_95(method: str, runs: 
     assert held == pytest.approx([0.95, 0.95], abs=0.04)
 
 
+@pytest.mark.parametrize(
+    ("factors", "position"), [((0.98874, 1.00084), 0.003), ((0.95, 1.005), 0.022), ((0.90, 1.02), 0.022)]
+)
+def test_intervals_of_the_printed_equations_hold_their_bias_too(
+    factors: tuple[float, float], position: float
+) -> None:
+    """With little scatter, or with large errors, small angles cost more than the scatter."""
+    trial = Trial(*factors, floor_covariance(position))
+    assert np.all(coverage(trial, 100, "printed", seed=3) > 0.9)
+
+
 def test_other_confidences() -> None:
     """Two thirds are two thirds."""
     assert coverage(FLOOR, 300, "printed", 0.67) == pytest.approx([0.67, 0.67], abs=0.08)
