@@ -97,10 +97,12 @@ class Assembler:
     def expect_length(self, cob_id: int, length: int, *, is_timed: bool = False) -> None:
         """Expect exactly this length of a PDO [bytes], after its mapping has been read from the device.
 
-        With `is_timed` it comes by the device's own timer, more than once per SYNC: the first is taken.
+        Before the first frame of this length, longer ones are taken: some devices fill every PDO up to 8
+        bytes. With `is_timed` it comes by the device's own timer, more than once per SYNC: the first is
+        taken.
         """
         pdo = self.pdos[cob_id]
-        pdo.length, pdo.is_exact, pdo.is_timed = length, True, is_timed
+        pdo.length, pdo.is_mapped, pdo.is_exact, pdo.is_timed = length, True, False, is_timed
 
     def begin(self, index: int, time: float) -> None:
         """Open a sample; SYNCs that were left out since the last one count as missed.
@@ -139,7 +141,12 @@ class Assembler:
         """
         pdo = self.pdos[cob_id]
         length = len(data)
-        if length != pdo.length and (pdo.is_exact or length < pdo.length):
+        if length == pdo.length:
+            pdo.is_exact = pdo.is_mapped
+        elif pdo.is_mapped and not pdo.is_exact and length > pdo.length:
+            what = f"PDO {cob_id:03X}h has {length} bytes and its mapping {pdo.length}: the first are taken"
+            self.events.add(arrival_time, pdo.node, what)
+        if length < pdo.length or (length > pdo.length and pdo.is_exact):
             pdo.counts.wrong_length += 1
             pdo.heard = True
             self._waiting.discard(cob_id)

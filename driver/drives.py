@@ -22,7 +22,7 @@ from omnimate.driver.troubles import Trouble
 from omnimate.driver.waking import wake
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from omnimate.driver.configuration import NodeConfiguration
     from omnimate.driver.drive_watch import StatusSource
@@ -99,9 +99,13 @@ class Drives:
         self._is_alive, self._control = True, SHUTDOWN
         self._heartbeat()
         configured = [self._configure(drive) for drive in self._drives]
-        answered = {source: self._enable(source.node) for _, source in configured}
+        answered: dict[StatusSource, float] = {}
+        older: dict[int, int] = {}
+        for _, source in configured:
+            answered[source] = self._enable(source.node)
+            older[source.node] = len(self._supervision.troubles)
         self._control = ENABLE_OPERATION
-        self._forget_old_troubles()
+        self._forget_old_troubles(older)
         self.is_enabled, self.troubles = True, ()
         self._commanded = self._network.clock.now()
         self._send_all((0.0,) * len(self._drives))
@@ -222,11 +226,17 @@ class Drives:
                 self._network.nmt_command(NMT_PRE_OPERATIONAL, node)
             self._sdo_of(node).post(0x6040, 0, QUICK_STOP)
 
-    def _forget_old_troubles(self) -> None:
-        """Forget what the drives reported before they reached operation enabled."""
+    def _forget_old_troubles(self, older: Mapping[int, int]) -> None:
+        """Forget what each drive reported before it reached operation enabled.
+
+        Args:
+            older: How many troubles there were by then, by node id.
+        """
         troubles = self._supervision.troubles
         troubles[:] = [
-            trouble for trouble in troubles if trouble.has_restarted or trouble.node not in self._nodes
+            trouble
+            for number, trouble in enumerate(troubles)
+            if trouble.has_restarted or trouble.node is None or number >= older.get(trouble.node, 0)
         ]
 
     def _limit(self, speeds: Sequence[float]) -> tuple[float, ...]:

@@ -25,7 +25,8 @@ class ExpectedPdo:
         length: Expected length [bytes].
         counts: Frame counters of the node.
         owed: Answers that it owes, so that its next frames may be those.
-        is_exact: False where a longer PDO is accepted too, because its mapping has not been read.
+        is_mapped: Whether the length is that of a mapping that was read from the device.
+        is_exact: Whether such a PDO has come, so that no longer one is accepted any more.
         is_timed: Whether it comes by the device's own timer, more than once per SYNC.
         answered: Whether a valid frame entered the open sample.
         heard: Whether any frame of the PDO came since the last SYNC.
@@ -45,6 +46,7 @@ class ExpectedPdo:
     length: int
     counts: NodeCounts
     owed: Owed
+    is_mapped: bool = False
     is_exact: bool = False
     is_timed: bool = False
     answered: bool = False

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import threading
+import time
 from typing import TYPE_CHECKING, Protocol
 
 import can
@@ -24,6 +26,9 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 SYNC_ID = 0x080
+# [s] in which a full queue (ENOBUFS; ten frames are SocketCAN's default) has long been sent at 125 kbit/s,
+# and between two looks. Where nothing acknowledges frames, or after bus-off, it stays full.
+QUEUE_TIME, QUEUE_STEP = 0.03, 0.0005
 NMT_START, NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION = 0x01, 0x80, 0x82
 
 # What canopen logs is raised here as an error of the driver, with the node and the words.
@@ -147,9 +152,24 @@ class BusNetwork(Network):
 
     def _send(self, message: can.Message, at: float | None) -> None:
         with self._lock:
+            self._put(message)
+            if self.recorder is not None:
+                self.recorder.frame(self.clock.now() if at is None else at, message)
+
+    def _put(self, message: can.Message) -> None:
+        """Hand a frame to the interface; wait a moment where its queue is full.
+
+        Raises:
+            BusLost: The interface failed, or its queue stays full.
+        """
+        end = time.monotonic() + QUEUE_TIME
+        while True:
             try:
                 self.can_bus.send(message)
             except (can.CanError, OSError) as error:
-                raise BusLost(error) from error
-            if self.recorder is not None:
-                self.recorder.frame(self.clock.now() if at is None else at, message)
+                number = error.error_code if isinstance(error, can.CanError) else error.errno
+                if number != errno.ENOBUFS or time.monotonic() >= end:
+                    raise BusLost(error) from error
+                time.sleep(QUEUE_STEP)
+            else:
+                return

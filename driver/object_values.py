@@ -93,4 +93,15 @@ def encode(text: str, kind: str) -> bytes:
         number = int(text[:-1], 16) if text[-1:] in {"h", "H"} else int(text, 0)
         return number.to_bytes(int(kind[1:]) // 8, "little", signed=kind[0] == "i")
     except (ValueError, OverflowError, struct.error) as error:
-        raise ValueTextError(f"value {text!r} is no {kind}: {error}") from error
+        raise ValueTextError(f"value {text!r} is no {kind}; expected {_expected(kind)}") from error
+
+
+def _expected(kind: str) -> str:
+    """Return what a value of a kind looks like."""
+    if kind in FLOATS:
+        return "a number, such as 1.5"
+    if kind == "hex":
+        return "bytes of two hexadecimal digits, such as '01 0A FF'"
+    bits = int(kind[1:])
+    low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if kind[0] == "i" else (0, (1 << bits) - 1)
+    return f"a whole number from {low} to {high}, such as 31, 0x1F or 1Fh"

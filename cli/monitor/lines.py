@@ -128,17 +128,17 @@ def node_line(snapshot: Snapshot, width: int) -> Text:
 
 def robot_lines(robot: RobotView, width: int) -> Iterator[Text]:
     """Yield the speeds of the wheels, the joints and the link, and the pose of each truck by odometry."""
-    wheels = "  ".join(f"{wheel} {speed:+.3f}" for wheel, speed in robot.speeds.items())
+    wheels = "  ".join(f"{wheel} {speed:+z.3f}" for wheel, speed in robot.speeds.items())
     yield _cut(Text(f"wheels [m/s]: {wheels}".replace("+nan", "?")), width)
     if robot.linkage:
         angles = "  ".join(
-            f"{channel} {_degrees(value):+.2f} degrees"
+            f"{channel} {_degrees(value):+z.2f} degrees"
             for channel, value in robot.linkage.items()
             if channel != "link"
         )
         yield _cut(Text(f"{angles}  link {1e3 * robot.linkage['link']:.1f} mm"), width)
     poses = [
-        f"{truck}: x {x:.3f} m  y {y:.3f} m  {_degrees(theta):.1f} degrees"
+        f"{truck}: x {x:z.3f} m  y {y:z.3f} m  {_degrees(theta):z.1f} degrees"
         for truck, (x, y, theta) in robot.poses.items()
     ]
     text = Text("  ".join(poses))

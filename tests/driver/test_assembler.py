@@ -110,15 +110,25 @@ def test_a_short_pdo_never_enters_a_sample(data):
     assert assembler.counts[1].wrong_length == 1
 
 
-def test_a_long_pdo_is_taken_only_while_its_mapping_is_unknown():
+def takes(assembler, index, data):
+    """Say whether a sample takes the data of the first PDO."""
+    assembler.begin(index, 0.015 * index)
+    assembler.frame(COB_IDS[0], data, 0.0, 0.0)
+    return bool(assembler.close().present[0])
+
+
+def test_a_long_pdo_is_taken_until_the_first_of_the_length_of_its_mapping():
     assembler = Assembler(VEHICLE)
-    assembler.begin(0, 0.0)
-    assembler.frame(COB_IDS[0], b"\x05\0\0\0\xff", 0.0, 0.0)
-    assert assembler.close().counts[0] == 5
+    assert takes(assembler, 0, b"\x05\0\0\0\xff")
+    assert not assembler.events.all()
     assembler.expect_length(COB_IDS[0], 4)
-    assembler.begin(1, 0.015)
-    assembler.frame(COB_IDS[0], b"\x06\0\0\0\xff", 0.0, 0.0)
-    assert not assembler.close().present[0]
+    assert takes(assembler, 1, b"\x06\0\0\0\xff\0\0\0")
+    assert [event.what for event in assembler.events.all()] == [
+        "PDO 181h has 8 bytes and its mapping 4: the first are taken"
+    ]
+    assert takes(assembler, 2, b"\x07\0\0\0")
+    assert not takes(assembler, 3, b"\x08\0\0\0\xff\0\0\0")
+    assert not takes(assembler, 4, b"\x09\0\0")
 
 
 def test_a_silent_node_is_not_waited_for_until_it_is_heard():
