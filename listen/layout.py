@@ -183,16 +183,34 @@ def _add_float(weights: dict[Reading, float], column: Column, direction: Directi
     if np.any(exponents == 255) or np.any((exponents == 0) & ~is_zero) or np.all(is_zero):
         return
     used = exponents[~is_zero]
-    # Exponents of physical values: geometric on both sides of 2^2, half in three octaves; then 24 bits.
-    far = max(abs(int(used.min()) - 129), abs(int(used.max()) - 129))
+    # Exponents of physical values: geometric on both sides of 2^2, half in three octaves; then 24 bits. What
+    # passes 0 is small for a moment: the largest value tells the size.
+    far = abs(int(used.max()) - 129)
     step = centred(np.diff(ordered_floats(column)), 33)
     usual = float(np.median(np.abs(step[step != 0])))
     # 24 bits resolve more than any sensor: its steps are of 2^6 units of the last place and more.
     fine = 0.0 if usual >= priors.FLOAT_STEP else priors.FLOAT_STEP_BITS
     zeros = min(lowest_zeros(column & np.uint64(0xFFFFFF)), MOST_ZEROS)  # of what counts in 1/16, for example
-    changes = min(residual_code(step >> zeros), symbol_code(column, 32))
+    changes = min(residual_code(step >> zeros), symbol_code(column, 32), _on_a_grid(column, exponents))
     length = 3.1 + far / 3.0 + 24.0 - zeros + math.log2(MOST_ZEROS) + changes + fine
     weights["float", True] = _prior("float", 32, direction) - length
+
+
+def _on_a_grid(column: Column, exponents: NDArray[np.int64]) -> float:
+    """Return the bits of floats as whole numbers of the last place of the largest, as noise about 0 is even.
+
+    Smaller floats have more places, which are told one by one where the values use them.
+    """
+    largest = int(exponents.max())
+    values = column.astype(np.uint32).view(np.float32).astype(np.float64)
+    grid = np.rint(np.ldexp(values, 150 - largest)).astype(np.int64)
+    zeros = lowest_zeros(np.abs(grid).astype(np.uint64))
+    has_more = bool(np.any(np.ldexp(grid.astype(np.float64), largest - 150) != values))
+    below = largest - exponents[values != 0.0] if has_more else np.zeros(0, np.int64)
+    more = float(np.where(below < 24, below, 24 + 8).sum())  # or a whole float, where it is nothing beside
+    numbers = grid >> min(zeros, 24)
+    around = numbers - np.int64(np.median(numbers))
+    return 1.0 + more + min(residual_code(np.diff(numbers)), residual_code(around[1:]))
 
 
 def total_of(weights: Mapping[Reading, float]) -> float:

@@ -132,3 +132,9 @@ def test_a_float_of_a_sensor_with_a_coarse_step_is_a_float():
     data = values.astype("<f4").view(np.uint8).reshape(N, 4)
     fields, _ = found(data, direction="sent")
     assert fields == [(0, 32, "float", True)]
+
+
+def test_noise_about_0_is_a_float_although_some_of_its_values_are_tiny():
+    values = (0.3 * RANDOM.normal(0, 1, N)).astype("<f4")
+    fields, _ = found(values.view(np.uint8).reshape(N, 4), direction="sent")
+    assert fields == [(0, 32, "float", True)]

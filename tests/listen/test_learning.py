@@ -292,3 +292,24 @@ def test_an_object_with_a_width_of_its_own_is_learned_from_its_values():
     known = {0x185: (Signal("5.6064h Position actual value", 16, 16),)}
     signal = message_of(learn_bus(drive_log("speed"), known), 0x185).signals[0]
     assert "status word" != signal.kind != "constant"
+
+
+@pytest.mark.parametrize(
+    ("values", "is_open"),
+    [
+        (np.arange(3000) * 5 + 100, True),  # 15000 counts: the low two bytes alone move
+        (np.arange(3000) * 41 + 100, False),  # 123000 counts: more than 16 bits move
+    ],
+)
+def test_a_number_whose_upper_bytes_never_move_may_be_narrower_and_is_not_sure(values, is_open):
+    random = np.random.default_rng(5)
+    noisy = values + random.integers(-1, 2, len(values)) + 8
+    rows = [Frame(float(t), 0x705, b"\x05") for t in np.arange(0.0, 60.0, 0.5)]
+    rows += [
+        Frame(0.02 * n + 0.001, 0x185, int(value).to_bytes(4, "little"))
+        for n, value in enumerate(noisy.tolist())
+    ]
+    frames = frames_of(sorted(rows, key=lambda row: row.time))
+    (signal,) = message_of(learn_bus(frames), 0x185).signals
+    assert (signal.bits, signal.kind) == (32, "number")
+    assert signal.is_sure != is_open
