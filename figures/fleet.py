@@ -67,7 +67,7 @@ def plot_floor_map(
         figure = Figure(figsize=(8.0, 6.4), layout="constrained")
         axes = figure.subplots()
         axes.scatter(
-            driven[:, 0], driven[:, 1], c=np.sqrt(driven[:, 2]), s=2.0, cmap="Greys", marker="s", linewidths=0
+            driven[:, 0], driven[:, 1], c=np.sqrt(driven[:, 2]), s=5.0, cmap="Greys", marker="s", linewidths=0
         )
         shown: set[str] = set()
         for place in places:
@@ -94,8 +94,9 @@ def plot_floor_map(
         if true is not None:
             axes.plot(true[:, 0], true[:, 1], "k+", markersize=8, label="true place", zorder=5)
         axes.set(xlabel="x [m]", ylabel="y [m]", title=title)
-        axes.set_aspect("equal")
-        figure.legend(loc="outside lower center", ncols=3)
+        axes.set_aspect("equal", adjustable="datalim")
+        if places or true is not None:
+            figure.legend(loc="outside lower center", ncols=3)
         save(figure, path)
 
 

@@ -26,6 +26,8 @@ def simulate_hall(
     places: Annotated[
         int, typer.Option(help="Bad places of the floor: joint, oily patch and slope in turn.", min=0)
     ] = 3,
+    length: Annotated[float, typer.Option(help="Length of the hall [m].", min=8.0)] = 40.0,
+    width: Annotated[float, typer.Option(help="Width of the hall [m].", min=8.0)] = 30.0,
     pose_period: Annotated[
         float, typer.Option(help="Time between readings of the pose [s]; 0 for docks alone.", min=0.0)
     ] = 0.0,
@@ -35,7 +37,7 @@ def simulate_hall(
     from omnimate.vcan_sim.hall.hall import draw_hall
     from omnimate.vcan_sim.hall.store import write_store
 
-    hall = draw_hall(robots, days, sick=sick, places=places, seed=seed)
+    hall = draw_hall(robots, days, sick=sick, places=places, length=length, width=width, seed=seed)
     with progress_bar("driving") as progress:
         count = write_store(
             hall, store, range(days), laps, minutes, pose_period=pose_period, progress=progress

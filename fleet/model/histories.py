@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 LINE = 5  # days from which on wear is learned
-# [1/day or rad/day] of wear, as long as it is not known: tyres of 150 mm lose below 0.1 mm in a week.
+# [1/day or rad/day] of wear, as long as it is not known: tyres of 150 mm lose below 0.1 mm in a week. What
+# changes faster is no ordinary wear, however many robots of a small fleet do so.
 UNKNOWN_WEAR = 1e-4
+# [standard deviations of a day] of ordinary scatter from day to day, at most, for the same reason.
+MOST_DAILY = 3.0
 # [standard deviations of a day] of what robots differ from their files at least: where a robot starts is no
 # news, and few robots say little of how much they differ.
 CALIBRATED = 10.0
@@ -104,9 +107,11 @@ def ordinary(histories: Sequence[History]) -> Ordinary:
     own[0] = np.maximum(own[0], (CALIBRATED * sigma) ** 2)
     if max(len(single.days) for single in histories) < LINE:
         middle[1], own[1] = 0.0, UNKNOWN_WEAR**2
+    middle[1] = np.clip(middle[1], -UNKNOWN_WEAR, UNKNOWN_WEAR)
+    own[1] = np.minimum(own[1], UNKNOWN_WEAR**2)
     left = np.concatenate([line.left for line in lines])
     ratio = _robust_variance(left) if len(left) > 1 else np.ones_like(sigma)
-    daily = np.maximum(ratio * _doubt(len(left)) - 1.0, 0.0) * sigma**2
+    daily = np.clip(ratio * _doubt(len(left)) - 1.0, 0.0, MOST_DAILY**2) * sigma**2
     return Ordinary(middle[0], own[0], middle[1], own[1], daily, sigma)
 
 

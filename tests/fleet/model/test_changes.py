@@ -54,6 +54,14 @@ def test_a_few_sick_robots_do_not_change_what_is_ordinary(fleet, usual):
     assert mixed.wear == pytest.approx(usual.wear, abs=1e-5)
 
 
+def test_of_two_robots_the_sick_one_is_seen():
+    two = [history(1), history(2, added=step(4, 2, 40.0))]
+    well, sick = (change_of(single, ordinary(two)) for single in two)
+    assert well.log_e < 5.0
+    assert sick.log_e > 15.0
+    assert sick.name == "wheelbase"
+
+
 def test_the_evidence_against_healthy_robots_has_a_mean_of_one_at_most(usual):
     values = np.exp([change_of(history(seed), usual).log_e for seed in range(1000, 1400)])
     assert values.mean() < 1.0 + 3.0 * values.std() / math.sqrt(len(values))

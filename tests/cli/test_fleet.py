@@ -1,0 +1,59 @@
+"""`omnimate fleet`: a store is written, worked on, and reported."""
+
+import pytest
+
+from omnimate.cli.fleet.report import since, size, speed
+from omnimate.fleet.model.changes import Change
+
+pytest.importorskip("pyarrow")
+
+
+def change(name, shape, per_day):
+    days = ("2026-03-04", "2026-03-03", "2026-03-05")
+    return Change("tug-0000", "tug", 20.0, name, 1.0, *days, shape, 0.02, 0.001, per_day)
+
+
+def test_a_step_of_a_wheelbase_is_said_in_percent_and_gets_no_worse():
+    step = change("wheelbase", "step", 0.0)
+    assert since(step) == "2026-03-04 (2026-03-03 to 2026-03-05)"
+    assert size(step) == "+2.000 +- 0.196 %"
+    assert speed(step) == "no more"
+
+
+def test_a_ramp_of_a_joint_is_said_in_degrees_with_its_speed():
+    ramp = change("joint_a", "ramp", 0.002)
+    assert size(ramp).endswith("degrees")
+    assert speed(ramp) == "+0.115 degrees"
+
+
+def test_a_small_hall_goes_through_all_verbs(omnimate, tmp_path):
+    store = tmp_path / "store"
+    hall = (
+        "--robots",
+        2,
+        "--days",
+        3,
+        "--minutes",
+        1,
+        "--sick",
+        0,
+        "--places",
+        0,
+        "--length",
+        12,
+        "--width",
+        10,
+    )
+    assert omnimate("fleet", "simulate", store, *hall).code == 0
+    told = omnimate("fleet", "run", store, "--no-diagnose")
+    assert (told.code, told.out) == (0, "6 recordings worked on, 0 known before\n")
+    told = omnimate("fleet", "report", store, "--plots", tmp_path / "plots")
+    assert told.code == 0
+    assert told.out.startswith("2026-03-04: 2 recordings, 2 robots judged, 0 sick, 0 bad places")
+    assert (tmp_path / "plots" / "floor.png").exists()
+
+
+def test_a_folder_that_is_no_store_is_refused(omnimate, tmp_path):
+    told = omnimate("fleet", "run", tmp_path)
+    assert told.code == 1
+    assert "expected folders robot=NAME/day=YYYY-MM-DD" in told.err
