@@ -107,7 +107,7 @@ def test_without_headings_positions_are_still_guarded() -> None:
 
 def test_return_errors_above_the_side_are_asked_about_and_not_refused() -> None:
     """They are true of very different wheels, and of a wrong unit."""
-    true = Trial(0.87, 1.02, floor_covariance(0.02)).drive(np.random.default_rng(2))
+    true = Trial(0.85, 1.02, floor_covariance(0.02)).drive(np.random.default_rng(2))
     assert true.errors.e_max_syst > 4.0
     asked = [advice for advice in advise(true) if "unit" in advice.what]
     assert [advice.severity for advice in asked] == ["warning"]
