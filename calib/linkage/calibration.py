@@ -23,13 +23,14 @@ from omnimate.calib.linkage.problem import COORDINATES, SEPARATE, LinkageProblem
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.least_squares import PathCalibration, Quantity, quantities
 from omnimate.calib.recordings import check_one_robot
-from omnimate.vehicle.parameters import JOINTS, Linkage
+from omnimate.vehicle.parameters import JOINTS, Linkage, Truck
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from omnimate.calib.estimation.estimates import Estimate
-    from omnimate.vehicle.parameters import Truck, TruckName, VehicleParameters
+    from omnimate.ipec.filter.slow_parameters import SlowParameters
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
@@ -112,17 +113,44 @@ def corrected_linkage(vehicle: VehicleParameters, calibration: LinkageCalibratio
 
     A zero is a whole number of counts, so a bias of up to half a count may remain.
     """
-    assert vehicle.linkage is not None  # or it could not have been calibrated
-    linkage = Linkage(vehicle.linkage.length - calibration.link_bias)
-    vehicle = corrected_vehicle(vehicle, calibration.trucks)
-    biases = dict(zip(JOINTS, calibration.joint_bias, strict=True))
+    return without_biases(vehicle, calibration.trucks, calibration.joint_bias, calibration.link_bias)
+
+
+def learned_vehicle(vehicle: VehicleParameters, slow: SlowParameters) -> VehicleParameters:
+    """Return the same robot with what the filter has learned of its encoders while it drove.
+
+    Creep is no parameter of a robot and stays. A bias of a joint may also be an axle that is turned in its
+    truck: encoders cannot tell; the path is the same, the heading of the body is not.
+    """
+    trucks: dict[TruckName, Truck] = {}
+    for number, name in enumerate(vehicle.trucks):
+        truck, (left, right) = vehicle.trucks[name], slow.wheel[2 * number : 2 * number + 2].tolist()
+        trucks[name] = Truck(
+            wheelbase=truck.wheelbase * (1.0 + float(slow.wheelbase[number])),
+            wheel_diameter_left=truck.wheel_diameter_left * (1.0 + left),
+            wheel_diameter_right=truck.wheel_diameter_right * (1.0 + right),
+        )
+    joint_a, joint_b = slow.joint_bias.tolist()
+    return without_biases(vehicle, trucks, (joint_a, joint_b), slow.link_bias)
+
+
+def without_biases(
+    vehicle: VehicleParameters,
+    trucks: Mapping[TruckName, Truck],
+    joint_bias: tuple[float, float],
+    link_bias: float,
+) -> VehicleParameters:
+    """Return a robot with other trucks, and zeros and length of its linkage without biases [rad], [m]."""
+    assert vehicle.linkage is not None  # or nothing could have been learned of it
+    biases = dict(zip(JOINTS, joint_bias, strict=True))
     encoders = tuple(
         replace(encoder, zero=encoder.zero + round(biases[encoder.channel] / encoder.scale))
         if encoder.channel in biases
         else encoder
         for encoder in vehicle.encoders
     )
-    return replace(vehicle, linkage=linkage, encoders=encoders)
+    linkage = Linkage(vehicle.linkage.length - link_bias)
+    return replace(corrected_vehicle(vehicle, trucks), linkage=linkage, encoders=encoders)
 
 
 def _information(calibrations: Mapping[TruckName, PathCalibration]) -> Array:

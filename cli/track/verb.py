@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from omnimate.driver.driver import Driver
     from omnimate.driver.passive import PassiveReader
     from omnimate.ipec.filter.prior import Prior
+    from omnimate.ipec.filter.slow_parameters import SlowParameters
     from omnimate.ipec.tracker import Tracker
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 def track(
@@ -49,6 +51,10 @@ def track(
     jsonl: Annotated[
         str | None, typer.Option(help="File for the same rows as JSON lines; - for standard output.")
     ] = None,
+    out_file: Annotated[
+        Path | None,
+        typer.Option("--out", help="Write vehicle.toml here, with what the filter has learned of the robot."),
+    ] = None,
     every: Annotated[float, typer.Option(help="Seconds between rows; 0 for every sample.", min=0.0)] = 0.1,
 ) -> None:
     """Show where the robot is by odometry, IPEC and the filter, with what was corrected and why."""
@@ -63,13 +69,28 @@ def track(
     prior = NOMINAL if uncalibrated else CALIBRATED
     with open_rows(csv, jsonl) as writer:
         if recording is not None:
-            _track_recording(recording, prior, writer, every)
-        elif bus is not None:
+            robot, slow = _track_recording(recording, prior, writer, every)
+        else:
+            assert bus is not None  # exactly one of them was given
             tracker = Tracker(nominal_vehicle(vehicle), prior=prior)
             _track_bus(bus, tracker, writer, seconds=seconds, every=every, listen_only=listen_only)
+            robot, slow = tracker.vehicle, tracker.slow
+    if out_file is not None:
+        _write(robot, slow, out_file)
 
 
-def _track_recording(folder: Path, prior: Prior, writer: RowWriter, every: float) -> None:
+def _write(robot: VehicleParameters, slow: SlowParameters, path: Path) -> None:
+    """Write the robot with what was learned of it."""
+    from omnimate.calib.linkage.calibration import learned_vehicle
+    from omnimate.vehicle.file import save_vehicle
+
+    save_vehicle(learned_vehicle(robot, slow), path)
+    err.print(f"written: {path}; drive again, and compare: nothing should be left to learn", markup=False)
+
+
+def _track_recording(
+    folder: Path, prior: Prior, writer: RowWriter, every: float
+) -> tuple[VehicleParameters, SlowParameters]:
     from omnimate.calib.monitoring.channels import check_frozen
     from omnimate.ipec.tracker import track_recording
     from omnimate.logs.folder import load_recording
@@ -87,6 +108,7 @@ def _track_recording(folder: Path, prior: Prior, writer: RowWriter, every: float
         err.print(sentence, markup=False, soft_wrap=True)
     if last is not None:
         show_summary(last, estimate.slow, estimate.findings, to_stdout=writer.leaves_stdout)
+    return recording.vehicle, estimate.slow
 
 
 def _track_bus(

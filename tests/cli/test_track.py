@@ -14,15 +14,18 @@ from omnimate.cli.track.live import follow
 from omnimate.cli.track.rows import RowFileError, open_rows
 from omnimate.cli.track.verb import track
 from omnimate.ipec.errors import LinkageChannelError, NoLinkageError
+from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.tracker import Tracker
 from omnimate.logs.folder import save_recording
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.motion.paths import umbmark as squares
+from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.file import load_vehicle
 from omnimate.vehicle.sample import Sample
 
 
@@ -112,3 +115,20 @@ def test_bad_sources_are_refused(folder, drive, tmp_path):
     single = reference_single()
     save_recording(simulate(single, Truth(single), squares(1.0, 1)), tmp_path / "single")
     assert isinstance(call(tmp_path / "single").exception, NoLinkageError)
+
+
+def test_what_was_learned_is_written_and_then_nothing_is_left_to_learn(tmp_path):
+    """A joint that reads half a degree too much: its zero is moved, to within half a count."""
+    robot = reference_vehicle()
+    truth = Truth(robot, effects=linkage_biases(joint_a=np.radians(0.5)), floor=Floor(), seed=2)
+    recording = simulate(robot, truth, rounded_rectangle(6.0, 3.25, ["ccw", "cw"]))
+    save_recording(recording, tmp_path / "drive")
+    result = call(tmp_path / "drive", "--out", tmp_path / "learned.toml")
+    assert result.exit_code == 0, result.output
+    assert "an axle that is turned" in result.output
+    learned = load_vehicle(tmp_path / "learned.toml")
+    count = learned.encoder("joint_a").scale
+    moved = (learned.encoder("joint_a").zero - robot.encoder("joint_a").zero) * count
+    assert moved == pytest.approx(np.radians(0.5), abs=0.75 * abs(count))
+    again = estimate(replace(recording, vehicle=learned))
+    assert not any(name == "bias of joint_a" for name, _ in again.findings.suspects)
