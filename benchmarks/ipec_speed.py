@@ -93,7 +93,7 @@ def main() -> int:
     hours = len(recording) * vehicle.bus.sync_period / 3600.0
     steps: dict[str, tuple[Corrector | Filter, float]] = {
         "IPEC": (Corrector(vehicle), 20.0),
-        "filter": (Filter(vehicle), 50.0),
+        "filter": (Filter(vehicle), 20.0),
     }
     within = True
     odometry = min(plain_step(vehicle, stream) for _ in range(ROUNDS))

@@ -47,7 +47,7 @@ def findings(settings: Record, state: Record) -> Findings:
         state["learned"][0, state["weight"][0].argmax()],
     )
     level = (expected * trust + learned[:, 0]) / (trust + learned[:, 1])
-    factors = np.sqrt(level / expected).tolist()
+    factors = np.sqrt(np.divide(level, expected, out=np.zeros(4), where=expected > 0.0)).tolist()
     scatter = tuple(
         (name, value) for name, value in zip(LEVELS, factors, strict=True) if value >= CONTRADICTED
     )
