@@ -33,6 +33,7 @@ from omnimate.vehicle.compiled import Array, compiled
 ADMITTED = 2
 SCALES = 3  # sizes of a suspect, each a third of the one before, that are as probable as each other
 TURNED = 0.5  # probability that what looks like a joint's bias is an axle that is turned in its truck
+CHANGE = -math.log(1e6)  # odds of a change in a step: a joint comes loose once in 50 km
 NEGLIGIBLE = 0.01  # probability below which a hypothesis does not count
 HOPELESS = -3.0  # logarithm of the odds below which a suspect is not looked at
 
@@ -183,6 +184,9 @@ def weigh(settings: FilterSettings, state: FilterState) -> None:
     scores = settings.credit + state.score
     most, total = scores.max(), 0.0
     for hypothesis in range(BELIEFS):
+        behind = scores[hypothesis] - most
+        if behind < CHANGE:  # however long all was well, it may have changed since
+            state.score[hypothesis] += CHANGE - behind
         state.weight[hypothesis] = math.exp(scores[hypothesis] - most)
         if state.weight[hypothesis] < NEGLIGIBLE:
             state.weight[hypothesis] = 0.0
