@@ -50,6 +50,9 @@ KNOWN = 4.0  # stretches that say, before any is seen, that noise is white
 CONCENTRATED = (
     0.5  # of the information, or of the gain, in one part of the data, from which others must show it
 )
+# Log odds of a bump in one window of 0.25 s on a floor that has two of them already: once a minute, as robots
+# come to a joint between slabs every ten or twenty metres.
+MANY, AGAIN = 2, math.log(1.0 / 240.0)
 NOTHING = -math.inf
 
 
@@ -152,9 +155,15 @@ class Posterior:
     def odds(self, single: int, members: Iterable[int]) -> float:
         """Return the log prior odds of a candidate beside a set.
 
-        Whoever has not calibrated one of a truck's numbers has not calibrated the others.
+        Whoever has not calibrated one of a truck's numbers has not calibrated the others, and a floor on
+        which a wheel met two bumps has more of them.
         """
         term = self.terms[single]
+        if term.effect == "bump" and len(term.fixed["times"]) == 1:
+            others = [self.terms[other] for other in members if other != single]
+            bumps = sum(len(other.fixed["times"]) for other in others if other.key == term.key)
+            if bumps >= MANY:
+                return max(term.odds, AGAIN)
         if term.effect in NUMBERS and any(
             self.terms[other].effect in NUMBERS
             and self.terms[other].component.startswith(term.component[:1])
@@ -357,17 +366,22 @@ class Beside:
         if quiet or self._cancels(with_it):
             covariance = np.linalg.inv(gram + size).astype(np.float64)
             return Judgement(NOTHING, NOTHING, NOTHING, fitted, covariance, 1.0)
-        after = residual - own @ fitted
+        after, loose = residual - own @ fitted, 0.0
+        if term.is_event and term.effect != "unknown":
+            weight = self._inexact(term.inexact * own @ fitted, after)
+            loose = 0.5 * float((residual**2 * (1.0 - weight**2)).sum()) + float(np.log(weight).sum())
+            own, residual, after = own * weight[:, None], residual * weight, after * weight
+            gram, score = own.T @ own, own.T @ residual
         spread = self._spread(own, after, gram)
-        white = bayes_factor(gram, score) - self.everyday({term.key})
+        white = bayes_factor(gram, score) - self.everyday({term.key}) + loose
         gram, score = gram / spread, score / spread
         covariance = np.linalg.inv(gram + size).astype(np.float64)
         coefficients = np.asarray(covariance @ score)
-        evidence = bayes_factor(gram, score) - self.everyday({term.key}, spread)
+        evidence = bayes_factor(gram, score) - self.everyday({term.key}, spread) + loose / spread
         absurd = np.any(np.abs(coefficients) > LINEAR * term.most)
         if (term.positive and np.any(coefficients < 0.0)) or absurd:
             evidence = NOTHING
-        earned = self._earned(own, residual, spread) if evidence > NOTHING else NOTHING
+        earned = self._earned(own, residual, spread) + loose / spread if evidence > NOTHING else NOTHING
         if earned > 0.0 and not term.is_local:
             gain = residual**2 - after**2
             outlying = self._outlying(gain)
@@ -375,8 +389,10 @@ class Beside:
                 earned = min(earned, self._earned_in(outlying, own, residual, spread))
         odds = self.posterior.odds(single, self.members)
         prior = odds + self._rarer(with_it)
-        least = min(evidence, earned)
-        rank = prior + min(white, spread * earned) if least > NOTHING else NOTHING
+        least, rank = min(evidence, earned), NOTHING
+        if least > NOTHING:
+            unspread = earned if spread == 1.0 else self._earned(own, residual, 1.0) + loose
+            rank = prior + min(white, unspread)
         return Judgement(prior + least, evidence, earned, coefficients, covariance, spread, rank)
 
     def _apart(self, columns: Sequence[int], key: tuple[str, str]) -> tuple[Array, Array]:
@@ -386,6 +402,20 @@ class Beside:
         if len(same):
             rows = narrowed(rows, self.columns(same) * sizes)
         return rows[:, 1:], rows[:, 0]
+
+    def _inexact(self, part: Array, after: Array) -> Array:
+        """Return the weights (V,) of rows if an event is likelier not exactly of its shape; ones if it is.
+
+        Rivals that are free in shape, as a push is, would otherwise explain what a law leaves that nobody
+        holds for exact, and what it leaves would count as noise that is not white.
+
+        Args:
+            part: What it may do otherwise than its law says, one standard deviation, `(V,)`.
+            after: What is left beside it, `(V,)`.
+        """
+        weight = self._weight(part[:, None])[:, 0]
+        likelier = 0.5 * float((after**2 * (1.0 - weight**2)).sum()) + float(np.log(weight).sum())
+        return weight if likelier > 0.0 else np.ones_like(weight)
 
     def _spread(self, own: Array, after: Array, gram: Array) -> float:
         """Return the factor by which scores of rows or stretches scatter more than unit noise does."""

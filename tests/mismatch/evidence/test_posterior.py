@@ -10,6 +10,7 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from omnimate.mismatch.evidence.posterior import (
+    AGAIN,
     LARGEST,
     TAILS,
     bayes_factor,
@@ -197,6 +198,33 @@ def test_what_acts_all_the_time_is_not_believed_for_three_outlying_seconds(
     posterior = drawn(columns, terms, np.array([0.0]), 4)
     posterior.regression.white[moments, 0] += columns[moments, 0]
     assert (posterior.beside(()).judge(0).worth > 0.0) is believed
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_an_event_that_is_not_of_its_shape_is_not_left_to_what_is_free_in_shape(
+    drawn, waves, candidate, exact
+):
+    """A wheel takes a second to roll over an obstacle, where its law says one moment."""
+    columns = np.zeros((480, 4))
+    columns[[200, 201], 0] = 8.0, 10.0  # the bump
+    columns[[200, 201, 202], [1, 2, 3]] = 10.0  # three free numbers of a push
+    shape = np.array([8.0, 10.0, 0.0]) if exact else np.array([5.0, 12.0, 4.0])
+    terms = [
+        candidate("bump", "a.left", positive=True, times=(50.0,)),
+        candidate("unknown", "a", odds=0.004, width=3, times=(50.0,)),
+    ]
+    posterior = drawn(columns, terms, np.zeros(4), 4)
+    posterior.regression.white[200:203, 0] += shape
+    bump, push = (posterior.beside(()).judge(number) for number in (0, 1))
+    assert bump.worth > 0.0
+    assert bump.rank > push.rank
+
+
+def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel(drawn, waves, candidate):
+    keys = [("a.left", 20.0), ("a.left", 40.0), ("a.left", 60.0), ("a.right", 60.0)]
+    terms = [candidate("bump", wheel, odds=1e-5, positive=True, times=(time,)) for wheel, time in keys]
+    posterior = drawn(waves([400.0] * 4, 1), terms, np.zeros(4), 1)
+    assert posterior.odds(2, (0, 1)) == AGAIN > posterior.odds(2, (0,)) == posterior.odds(2, (0, 3))
 
 
 def test_a_truck_with_one_wrong_number_was_not_calibrated(drawn, waves, candidate):
