@@ -270,10 +270,13 @@ def _others(rest: Sequence[Shaft], rates: NDArray[np.float64], found: Trucks) ->
         for shaft, truck in zip(rest, found.joints, strict=True)
         if truck is not None
     ]
-    causes = [one, other, *(one * angle for angle in angles), *(one * angle**2 for angle in angles)]
+    bent = [one * angle for angle in angles]
     others = []
     for shaft, truck in zip(rest, found.joints, strict=True):
-        share = _share(_smooth(shaft.position.rate), [_smooth(cause) for cause in causes])
+        own = [one, other, *(one * angle**2 for angle in angles)]
+        if truck is not None:
+            own = [rates[wheel] for wheel in found.pairing[truck]]
+        share = _share(_smooth(shaft.position.rate), [_smooth(cause) for cause in (*own, *bent)])
         if truck is not None:
             others.append(Other(shaft, f"joint of truck {truck + 1}", share))
         else:
