@@ -78,13 +78,16 @@ def draw_states(rows: Sequence[Drawn], path: Path) -> None:
         axis.axhline(0.0, color="0.7", lw=0.5)
         axis.set_xticks(range(len(STATES)), STATES, rotation=90)
         axis.set_yscale("symlog", linthresh=0.01)
+        axis.margins(y=0.15)
     _save(figure, path, "", "learned, in the largest size that is expected; bars: 2 standard deviations")
 
 
 def _panels(rows: Sequence[Drawn]) -> tuple[Figure, list[Axes]]:
     """Return a figure with a panel for each case, with its name above it."""
     down = -(-len(rows) // ACROSS)
-    figure, grid = plt.subplots(down, ACROSS, figsize=(4.0 * ACROSS, 2.4 * down), squeeze=False)
+    figure, grid = plt.subplots(
+        down, ACROSS, figsize=(4.0 * ACROSS, 2.4 * down), squeeze=False, layout="constrained"
+    )
     axes: list[Axes] = list(grid.flat)
     for axis in axes[len(rows) :]:
         axis.set_visible(False)
@@ -97,7 +100,6 @@ def _panels(rows: Sequence[Drawn]) -> tuple[Figure, list[Axes]]:
 def _save(figure: Figure, path: Path, below: str, beside: str) -> None:
     figure.supylabel(beside, fontsize=9)
     figure.supxlabel(below, fontsize=9)
-    figure.tight_layout()
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=80)
     plt.close(figure)
