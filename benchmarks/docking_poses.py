@@ -1,6 +1,8 @@
 """How well poses at docks alone calibrate a real robot: the first and the last pose of each OptiOdom drive.
 
-The circular and ivanjko sets are used, the free drives are held out. Beside it the same with all poses.
+The circular and ivanjko sets are used, the free drives are held out.
+
+Peers, in the same run: all poses, and the nominal robot.
 
 Usage: python -m benchmarks.docking_poses [ROOT]
 """

@@ -2,6 +2,8 @@
 
 Processor time counts, because the machine may be shared; simulating and writing the laps does not.
 
+Peer, in the same run: the same batch of another day's laps.
+
 Usage: python -m benchmarks.fleet_batch [--robots 24] [--diagnose]
 """
 

@@ -3,6 +3,8 @@
 The first week finds the bad places; from then on every night judges all robots from what is known by then.
 No file is written or read on the way: the laps are simulated, and their numbers are those of `fleet run`.
 
+Peer: the truth of the hall.
+
 Usage: python -m benchmarks.fleet_hall [--robots 1000] [--days 30] [--sick 30] [--places 20]
 """
 
