@@ -27,7 +27,7 @@ class Localization:
     """Localizes a robot from its samples; only one thread may call it.
 
     The tracker's compiled code is loaded in another thread, which on a new machine takes half a minute.
-    Until then there is plain odometry, and no sample is delayed.
+    Until then there is plain odometry, and no sample is delayed. A process that ends meanwhile waits for it.
     """
 
     def __init__(self, vehicle: VehicleParameters) -> None:
@@ -49,8 +49,9 @@ class Localization:
             self._first_samples.append(sample)
             if len(self._first_samples) == LOADING_SAMPLES:
                 samples, self._first_samples = self._first_samples, None
+                # no daemon: the compiler crashes where the interpreter is taken down while it works
                 threading.Thread(
-                    target=self._load_tracker, args=(samples,), name="loading the tracker", daemon=True
+                    target=self._load_tracker, args=(samples,), name="loading the tracker", daemon=False
                 ).start()
 
     def _load_tracker(self, samples: list[Sample]) -> None:
