@@ -144,6 +144,7 @@ def main() -> int:
     print(f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f} at the start")
     print(f"{'form':22}{'frames':>12}{'10^6/s':>9}{'ns of a core':>14}{'MB':>7}{'a day':>10}")
     with tempfile.TemporaryDirectory() as folder:
+        measured(write_text, Path(folder) / "day.log", count)  # numba compiles, which is not of the reading
         short, long = (
             measured(write_text, Path(folder) / "day.log", frames) for frames in (count, 4 * count)
         )

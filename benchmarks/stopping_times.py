@@ -2,18 +2,21 @@
 
 Peer: the same causes with the status word 6041h of the drives in no TPDO, and in one.
 
-The devices are `canopen.LocalNode` with a CiA 402 drive on it (`tests/foreign`), on a virtual bus whose time
-is simulated: the driver's own work takes none. Each cause happens at many moments of SYNC and heartbeat. The
-time ends when zero velocity has been sent to all four drives.
+The devices are `canopen.LocalNode` with a CiA 402 drive on it (`tests/foreign`), or such on CANopenNode where
+CANOPENNODE names its sources (CONTRIBUTING.md), on a virtual bus whose time is simulated: the driver's own
+work takes none. Each cause happens at many moments of SYNC and heartbeat. The time ends when zero velocity
+has been sent to all four drives.
 
-Usage: python -m benchmarks.stopping_times
+Usage: python -m benchmarks.stopping_times [LocalNode | CANopenNode]
 """
 
 from __future__ import annotations
 
 import statistics
 import sys
+import tempfile
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimate.driver.driver import Driver
@@ -22,7 +25,9 @@ from omnimate.motion import drive as motion
 from omnimate.motion.journal import Journal
 from omnimate.motion.paths import out_and_back
 from omnimate.motion.runner import Runner
+from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
+from tests.foreign.canopennode import nodes
 from tests.foreign.devices import PRE_OPERATIONAL, STOPPED, SWITCH_ON_DISABLED
 from tests.foreign.robots import FIRST_DRIVE, devices, two_trucks
 
@@ -109,6 +114,12 @@ def standing_time(status: str | None, phase: float) -> float:
 
 
 def main() -> int:
+    if sys.argv[1:] == ["CANopenNode"]:
+        if missing := nodes.what_is_missing():
+            print(missing)
+            return 1
+        with tempfile.TemporaryDirectory() as folder:
+            robots.FAMILY = nodes.family(nodes.build(Path(folder)))
     clocks = time.monotonic, time.sleep
     print(f"{'cause':34}{'6041h by SDO':>20}{'6041h in a TPDO':>20}   [ms], median and slowest")
     slowest = 0.0

@@ -30,6 +30,7 @@ def drive_program(
     recorder: Recorder,
     fix: Fix | None = None,
     watch: Callable[[Moment], None] = lambda _moment: None,
+    seconds: float | None = None,
 ) -> None:
     """Enable the drives, drive a program to its end, and stop; laps and fixes are recorded as they come.
 
@@ -39,6 +40,7 @@ def drive_program(
         recorder: Receives laps and fixes; the frames reach it through the driver.
         fix: Measures absolute poses; None where nothing does.
         watch: Is called with every moment of the drive.
+        seconds: Time after which to stop before the end [s]; None for never.
 
     Raises:
         DrivesStopped: A drive has stopped all wheels.
@@ -52,11 +54,14 @@ def drive_program(
         for count, moment in enumerate(drive(driver, runner, driver.vehicle, journal, fix)):
             start = moment.sample.time if start is None else start
             screen.update(moment)
+            driven = moment.sample.time - start
             if count % SHOWN_EVERY == 0:
-                driven, passed = moment.sample.time - start, bar.tasks[task].elapsed or 0.0
+                passed = bar.tasks[task].elapsed or 0.0
                 pace = f"{driven / passed:.0f} x real time" if passed > 1.0 else ""
                 bar.update(task, completed=runner.progress, lap=screen.words, pace=pace)
             watch(moment)
+            if seconds is not None and driven >= seconds:
+                break
         bar.update(task, completed=1.0, lap="done")
     driver.drives.require_enabled()
     driver.stop()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import report_problem
+from omnimate.cli.errors import CallError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,7 +28,14 @@ def load(folder: Path) -> Recording:
 
 
 def log_of(source: Path) -> Path:
-    """Return a log that was given, or the log in a recording folder that was."""
+    """Return a log that was given, or the log in a recording folder that was.
+
+    Raises:
+        CallError: The URL of a bus was given.
+    """
+    if ":/" in str(source) and not source.exists():
+        url = str(source).replace(":/", "://", 1)
+        raise CallError(f"{url} is not a log; a bus is given as --bus {url}")
     if not source.is_dir():
         return source
     from omnimate.logs.folder import log_path

@@ -74,7 +74,7 @@ def record(
         typer.Option("--listen-only", help="Send nothing; another device must produce SYNC."),
     ] = False,
     seconds: Annotated[
-        float | None, typer.Option(help="End after so long [s]; else at Ctrl-C.", min=0.1)
+        float | None, typer.Option(help="End after so long [s], also a drive; else at Ctrl-C.", min=0.1)
     ] = None,
     drive: Annotated[
         Protocol | None, typer.Option(help="Enable the drives and drive this. The robot moves.")
@@ -109,7 +109,7 @@ def record(
         with _kept(recorder, reader), contextlib.suppress(KeyboardInterrupt):
             out.print(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it", soft_wrap=True)
             if program is not None and not isinstance(reader, PassiveReader):
-                drive_program(reader, program, recorder)
+                drive_program(reader, program, recorder, seconds=seconds)
             else:
                 _follow(reader.samples(), robot, seconds)
     except DrivesStopped as error:

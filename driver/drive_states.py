@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 PROFILE_VELOCITY = 3
 SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, FAULT_RESET = 0x06, 0x07, 0x0F, 0x80
-QUICK_STOP = 0x02
-FAULT_MASK, FAULT = 0x4F, 0x08
+QUICK_STOP, DISABLE_VOLTAGE = 0x02, 0x00
+FAULT_MASK, FAULT, FAULT_REACTION = 0x4F, 0x08, 0x0F
 STATE_MASK = 0x6F
-READY, SWITCHED_ON, ENABLED = 0x21, 0x23, 0x27
+READY, SWITCHED_ON, ENABLED, QUICK_STOP_ACTIVE = 0x21, 0x23, 0x27, 0x07
 POLLS, POLL_PAUSE = 200, 0.01  # [s]: a brake may take two seconds to open
 
 _STEPS = (
@@ -29,6 +29,9 @@ _STEPS = (
 def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
     """Bring a drive to operation enabled in profile velocity mode at speed zero.
 
+    A fault is reset, once the drive's reaction to it is over. A drive that stays in quick stop active (605Ah
+    from 5 on) does not take shutdown there: its voltage is disabled first (CiA 402-2, transition 12).
+
     Args:
         sdo: Objects of the drive's node.
         pump: Reads and handles one frame, waiting for it at most so many seconds.
@@ -39,9 +42,16 @@ def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
         SdoRefused: The drive aborts a transfer.
         SdoSilent: The drive stops answering.
     """
-    if sdo.read(0x6041) & FAULT_MASK == FAULT:
+    what = "the end of its fault reaction"
+    status = _await(sdo, pump, lambda status: status & FAULT_MASK != FAULT_REACTION, what)
+    if status & FAULT_MASK == FAULT:
         sdo.write(0x6040, 0, FAULT_RESET)
         _await(sdo, pump, lambda status: status & FAULT_MASK != FAULT, "no fault after a reset")
+    elif status & STATE_MASK == QUICK_STOP_ACTIVE:
+        sdo.write(0x6040, 0, DISABLE_VOLTAGE)
+        _await(
+            sdo, pump, lambda status: status & STATE_MASK != QUICK_STOP_ACTIVE, "the end of its quick stop"
+        )
     sdo.write(0x60FF, 0, 0)  # even where it reads zero
     sdo.put(0x60FF, 0, 0)
     sdo.write(0x6060, 0, PROFILE_VELOCITY)
@@ -63,11 +73,11 @@ def disable_drive(sdo: Sdo) -> None:
     sdo.write(0x6040, 0, SHUTDOWN)
 
 
-def _await(sdo: Sdo, pump: Callable[[float], None], reached: Callable[[int], bool], expected: str) -> None:
+def _await(sdo: Sdo, pump: Callable[[float], None], reached: Callable[[int], bool], expected: str) -> int:
     status = 0
     for _ in range(POLLS):
         status = sdo.read(0x6041)
         if reached(status):
-            return
+            return status
         pump(POLL_PAUSE)
     raise DriveError(sdo.node, status, expected)

@@ -20,6 +20,7 @@ from omnimate.driver.supervision import STOPPED
 from omnimate.driver.target_pdo import planned_pdo
 from omnimate.driver.troubles import Trouble
 from omnimate.driver.waking import wake
+from omnimate.logs.canopen_words import error_register_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -229,6 +230,9 @@ class Drives:
     def _forget_old_troubles(self, older: Mapping[int, int]) -> None:
         """Forget what each drive reported before it reached operation enabled.
 
+        That state says that no fault is there (CiA 402), and not every device sends EMCY 0000h once an error
+        has gone. What the error register still says has been told.
+
         Args:
             older: How many troubles there were by then, by node id.
         """
@@ -281,13 +285,18 @@ class Drives:
         return replace(configuration, woken=woken), source
 
     def _enable(self, node: int) -> float:
-        """Enable a drive; return how long it takes to answer for its status word [s]."""
+        """Enable a drive, and say which error it still has; return how long it takes to answer [s]."""
         self._heartbeat()
         sdo, clock = self._sdo_of(node), self._network.clock
         enable_drive(sdo, self._network.pump)
         asked = clock.now()
         sdo.read(0x6041)
-        return clock.now() - asked
+        answer = clock.now() - asked
+        if register := sdo.find(0x1001):
+            errors = error_register_in_words(register)
+            what = f"is enabled, yet its error register 1001h = {register:02X}h says: {errors}"
+            self._events.add(clock.now(), node, what)
+        return answer
 
 
 def target_velocity(drive: Drive, speed: float) -> int:

@@ -57,8 +57,8 @@ class EncoderNodes:
         Where that fails, the nodes that were operational before are started again.
         """
         state = self._monitor.supervision.nodes[node]
-        self._boots[node] = state.boots
         woken = wake(self._sdos[node], self._nmt)
+        self._boots[node] = state.boots  # it has answered, so that an earlier boot-up has been read
         try:
             configuration = configure_node(self._sdos[node], self.vehicle, self._interrupt)
         except BaseException:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from omnimate.logs.frames import Frames
 
 HEARTBEAT, EMCY = 0x700, 0x080
-DRIVE_PROFILE, ENCODER_PROFILE = 402, 406  # low half of 1000h
+DRIVE_PROFILE = 402  # low half of 1000h
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,6 +54,10 @@ EMCY_CLASSES = {
     0xF0: "additional functions",
     0xFF: "device specific",
 }
+ERROR_REGISTER = (  # bits 0 to 7 of 1001h
+    *("generic", "current", "voltage", "temperature", "communication", "device profile specific"),
+    *("reserved bit 6", "manufacturer specific"),
+)
 SDO_ABORT_CODES = {
     0x05030000: "toggle bit not alternated",
     0x05040000: "SDO protocol timed out",
@@ -101,6 +105,11 @@ _PDO_FUNCTIONS = {
 }
 _CLIENT_INITIATES = {1: "download", 2: "upload", 5: "block upload", 6: "block download"}
 _SERVER_ANSWERS = {2: "answer", 3: "confirmed", 5: "block download", 6: "block upload"}
+
+
+def error_register_in_words(register: int) -> str:
+    """Say which errors a device has by its error register 1001h: `generic, temperature`."""
+    return ", ".join(word for bit, word in enumerate(ERROR_REGISTER) if register >> bit & 1) or "no error"
 
 
 def emcy_in_words(code: int) -> str:

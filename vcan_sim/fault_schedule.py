@@ -36,7 +36,10 @@ class FaultSchedule:
         """Raise FaultError where the fault's node is not on the bus."""
         if fault.node not in self._devices:
             nodes = ", ".join(str(node) for node in self._devices)
-            raise FaultError(str(fault), f"no node {fault.node} on this bus; expected one of {nodes}")
+            raise FaultError(
+                f"{fault.name}:node={fault.node}",
+                f"no node {fault.node} on this bus; expected one of {nodes}",
+            )
 
     def begin(self, fault: DeviceFault, now: float) -> None:
         """Let a fault begin now, whatever time it is planned for."""

@@ -6,6 +6,7 @@ import asyncio
 import signal
 from typing import TYPE_CHECKING, Literal
 
+from omnimate.vcan_sim.errors import FaultError
 from omnimate.vcan_sim.hub import Hub
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 
@@ -39,7 +40,11 @@ class BusServer:
         self.hub = Hub()
         self._timer: asyncio.TimerHandle | None = None
         self._bus = self.hub.attach(self._poll)
-        self.simulated = SimulatedVehicle(vehicle, plant, self._bus, clock, faults, wheel_speeds)
+        try:
+            self.simulated = SimulatedVehicle(vehicle, plant, self._bus, clock, faults, wheel_speeds)
+        except FaultError:
+            self._bus.shutdown()
+            raise
 
     async def run(self, host: str, port: int, stop: asyncio.Event, on_ready: Callable[[int], None]) -> None:
         """Serve until `stop` is set; `on_ready` is called with the port once clients may connect.
@@ -47,8 +52,8 @@ class BusServer:
         Raises:
             HubError: The address cannot be listened on.
         """
-        on_ready(await self.hub.start(host, port))
         try:
+            on_ready(await self.hub.start(host, port))
             self._poll()
             await stop.wait()
         finally:

@@ -25,6 +25,7 @@ LENGTHS = (0x06070010, 0x06070012, 0x06070013)  # wrong, too long, too short
 HEARTBEAT = 0x1017  # a writable object of 2 bytes that nearly every device has
 LONG_TEXT = 0x1008  # an object of more than 4 bytes that most devices have
 LONG = 5  # bytes: from here on an upload is segmented
+CLIENT_ABORT = b"\x80" + LONG_TEXT.to_bytes(2, "little") + b"\0" + (0x08000000).to_bytes(4, "little")
 
 
 def expedited_upload(probe: Probe) -> None:
@@ -36,7 +37,7 @@ def expedited_upload(probe: Probe) -> None:
 
 def segmented_upload(probe: Probe) -> None:
     """A longer object is uploaded in segments, as long as was announced."""
-    answer = _long_upload(probe)
+    answer = _announced_upload(probe)
     size = int.from_bytes(answer[4:], "little") if answer[0] & 1 else None
     data = probe.read(LONG_TEXT)
     expect(size in {None, len(data)}, f"{size} bytes announced, {len(data)} came")
@@ -122,14 +123,14 @@ def short_request(probe: Probe) -> None:
 def client_abort(probe: Probe) -> None:
     """The client's abort ends a transfer without an answer."""
     _long_upload(probe)
-    answer = probe.ask(b"\x80" + LONG_TEXT.to_bytes(2, "little") + b"\0" + (0x08000000).to_bytes(4, "little"))
+    answer = probe.ask(CLIENT_ABORT)
     expect(answer is None, f"an abort was answered with {(answer or b'').hex()}")
     stray_segment(probe)
 
 
 def block_upload(probe: Probe) -> None:
     """A block upload gives the bytes that segments give, with the right CRC."""
-    _long_upload(probe)
+    _announced_upload(probe)
     expected = probe.read(LONG_TEXT)
     try:
         answer = probe.dialogue(LONG_TEXT, 0, 0xA4, bytes([127, 0]))
@@ -191,6 +192,16 @@ def _long_upload(probe: Probe) -> bytes:
         raise AbsentError("no 1008h, so that no object of more than 4 bytes is known") from aborted
     if answer[0] & 0x02:
         raise AbsentError("1008h has 4 bytes or fewer, so that no longer object is known")
+    return answer
+
+
+def _announced_upload(probe: Probe) -> bytes:
+    """Begin a segmented upload, end it, and return its first answer.
+
+    A server may refuse to begin anew while a transfer is under way, as CANopenNode does.
+    """
+    answer = _long_upload(probe)
+    probe.send(0x600 + probe.node, CLIENT_ABORT)
     return answer
 
 

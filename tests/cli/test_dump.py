@@ -359,3 +359,8 @@ def test_a_file_without_a_frame_is_an_error_in_all_forms(tmp_path):
     path.write_text("root:x:0:0:root:/root:/bin/bash\n" * 9)
     for options in ((), ("--rates",), ("--decode",), ("--trigger", "emcy")):
         assert "passwd:1: no CAN frame in the whole file" in str(run(path, *options).exception)
+
+
+def test_a_bus_that_is_given_as_a_log_is_told_how_it_is_given():
+    result = run("socketcand://127.0.0.1:29536/can0")
+    assert "a bus is given as --bus socketcand://127.0.0.1:29536/can0" in str(result.exception)

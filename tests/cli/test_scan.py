@@ -5,6 +5,7 @@ import json
 import pytest
 
 from docs.generate.conformance import Local, Simulated, frame
+from omnimate.cli.console import out
 from omnimate.vcan_sim.nodes.dictionary import EDS_FOLDER
 from omnimate.vcan_sim.reference import reference_vehicle
 
@@ -26,7 +27,7 @@ def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(
     omnimate, on_bench, monkeypatch, tmp_path
 ):
     on_bench(Simulated)
-    monkeypatch.setenv("COLUMNS", "200")  # on a narrow screen, a long cell is folded
+    monkeypatch.setattr(out, "_width", 200)  # on a narrow screen, a long cell is folded
     path = tmp_path / "vehicle.toml"
     result = omnimate("scan", *BUS, "--eds", EDS_FOLDER, "--write", path)
     assert result.code == 0
@@ -55,7 +56,7 @@ def test_json_says_all_that_was_read(omnimate, on_bench):
 
 def test_no_line_is_longer_than_80_characters_on_such_a_screen(omnimate, on_bench, monkeypatch):
     on_bench(Simulated)
-    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr(out, "_width", 80)
     lines = omnimate("scan", *BUS, "--eds", EDS_FOLDER).out.splitlines()
     assert max(map(len, lines)) <= 80
 

@@ -8,7 +8,8 @@ from omnimate.driver.drive_states import POLLS, disable_drive, enable_drive
 from omnimate.driver.errors import DriveError, SdoRefused
 
 SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, FAULT = 0x0240, 0x0221, 0x0223, 0x0227, 0x0208
-# Control word by state, and the state that follows: CiA 402, transitions 2 to 8, 15.
+QUICK_STOP_ACTIVE, FAULT_REACTION = 0x0207, 0x020F
+# Control word by state, and the state that follows: CiA 402, transitions 2 to 8, 12, 15.
 TRANSITIONS = {
     (SWITCH_ON_DISABLED, 0x06): READY,
     (READY, 0x07): SWITCHED_ON,
@@ -17,6 +18,7 @@ TRANSITIONS = {
     (ENABLED, 0x06): READY,
     (ENABLED, 0x07): SWITCHED_ON,
     (FAULT, 0x80): SWITCH_ON_DISABLED,
+    (QUICK_STOP_ACTIVE, 0x00): SWITCH_ON_DISABLED,
 }
 
 
@@ -45,7 +47,7 @@ def no_wait(_seconds):
     pass
 
 
-@pytest.mark.parametrize("state", [SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, FAULT])
+@pytest.mark.parametrize("state", [SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, FAULT, QUICK_STOP_ACTIVE])
 def test_from_every_state_it_ends_enabled_in_profile_velocity_mode_at_speed_zero(drive, state):
     device, sdo = drive(state)
     device.objects[0x60FF, 0][0] = 12345
@@ -73,6 +75,13 @@ def test_a_transition_that_does_not_happen_is_named_after_all_polls(drive, ignor
     with pytest.raises(DriveError, match=expected):
         enable_drive(sdo, waits.append)
     assert len(waits) == POLLS
+
+
+def test_a_fault_is_reset_once_the_reaction_to_it_is_over(drive):
+    device, sdo = drive(FAULT_REACTION)
+    status = device.objects[0x6041, 0]
+    enable_drive(sdo, lambda _seconds: status.__setitem__(0, FAULT))
+    assert status[0] == ENABLED
 
 
 def test_a_fault_that_cannot_be_reset_is_an_error(drive):

@@ -1,4 +1,4 @@
-"""A driver on a bench of foreign devices."""
+"""A driver on a bench of foreign devices, of `canopen` or of CANopenNode."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ import time
 import pytest
 
 from omnimate.driver.driver import Driver
+from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
+from tests.foreign.canopennode import nodes
+
+FAMILIES = ["LocalNode"] if nodes.what_is_missing() else ["LocalNode", "CANopenNode"]
 
 
 @pytest.fixture
@@ -34,3 +38,20 @@ def driver_on():
         return Driver(vehicle, bus, clock=BenchClock(vehicle.bus.sync_period), **options)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def canopennode(tmp_path_factory):
+    """Return the compiled devices on CANopenNode; skip where they cannot be built."""
+    if missing := nodes.what_is_missing():
+        pytest.skip(missing)
+    return nodes.build(tmp_path_factory.mktemp("canopennode"))
+
+
+@pytest.fixture(params=FAMILIES)
+def family(request, monkeypatch):
+    """Have `robots.devices` make devices of each family in turn; return its name."""
+    if request.param == "CANopenNode":
+        library = request.getfixturevalue("canopennode")
+        monkeypatch.setattr(robots, "FAMILY", nodes.family(library))
+    return request.param

@@ -89,6 +89,10 @@ class ForeignNode(canopen.LocalNode):
         size = len(self.get_data(index, subindex))
         self.data_store.setdefault(index, {})[subindex] = (value % (1 << 8 * size)).to_bytes(size, "little")
 
+    def protect(self, index, subindex=0):
+        """Refuse to write an object."""
+        self.object_dictionary.get_variable(index, subindex).access_type = "ro"
+
     def send(self, can_id, data):
         """Send a frame, unless the node is without power."""
         if self.is_powered:
@@ -211,7 +215,20 @@ class ForeignEncoder(ForeignNode):
         return round(self.position) % 2**32 if index == 0x6004 else None
 
 
-class ForeignDrive(ForeignNode):
+class DrivenWheel:
+    """The wheel of a drive: it follows the target velocity by a ramp, and its encoder counts."""
+
+    velocity, is_blocked = 0.0, False
+
+    def turn(self, target, seconds):
+        """Turn towards a target velocity [counts/s] for some time [s]."""
+        step = RAMP * seconds
+        self.velocity = max(self.velocity - step, min(self.velocity + step, float(target)))
+        if not self.is_blocked:
+            self.encoder.position += self.velocity * seconds
+
+
+class ForeignDrive(ForeignNode, DrivenWheel):
     """A CiA 402 drive that turns the wheel of `encoder`.
 
     `status` says where its status word is: None in no TPDO, "first" or "last" in an enabled one. `rpdo` is
@@ -234,7 +251,7 @@ class ForeignDrive(ForeignNode):
         super().__init__(node, extra, [((0 if status else 1 << 31) | 0x180 + node, 255, mapped)])
         self.put(0x1000, 0, 0x00020192)
         self.encoder = encoder
-        self.status, self.velocity, self.is_blocked = SWITCH_ON_DISABLED, 0.0, False
+        self.status = SWITCH_ON_DISABLED
         self.reset_is_ignored = False
         self.add_read_callback(self._read)
         self.add_write_callback(self._written)
@@ -265,13 +282,10 @@ class ForeignDrive(ForeignNode):
         """Turn the wheel until `now` [s]."""
         passed = now - self.now
         super().tick(now)
-        target = 0.0
-        if self.status == ENABLED and self.state == OPERATIONAL:
-            target = float(int.from_bytes(self.get_data(0x60FF, 0), "little", signed=True))
-        step = RAMP * passed
-        self.velocity = max(self.velocity - step, min(self.velocity + step, target))
-        if not self.is_blocked:
-            self.encoder.position += self.velocity * passed
+        is_turning = self.status == ENABLED and self.state == OPERATIONAL
+        self.turn(
+            int.from_bytes(self.get_data(0x60FF, 0), "little", signed=True) if is_turning else 0, passed
+        )
 
     def associate_network(self, network):
         super().associate_network(network)
@@ -309,7 +323,7 @@ class ForeignDrive(ForeignNode):
         elif not word & 0x04:
             is_stopping = self.status in {ENABLED, QUICK_STOP_ACTIVE}
             self.status = QUICK_STOP_ACTIVE if is_stopping else SWITCH_ON_DISABLED
-        elif word & 0x07 == 0x06:
+        elif word & 0x07 == 0x06 and self.status != QUICK_STOP_ACTIVE:
             self.status = READY
         elif word & 0x0F == 0x07 and self.status in {READY, ENABLED}:
             self.status = SWITCHED_ON

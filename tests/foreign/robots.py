@@ -5,6 +5,10 @@ from __future__ import annotations
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
 from tests.foreign.devices import ForeignDrive, ForeignEncoder
 
+FAMILY = {
+    "encoder": ForeignEncoder,
+    "drive": ForeignDrive,
+}  # what makes devices; the fixture `family` sets it
 COUNTS = 40000
 WHEELS = ("a.left", "a.right", "b.left", "b.right")
 FIRST_DRIVE = 17
@@ -35,8 +39,8 @@ def two_trucks(period=0.015):
 
 def devices(status=None, **habits):
     """Return the devices of `two_trucks`; `status` says where its drives have their status word."""
-    encoders = [ForeignEncoder(node) for node in range(1, 8)]
+    encoders = [FAMILY["encoder"](node) for node in range(1, 8)]
     return [
         *encoders,
-        *(ForeignDrive(FIRST_DRIVE + number, encoders[number], status, **habits) for number in range(4)),
+        *(FAMILY["drive"](FIRST_DRIVE + number, encoders[number], status, **habits) for number in range(4)),
     ]

@@ -12,16 +12,18 @@ from omnimate.logs.folder import load_recording, read_recording
 from omnimate.vehicle.file import save_vehicle
 from omnimate.vehicle.odometry import Odometer
 from tests.cli.conftest import omnimate
-from tests.foreign.devices import OPERATIONAL, ForeignEncoder
+from tests.foreign import robots
+from tests.foreign.devices import OPERATIONAL
 from tests.foreign.robots import devices, two_trucks
 from tests.foreign.test_restarts import rolling
 
 __all__ = ["omnimate"]
+pytestmark = pytest.mark.usefixtures("family")
 
 
 def free_running(bench, kind=254):
     """Return a bus on which encoders send at every change, and roll from 1.5 s on for three seconds."""
-    nodes = [ForeignEncoder(node.id, kind) if node.id <= 7 else node for node in devices()]
+    nodes = [robots.FAMILY["encoder"](node.id, kind) if node.id <= 7 else node for node in devices()]
     for node in nodes:
         node.state = OPERATIONAL
     bus = bench(nodes)

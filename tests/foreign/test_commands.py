@@ -13,6 +13,7 @@ from tests.cli.conftest import omnimate
 from tests.foreign.robots import devices, two_trucks
 
 __all__ = ["omnimate"]
+pytestmark = pytest.mark.usefixtures("family")
 
 
 @pytest.fixture
@@ -40,3 +41,14 @@ def test_a_fault_ends_the_drive_with_code_1_its_cause_and_the_command_that_drive
     again = omnimate(*shlex.split(command))
     assert again.code == 0, again.err
     assert (folder / "lap-2" / "can.log").exists()
+
+
+def test_a_drive_ends_after_the_seconds_that_were_asked_for_and_stands(omnimate, robot):
+    bus, folder = robot
+    arguments = ["--bus", "virtual://robot", "--vehicle", folder / "vehicle.toml", "--drive", "straight"]
+    result = omnimate("record", folder / "lap", *arguments, "--seconds", "2")
+    assert result.code == 0, result.err
+    time = load_recording(folder / "lap").time
+    assert time[-1] - time[0] == pytest.approx(2.0, abs=0.02)
+    bus.sleep(0.5)
+    assert [bus.nodes[node].velocity for node in range(17, 21)] == [0.0] * 4

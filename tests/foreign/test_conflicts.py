@@ -36,6 +36,7 @@ def second_master(bus, period=0.02):
     bus.at(period, lambda: (bus.inject(0x080, b""), second_master(bus, period)))
 
 
+@pytest.mark.usefixtures("family")
 def test_two_devices_on_one_node_id_are_found_before_anything_is_set(bench, driver_on):
     bus = bench(devices())
     bus.add(ForeignEncoder(3))
@@ -60,6 +61,7 @@ def test_a_second_device_that_is_switched_on_later_is_found_by_its_pdos(bench, d
         driver.command((0.0,) * 4)
 
 
+@pytest.mark.usefixtures("family")
 def test_a_second_sync_master_stops_the_robot_and_ends_with_code_1(bench, driver_on, record):
     bus = bench(devices())
     driver = driver_on(two_trucks(), bus)
@@ -106,6 +108,7 @@ def test_a_node_that_waits_for_a_sync_with_a_counter_or_of_another_period_is_set
     assert any("SYNC period 1006h: 20000 to 15000 us" in line for line in report.nodes[0].changed)
 
 
+@pytest.mark.usefixtures("family")
 def test_can_fd_frames_with_the_identifier_of_a_pdo_change_no_sample(bench, driver_on):
     def run(is_forged):
         bus = bench(devices())
@@ -123,6 +126,7 @@ def test_can_fd_frames_with_the_identifier_of_a_pdo_change_no_sample(bench, driv
     assert kinds["181h CAN FD"] == ("a CAN FD frame, not CANopen", 40)
 
 
+@pytest.mark.usefixtures("family")
 def test_a_drive_does_not_wait_for_ever_for_an_encoder_that_is_gone(bench, driver_on):
     bus = bench(devices())
     driver = driver_on(two_trucks(), bus)

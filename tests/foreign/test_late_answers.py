@@ -35,6 +35,7 @@ def hold_back(bus, node, syncs, release):
     device.send = hold
 
 
+@pytest.mark.usefixtures("family")
 @pytest.mark.parametrize("release", [0.0, 0.001, 0.004, 0.008, 0.013, 0.0149, 0.016, 0.02])
 @pytest.mark.parametrize("syncs", [1, 2, 21])
 def test_late_answers_in_a_burst_turn_no_heading(bench, driver_on, tmp_path, syncs, release):

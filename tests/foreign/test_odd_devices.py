@@ -35,6 +35,7 @@ def drive(driver, seconds):
     return samples
 
 
+@pytest.mark.usefixtures("family")
 def test_heartbeats_with_the_toggle_bit_of_node_guarding_tell_the_same_state(bench, driver_on):
     driver, bus = started(bench, driver_on)
     for number in range(40):
@@ -44,6 +45,7 @@ def test_heartbeats_with_the_toggle_bit_of_node_guarding_tell_the_same_state(ben
     assert driver.drives.troubles == ()
 
 
+@pytest.mark.usefixtures("family")
 def test_a_device_that_boots_twice_is_configured_and_drives_on(bench, driver_on):
     nodes = devices()
     driver, bus = started(bench, driver_on, nodes)
@@ -54,6 +56,7 @@ def test_a_device_that_boots_twice_is_configured_and_drives_on(bench, driver_on)
     assert driver.drives.troubles == ()
 
 
+@pytest.mark.usefixtures("family")
 def test_a_storm_of_emergencies_of_an_encoder_stops_nothing_and_is_one_line_for_each_kind(bench, driver_on):
     driver, bus = started(bench, driver_on)
     for number in range(3000):
@@ -89,6 +92,7 @@ def full_queue(bus, until):
     bus.send = refuse
 
 
+@pytest.mark.usefixtures("family")
 def test_a_queue_that_is_full_for_some_milliseconds_loses_no_frame(bench, driver_on):
     driver, bus = started(bench, driver_on)
     full_queue(bus, bus.now + 0.008)
@@ -106,6 +110,7 @@ def test_a_queue_that_stays_full_is_a_lost_bus(bench, driver_on):
         drive(driver, 1.0)
 
 
+@pytest.mark.usefixtures("family")
 def test_error_frames_of_the_adapter_are_counted_and_change_no_sample(bench, driver_on):
     driver, bus = started(bench, driver_on)
     passive = can.Message(arbitration_id=0x24, data=bytes([0, 0x30, 0, 0, 0, 0, 0x60, 0x70]))
@@ -144,3 +149,20 @@ def test_an_emergency_of_an_enabled_drive_counts_also_while_the_others_are_enabl
     else:
         drive(driver, 0.3)
         assert driver.drives.troubles == ()
+
+
+@pytest.mark.parametrize("register", [0x00, 0x09])
+def test_an_error_that_an_enabled_drive_still_has_is_told_and_it_drives(bench, driver_on, register):
+    """EMCY without "error gone": operation enabled says that there is no fault, 1001h what else there is."""
+    nodes = devices()
+    bus = bench(nodes)
+    driver = driver_on(two_trucks(PERIOD), bus)
+    driver.configure()
+    nodes[-1].put(0x1001, 0, register)
+    nodes[-1].emergency(0x4210)
+    driver.enable()
+    drive(driver, 0.3)
+    assert driver.drives.troubles == ()
+    said = [event.what for event in driver.report().events if "1001h" in event.what]
+    expected = "is enabled, yet its error register 1001h = 09h says: generic, temperature"
+    assert said == ([expected] if register else [])

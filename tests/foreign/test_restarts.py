@@ -45,6 +45,7 @@ def words(driver):
     return [(event.node, event.what) for event in driver.report().events]
 
 
+@pytest.mark.usefixtures("family")
 def test_a_node_in_nmt_stopped_is_brought_back_at_the_start(bench, driver_on):
     driver, bus = reading(bench, driver_on)
     bus.nodes[NODE].state = STOPPED
@@ -57,10 +58,12 @@ def test_a_node_in_nmt_stopped_is_brought_back_at_the_start(bench, driver_on):
     assert bus.nodes[17].state == OPERATIONAL
 
 
+@pytest.mark.usefixtures("family")
 @pytest.mark.parametrize("has_heartbeat", [True, False])
 def test_a_node_that_is_stopped_on_the_way_is_brought_back(bench, driver_on, has_heartbeat):
     driver, bus = reading(bench, driver_on)
-    bus.nodes[NODE].object_dictionary[0x1017].access_type = "rw" if has_heartbeat else "ro"
+    if not has_heartbeat:
+        bus.nodes[NODE].protect(0x1017)
     driver.configure()
     cycles(driver, 0.1)
     bus.nodes[NODE].state = STOPPED
@@ -102,8 +105,13 @@ def lose_bus(bus, monkeypatch, away, happen):
 
 
 def drive_through_a_lost_bus(bench, driver_on, monkeypatch, tmp_path, happen):
-    """Return the driver, its samples and its recording around a bus that is away for 3 s while all roll."""
+    """Return the driver, its samples and its recording around a bus that is away for 3 s while all roll.
+
+    The power came on with the driver: boot-ups are not read when it begins.
+    """
     bus = bench(devices())
+    for node in bus.nodes.values():
+        node.reset()
     rolling(bus)
     monkeypatch.setattr(module, "open_bus", lambda *_arguments: bus)
     monkeypatch.setattr(bus, "shutdown", lambda: None)
@@ -124,6 +132,7 @@ def travel(samples):
     return x, heading
 
 
+@pytest.mark.usefixtures("family")
 @pytest.mark.parametrize("restarted", [(), (1,), (1, 2)])
 def test_counters_that_restarted_while_the_bus_was_away_are_rebaselined_and_told(
     bench, driver_on, monkeypatch, tmp_path, restarted
@@ -147,6 +156,7 @@ def test_counters_that_restarted_while_the_bus_was_away_are_rebaselined_and_told
     assert recording.present.tolist() == [list(sample.present) for sample in samples]
 
 
+@pytest.mark.usefixtures("family")
 @pytest.mark.parametrize("forged", [b"\x00", b"\x7f", b"\x04", b"\x05", b"\x00\x00"])
 def test_forged_heartbeats_and_boot_ups_change_no_sample_and_no_baseline(bench, driver_on, forged):
     def run(frames):
@@ -166,6 +176,7 @@ def test_forged_heartbeats_and_boot_ups_change_no_sample_and_no_baseline(bench, 
         assert any("not believed" in what for _, what in words(driver))
 
 
+@pytest.mark.usefixtures("family")
 def test_a_real_restart_is_believed_and_the_wheel_goes_on(bench, driver_on):
     driver, bus = reading(bench, driver_on)
     rolling(bus)

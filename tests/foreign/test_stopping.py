@@ -13,6 +13,7 @@ from tests.foreign.devices import FAULT, PRE_OPERATIONAL, STOPPED, SWITCH_ON_DIS
 from tests.foreign.robots import devices as robot_devices
 from tests.foreign.robots import two_trucks
 
+pytestmark = pytest.mark.usefixtures("family")
 SPEED = 4.0  # [rad/s], 0.3 m/s
 COUNTS = SPEED / 6.2832 * 40000  # [1/s]
 OUT = 17  # the drive that something happens to
@@ -175,7 +176,7 @@ def test_an_emergency_that_says_that_an_error_has_gone_stops_nothing(bench, driv
 def test_a_drive_that_does_not_take_a_short_heartbeat_is_still_watched_by_its_status_word(bench, driver_on):
     bus = bench(robot_devices())
     for node in range(17, 21):
-        bus.nodes[node].object_dictionary[0x1017].access_type = "ro"
+        bus.nodes[node].protect(0x1017)
     driver = driver_on(two_trucks(), bus)
     driver.configure()
     driver.enable()

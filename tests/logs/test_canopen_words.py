@@ -4,7 +4,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.logs.canopen_words import describe_frame, emcy_in_words, nmt_state_in_words, sdo_abort_in_words
+from omnimate.logs.canopen_words import (
+    describe_frame,
+    emcy_in_words,
+    error_register_in_words,
+    nmt_state_in_words,
+    sdo_abort_in_words,
+)
 
 
 @pytest.mark.parametrize(
@@ -80,3 +86,8 @@ def test_the_toggle_bit_of_node_guarding_is_no_state():
 @given(st.integers(0, 0x7FF), st.binary(max_size=8), st.booleans())
 def test_no_frame_at_all_breaks_the_description(can_id, data, remote):
     describe_frame(can_id, data, remote=remote)
+
+
+def test_the_error_register_names_the_errors_of_its_bits():
+    assert error_register_in_words(0x00) == "no error"
+    assert error_register_in_words(0x91) == "generic, communication, manufacturer specific"

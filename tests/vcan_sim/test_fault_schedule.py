@@ -75,5 +75,5 @@ def test_a_fault_that_begins_now_ends_after_its_duration_whatever_its_time():
 
 
 def test_a_fault_of_a_node_that_is_not_there_is_refused_with_the_nodes_that_are():
-    with pytest.raises(FaultError, match="no node 9 on this bus; expected one of 1"):
+    with pytest.raises(FaultError, match=r"noted:node=9.*: no node 9 on this bus; expected one of 1"):
         FaultSchedule({1: []}, [Noted(node=9)])

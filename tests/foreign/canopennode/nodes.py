@@ -1,0 +1,186 @@
+"""CANopen devices on CANopenNode, built by the C compiler that is there from the sources that are there.
+
+`CANOPENNODE` in the environment names a checkout of https://github.com/CANopenNode/CANopenNode, version 4.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+import weakref
+from functools import partial
+from pathlib import Path
+
+from tests.foreign.devices import ENABLED, FAULT, NMT_STATE, OPERATIONAL, SWITCH_ON_DISABLED, DrivenWheel
+
+HERE = Path(__file__).parent
+MODULES = ("ODinterface", "Emergency", "NMT_Heartbeat", "HBconsumer", "SYNC", "PDO", "SDOserver")
+NMT_COMMAND = {state: command for command, state in NMT_STATE.items()}
+SEND = ctypes.CFUNCTYPE(None, ctypes.c_uint32, ctypes.c_uint8, ctypes.POINTER(ctypes.c_uint8))
+
+
+def what_is_missing():
+    """Return in words what the build lacks; an empty text where it can be done."""
+    sources = os.environ.get("CANOPENNODE")
+    if not sources:
+        return "CANOPENNODE is not set; it names a checkout of CANopenNode v4 (CONTRIBUTING.md)"
+    if not (Path(sources) / "301" / "CO_ODinterface.c").exists():
+        return f"CANOPENNODE={sources}: no 301/CO_ODinterface.c there; expected a checkout of CANopenNode v4"
+    return "" if shutil.which("gcc") else "there is no gcc"
+
+
+def build(folder):
+    """Compile the devices into a folder; return them as a library."""
+    sources, made = Path(os.environ["CANOPENNODE"]), folder / "device.so"
+    command = ["gcc", "-shared", "-fPIC", "-std=gnu11", "-O1", f"-I{sources}", f"-I{HERE}", "-o", made]
+    done = subprocess.run(
+        [*command, HERE / "device.c", *(sources / "301" / f"CO_{module}.c" for module in MODULES)],
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    library = ctypes.CDLL(str(made))
+    library.device_new.restype = ctypes.c_void_p
+    library.device_new.argtypes = [
+        ctypes.c_uint8,
+        ctypes.c_bool,
+        ctypes.c_uint8,
+        *2 * [ctypes.c_uint32],
+        SEND,
+    ]
+    library.device_get.restype = ctypes.c_uint32
+    library.device_state.restype = ctypes.c_uint8
+    return library
+
+
+class Node:
+    """A device on CANopenNode, with the same interface to a test as a `ForeignNode`."""
+
+    def __init__(self, library, node, is_drive, kind, mapped):
+        self.id, self.now, self.is_powered, self.network = node, 0.0, True, None
+        self._library = library
+        self._send = SEND(lambda can_id, length, data: self.send(can_id, bytes(data[:length])))
+        first, second = (*mapped, 0, 0)[:2]
+        self._device = ctypes.c_void_p(library.device_new(node, is_drive, kind, first, second, self._send))
+        weakref.finalize(self, library.device_free, self._device)
+
+    @property
+    def state(self):
+        """Its NMT state; setting it is as if it had heard the command."""
+        return self._library.device_state(self._device)
+
+    @state.setter
+    def state(self, state):
+        self._library.device_command(self._device, NMT_COMMAND[state])
+
+    def number(self, index, subindex=0):
+        """Return an object as an unsigned number."""
+        return self._library.device_get(self._device, index, subindex)
+
+    def put(self, index, subindex, value):
+        """Set an object to an unsigned number, as its application would."""
+        self._library.device_put(self._device, index, subindex, ctypes.c_uint32(value))
+
+    def protect(self, index, subindex=0):
+        """Refuse to write an object."""
+        self._library.device_protect(self._device, index, subindex)
+
+    def send(self, can_id, data):
+        """Send a frame, unless the node is without power."""
+        if self.is_powered:
+            self.network.send_message(can_id, data)
+
+    def reset(self):
+        """Start anew with the defaults of all objects, as the return of the power does."""
+        self.is_powered = True
+        self._library.device_reset(self._device)
+
+    def power_off(self):
+        """Stop sending and hearing."""
+        self.is_powered = False
+
+    def tick(self, now):
+        """Let time pass until `now` [s]."""
+        passed, self.now = now - self.now, now
+        if self.is_powered:
+            self._library.device_process(self._device, round(1e6 * passed))
+
+    def associate_network(self, network):
+        """Hear what comes to this node on a network."""
+        self.network = network
+        for can_id in (0x000, 0x080, 0x600 + self.id, *range(0x200, 0x580), *range(0x701, 0x780)):
+            network.subscribe(can_id, self._receive)
+
+    def _receive(self, can_id, data, _timestamp):
+        if self.is_powered:
+            self._library.device_receive(self._device, can_id, len(data), bytes(data))
+
+
+class CanOpenNodeEncoder(Node):
+    """A CiA 406 encoder; `position` counts on while it has power."""
+
+    def __init__(self, library, node, kind=254):
+        super().__init__(library, node, False, kind, (0x60040020,))
+        self.position = 0.0
+
+    def reset(self):
+        """Count from 0 again."""
+        super().reset()
+        self.position = 0.0
+
+    def tick(self, now):
+        """Let time pass until `now` [s]."""
+        self.put(0x6004, 0, round(self.position) % 2**32)
+        super().tick(now)
+
+    def _receive(self, can_id, data, timestamp):
+        self.put(0x6004, 0, round(self.position) % 2**32)
+        super()._receive(can_id, data, timestamp)
+
+
+class CanOpenNodeDrive(Node, DrivenWheel):
+    """A CiA 402 drive that turns the wheel of `encoder`; `status` is as of `ForeignDrive`."""
+
+    def __init__(self, library, node, encoder, status=None):
+        mapped = {"first": (0x60410010, 0x60610008), "last": (0x60610008, 0x60410010)}.get(status, ())
+        super().__init__(library, node, True, 255, mapped)
+        self.encoder = encoder
+
+    @property
+    def status(self):
+        """Its status word."""
+        return self.number(0x6041)
+
+    @status.setter
+    def status(self, status):
+        self.put(0x6041, 0, status)
+
+    def fault(self, code=None):
+        """Go to fault and let the wheel run down; with `code` send EMCY."""
+        self.status = FAULT
+        if code is not None:
+            self.emergency(code)
+
+    def emergency(self, code):
+        """Send EMCY and stay as it is."""
+        self._library.device_error(self._device, code)
+
+    def power_off(self):
+        """Stop sending and hearing; the wheel runs down."""
+        super().power_off()
+        self.status = SWITCH_ON_DISABLED
+
+    def tick(self, now):
+        """Turn the wheel until `now` [s]."""
+        passed = now - self.now
+        super().tick(now)
+        is_turning = self.status == ENABLED and self.state == OPERATIONAL
+        self.turn(ctypes.c_int32(self.number(0x60FF)).value if is_turning else 0, passed)
+
+
+def family(library):
+    """Return what makes these devices, for `robots.FAMILY`."""
+    return {"encoder": partial(CanOpenNodeEncoder, library), "drive": partial(CanOpenNodeDrive, library)}
