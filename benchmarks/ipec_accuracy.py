@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 ROBOT = reference_vehicle()
 LEFT_BEHIND = Prior(1e-9, 2e-4, 1e-3, math.radians(0.01), 3e-4)
+LINK = 1.0  # [m], length of its link
 METHODS: dict[str, Method] = {"plain": "plain", "CLAPPER": "clapper", "OmniMate": "omnimate"}
 SONAR = np.array([0.002, 0.002, math.radians(0.2)])
 
@@ -66,30 +67,34 @@ def drive(seed: int, program: Program, bumps: tuple[Bump, ...]) -> Recording:
     return simulate(ROBOT, truth, program)
 
 
-def under(
-    wheels: tuple[Channel, ...], count: int, start: float, end: float, *, height: float = 0.010
-) -> tuple[Bump, ...]:
-    return tuple(bump for wheel in wheels for bump in bumps_under(wheel, count, start, end, height=height))
+def under(side: str, count: int, start: float, end: float, *, apart: float) -> tuple[Bump, ...]:
+    """Return bumps under both trucks: truck b meets each one a link length later (or, in reverse, before)."""
+    wheels: dict[Channel, float] = {f"a.{side}": 0.0, f"b.{side}": apart}  # type: ignore[dict-item]  # a channel
+    return tuple(
+        bump
+        for wheel, later in wheels.items()
+        for bump in bumps_under(wheel, count, start + later, end + later)
+    )
 
 
 def straight(seed: int, *, bumps: bool) -> Recording:
     """C 6.1: 18 m out and back in reverse, 20 bumps on the way back."""
-    obstacles = under(("a.right", "b.right"), 10, 18.5, 35.5) if bumps else ()
+    obstacles = under("right", 10, 18.5, 35.5, apart=-LINK) if bumps else ()
     return drive(seed, out_and_back(18.0, 1, speed=0.45, link_length=1.0), obstacles)
 
 
 def rectangle(seed: int, *, bumps: bool) -> Recording:
     """C 6.2: 7 x 4 m, 10 bumps under the wheels of one side."""
-    wheels: tuple[Channel, ...] = ("a.left", "b.left") if seed % 2 else ("a.right", "b.right")
+    side = "left" if seed % 2 else "right"
     program = rounded_rectangle(7.0, 4.0, ["cw" if seed % 4 < 2 else "ccw"], tolerance=0.2, speed=0.45)
-    return drive(seed, program, under(wheels, 5, 1.0, 19.0) if bumps else ())
+    return drive(seed, program, under(side, 5, 1.0, 19.0, apart=LINK) if bumps else ())
 
 
 def lap(seed: int, *, bumps: bool) -> Recording:
     """O 3: 18.5 m, 20 cables of 9 mm under one wheel of the front truck."""
-    wheels: tuple[Channel, ...] = ("a.left",) if seed % 2 else ("a.right",)
+    wheel: Channel = "a.left" if seed % 2 else "a.right"
     program = rounded_rectangle(6.0, 3.25, ["cw" if seed % 4 < 2 else "ccw"])
-    return drive(seed, program, under(wheels, 20, 1.0, 16.0, height=0.009) if bumps else ())
+    return drive(seed, program, bumps_under(wheel, 20, 1.0, 16.0, height=0.009) if bumps else ())
 
 
 def return_error(recording: Recording, path: Array) -> Array:
@@ -146,7 +151,8 @@ def ten_laps(seed: int) -> dict[str, Array]:
     ]
     plan += [(f"{truck}.{side}", 5, 9) for truck in "ab" for side in ("left", "right")]
     for wheel, count, number in plan:
-        bumps += bumps_under(wheel, count, 1.0, 15.0, lap=number, height=0.009)  # type: ignore[arg-type]
+        later = LINK if wheel.startswith("b") else 0.0
+        bumps += bumps_under(wheel, count, 1.0 + later, 15.0 + later, lap=number, height=0.009)  # type: ignore[arg-type]
     recording = drive(seed, rounded_rectangle(6.0, 3.25, ["ccw" if ccw else "cw"] * 10), bumps)
     fixes = recording.poses.of("a")  # type: ignore[union-attr]
     noise = np.random.default_rng(seed).normal(size=fixes.pose.shape) * SONAR

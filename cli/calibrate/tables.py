@@ -66,8 +66,8 @@ def noise_sentences(estimate: Estimate) -> list[str]:
     ]
     known = f"condition number {estimate.condition:.3g} of the information on what was estimated"
     bad = estimate.down_weighted
-    sentences = [
-        "noise: " + "; ".join(noises),
+    sentences = ["noise: " + "; ".join(noises)] if noises else []
+    sentences += [
         f"{known}; {estimate.fixes} absolute poses or readings, whitened residual {estimate.rms:.2f}",
     ]
     sentences += [_contradicted(fix) for fix in bad[:_MOST_NAMED]]

@@ -16,7 +16,7 @@ from omnimate.cli.tables import show
 if TYPE_CHECKING:
     from omnimate.calib.estimation.estimates import Estimate
     from omnimate.calib.paths.least_squares import PathCalibration, Quantity
-    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.parameters import Truck, TruckName
     from omnimate.vehicle.recording import Recording
 
 
@@ -53,6 +53,13 @@ def calibrate(
     linkage: Annotated[
         bool, typer.Option("--linkage", help="Calibrate joint and link biases too; drive with turns.")
     ] = False,
+    relative: Annotated[
+        Path | None,
+        typer.Option(
+            help="Relative poses of a sensor (CSV), as of scan matching: calibrate by them, with its place.",
+            exists=True,
+        ),
+    ] = None,
     hold: Annotated[
         list[str] | None, typer.Option(help="Keep this coordinate nominal; may be repeated.")
     ] = None,
@@ -80,11 +87,12 @@ def calibrate(
         if optiodom is None:
             raise typer.BadParameter("give recording folders, or --optiodom ROOT")
         return
-    from omnimate.figures.files import check_format
     from omnimate.logs.folder import load_recording
 
-    if plot is not None:
-        check_format(plot)
+    if relative is not None:
+        _relative([load_recording(source) for source in sources], relative, truck, out_file)
+        return
+    _check_plot(plot)
     recordings = [load_recording(source) for source in sources]
     if not linkage:
         _warn_of_frozen(recordings)
@@ -95,11 +103,39 @@ def calibrate(
     if linkage:
         _linkage(recordings, trucks, out_file)
     elif out_file is not None:
-        _write(recordings[0], trucks, out_file)
+        _write(recordings[0], {name: fitted.truck for name, fitted in trucks.items()}, out_file)
     if profile is not None:
         _keep(trucks, *profile)
     if plot is not None:
         _draw(recordings[0], trucks, plot)
+
+
+def _check_plot(path: Path | None) -> None:
+    """Refuse a figure's format before anything is fitted."""
+    from omnimate.figures.files import check_format
+
+    if path is not None:
+        check_format(path)
+
+
+def _relative(
+    recordings: list[Recording], path: Path, choice: TruckChoice | None, out_file: Path | None
+) -> None:
+    """Calibrate one truck, and where a sensor sits on it, by relative poses."""
+    from omnimate.calib.relative.calibration import calibrate_relative
+    from omnimate.calib.relative.motions import load_motions
+
+    if len(recordings) != 1:
+        raise typer.BadParameter("--relative needs one recording, whose clock its file shares")
+    name: TruckName = "a" if choice is None else choice.value
+    found = calibrate_relative(recordings[0], load_motions(path), name)
+    _print(f"Truck {name} and its sensor, {found.source}", found.quantities, found.estimate)
+    if found.degenerate is not None:
+        warn(found.degenerate)
+    if found.outlying:
+        out.print(f"{found.outlying} of {found.estimate.fixes} relative poses contradict the others")
+    if out_file is not None:
+        _write(recordings[0], {name: found.truck}, out_file)
 
 
 def _warn_of_frozen(recordings: list[Recording]) -> None:
@@ -157,11 +193,10 @@ def _print(title: str, quantities: tuple[Quantity, ...], estimate: Estimate) -> 
         out.print(sentence, soft_wrap=True)
 
 
-def _write(recording: Recording, calibrations: dict[TruckName, PathCalibration], path: Path) -> None:
+def _write(recording: Recording, trucks: dict[TruckName, Truck], path: Path) -> None:
     from omnimate.calib.apply import corrected_vehicle
     from omnimate.vehicle.file import save_vehicle
 
-    trucks = {name: calibration.truck for name, calibration in calibrations.items()}
     save_vehicle(corrected_vehicle(recording.vehicle, trucks), path)
     out.print(f"calibrated: {path}", soft_wrap=True)
 

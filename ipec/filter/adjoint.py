@@ -10,8 +10,9 @@ from typing import Annotated
 
 import numpy as np
 
+from omnimate.ipec.filter.prediction import returns_to
 from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, WANDER, Step
-from omnimate.vehicle.compiled import Array, IntArray, compiled
+from omnimate.vehicle.compiled import Array, compiled
 
 MOVING = JOINT_BIAS - LINK  # states that the next step depends on, from the link's heading on
 
@@ -20,18 +21,18 @@ class Adjoint:
     """What runs backward.
 
     Attributes:
-        vector: Adjoint r, shape `(22,)`.
-        information: Information L of the adjoint, shape `(22, 22)`.
-        change: Transition without its unit matrix, shape `(6, 17)`; working memory.
-        drawn: Product of `change` and the information, shape `(17, 22)`; working memory.
-        carried: One row of a product, shape `(22,)`; working memory.
+        vector: Adjoint r, shape `(18,)`.
+        information: Information L of the adjoint, shape `(18, 18)`.
+        change: Transition without its unit matrix, shape `(6, 13)`; working memory.
+        drawn: Product of `change` and the information, shape `(13, 18)`; working memory.
+        carried: One row of a product, shape `(18,)`; working memory.
     """
 
-    vector: Annotated[Array, 22]
-    information: Annotated[Array, (22, 22)]
-    change: Annotated[Array, (6, 17)]
-    drawn: Annotated[Array, (17, 22)]
-    carried: Annotated[Array, 22]
+    vector: Annotated[Array, 18]
+    information: Annotated[Array, (18, 18)]
+    change: Annotated[Array, (6, 13)]
+    drawn: Annotated[Array, (13, 18)]
+    carried: Annotated[Array, 18]
 
 
 @compiled
@@ -40,8 +41,8 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
     Args:
         adjoint: Adjoint after the update; changed to that before it.
-        row: Derivative of the reading by the states, shape `(22,)`.
-        gain: Gain of the update as in `FilterState`, shape `(24,)`.
+        row: Derivative of the reading by the states, shape `(18,)`.
+        gain: Gain of the update as in `FilterState`, shape `(20,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information = adjoint.vector, adjoint.information
@@ -64,13 +65,14 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
 
 @compiled
-def undo_reading(adjoint: Adjoint, number: int, gain: Array) -> None:
-    """Take the adjoint back through an update by the linkage: it reads true value, wander and bias.
+def undo_reading(adjoint: Adjoint, number: int, wanders: bool, gain: Array) -> None:
+    """Take the adjoint back through an update by the linkage: it reads true value, bias and wander.
 
     Args:
         adjoint: Adjoint after the update; changed to that before it.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        gain: Gain of the update as in `FilterState`, shape `(24,)`.
+        wanders: Whether the reading wanders.
+        gain: Gain of the update as in `FilterState`, shape `(20,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
@@ -83,13 +85,16 @@ def undo_reading(adjoint: Adjoint, number: int, gain: Array) -> None:
         along += gain[i] * vector[i]
         total += gain[i] * carried[i]
     total = weight * (1.0 + total)
-    for read in (JOINT_A + number, WANDER + number, JOINT_BIAS + number):
+    for read in (JOINT_A + number, JOINT_BIAS + number, WANDER):
+        if read == WANDER and not wanders:
+            continue
         vector[read] += push - weight * along
         for j in range(STATES):
             information[read, j] -= carried[j]
             information[j, read] -= carried[j]
-        for other in (JOINT_A + number, WANDER + number, JOINT_BIAS + number):
-            information[read, other] += total
+        for other in (JOINT_A + number, JOINT_BIAS + number, WANDER):
+            if other != WANDER or wanders:
+                information[read, other] += total
 
 
 @compiled
@@ -97,29 +102,28 @@ def undo_linkage(adjoint: Adjoint, step: Step) -> None:
     """Take the adjoint back through the updates by link, joint_b and joint_a."""
     for number in range(2, -1, -1):
         if step.updated[number]:
-            undo_reading(adjoint, number, step.gain[number])
+            undo_reading(adjoint, number, step.reading == number, step.gain[number])
 
 
 @compiled
-def undo_wander(adjoint: Adjoint, lasting: float, wanders: IntArray) -> None:
-    """Take the adjoint back through what readings and the wheels' headings wandered in a step.
+def undo_wander(adjoint: Adjoint, lasting: float, reading: int) -> None:
+    """Take the adjoint back through what a reading, or a heading by wheels, wandered in a step.
 
     Args:
         adjoint: Adjoint after the step; changed to that before it.
         lasting: Share of the wander that outlasts the step.
-        wanders: 1 for each that wanders, shape `(5,)`.
+        reading: What wanders, a number in `hypotheses.READINGS`; -1 for nothing.
     """
-    vector, information = adjoint.vector, adjoint.information
-    for number in range(5):
-        if not wanders[number]:
-            continue
-        row, joint = WANDER + number, JOINT_A + number - 3
-        back = 1.0 - lasting if number >= 3 else 0.0  # what comes back takes the truck's joint with it
-        vector[row] = lasting * vector[row] + back * vector[joint]
-        for column in range(STATES):
-            information[row, column] = lasting * information[row, column] + back * information[joint, column]
-        for column in range(STATES):
-            information[column, row] = lasting * information[column, row] + back * information[column, joint]
+    vector, information, row = adjoint.vector, adjoint.information, WANDER
+    if reading < 0:
+        return
+    joint = returns_to(reading)
+    back = 1.0 - lasting if joint >= 0 else 0.0
+    vector[row] = lasting * vector[row] + back * vector[joint]
+    for column in range(STATES):
+        information[row, column] = lasting * information[row, column] + back * information[joint, column]
+    for column in range(STATES):
+        information[column, row] = lasting * information[column, row] + back * information[column, joint]
 
 
 @compiled
@@ -131,7 +135,7 @@ def undo_step(adjoint: Adjoint, transition: Array) -> None:
 
     Args:
         adjoint: Adjoint after the prediction; changed to that before it.
-        transition: First rows of F, shape `(6, 22)`.
+        transition: First rows of F, shape `(6, 18)`.
     """
     vector, information = adjoint.vector, adjoint.information
     change, drawn, pull = adjoint.change, adjoint.drawn, adjoint.carried

@@ -21,6 +21,7 @@ from omnimate.ipec.filter.records import (
     FAST,
     JOINT_BIAS,
     POSE,
+    SIDES,
     SLOW,
     STATES,
     SUSPECTS,
@@ -110,6 +111,57 @@ def admit(prior: Array, spread: Array, direction: Array, variance: float) -> Non
 
 
 @compiled
+def forget_scale(told: Array, pull: Array, variance: float) -> None:
+    """Take out of what was learned what it says of the size of all wheels at once, in place.
+
+    Joints that turn while a bend begins or ends show that size, against a turn of a known angle. So do a
+    reading that is late and a drive that gives way, and poses alone tell them apart.
+
+    Args:
+        told: What the readings say of the slow states: inverse covariance, shape `(11, 11)`.
+        pull: Product of `told` and their mean, shape `(11,)`.
+        variance: Variance of what that size may seem to be wrong by.
+    """
+    drawn = np.zeros(SLOW)
+    total, along = 1.0 / variance, 0.0
+    for wheel in range(4):
+        along += pull[wheel]
+        for row in range(SLOW):
+            drawn[row] += told[row, wheel]
+    for wheel in range(4):
+        total += drawn[wheel]
+    for row in range(SLOW):
+        pull[row] -= drawn[row] * along / total
+        for column in range(SLOW):
+            told[row, column] -= drawn[row] * drawn[column] / total
+
+
+@compiled
+def learn(
+    settings: FilterSettings, state: FilterState, hypothesis: int, seen: Array, told: Array, pull: Array
+) -> None:
+    """Fill what the readings say of the slow states.
+
+    Args:
+        settings: Settings of the filter.
+        state: Estimate.
+        hypothesis: Number of the hypothesis.
+        seen: Inverse covariance of the slow states of its open filter, shape `(11, 11)`.
+        told: Filled with their inverse covariance by the readings alone, shape `(11, 11)`.
+        pull: Filled with the product of `told` and their mean, shape `(11,)`.
+    """
+    pull[:] = 0.0
+    for row in range(SLOW):
+        for column in range(SLOW):
+            mean = state.mean[FAST + column] + state.offset[hypothesis, FAST + column]
+            pull[row] += settings.independent * seen[row, column] * mean
+            told[row, column] = settings.independent * seen[row, column]
+        told[row, row] -= settings.independent / settings.open[row]
+    if not state.fixed:
+        forget_scale(told, pull, settings.open[0])
+
+
+@compiled
 def average(
     settings: FilterSettings,
     state: FilterState,
@@ -133,13 +185,11 @@ def average(
     suspicion[:] = 0.0
     pull, guess = np.zeros(SLOW), np.empty(SLOW)
     prior, now = np.empty((SLOW, SLOW)), np.empty((SLOW, SLOW))
+    learn(settings, state, hypothesis, seen, now, pull)
+    prior[:] = settings.usual
     for row in range(SLOW):
         for column in range(SLOW):
-            learned = state.mean[FAST + column] + state.offset[hypothesis, FAST + column]
-            pull[row] += settings.independent * seen[row, column] * learned
-            prior[row, column] = settings.usual[row, column]
-            now[row, column] = settings.independent * seen[row, column] + prior[row, column]
-        now[row, row] -= settings.independent / settings.open[row]
+            now[row, column] += prior[row, column]
     invert(now)
     multiply(guess, now, pull)
     admitted = np.zeros(SUSPECTS)
@@ -195,12 +245,48 @@ def weigh(settings: FilterSettings, state: FilterState) -> None:
 
 
 @compiled
+def settle(settings: FilterSettings, state: FilterState, moves: Array) -> None:
+    """Move the estimate to what is believed now, or was believed when a part of a drive ran before.
+
+    Args:
+        settings: Settings of the filter.
+        state: Estimate, changed in place.
+        moves: Way to what is believed, each time that it is decided, and whether the next step is short,
+            `(D, 19)`; read where a part of a drive runs again, else filled. With `(0, 19)` nothing is kept.
+    """
+    if state.repeated:
+        state.move[:] = moves[state.decided, :STATES]
+        state.bumpy = int(moves[state.decided, STATES])
+    else:
+        believe(settings, state)
+        state.bumpy = 1 if state.alert[state.weight.argmax(), :SIDES].max() > 0.0 else 0
+        if state.decided < len(moves):
+            moves[state.decided, :STATES] = state.move
+            moves[state.decided, STATES] = state.bumpy
+    state.decided += 1
+    for row in range(STATES):
+        state.mean[row] += state.move[row]
+    for hypothesis in range(BELIEFS):
+        if state.followed[hypothesis]:
+            for row in range(STATES):
+                state.offset[hypothesis, row] -= state.move[row]
+    for row in range(POSE):
+        state.shift[row] += state.move[row]
+    if not state.repeated:
+        bias = state.mean[JOINT_BIAS]
+        state.turned = 0.0 if state.fixed else TURNED * bias * bias
+        turn(state.known, state.mean, state.origin, state.turned)
+
+
+@compiled
 def believe(settings: FilterSettings, state: FilterState) -> None:
-    """Move the estimate to what is believed now, with its covariance and the suspicions."""
+    """Fill the way to what is believed now, its covariance and the suspicions."""
     weigh(settings, state)
     state.suspicion[:] = 0.0
-    moves, move, suspicion = np.zeros((BELIEFS, STATES)), np.zeros(STATES), np.empty(SUSPECTS)
-    known = np.zeros((STATES, STATES))
+    moves, move, suspicion = np.zeros((BELIEFS, STATES)), state.move, np.empty(SUSPECTS)
+    known = state.known
+    move[:] = 0.0
+    known[:] = 0.0
     for hypothesis in range(BELIEFS):
         weight = state.weight[hypothesis]
         if weight == 0.0:
@@ -212,16 +298,6 @@ def believe(settings: FilterSettings, state: FilterState) -> None:
         if 0.0 < state.weight[hypothesis] < 1.0:
             moves[hypothesis] -= move
             known += state.weight[hypothesis] * np.outer(moves[hypothesis], moves[hypothesis])
-    state.known[:] = known
-    for row in range(STATES):
-        state.mean[row] += move[row]
-        for hypothesis in range(BELIEFS):
-            state.offset[hypothesis, row] -= move[row]
-    for row in range(POSE):
-        state.shift[row] += move[row]
-    bias = state.mean[JOINT_BIAS]
-    state.turned = 0.0 if state.fixed else TURNED * bias * bias
-    turn(state.known, state.mean, state.origin, state.turned)
 
 
 @compiled
@@ -239,8 +315,8 @@ def believe_under(
         settings: Settings of the filter.
         state: Estimate.
         hypothesis: Number of the hypothesis.
-        move: Filled with the way from the estimate to what is believed, shape `(22,)`.
-        known: Covariance of what is believed, shape `(22, 22)`, is added to it with the hypothesis' weight.
+        move: Filled with the way from the estimate to what is believed, shape `(18,)`.
+        known: Covariance of what is believed, shape `(18, 18)`, is added to it with the hypothesis' weight.
         suspicion: Filled with the probability that each suspect is at work, shape `(15,)`.
     """
     covariance, offset = state.covariance[hypothesis], state.offset[hypothesis]
@@ -255,7 +331,7 @@ def believe_under(
     _spread(covariance, gains, crosses, spread, known, state.weight[hypothesis])
     for row in range(SLOW):
         move[FAST + row] = mean[row] - state.mean[FAST + row]
-    for row in range(FAST):
+    for row in range(POSE):
         move[row] = offset[row]
         for column in range(SLOW):
             move[row] += gains[row, column] * (move[FAST + column] - offset[FAST + column])
@@ -268,11 +344,11 @@ def _spread(
     """Add the weighted covariance of what is believed under one hypothesis.
 
     Args:
-        covariance: Covariance of its open filter, shape `(22, 22)`.
-        gains: How the fast states follow the slow ones, shape `(11, 11)`.
-        crosses: Their covariance with the slow ones, shape `(11, 11)`.
+        covariance: Covariance of its open filter, shape `(18, 18)`.
+        gains: How the fast states follow the slow ones, shape `(7, 11)`.
+        crosses: Their covariance with the slow ones, shape `(7, 11)`.
         spread: Covariance of the slow states, shape `(11, 11)`.
-        known: What it is added to, shape `(22, 22)`.
+        known: What it is added to, shape `(18, 18)`.
         weight: Weight of the hypothesis.
     """
     for row in range(SLOW):

@@ -10,13 +10,16 @@ import math
 
 import numpy as np
 
+from omnimate.ipec.filter.inverse import multiply
 from omnimate.ipec.filter.measurement import innovation, spread
 from omnimate.ipec.filter.prediction import add_input, level_of
-from omnimate.ipec.filter.records import INPUTS, JOINT_A, FilterSettings, FilterState
+from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterSettings, FilterState
 from omnimate.vehicle.compiled import Array, compiled
 
+STEP = 0.05  # [m] of a wheel's travel, after which the covariance is carried on and readings are taken
 AMBIGUOUS = 4.0  # [squared standard deviations] within which two inputs explain equally well
 ATTEMPTS, FOR_WHEELS = 4, 2  # to explain an innovation, at first by wheels alone
+PUSHED = math.log(1e3)  # odds of a bump, one in a metre (O 3), against a push, one in a kilometre
 CLEARLY = 3.0  # times as much must be explained where it is not by a wheel
 FREEDOM = 4.0  # degrees of freedom of the heavy tails of innovations
 
@@ -35,6 +38,14 @@ def inverted(matrix: Array) -> Array:
             out[row, column] /= determinant
             out[column, row] = out[row, column]
     return out
+
+
+@compiled
+def square(information: Array, offsets: Array, pull: Array) -> float:
+    """Fill the product of information `(3, 3)` and innovations `(3,)`; return the squared innovation."""
+    multiply(pull, information, offsets)
+    left: float = pull[0] * offsets[0] + pull[1] * offsets[1] + pull[2] * offsets[2]
+    return left
 
 
 @compiled
@@ -90,6 +101,26 @@ def density(left: float, information: Array) -> float:
 
 
 @compiled
+def looked_at(settings: FilterSettings, attempt: int, left: float, scores: Array) -> tuple[int, int]:
+    """Return the first of the inputs among which an explanation is looked for, and that after the last.
+
+    They are the wheels first. But a push to the side that explains alone what no wheel explains alone comes
+    before two wheels: these do so only where they lose alike, to the resolution of the link.
+
+    Args:
+        settings: Settings of the filter.
+        attempt: Number of the attempt.
+        left: Squared innovations [squared standard deviations].
+        scores: What each input explains of it, shape `(8,)`.
+    """
+    wheel, push = left - scores[:SIDES].max(), left - scores[SIDES:AHEAD].max()
+    odds = 0.5 * (FREEDOM + 3.0) * (math.log1p(wheel / FREEDOM) - math.log1p(max(push, 0.0) / FREEDOM))
+    if attempt == 0 and push < settings.gate and odds > PUSHED:
+        return SIDES, AHEAD
+    return (0, SIDES) if attempt < FOR_WHEELS else (SIDES, INPUTS)
+
+
+@compiled
 def find_disturbed(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
     """Distrust the inputs that explain what noise does not explain, and judge the hypothesis.
 
@@ -97,29 +128,27 @@ def find_disturbed(settings: FilterSettings, state: FilterState, hypothesis: int
     """
     offsets, scores = np.empty(3), np.zeros(INPUTS)
     for number in range(3):
-        offsets[number] = innovation(state, hypothesis, number)
+        offsets[number] = innovation(settings, state, hypothesis, number)
     information = inverted(spread(settings, state, hypothesis))
-    pull = information @ offsets
-    left = float(pull @ offsets)
+    pull = np.empty(3)
+    left = square(information, offsets, pull)
     state.nis[hypothesis] = left
-    state.score[hypothesis] += settings.independent * density(left, information)
+    share = min(1.0, state.rolled.max() / STEP)  # of what a whole step tells
+    state.score[hypothesis] += share * settings.independent * density(left, information)
     for attempt in range(ATTEMPTS):
-        # Two bumps at a time look like a push to the side; the papers' robots met bumps.
-        first, last = (0, 4) if attempt < FOR_WHEELS else (4, INPUTS)
         if left < settings.gate:
             break
-        scores[:] = 0.0
-        for number in range(first, last):
+        for number in range(INPUTS):
             scores[number] = explain(state, hypothesis, number, information, pull)
-        best = scores.max()
+        first, last = looked_at(settings, attempt, left, scores)
+        best = scores[first:last].max()
         if best < (settings.gate if first == 0 else CLEARLY * settings.gate):
             continue
         for number in range(first, last):
             if scores[number] >= best - AMBIGUOUS and scores[number] > 0.0:
                 _distrust(settings, state, hypothesis, number)
         information = inverted(spread(settings, state, hypothesis))
-        pull = information @ offsets
-        left = float(pull @ offsets)
+        left = square(information, offsets, pull)
     learn(settings, state, hypothesis, information, pull, left)
     if left > settings.gate:  # nothing of these: all inputs scattered more than they do
         more = (left - 3.0) / FREEDOM

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from omnimate.ipec.filter.belief import believe
+from omnimate.ipec.filter.belief import settle
 from omnimate.ipec.filter.disturbed_wheels import FREEDOM
 from omnimate.ipec.filter.poses import fill_pose_rows, look
 from omnimate.ipec.filter.records import BELIEFS, STATES, FilterSettings, FilterState
@@ -37,8 +37,8 @@ class Fix:
     truck: int
     pose: Annotated[Array, 3]
     sigma: Annotated[Array, 3]
-    row: Annotated[Array, (3, 22)]
-    gain: Annotated[Array, (BELIEFS, 3, 24)]
+    row: Annotated[Array, (3, 18)]
+    gain: Annotated[Array, (BELIEFS, 3, 20)]
 
 
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
@@ -68,7 +68,7 @@ def fix_coordinate(
         axis: 0 for x, 1 for y, 2 for the heading.
         value: Measured coordinate [m] or [rad]; with nan nothing changes.
         sigma: Its standard deviation [m] or [rad]; with nan nothing changes.
-        gain: Filled with the gain as in `FilterState`, shape `(24,)`; all zero where nothing changed.
+        gain: Filled with the gain as in `FilterState`, shape `(20,)`; all zero where nothing changed.
     """
     row, pose, sigmas = np.empty((3, STATES)), np.empty(3), np.empty(3)
     covariance, ahead = state.covariance[hypothesis], state.offset[hypothesis]
@@ -100,31 +100,33 @@ def fix_coordinate(
 @compiled
 def take_fix(settings: Record, states: Record, truck: int, pose: Array, sigma: Array) -> None:
     """Take an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
-    gain = np.empty(STATES + 2)
-    finish(settings[0], states[0])
+    gain, moves = np.empty(STATES + 2), np.empty((0, STATES + 1))
+    finish(settings[0], states[0], moves)
     for hypothesis in range(BELIEFS):
         for axis in range(3):
             fix_coordinate(states[0], hypothesis, truck, axis, pose[axis], sigma[axis], gain)
     states[0].fixed = 1
-    believe(settings[0], states[0])
+    settle(settings[0], states[0], moves)
 
 
 @compiled
 def take_fixes(
-    settings: FilterSettings, state: FilterState, fixes: Record, sample: int, following: int
+    settings: FilterSettings, state: FilterState, fixes: Record, sample: int, following: int, moves: Array
 ) -> int:
-    """Take the fixes of a sample, in order; return the number of the next fix."""
+    """Take the fixes of a sample, in order; return the number of the next fix. `moves` as in `settle`."""
     while following < len(fixes) and fixes[following].sample <= sample:
         fix = fixes[following]
-        finish(settings, state)
+        finish(settings, state, moves)
         fill_pose_rows(state.mean, fix.truck, fix.row)
         for hypothesis in range(BELIEFS):
+            if not state.followed[hypothesis]:
+                continue
             gain = fix.gain[hypothesis]
             for axis in range(3):
                 fix_coordinate(
                     state, hypothesis, fix.truck, axis, fix.pose[axis], fix.sigma[axis], gain[axis]
                 )
         state.fixed = 1
-        believe(settings, state)
+        settle(settings, state, moves)
         following += 1
     return following

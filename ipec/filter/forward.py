@@ -11,7 +11,7 @@ from omnimate.ipec.filter.disturbances import Disturbance, find_disturbances
 from omnimate.ipec.filter.findings import Findings, findings
 from omnimate.ipec.filter.fixes import fix_records
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.records import POSE, FilterState
+from omnimate.ipec.filter.records import POSE, STATES, FilterState
 from omnimate.ipec.filter.slow_parameters import SlowParameters, slow_parameters
 from omnimate.ipec.filter.trace import BLOCK, trace_filter
 from omnimate.ipec.linkage_check import check_linkage
@@ -68,6 +68,7 @@ class ForwardRun:
         fixes: Absolute poses as the compiled loops take them, `(K,)` records of `Fix`.
         marks: The filter's state before each block of `BLOCK` samples, records of `FilterState`.
         means: First six states at each sample, shape `(N, 6)`.
+        moves: Way to what is believed, each time that it was decided, shape `(D, 19)`.
         last: The state after the last sample, one record `(1,)`.
     """
 
@@ -78,6 +79,7 @@ class ForwardRun:
     fixes: Record
     marks: Record
     means: Array
+    moves: Array
     last: Record
 
 
@@ -98,9 +100,9 @@ def run_forward(
     marks = np.zeros(-(-count // BLOCK), layout(FilterState))
     poses, sigmas = np.empty((2, count, 3)), np.empty((2, count, 3))
     lost, alert, nis = np.empty((count, 4)), np.empty((count, 4)), np.empty(count)
-    means = np.empty((count, POSE))
+    means, moves = np.empty((count, POSE)), np.empty((count + 2 * len(taken), STATES + 1))
     trace_filter(
-        filter_.settings, state, counts, present, taken, marks, poses, sigmas, lost, alert, nis, means
+        filter_.settings, state, counts, present, taken, marks, poses, sigmas, lost, alert, nis, means, moves
     )
     disturbances = find_disturbances(recording.time, alert, lost)
     slow = slow_parameters(state["mean"][0], state["known"][0])
@@ -108,4 +110,4 @@ def run_forward(
     result = Estimate(
         recording.time, poses[0], poses[1], sigmas[0], sigmas[1], lost, nis, disturbances, slow, said
     )
-    return ForwardRun(result, filter_.settings, counts, present, taken, marks, means, state)
+    return ForwardRun(result, filter_.settings, counts, present, taken, marks, means, moves, state)

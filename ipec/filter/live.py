@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
+from omnimate.ipec.filter.disturbed_wheels import STEP
 from omnimate.ipec.filter.fixes import take_fix
 from omnimate.ipec.filter.hypotheses import HYPOTHESES, chances_before
 from omnimate.ipec.filter.noise import FilterNoise
 from omnimate.ipec.filter.prior import CALIBRATED, OPEN, SIZES, Prior, directions
 from omnimate.ipec.filter.records import FAST, LINK, FilterSettings, FilterState, X, Y
 from omnimate.ipec.filter.state import FilteredState
-from omnimate.ipec.filter.step import STEP, advance_filter
+from omnimate.ipec.filter.step import advance_filter
 from omnimate.ipec.readings import SampleReader, scales_of
 from omnimate.vehicle.compiled import Record, record
 
@@ -61,6 +62,7 @@ class Filter:
         state["origin"] = state["mean"][[X, Y]]
         states["nis"] = np.nan
         states["weight"] = np.exp(self.settings["credit"])
+        states["followed"] = 1
         return _frozen(states)
 
     def step(self, state: FilteredState, sample: Sample) -> FilteredState:
@@ -107,7 +109,7 @@ def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior
     settings["resolution"] = steps[:4] ** 2 / 6.0  # two readings, each off by up to a count
     settings["half"] = 0.5 * steps[4:]
     for number, hypothesis in enumerate(HYPOTHESES):
-        settings["wander"][number, hypothesis.reading] = hypothesis.wander**2
+        settings["reading"][number], settings["wander"][number] = hypothesis.reading, hypothesis.wander**2
     settings["alike"] = [hypothesis.alike * settings["length"] for hypothesis in HYPOTHESES]
     settings["credit"] = chances_before(prior.wrong)
     settings["drift"], settings["gate"] = noise.drift**2, noise.gate**2

@@ -10,7 +10,14 @@ import math
 
 import numpy as np
 
-from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, STATES, WANDER, FilterSettings, FilterState
+from omnimate.ipec.filter.records import (
+    JOINT_A,
+    JOINT_BIAS,
+    STATES,
+    WANDER,
+    FilterSettings,
+    FilterState,
+)
 from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.compiled_se2 import wrap
 
@@ -58,8 +65,8 @@ def cut(offset: float, variance: float, half: float) -> tuple[float, float]:
 
 @compiled
 def expected_reading(mean: Array, number: int) -> float:
-    """Return what joint_a (0), joint_b (1) or the link (2) reads with a mean or an offset `(22,)`."""
-    expected: float = mean[JOINT_A + number] + mean[WANDER + number] + mean[JOINT_BIAS + number]
+    """Return what joint_a (0), joint_b (1) or the link (2) reads with a mean `(18,)`, but for its wander."""
+    expected: float = mean[JOINT_A + number] + mean[JOINT_BIAS + number]
     return expected
 
 
@@ -73,10 +80,12 @@ def compare(state: FilterState, number: int) -> float:
 
 
 @compiled
-def innovation(state: FilterState, hypothesis: int, number: int) -> float:
+def innovation(settings: FilterSettings, state: FilterState, hypothesis: int, number: int) -> float:
     """Return the mean reading of a step minus what an open filter predicts [rad] or [m]."""
     mean: float = state.missed[number] / state.seen
-    return mean - expected_reading(state.offset[hypothesis], number)
+    offset = state.offset[hypothesis]
+    wander: float = offset[WANDER] if settings.reading[hypothesis] == number else 0.0
+    return mean - expected_reading(offset, number) - wander
 
 
 @compiled
@@ -101,16 +110,16 @@ def update(settings: FilterSettings, state: FilterState, hypothesis: int, number
         state: Predicted estimate; changed in place.
         hypothesis: Number of the hypothesis.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        shares: Covariance of each wheel's lost travel with the states, shape `(4, 22)`; changed in place.
+        shares: Covariance of each wheel's lost travel with the states, shape `(4, 18)`; changed in place.
     """
-    true, wander, bias = JOINT_A + number, WANDER + number, JOINT_BIAS + number
+    true, bias = JOINT_A + number, JOINT_BIAS + number
+    wander = 1.0 if settings.reading[hypothesis] == number else 0.0
     covariance, gain = state.covariance[hypothesis], state.gain[hypothesis, number]
     for row in range(STATES):
-        gain[row] = covariance[row, true] + covariance[row, wander] + covariance[row, bias]
+        gain[row] = covariance[row, true] + covariance[row, bias] + wander * covariance[row, WANDER]
     blur, half = scatter(settings, state, number)
-    push, information = cut(
-        innovation(state, hypothesis, number), gain[true] + gain[wander] + gain[bias] + blur, half
-    )
+    variance = gain[true] + gain[bias] + wander * gain[WANDER] + blur
+    push, information = cut(innovation(settings, state, hypothesis, number), variance, half)
     gain[STATES], gain[STATES + 1] = push, information
     state.updated[hypothesis, number] = 1 if information > 0.0 else 0
     if information <= 0.0:
@@ -122,7 +131,7 @@ def update(settings: FilterSettings, state: FilterState, hypothesis: int, number
             covariance[row, column] -= factor * gain[column]
     for wheel in range(4):
         if state.alert[hypothesis, wheel] > 0.0:
-            share = shares[wheel, true] + shares[wheel, wander] + shares[wheel, bias]
+            share = shares[wheel, true] + shares[wheel, bias] + wander * shares[wheel, WANDER]
             state.lost[hypothesis, wheel] += share * push
             for row in range(STATES):
                 shares[wheel, row] -= share * information * gain[row]
@@ -132,12 +141,19 @@ def update(settings: FilterSettings, state: FilterState, hypothesis: int, number
 def spread(settings: FilterSettings, state: FilterState, hypothesis: int) -> Array:
     """Return the covariance `(3, 3)` of the three innovations, with each step taken as uniform noise."""
     out, covariance = np.empty((3, 3)), state.covariance[hypothesis]
+    wanders = settings.reading[hypothesis]
     for i in range(3):
         for j in range(3):
             out[i, j] = 0.0
-            for row in (JOINT_A + i, WANDER + i, JOINT_BIAS + i):
-                for column in (JOINT_A + j, WANDER + j, JOINT_BIAS + j):
+            for row in (JOINT_A + i, JOINT_BIAS + i):
+                for column in (JOINT_A + j, JOINT_BIAS + j):
                     out[i, j] += covariance[row, column]
+            if wanders == i:
+                out[i, j] += covariance[WANDER, JOINT_A + j] + covariance[WANDER, JOINT_BIAS + j]
+            if wanders == j:
+                out[i, j] += covariance[JOINT_A + i, WANDER] + covariance[JOINT_BIAS + i, WANDER]
+            if wanders == i == j:
+                out[i, j] += covariance[WANDER, WANDER]
         blur, half = scatter(settings, state, i)
         out[i, i] += half * half / 3.0 + blur
     return out

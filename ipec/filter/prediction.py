@@ -174,7 +174,7 @@ def predict_covariance(settings: FilterSettings, state: FilterState, hypothesis:
 
 @compiled
 def carry(transition: Array, covariance: Array) -> Array:
-    """Return F P `(6, 22)`; the biases, which come last, move nothing."""
+    """Return F P `(6, 18)`; the biases, which come last, move nothing."""
     out = np.zeros((POSE, STATES))
     for row in range(POSE):
         for middle in range(JOINT_BIAS):
@@ -199,31 +199,35 @@ def add_input(state: FilterState, hypothesis: int, number: int, variance: float)
 
 @compiled
 def wander(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
-    """Let fade what readings and the wheels' headings wander, and wander anew, in place.
+    """Let fade what wanders under a hypothesis, and wander anew, in place.
 
     A heading by wheels that comes back takes the truck's joint with it.
     """
     way = 0.25 * state.rolled.sum()
     lasting = state.lasting[hypothesis] = math.exp(-way / settings.alike[hypothesis])
-    covariance, offset = state.covariance[hypothesis], state.offset[hypothesis]
-    for number in range(5):
-        variance = (1.0 - lasting * lasting) * settings.wander[hypothesis, number]
-        if variance == 0.0:
-            continue
-        row = WANDER + number
-        if number >= 3:
-            joint = JOINT_A + number - 3
-            offset[joint] += (1.0 - lasting) * (state.mean[row] + offset[row])
-            for column in range(STATES):
-                covariance[joint, column] += (1.0 - lasting) * covariance[row, column]
-            for column in range(STATES):
-                covariance[column, joint] += (1.0 - lasting) * covariance[column, row]
-        offset[row] = lasting * (state.mean[row] + offset[row]) - state.mean[row]
+    covariance, offset, row = state.covariance[hypothesis], state.offset[hypothesis], WANDER
+    variance = (1.0 - lasting * lasting) * settings.wander[hypothesis]
+    if variance == 0.0:
+        return
+    joint = returns_to(settings.reading[hypothesis])
+    if joint >= 0:
+        offset[joint] += (1.0 - lasting) * offset[row]
         for column in range(STATES):
-            covariance[row, column] *= lasting
-            covariance[column, row] *= lasting
-        covariance[row, row] += variance
-        if number >= 3:
-            covariance[joint, joint] += variance
-            covariance[row, joint] -= variance
-            covariance[joint, row] -= variance
+            covariance[joint, column] += (1.0 - lasting) * covariance[row, column]
+        for column in range(STATES):
+            covariance[column, joint] += (1.0 - lasting) * covariance[column, row]
+    offset[row] *= lasting
+    for column in range(STATES):
+        covariance[row, column] *= lasting
+        covariance[column, row] *= lasting
+    covariance[row, row] += variance
+    if joint >= 0:
+        covariance[joint, joint] += variance
+        covariance[row, joint] -= variance
+        covariance[joint, row] -= variance
+
+
+@compiled
+def returns_to(reading: int) -> int:
+    """Return the state that takes what comes back of one of `hypotheses.READINGS`; -1 for none."""
+    return JOINT_A + reading - 3 if reading >= 3 else -1

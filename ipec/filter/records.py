@@ -13,12 +13,13 @@ from omnimate.vehicle.compiled import Array, IntArray
 
 X, Y, LINK, JOINT_A, JOINT_B, LENGTH = range(6)  # place of a [m], heading of the link [rad], linkage
 POSE = 6  # states above
-WANDER = 6  # what joint_a, joint_b, link, and the wheels' headings of a and b wander: the first of five
-FAST = 11  # pose and wander
-WHEEL, WHEELBASE, CREEP, JOINT_BIAS, LENGTH_BIAS = 11, 15, 17, 19, 21  # the first of each kind
-STATES = 22
+WANDER = 6  # what a reading, or a heading by wheels, wanders under a hypothesis
+FAST = 7  # pose and wander
+WHEEL, WHEELBASE, CREEP, JOINT_BIAS, LENGTH_BIAS = 7, 11, 13, 15, 17  # the first of each kind
+STATES = 18
 SLOW = STATES - FAST  # what makes the encoders err
 INPUTS = 8  # travel of the four wheels, sideways slip of the two trucks, their slip ahead
+SIDES, AHEAD = 4, 6  # the first of each kind
 BELIEFS = len(HYPOTHESES)
 SUSPECTS = 15  # ways in which the robot may differ from its description
 
@@ -33,9 +34,9 @@ class FilterSettings(Scales):
         memory: Way after which what was learned of noise has faded [m].
         resolution: Variance of each wheel's travel in a step from its resolution [m^2].
         half: Half a count of joint_a, joint_b and link [rad, rad, m].
-        wander: Variance of what joint_a, joint_b, link, and the headings by the wheels of a and b wander
-            under each hypothesis [rad^2, rad^2, m^2, rad^2, rad^2], shape `(H, 5)`.
-        alike: Way over which they wander alike [m], shape `(H,)`.
+        reading: What wanders under each hypothesis: number in `hypotheses.READINGS`, or -1, shape `(H,)`.
+        wander: Variance of what it wanders [rad^2] or [m^2], shape `(H,)`.
+        alike: Way over which it wanders alike [m], shape `(H,)`.
         credit: Logarithm of the probability of each hypothesis before the drive, shape `(H,)`.
         drift: Variance per metre that the factor of each wheel and wheelbase gains [1/m].
         gate: Limit of the test for disturbed wheels [squared standard deviations].
@@ -55,7 +56,8 @@ class FilterSettings(Scales):
     memory: float
     resolution: Annotated[Array, 4]
     half: Annotated[Array, 3]
-    wander: Annotated[Array, (BELIEFS, 5)]
+    reading: Annotated[IntArray, BELIEFS]
+    wander: Annotated[Array, BELIEFS]
     alike: Annotated[Array, BELIEFS]
     credit: Annotated[Array, BELIEFS]
     drift: float
@@ -77,31 +79,31 @@ class Step:
         predicted: 1 where a step was closed; 0 for a first reading or a fix.
         mean: Estimate of the first six states, shape `(6,)`.
         offset: What the open filter would add to them, shape `(6,)`.
-        covariance: Covariance of the open filter, shape `(22, 22)`.
+        covariance: Covariance of the open filter, shape `(18, 18)`.
         shift: How far the first six states moved to what is believed, shape `(6,)`.
         way: Travel of the wheels [m], shape `(4,)`.
         lasting: Share of the wander that outlasts the step.
-        wanders: 1 for each that wanders, shape `(5,)`.
-        transition: Derivative of the first six states by the states before the step, shape `(6, 22)`.
+        reading: What wanders, a number in `hypotheses.READINGS`; -1 for nothing.
+        transition: Derivative of the first six states by the states before the step, shape `(6, 18)`.
         inputs: Derivative of the first six states by the inputs, shape `(6, 8)`.
         input_variance: Variance of the inputs [m^2], shape `(8,)`.
         updated: 1 for joint_a, joint_b, link where the reading said something new, shape `(3,)`.
-        gain: Covariance of the states with each reading, push and information, shape `(3, 24)`.
+        gain: Covariance of the states with each reading, push and information, shape `(3, 20)`.
     """
 
     predicted: int
     mean: Annotated[Array, 6]
     offset: Annotated[Array, 6]
-    covariance: Annotated[Array, (22, 22)]
+    covariance: Annotated[Array, (18, 18)]
     shift: Annotated[Array, 6]
     way: Annotated[Array, 4]
     lasting: float
-    wanders: Annotated[IntArray, 5]
-    transition: Annotated[Array, (6, 22)]
+    reading: int
+    transition: Annotated[Array, (6, 18)]
     inputs: Annotated[Array, (6, 8)]
     input_variance: Annotated[Array, 8]
     updated: Annotated[IntArray, 3]
-    gain: Annotated[Array, (3, 24)]
+    gain: Annotated[Array, (3, 20)]
 
 
 class FilterState(Reading):
@@ -110,13 +112,18 @@ class FilterState(Reading):
     Attributes:
         placed: 1 since the linkage has been read.
         predicted: 1 where this sample closed a step.
-        mean: Estimate of the states, shape `(22,)`: reading = true + wander + bias,
-            travel = rolled x (1 + factor).
-        known: Covariance of the estimate's error, shape `(22, 22)`.
+        mean: Estimate of the states, shape `(18,)`: reading = true + wander + bias,
+            travel = rolled x (1 + factor). What wanders has no mean of all hypotheses; it is 0 here.
+        known: Covariance of the estimate's error, shape `(18, 18)`.
         score: Logarithm of the probability density of what was read, under each hypothesis, shape `(H,)`.
         weight: Probability of each hypothesis, shape `(H,)`.
-        offset: What the open filter of each hypothesis would add to `mean`, shape `(H, 22)`.
-        covariance: Covariance of each open filter, shape `(H, 22, 22)`.
+        followed: 1 for each hypothesis that is carried on, shape `(H,)`; where a drive runs again, a few.
+        repeated: 1 where a part of a drive runs again, with what was believed then.
+        decided: How many times it was decided what is believed.
+        bumpy: 1 while a wheel is distrusted.
+        move: Way from the estimate to what was believed last, shape `(18,)`.
+        offset: What the open filter of each hypothesis would add to `mean`, shape `(H, 18)`.
+        covariance: Covariance of each open filter, shape `(H, 18, 18)`.
         origin: Place of truck a at the start [m], shape `(2,)`.
         fixed: 1 since an absolute pose was taken.
         turned: Variance of the angle between body and wheels of truck a [rad^2].
@@ -138,22 +145,27 @@ class FilterState(Reading):
         lost: Travel that each distrusted wheel lost in this sample [m], shape `(H, 4)`.
         nis: Normalised innovation squared of this step, 3 degrees of freedom, `(H,)`; nan without one.
         lasting: Share of the readings' wander that outlasts this step, shape `(H,)`.
-        transition: Derivative of the first six states by the states before the step, shape `(6, 22)`.
+        transition: Derivative of the first six states by the states before the step, shape `(6, 18)`.
         inputs: Derivative of the first six states by the inputs, shape `(6, 8)`.
         input_variance: Variance of the inputs in this step [m^2], shape `(H, 8)`.
         updated: 1 for joint_a, joint_b, link where the reading said something new, shape `(H, 3)`.
-        gain: Covariance of the states with each reading `(22,)`, then the push and the information of `cut`,
-            shape `(H, 3, 24)`.
+        gain: Covariance of the states with each reading `(18,)`, then the push and the information of `cut`,
+            shape `(H, 3, 20)`.
     """
 
     placed: int
     predicted: int
-    mean: Annotated[Array, 22]
-    known: Annotated[Array, (22, 22)]
+    mean: Annotated[Array, 18]
+    known: Annotated[Array, (18, 18)]
     score: Annotated[Array, BELIEFS]
     weight: Annotated[Array, BELIEFS]
-    offset: Annotated[Array, (BELIEFS, 22)]
-    covariance: Annotated[Array, (BELIEFS, 22, 22)]
+    followed: Annotated[IntArray, BELIEFS]
+    repeated: int
+    decided: int
+    bumpy: int
+    move: Annotated[Array, 18]
+    offset: Annotated[Array, (BELIEFS, 18)]
+    covariance: Annotated[Array, (BELIEFS, 18, 18)]
     origin: Annotated[Array, 2]
     fixed: int
     turned: float
@@ -175,8 +187,8 @@ class FilterState(Reading):
     lost: Annotated[Array, (BELIEFS, 4)]
     nis: Annotated[Array, BELIEFS]
     lasting: Annotated[Array, BELIEFS]
-    transition: Annotated[Array, (6, 22)]
+    transition: Annotated[Array, (6, 18)]
     inputs: Annotated[Array, (6, 8)]
     input_variance: Annotated[Array, (BELIEFS, 8)]
     updated: Annotated[IntArray, (BELIEFS, 3)]
-    gain: Annotated[Array, (BELIEFS, 3, 24)]
+    gain: Annotated[Array, (BELIEFS, 3, 20)]

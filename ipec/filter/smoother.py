@@ -59,7 +59,17 @@ def smooth(
         first = number * BLOCK
         last, mark = min(first + BLOCK, len(recording)), run.marks[number : number + 1]
         kept = run_block(
-            run.settings, mark, run.counts, run.present, run.fixes, likely, buffer, ends, first, last
+            run.settings,
+            mark,
+            run.counts,
+            run.present,
+            run.fixes,
+            run.moves,
+            likely,
+            buffer,
+            ends,
+            first,
+            last,
         )
         for place, hypothesis in enumerate(likely.tolist()):
             block = _Block(

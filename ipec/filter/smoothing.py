@@ -1,7 +1,8 @@
 """The smoother's compiled passes: the filter forward again, block by block, and the adjoint backward.
 
 A first pass has kept the filter's state at the start of each block, so that the steps of one block at a time
-are in memory, however long the recording is. The adjoint goes back through the open filter. It begins with
+are in memory, however long the recording is. It has kept how the mean moved, too, so that each hypothesis can
+run again without the others. The adjoint goes back through the open filter. It begins with
 what is believed at the end, which it takes for a reading of the slow states.
 """
 
@@ -32,6 +33,7 @@ def run_block(
     counts: IntArray,
     present: NDArray[np.bool_],
     fixes: Record,
+    moves: Array,
     hypotheses: IntArray,
     steps: Record,
     samples: IntArray,
@@ -46,7 +48,8 @@ def run_block(
         counts: Counts of the whole recording in the order of `CHANNELS`, shape `(N, 7)`.
         present: Whether each count was read, shape `(N, 7)`.
         fixes: Absolute poses of the whole recording, `(K,)` records of `Fix`; their gains are filled again.
-        hypotheses: Numbers of the hypotheses that are kept, shape `(C,)`.
+        moves: Way to what was believed, each time that it was decided, shape `(D, 19)`.
+        hypotheses: Numbers of the hypotheses that run again and are kept, shape `(C,)`.
         steps: Filled with what was known of them where the linkage was read first, after each step, and after
             fixes, `(C, M)` records of `Step`.
         samples: Filled with the numbers of these samples.
@@ -54,12 +57,16 @@ def run_block(
         last: Number of the sample after the block.
     """
     following, kept = 0, 0
+    mark[0].repeated = 1
+    mark[0].followed[:] = 0
+    for hypothesis in hypotheses:
+        mark[0].followed[hypothesis] = 1
     while following < len(fixes) and fixes[following].sample < first:
         following += 1
     for sample in range(first, last):
         placed, fixed = mark[0].placed, following
-        advance(settings[0], mark[0], counts[sample], present[sample])
-        following = take_fixes(settings[0], mark[0], fixes, sample, following)
+        advance(settings[0], mark[0], counts[sample], present[sample], moves)
+        following = take_fixes(settings[0], mark[0], fixes, sample, following, moves)
         if mark[0].predicted or following > fixed or (mark[0].placed and not placed):
             for place in range(len(hypotheses)):
                 keep(mark[0], settings[0], hypotheses[place], steps[place, kept])
@@ -78,8 +85,7 @@ def keep(state: FilterState, settings: FilterSettings, hypothesis: int, step: St
     step.transition[:], step.inputs[:] = state.transition, state.inputs
     step.input_variance[:] = state.input_variance[hypothesis]
     step.updated[:], step.gain[:] = state.updated[hypothesis], state.gain[hypothesis]
-    for number in range(5):
-        step.wanders[number] = 1 if settings.wander[hypothesis, number] > 0.0 else 0
+    step.reading = settings.reading[hypothesis]
 
 
 @compiled
@@ -186,7 +192,7 @@ def smooth_block(
         if step.predicted:
             undo_linkage(adjoint, step)
             find_lost(adjoint, step, lost[place])
-            undo_wander(adjoint, step.lasting, step.wanders)
+            undo_wander(adjoint, step.lasting, step.reading)
             undo_step(adjoint, step.transition)
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.ipec.filter.belief import believe
-from omnimate.ipec.filter.disturbed_wheels import find_disturbed, levels
+from omnimate.ipec.filter.belief import settle
+from omnimate.ipec.filter.disturbed_wheels import STEP, find_disturbed, levels
 from omnimate.ipec.filter.measurement import compare, expected_reading, update
 from omnimate.ipec.filter.prediction import (
     differentiate,
@@ -35,16 +35,16 @@ from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-STEP = 0.05  # [m] of a wheel's travel, after which the covariance is carried on and readings are taken
+SHORT = 0.0125  # [m], the same on a bump, which a wheel rolls over in 0.05 m
 STEADY = 1.0 / 200.0  # share of a sample in the learned scatter of the readings
 
 
 @compiled
 def place(settings: FilterSettings, state: FilterState) -> None:
     """Read the linkage for the first time; until then the heading of truck a stands for the link's."""
-    _place(settings, state, state.known, settings.wander[0])
+    _place(settings, state, state.known, 0)
     for hypothesis in range(BELIEFS):
-        _place(settings, state, state.covariance[hypothesis], settings.wander[hypothesis])
+        _place(settings, state, state.covariance[hypothesis], hypothesis)
     for number in range(3):
         reading = state.joint[number] if number < 2 else state.length
         state.mean[JOINT_A + number] = reading - state.mean[JOINT_BIAS + number]
@@ -54,21 +54,27 @@ def place(settings: FilterSettings, state: FilterState) -> None:
 
 
 @compiled
-def _place(settings: FilterSettings, state: FilterState, covariance: Array, wander: Array) -> None:
-    """Fill what a first reading leaves open in a covariance `(22, 22)`, by the wander `(5,)`."""
+def _place(settings: FilterSettings, state: FilterState, covariance: Array, hypothesis: int) -> None:
+    """Fill what a first reading leaves open in a covariance `(18, 18)`."""
+    covariance[WANDER, WANDER] = settings.wander[hypothesis]
+    wanders = settings.reading[hypothesis]
     for number in range(3):
         true = JOINT_A + number
         covariance[true, true] = settings.half[number] ** 2 / 3.0 + state.blur[number]
-        covariance[WANDER + number, WANDER + number] = wander[number]
-        for error in (WANDER + number, JOINT_BIAS + number):
-            covariance[true, true] += covariance[error, error]
-            covariance[true, error] = covariance[error, true] = -covariance[error, error]
-    for truck in range(3, 5):
-        covariance[WANDER + truck, WANDER + truck] = wander[truck]
+        _read(covariance, true, JOINT_BIAS + number)
+        if wanders == number:
+            _read(covariance, true, WANDER)
     covariance[LINK, LINK] += covariance[JOINT_A, JOINT_A]
     covariance[LINK, JOINT_A] = covariance[JOINT_A, LINK] = -covariance[JOINT_A, JOINT_A]
-    for error in (WANDER, JOINT_BIAS):
-        covariance[LINK, error] = covariance[error, LINK] = covariance[error, error]
+    for error in (JOINT_BIAS, WANDER):
+        covariance[LINK, error] = covariance[error, LINK] = -covariance[JOINT_A, error]
+
+
+@compiled
+def _read(covariance: Array, true: int, error: int) -> None:
+    """Let a true value be what was read minus an error, in a covariance `(18, 18)`."""
+    covariance[true, true] += covariance[error, error]
+    covariance[true, error] = covariance[error, true] = -covariance[error, error]
 
 
 @compiled
@@ -100,6 +106,12 @@ def watch(settings: FilterSettings, state: FilterState) -> None:
 
 
 @compiled
+def has_ended(state: FilterState) -> bool:
+    """Return whether a step has ended: it is shorter while a wheel is distrusted, as on a bump."""
+    return bool(state.rolled.max() >= (SHORT if state.bumpy else STEP))
+
+
+@compiled
 def take(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
     """Carry an open filter over a step, and let it take the readings."""
     find_input_variance(settings, state, hypothesis, levels(settings, state, hypothesis))
@@ -123,17 +135,21 @@ def take(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
 
 
 @compiled
-def close(settings: FilterSettings, state: FilterState) -> None:
-    """End a step: carry the covariance on, take the readings, and move the estimate to what is believed."""
+def close(settings: FilterSettings, state: FilterState, moves: Array) -> None:
+    """End a step: carry the covariance on, take the readings, and move the estimate to what is believed.
+
+    `moves` `(D, 19)` is what `settle` takes.
+    """
     state.predicted = 1
     state.went[:] = state.way
     differentiate(settings, state)
     for hypothesis in range(BELIEFS):
-        take(settings, state, hypothesis)
+        if state.followed[hypothesis]:
+            take(settings, state, hypothesis)
     before = np.empty(3)
     for number in range(3):
         before[number] = expected_reading(state.mean, number)
-    believe(settings, state)
+    settle(settings, state, moves)
     for number in range(3):
         state.late[number] -= expected_reading(state.mean, number) - before[number]
     begin(state)
@@ -141,7 +157,11 @@ def close(settings: FilterSettings, state: FilterState) -> None:
 
 @compiled
 def advance(
-    settings: FilterSettings, state: FilterState, counts: IntArray, present: NDArray[np.bool_]
+    settings: FilterSettings,
+    state: FilterState,
+    counts: IntArray,
+    present: NDArray[np.bool_],
+    moves: Array,
 ) -> None:
     """Take one sample in place; the trucks move only where all four wheels were read.
 
@@ -150,6 +170,7 @@ def advance(
         state: Estimate before the sample; changed to the estimate after it.
         counts: Counts in the order of `CHANNELS`, shape `(7,)`.
         present: Whether each count was read, shape `(7,)`.
+        moves: Way to what is believed after each step, `(D, 19)`, see `settle`.
     """
     state.nis[:] = math.nan
     state.lost[:] = 0.0
@@ -168,25 +189,23 @@ def advance(
         return
     predict_mean(settings, state)
     state.samples += 1
-    furthest = 0.0
     for wheel in range(4):
         state.way[wheel] += state.travel[wheel]
         state.rolled[wheel] += abs(state.travel[wheel])
-        furthest = max(furthest, state.rolled[wheel])
     if state.linked:
         watch(settings, state)
-    if furthest >= STEP:
-        close(settings, state)
+    if has_ended(state):
+        close(settings, state, moves)
 
 
 @compiled
-def finish(settings: FilterSettings, state: FilterState) -> None:
-    """End the step that is under way, if the robot has moved in it."""
+def finish(settings: FilterSettings, state: FilterState, moves: Array) -> None:
+    """End the step that is under way, if the robot has moved in it; `moves` as in `close`."""
     if state.rolled.sum() > 0.0:
-        close(settings, state)
+        close(settings, state, moves)
 
 
 @compiled
 def advance_filter(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> None:
     """Take one sample `(7,)` of a live stream, in place; `settings` and `states` are records `(1,)`."""
-    advance(settings[0], states[0], counts, present)
+    advance(settings[0], states[0], counts, present, np.empty((0, STATES + 1)))

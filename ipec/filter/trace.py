@@ -33,6 +33,7 @@ def trace_filter(
     alert: Array,
     nis: Array,
     means: Array,
+    moves: Array,
 ) -> None:
     """Run the filter over all samples, and keep its state before each block of `BLOCK` samples.
 
@@ -49,13 +50,14 @@ def trace_filter(
         alert: Filled with the travel for which each wheel stays distrusted [m], shape `(N, 4)`.
         nis: Filled with the normalised innovation squared, shape `(N,)`.
         means: Filled with the first six states, shape `(N, 6)`.
+        moves: Filled with the way to what is believed, each time that it is decided, shape `(D, 19)`.
     """
     state, following = states[0], 0
     for sample in range(len(counts)):
         if sample % BLOCK == 0:
             marks[sample // BLOCK] = state
-        advance(settings[0], state, counts[sample], present[sample])
-        following = take_fixes(settings[0], state, fixes, sample, following)
+        advance(settings[0], state, counts[sample], present[sample], moves)
+        following = take_fixes(settings[0], state, fixes, sample, following, moves)
         for truck in range(2):
             look(state.mean, state.known, truck, poses[truck, sample], sigmas[truck, sample])
         if not state.placed:

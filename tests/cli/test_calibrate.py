@@ -2,20 +2,24 @@
 
 import re
 
+import numpy as np
 import pytest
 import typer
 from typer.testing import CliRunner
 
 from omnimate.calib.errors import FixError
+from omnimate.calib.relative.motions import COLUMNS
 from omnimate.cli.calibrate.verb import calibrate
 from omnimate.cli.design import design
-from omnimate.logs.folder import save_recording
+from omnimate.logs.folder import load_recording, save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.file import load_vehicle
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.se2 import between, compose
 
 app = typer.Typer()
 app.command()(calibrate)
@@ -64,6 +68,23 @@ def test_the_linkage_is_calibrated_and_its_zeros_are_written(folder, tmp_path):
     before, after = reference_vehicle(), load_vehicle(tmp_path / "new.toml")
     shift = (after.encoder("joint_a").zero - before.encoder("joint_a").zero) * before.encoder("joint_a").scale
     assert shift == pytest.approx(0.010, abs=2e-3)
+
+
+def test_relative_poses_calibrate_a_truck_and_place_their_sensor(folder, tmp_path):
+    """The sensor's motions are those of the odometry, so that the truck stays and its sensor is found."""
+    recording = load_recording(folder)
+    every = slice(0, None, 50)
+    seen = compose(dead_reckon(recording), [0.25, -0.1, 0.5])[every]
+    time = recording.time[every]
+    motions = np.column_stack([time[:-1], time[1:], between(seen[:-1], seen[1:])])
+    lines = [",".join(map(repr, map(float, row))) + ",0.003,0.003,0.002" for row in motions]
+    path, out = tmp_path / "relative.csv", tmp_path / "vehicle.toml"
+    path.write_text("\n".join([",".join(COLUMNS), *lines]))
+    result = run("calibrate", folder, "--relative", path, "--out", out)
+    assert result.exit_code == 0
+    assert re.search(r"sensor x .* 250\.\d+ ", result.output)
+    assert re.search(r"sensor yaw .* 28\.64", result.output)
+    assert load_vehicle(out).trucks["a"].wheelbase == pytest.approx(0.34, abs=1e-4)
 
 
 def test_poses_that_are_missing_are_an_error_of_one_sentence(folder, tmp_path):

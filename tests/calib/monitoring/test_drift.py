@@ -53,8 +53,11 @@ def test_what_was_before_the_last_calibration_is_left_out(healthy):
 
 
 def test_working_days_without_fixes_show_drift_by_what_the_filter_learns():
-    """Two numbers a truck from each recording; after 8 healthy days, 8 with a wheelbase 1 % wider."""
-    path = rounded_rectangle(3.0, 2.0, ["ccw"])
+    """Two numbers a truck from each recording; after 8 healthy days, 8 with a wheelbase 1 % wider.
+
+    A lap in one direction alone does not tell a wheelbase from unequal wheels.
+    """
+    path = rounded_rectangle(3.0, 2.0, ["ccw", "cw"])
     days = []
     for day in range(2 * ENOUGH + 4):
         true = ROBOT if day < ENOUGH + 2 else WORN

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.disturbed_wheels import explain, inverted
-from omnimate.ipec.filter.records import JOINT_A, FilterState
+from omnimate.ipec.filter.disturbed_wheels import explain, inverted, looked_at
+from omnimate.ipec.filter.live import Filter
+from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterState
 from omnimate.vehicle.compiled import compiled, record
 
 many = settings(max_examples=60)
@@ -16,6 +17,11 @@ seeds, wheels = st.integers(0, 2**32 - 1), st.integers(0, 3)
 @compiled
 def explained(states, wheel, information, pull):
     return explain(states[0], 0, wheel, information, pull)
+
+
+@compiled
+def looked(settings, attempt, left, scores):
+    return looked_at(settings[0], attempt, left, scores)
 
 
 def positive(chance):
@@ -70,3 +76,16 @@ def test_a_wheel_that_stands_or_is_distrusted_already_explains_nothing(seed, whe
     distrusted["alert"] = 0.05
     assert explained(standing, wheel, information, pull) == 0.0
     assert explained(distrusted, wheel, information, pull) == 0.0
+
+
+def test_a_push_that_explains_alone_what_no_wheel_does_comes_before_two_wheels(robot):
+    """A push in a kilometre against a bump in a metre: what wheels leave must be far out of the noise."""
+    settings_, left = Filter(robot).settings, 400.0
+    scores = np.zeros(INPUTS)
+    scores[0], scores[SIDES] = 250.0, 398.0
+    assert looked(settings_, 0, left, scores) == (SIDES, AHEAD)
+    scores[0] = 390.0
+    assert looked(settings_, 0, left, scores) == (0, SIDES)
+    scores[0], scores[SIDES] = 250.0, 300.0
+    assert looked(settings_, 0, left, scores) == (0, SIDES)
+    assert looked(settings_, 3, left, scores) == (SIDES, INPUTS)

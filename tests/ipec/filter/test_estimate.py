@@ -15,6 +15,7 @@ from omnimate.motion.paths import free, out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.crossing import cable_loss
+from omnimate.vcan_sim.effects.law import Law
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
@@ -146,11 +147,39 @@ def test_errors_are_as_large_as_they_should_be(robot):
     assert np.all(mean > 1.0 / 3.0)
 
 
+def test_a_push_to_the_side_is_not_taken_for_two_bumps(robot):
+    """Truck a is pushed by 10 mm within 50 mm of its way, thrice: the error is below half of IPEC's."""
+    knots, pushes = [0.0], [0.0]
+    for place in (3.0, 7.0, 11.0):
+        knots += [place - 1e-3, place, place + 0.05, place + 0.051]
+        pushes += [0.0, 0.2, 0.2, 0.0]
+    law = Law("a", "creep", over="way", knots=tuple(knots), ordinates=tuple(pushes))
+    truth = Truth(robot, effects=(law,), sonar=EXACT, seed=5)
+    recording = simulate(robot, truth, rounded_rectangle(4.0, 2.5, ["ccw"]))
+    filtered = final_error(recording, estimate(recording).pose_a[-1])
+    corrected = final_error(recording, correct(recording).pose_a[-1])
+    assert np.hypot(*filtered[:2]) < 0.5 * np.hypot(*corrected[:2])
+
+
+def test_of_a_lap_with_20_bumps_it_leaves_half_of_what_ipec_leaves(robot):
+    """O 3, rms over robots as a calibration leaves them; `benchmarks.bump_bound` drives more of them."""
+    filtered, corrected = [], []
+    for seed in range(8):
+        bumps = bumps_under("a.right", 20, 1.0, 16.0, height=0.009)
+        recording = simulate(robot, robots(robot, seed, bumps), rounded_rectangle(6.0, 3.25, ["cw"]))
+        filtered.append(final_error(recording, estimate(recording, prior=CALIBRATED).pose_a[-1]))
+        corrected.append(final_error(recording, correct(recording).pose_a[-1]))
+    assert np.hypot(*rms(filtered)[:2]) < 0.5 * np.hypot(*rms(corrected)[:2])
+
+
 def test_straight_out_and_back_with_20_bumps_it_stays_close(robot):
-    """C 6.1 with robots as a calibration leaves them: within 15 mm and 0.1 degrees; IPEC is at 4 mm here."""
+    """C 6.1 with robots as a calibration leaves them: within 15 mm and 0.1 degrees; IPEC is at 4 mm here.
+
+    In reverse, truck b meets each bump a link length before truck a.
+    """
     filtered = []
     for seed in range(6):
-        bumps = bumps_under("a.right", 10, 18.5, 35.5) + bumps_under("b.right", 10, 18.5, 35.5)
+        bumps = bumps_under("a.right", 10, 18.5, 35.5) + bumps_under("b.right", 10, 17.5, 34.5)
         program = out_and_back(18.0, 1, speed=0.45, link_length=1.0)
         recording = simulate(robot, robots(robot, seed, bumps), program)
         filtered.append(final_error(recording, estimate(recording).pose_a[-1]))

@@ -25,7 +25,7 @@ def state_by(seed):
     states["mean"][0, LENGTH] = 1.0
     states["covariance"][0, :] = 1e-3 * root @ root.T
     states["weight"][0, 0] = 1.0
-    states["placed"] = 1
+    states["followed"] = states["placed"] = 1
     return states
 
 

@@ -9,6 +9,8 @@ from omnimate.ipec.filter.records import Step
 from omnimate.ipec.filter.smoothing import run_block
 from omnimate.ipec.filter.trace import BLOCK
 from omnimate.motion.paths import out_and_back
+from omnimate.vcan_sim.bumps import bumps_under
+from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
@@ -19,9 +21,10 @@ ZERO = (0.0, 0.0, 0.0)
 
 @pytest.fixture(scope="module")
 def run():
-    """A run over two blocks and a bit, with fixes."""
+    """A run over two blocks and a bit, with bumps and fixes."""
     robot = reference_vehicle()
-    recording = simulate(robot, Truth(robot, seed=1), out_and_back(8.0, 1, link_length=1.0))
+    floor = Floor(bumps=bumps_under("b.left", 6, 1.0, 14.0))
+    recording = simulate(robot, Truth(robot, floor=floor, seed=1), out_and_back(8.0, 1, link_length=1.0))
     assert 2 * BLOCK < len(recording) < 4 * BLOCK
     return run_forward(recording, ZERO, ZERO, recording.poses, None, None)
 
@@ -40,18 +43,30 @@ def again(run, number):
     mark, first = run.marks[number : number + 1].copy(), number * BLOCK
     likely = run.last["weight"][0].argmax(keepdims=True)
     kept = run_block(
-        run.settings, mark, run.counts, run.present, run.fixes, likely, steps, samples, first, first + BLOCK
+        run.settings,
+        mark,
+        run.counts,
+        run.present,
+        run.fixes,
+        run.moves,
+        likely,
+        steps,
+        samples,
+        first,
+        first + BLOCK,
     )
-    return steps[0, :kept], samples[:kept], mark[0]
+    return steps[0, :kept], samples[:kept], mark[0], likely
 
 
 def test_each_block_runs_again_to_the_mark_behind_it(run):
     for number in range(len(run.marks) - 1):
-        _, _, behind = again(run, number)
-        for name in ("mean", "offset", "covariance", "known", "alert", "counts"):
+        _, _, behind, likely = again(run, number)
+        for name in ("mean", "counts", "decided"):
             assert np.array_equal(behind[name], run.marks[number + 1][name])
+        for name in ("offset", "covariance", "alert", "learned"):
+            assert np.array_equal(behind[name][likely], run.marks[number + 1][name][likely])
 
 
 def test_a_block_runs_again_to_the_poses_of_the_estimate(run):
-    steps, samples, _ = again(run, 1)
+    steps, samples, _, _ = again(run, 1)
     assert np.array_equal(steps["mean"][:, :2], run.estimate.pose_a[samples, :2])

@@ -1,0 +1,285 @@
+"""Wheelbase, wheel diameters and the sensor's pose on the robot, from relative poses of the sensor.
+
+The model is that of Censi, Franchi, Marchionni & Oriolo, Simultaneous calibration of odometry and sensor
+parameters for mobile robots, IEEE Transactions on Robotics 29 (2013): while the robot moves by o, its sensor,
+which sits at l, sees the motion inverse(l) (+) o (+) l. Theirs is a closed form with equal weights; this is
+maximum likelihood from that start: the floor's roughness (Chong & Kleeman, 1997) and each pose's own
+uncertainty weigh, so that the Cramer-Rao bound is reached.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import chi2
+
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.estimation.estimates import Estimate
+from omnimate.calib.estimation.observability import information_bound, unobservable
+from omnimate.calib.estimation.parameters import Coordinate
+from omnimate.calib.paths.kinematics import Differential
+from omnimate.calib.paths.least_squares import quantities
+from omnimate.calib.relative.motions import degenerate
+from omnimate.vehicle.arcs import integrate
+from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+from omnimate.vehicle.odometry import truck_travel
+from omnimate.vehicle.se2 import between, compose, inverse, rotation, transport, wrap
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from omnimate.calib.estimation.observability import Held
+    from omnimate.calib.paths.least_squares import Quantity
+    from omnimate.calib.relative.motions import Motions
+    from omnimate.vehicle.parameters import Truck, TruckName
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+
+# What is known without any drive: a sensor sits on the robot, somewhere, and looks somewhere.
+SENSOR = (
+    Coordinate("sensor x", "m", 0.5),
+    Coordinate("sensor y", "m", 0.5),
+    Coordinate("sensor yaw", "rad", 1.0),
+)
+FEWEST = 6  # motions, from which on the six numbers can be told from noise
+ROUNDS = 50
+SETTLED = 1e-6  # [standard deviations] by which the last round changes a coordinate
+OUTLYING = float(chi2.ppf(0.999, 3))  # squared distance of a motion, beyond which it loses weight (Huber)
+
+
+@dataclass(frozen=True, slots=True)
+class RelativeCalibration:
+    """What relative poses of a sensor say of the robot and of the sensor's place.
+
+    Attributes:
+        source: Where the relative poses come from.
+        estimate: Coordinates of the truck, then x, y [m] and yaw [rad] of the sensor on it.
+        truck: The calibrated truck.
+        sensor: Pose of the sensor on the truck, `(3,)`.
+        quantities: Sizes of the truck and the sensor's pose, with intervals.
+        degenerate: Which motions are missing; None where nothing is held for lack of motions.
+        outlying: Number of motions that the others contradict, and which lost weight.
+    """
+
+    source: str
+    estimate: Estimate
+    truck: Truck
+    sensor: Array
+    quantities: tuple[Quantity, ...]
+    degenerate: str | None
+    outlying: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Moves:
+    """What the wheels say of each motion, at some coordinates of the truck.
+
+    Attributes:
+        pose: The robot's motion, `(K, 3)`.
+        jacobian: Its derivative by the truck's coordinates, in the frame at its end, `(K, 3, 3)`.
+        noise: Its covariance for a roughness of 1 m/sqrt(m), in the frame at its end, `(K, 3, 3)`.
+    """
+
+    pose: Array
+    jacobian: Array
+    noise: Array
+
+
+class _Wheels:
+    """The wheels' angles through all motions."""
+
+    def __init__(self, time: Array, readings: Array, truck: Truck, motions: Motions) -> None:
+        inside = (time > motions.start[0]) & (time < motions.end[-1])
+        known, time = time, np.unique(np.concatenate([time[inside], motions.start, motions.end]))
+        angles = [np.interp(time, known, column) for column in readings.T]
+        radii = 0.5 * truck.wheel_diameter_left, 0.5 * truck.wheel_diameter_right
+        self._readings = np.column_stack(angles)
+        self._first, self._last = np.searchsorted(time, motions.start), np.searchsorted(time, motions.end)
+        counts = self._last - self._first
+        self._step = np.concatenate(
+            [np.arange(first, last) for first, last in zip(self._first, self._last, strict=True)]
+        )
+        self._end = np.repeat(self._last, counts)
+        self._begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        self.travel = (self._readings[self._last] - self._readings[self._first]) * np.array(radii)
+
+    def moves(self, model: Differential, coordinates: Array) -> _Moves:
+        """Return the robot's motions at coordinates of the truck."""
+        steps = model.steps(self._readings, coordinates)
+        path = integrate(steps.increment)
+        carried = transport(between(path[self._step + 1], path[self._end]))
+        jacobian = carried @ steps.jacobian[self._step]
+        noise = carried @ steps.noise[self._step].sum(axis=1) @ carried.transpose(0, 2, 1)
+        return _Moves(
+            between(path[self._first], path[self._last]),
+            np.add.reduceat(jacobian, self._begins),
+            np.add.reduceat(noise, self._begins),
+        )
+
+
+def calibrate_relative(
+    recording: Recording, motions: Motions, truck: TruckName = "a", roughness: float = CONCRETE_ROUGHNESS
+) -> RelativeCalibration:
+    """Return the calibration of a truck, and of where a sensor sits on it, by relative poses of the sensor.
+
+    Args:
+        recording: The wheels; absolute poses are not needed.
+        motions: Relative poses of the sensor, one after the other.
+        truck: Name of the truck.
+        roughness: Of the floor [m/sqrt(m)].
+
+    Raises:
+        CalibrationError: There are too few motions, they overlap or are not within the recording, or nothing
+            at all is identified.
+    """
+    sizes = recording.vehicle.trucks[truck]
+    left, right, _ = truck_travel(recording, truck)
+    diameters = np.array([sizes.wheel_diameter_left, sizes.wheel_diameter_right])
+    angles = np.column_stack([left, right]) / (0.5 * diameters)
+    return calibrate_wheels(recording.time, angles, sizes, motions, roughness)
+
+
+def calibrate_wheels(
+    time: Array, readings: Array, truck: Truck, motions: Motions, roughness: float = CONCRETE_ROUGHNESS
+) -> RelativeCalibration:
+    """Return the calibration of a truck by the angles of its wheels, as `calibrate_relative`.
+
+    Args:
+        time: Time of the readings [s], `(N,)`.
+        readings: Angles of the left and the right wheel [rad], `(N, 2)`.
+        truck: The nominal truck.
+        motions: Relative poses of the sensor, one after the other.
+        roughness: Of the floor [m/sqrt(m)].
+
+    Raises:
+        CalibrationError: As `calibrate_relative`.
+    """
+    _check(time, motions)
+    wheels = _Wheels(time, readings, truck, motions)
+    model = Differential(truck)
+    size = len(model.coordinates)
+    coordinates, sensor = np.zeros(size), _start(wheels.moves(model, np.zeros(size)).pose, motions.pose)
+    parameters = (*model.coordinates, *SENSOR)
+    free = np.ones(len(parameters), np.bool_)
+    information, _, _ = _linear(wheels.moves(model, coordinates), motions, sensor, roughness)
+    held = unobservable(parameters, information, free)
+    missing = degenerate(wheels.travel[:, 0], wheels.travel[:, 1], truck.wheelbase) if held else None
+    names = {single.name for single in held}
+    free = np.array([parameter.name not in names for parameter in parameters])
+    if not free.any():
+        raise CalibrationError(
+            motions.source, f"the motions identify nothing; {missing or 'drive more, with turns'}"
+        )
+    sensor = np.where(free[size:], sensor, 0.0)
+    for _ in range(ROUNDS):
+        information, score, weights = _linear(wheels.moves(model, coordinates), motions, sensor, roughness)
+        bound = information_bound(information, free)
+        step = bound @ np.where(free, score, 0.0)
+        coordinates = coordinates + step[:size]
+        sensor = compose(sensor, step[size:])
+        settled = np.abs(step[free]) / np.sqrt(np.diag(bound)[free])
+        if settled.max() < SETTLED:
+            break
+    return _result(model, motions, coordinates, sensor, (information, weights, free), held, missing)
+
+
+def _check(time: Array, motions: Motions) -> None:
+    if len(motions.start) < FEWEST:
+        raise CalibrationError(
+            motions.source, f"{len(motions.start)} relative poses; {FEWEST} or more needed"
+        )
+    if np.any(motions.start[1:] < motions.end[:-1] - 1e-9):
+        raise CalibrationError(
+            motions.source, "relative poses overlap or go back in time; each must begin where the last ended"
+        )
+    first, last = float(time[0]), float(time[-1])
+    if motions.start[0] < first or motions.end[-1] > last:
+        raise CalibrationError(
+            motions.source,
+            f"relative poses from {motions.start[0]:.3f} s to {motions.end[-1]:.3f} s are not within the "
+            f"recording, {first:.3f} s to {last:.3f} s; they must share its clock",
+        )
+
+
+def _start(moves: Array, seen: Array) -> Array:
+    """Return the sensor's pose that fits best, the robot's motions being right: linear in x, y, cos, sin.
+
+    It is equation (24) of Censi et al. with the wheelbase known: R(yaw) s = o + (R(theta) - 1) (x, y).
+    """
+    cos, sin = np.cos(moves[:, 2]), np.sin(moves[:, 2])
+    above = np.column_stack([1.0 - cos, sin, seen[:, 0], -seen[:, 1]])
+    below = np.column_stack([-sin, 1.0 - cos, seen[:, 1], seen[:, 0]])
+    solved = np.linalg.lstsq(np.concatenate([above, below]), moves[:, :2].T.reshape(-1), rcond=1e-9)[0]
+    return np.array([solved[0], solved[1], math.atan2(solved[3], solved[2])])
+
+
+def _linear(moves: _Moves, motions: Motions, sensor: Array, roughness: float) -> tuple[Array, Array, Array]:
+    """Return information `(6, 6)`, score `(6,)` and the weights `(K,)` of the motions, at a linearisation."""
+    predicted = compose(compose(inverse(sensor), moves.pose), sensor)
+    residual = between(predicted, motions.pose)
+    residual[:, 2] = wrap(residual[:, 2])
+    into = transport(sensor)
+    by_sensor = np.eye(3) - transport(predicted)
+    jacobian = np.concatenate([into @ moves.jacobian, by_sensor], axis=2)
+    covariance = roughness**2 * (into @ moves.noise @ into.T)
+    covariance = covariance + motions.sigma[:, :, np.newaxis] ** 2 * np.eye(3)
+    whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+    white, slopes = (whitening @ residual[:, :, np.newaxis])[:, :, 0], whitening @ jacobian
+    distance = (white**2).sum(axis=1)
+    weights = np.minimum(1.0, np.sqrt(OUTLYING / np.maximum(distance, 1e-300)))
+    weighed = slopes * weights[:, np.newaxis, np.newaxis]
+    information = np.einsum("kij,kil->jl", weighed, slopes)
+    return information, np.einsum("kij,ki->j", weighed, white), np.column_stack([weights, distance])
+
+
+def _result(
+    model: Differential,
+    motions: Motions,
+    coordinates: Array,
+    sensor: Array,
+    fit: tuple[Array, Array, NDArray[np.bool_]],
+    held: tuple[Held, ...],
+    missing: str | None,
+) -> RelativeCalibration:
+    information, weights, free = fit
+    size = len(model.coordinates)
+    freedom = 3.0 * len(weights) - float(free.sum())
+    rms = math.sqrt(float((weights[:, 0] * weights[:, 1]).sum()) / freedom)
+    # Noise may be larger than it is said to be; where it is smaller, the bound stays.
+    covariance = information_bound(information, free) * max(1.0, rms) ** 2
+    turn = np.eye(size + 3)
+    turn[size:, size:] = rotation(-sensor[2]) if free[-1] else np.eye(3)  # x and y along the robot's axes
+    covariance = turn @ covariance @ turn.T
+    parameters = (*model.coordinates, *SENSOR)
+    scales = np.array([parameter.prior_sigma for parameter in parameters])
+    inside = np.ix_(free, free)
+    estimate = Estimate(
+        parameters,
+        np.concatenate([coordinates, sensor]),
+        covariance,
+        held,
+        float(np.linalg.cond((information * np.outer(scales, scales))[inside])),
+        (),
+        freedom,
+        (),
+        len(weights),
+        rms,
+    )
+
+    def values(place: Array) -> dict[str, float]:
+        names = (single.name for single in SENSOR)
+        sensed = dict(zip(names, map(float, place[size:]), strict=True))
+        return model.values(place[:size]) | sensed
+
+    return RelativeCalibration(
+        motions.source,
+        estimate,
+        model.truck_at(coordinates),
+        sensor,
+        quantities(values, size + 3, estimate),
+        missing,
+        int((weights[:, 0] < 1.0).sum()),
+    )

@@ -1,0 +1,108 @@
+"""Relative poses of a sensor, as matching two of its scans gives them, and kinds of motions."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.errors import CalibrationError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from omnimate.vehicle.se2 import Array
+
+COLUMNS = ("start", "end", "x", "y", "theta", "sigma_x", "sigma_y", "sigma_theta")
+_ALIKE = 0.99  # part of the squared travel of both wheels in one direction, from which on there is but one
+_NEAR = 0.05  # [rad] from equal travel of both wheels: arcs of ten wheelbases and more are called straight
+_STILL = 0.1  # [m] of a wheel's travel, below which nothing was driven
+
+
+@dataclass(frozen=True, slots=True)
+class Motions:
+    """Relative poses of a sensor.
+
+    Attributes:
+        source: File or recording that they come from.
+        start: Time of the first scan of each [s], on the recording's clock, `(K,)`.
+        end: Time of the second one [s], `(K,)`.
+        pose: Sensor at the second scan, seen from the first: x, y [m], theta [rad], `(K, 3)`.
+        sigma: Standard deviations, in the frame of the second scan [m, m, rad], `(K, 3)`.
+    """
+
+    source: str
+    start: Array
+    end: Array
+    pose: Array
+    sigma: Array
+
+
+def load_motions(path: Path) -> Motions:
+    """Return the relative poses of a CSV file with the columns `COLUMNS`.
+
+    Raises:
+        CalibrationError: The file cannot be read, or has other columns, or a line is no motion.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            reader = csv.DictReader(file)
+            missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+            if missing:
+                wanted = ", ".join(COLUMNS)
+                raise CalibrationError(path, f"no column {', '.join(missing)}; expected {wanted}")
+            rows = [_row(path, reader.line_num, line) for line in reader]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise CalibrationError(path, f"cannot be read: {error}") from error
+    if not rows:
+        raise CalibrationError(path, "no relative pose in it")
+    table = np.array(rows)
+    return Motions(str(path), table[:, 0], table[:, 1], table[:, 2:5], table[:, 5:8])
+
+
+def _row(path: Path, number: int, line: dict[str, str]) -> list[float]:
+    try:
+        row = [float(line[name]) for name in COLUMNS]
+    except (TypeError, ValueError) as error:
+        raise CalibrationError(path, f"line {number}: expected numbers: {error}") from error
+    if not all(map(math.isfinite, row)) or row[1] <= row[0] or min(row[5:]) <= 0.0:
+        raise CalibrationError(
+            path, f"line {number}: expected finite numbers, end after start, sigmas above 0"
+        )
+    return row
+
+
+def degenerate(left: Array, right: Array, wheelbase: float) -> str | None:
+    """Return which kind of motion is all that there is, and what to drive, too; else None.
+
+    Robots that move in one way only do not show all of their parameters (Censi et al. 2013, section IV).
+
+    Args:
+        left: Travel of the left wheel in each motion [m], `(K,)`.
+        right: Likewise of the right wheel.
+        wheelbase: Wheelbase [m].
+    """
+    travel = np.column_stack([left, right])
+    squares = travel.T @ travel
+    if np.abs(travel).sum(axis=0).max() < _STILL:
+        return "the robot stands still: drive arcs of several radii"
+    values, vectors = np.linalg.eigh(squares)
+    if values[1] < _ALIKE * values.sum():
+        return None
+    angle = math.atan2(vectors[1, 1], vectors[0, 1])
+    if _apart(angle, math.pi / 4.0) < _NEAR:
+        return "straight ways only: drive curves, or turn on the spot"
+    if _apart(angle, -math.pi / 4.0) < _NEAR:
+        return "turning on the spot only: drive straight ways or curves, too"
+    ahead, turn = math.cos(angle) + math.sin(angle), math.sin(angle) - math.cos(angle)
+    radius = abs(0.5 * wheelbase * ahead / turn)
+    side = "left" if turn * ahead > 0.0 else "right"
+    return f"one arc only, of {radius:.2f} m to the {side}: drive arcs of other radii, or turn on the spot"
+
+
+def _apart(angle: float, other: float) -> float:
+    """Return the angle between two lines [rad]."""
+    return abs(math.remainder(angle - other, math.pi))
