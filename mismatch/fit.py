@@ -72,6 +72,11 @@ class Fitted:
     nuisance: Array
 
     @property
+    def rows(self) -> Array:
+        """Columns of the regression, the data first, with what every robot has being noise, `(V, C)`."""
+        return free(self.regression.white, self.nuisance)
+
+    @property
     def mounted(self) -> tuple[Effect, ...]:
         """How references are mounted, which is no fault of the robot."""
         return tuple(effect for effect in self.calibrated.effects if effect.name == SETUP)

@@ -12,7 +12,7 @@ from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.events import events, merged
 from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
-from omnimate.mismatch.candidates.terms import SCANNED, SKEW, mounted_terms, smooth_terms, term
+from omnimate.mismatch.candidates.terms import SCANNED, SKEW, is_near, mounted_terms, smooth_terms, term
 from omnimate.mismatch.candidates.unknown import add_unknown
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 # Automatica 1999: identification in closed loop with a wrong noise model). So many windows, and weights.
 ECHOES, ECHO = 8, 0.15
 UNKNOWN = 8  # errors without a name that are held against the named ones: the best of all by far
-BESIDE = 1.0  # [s] about a moment that has a candidate, in which what else happened is what its law leaves
 FAR = 3.0  # standard deviations beyond which two estimates of a size contradict each other
 NONE = 1e-6  # declared sizes, below which an effect is none at all
 ROUNDS = 5  # of candidates, search, fit and noise, if the answer still changes
@@ -114,12 +113,13 @@ def investigate(
     posterior, start = _posterior(fit, library, left_out, scan=False)
     if "unknown" not in left_out:
         posterior = _with_unknown(posterior, start)
-    return _final(signals, (noise, pushes), posterior, start, fit)
+    return _final(signals, noise, pushes, posterior, start, fit)
 
 
 def _final(
     signals: tuple[Signals, ...],
-    noise: tuple[NoiseLevels, list[Array]],
+    noise: NoiseLevels,
+    pushes: Sequence[Array],
     posterior: Posterior,
     start: tuple[int, ...],
     fit: Fitted,
@@ -144,7 +144,7 @@ def _final(
             for law in learned(posterior, beside, posterior.terms[single]):
                 terms.append(law)
                 values.append(np.ones(len(law.probes)))
-        fit = fitted(signals, noise[0], terms, values, 1, fit, noise[1])
+        fit = fitted(signals, noise, terms, values, 1, fit, pushes)
         fallen = [
             single
             for number, single in enumerate(named)
@@ -152,7 +152,7 @@ def _final(
         ]
         if not fallen:
             # what happened tells nothing of which effects there are, and yet of how large they are
-            whole = fitted(signals, noise[0], terms, values, 1, fit)
+            whole = fitted(signals, noise, terms, values, 1, fit)
             fit = whole if _agrees(whole.chosen, fit.chosen) else fit
             return Investigation(signals, posterior, members, named, fit)
         posterior.bar(fallen)
@@ -356,23 +356,21 @@ def _noise_about(fit: Fitted) -> NoiseLevels:
 def _happened(fit: Fitted) -> tuple[NoiseLevels, list[Array]]:
     """Return the levels of noise by which all windows count, and what trucks are pushed by in some.
 
-    The pushes are process covariances `(M, n, n)` of each recording, where something happened.
+    The pushes are process covariances `(M, n, n)` of each recording, where something happened that has no
+    candidate. What the law of a candidate leaves is no noise.
     """
     regression = fit.regression
     windows, _count = freed(regression, regression.white[:, 0])
-    usual = regression.windows
-    noise = estimate_noise(usual, regression.raw, regression.noise, (regression.noise.wave,))
-    pushes = [own.rounding - other.rounding for own, other in zip(windows, usual, strict=True)]
-    for push, own in zip(pushes, usual, strict=True):
-        for moment in _moments(fit.chosen.terms):
-            push[np.abs(own.time[:-1] - moment) < BESIDE] = 0.0
+    stretches = [stretch for single in fit.chosen.terms for stretch in single.stretches]
+    stretches += [(single.fixed["time"],) * 2 for single in fit.chosen.terms if "time" in single.fixed]
+    counting, pushes = [], []
+    for own, usual in zip(windows, regression.windows, strict=True):
+        near = is_near(usual.time[:-1], stretches)[:, None, None]
+        push = own.rounding - usual.rounding
+        pushes.append(np.where(near, 0.0, push))
+        counting.append(replace(usual, rounding=usual.rounding + np.where(near, push, 0.0)))
+    noise = estimate_noise(counting, regression.raw, regression.noise, (regression.noise.wave,))
     return noise, pushes
-
-
-def _moments(terms: Sequence[Term]) -> list[float]:
-    """Return the times [s] at which what terms stand for happens or begins."""
-    events = [time for single in terms for time in single.fixed.get("times", ())]
-    return [*events, *(single.fixed["time"] for single in terms if "time" in single.fixed)]
 
 
 def _without(regression: Regression) -> np.ndarray:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import expit, logsumexp
 
 from omnimate.mismatch.candidates.terms import SETUP
-from omnimate.mismatch.evidence.posterior import free
+from omnimate.mismatch.evidence.posterior import log_evidence
 from omnimate.mismatch.fit import prior_of
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def averaged(fit: Fitted) -> Acting:
 def _needed(fit: Fitted, numbers: list[int]) -> float:
     """Return the probability of the robot with calibrated numbers, against the one that is described."""
     everything = list(fit.everything())
-    rows = free(fit.regression.white, fit.nuisance)
+    rows = fit.rows
     columns = np.hstack([rows[:, place] for _, place, _ in everything])
     data = rows[:, 0] + columns @ np.concatenate([values for _, _, values in everything])
     widths = [len(values) for _, _, values in everything]
@@ -61,18 +61,15 @@ def _needed(fit: Fitted, numbers: list[int]) -> float:
     prior = prior_of([term for term, _, _ in everything], first)
     gram, score = columns.T @ columns, columns.T @ data
     lesser = np.ix_(without, without)
-    gains = [
-        _log_evidence(gram, score, np.where(np.outer(without, without), prior, prior / size**2))
-        for size in SIZES
-    ]
-    nothing = _log_evidence(gram[lesser], score[without], prior[lesser])
+    gains = []
+    for size in SIZES:
+        scale = np.where(without, 1.0, size)
+        gains.append(_evidence(gram, score, prior / np.outer(scale, scale)))
+    nothing = _evidence(gram[lesser], score[without], prior[lesser])
     return float(expit(logsumexp(gains) - math.log(len(SIZES)) - nothing))
 
 
-def _log_evidence(gram: Array, score: Array, prior: Array) -> float:
+def _evidence(gram: Array, score: Array, prior: Array) -> float:
     """Return the log evidence of coefficients with products (k, k) and (k,) and a prior precision (k, k)."""
-    if not len(score):
-        return 0.0
-    precision = gram + prior
-    size = float(np.linalg.slogdet(precision)[1] - np.linalg.slogdet(prior)[1])
-    return 0.5 * float(score @ np.linalg.solve(precision, score)) - 0.5 * size
+    root = np.linalg.inv(np.linalg.cholesky(prior))
+    return log_evidence(root @ gram @ root.T, root @ score, 1.0)

@@ -67,7 +67,7 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
     """
     before = free(nominal.white[:, :1], fit.nuisance)[:, 0]
     regression = fit.regression
-    rows = free(regression.white, fit.nuisance)
+    rows = fit.rows
     train = rows[:, 0]
     after = train.copy()
     columns, origin = _shared(fit, rows)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.candidates.moments import lasts
+from omnimate.mismatch.candidates.moments import SHORTEST, lasts, settled
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.noise.outliers import power
@@ -30,11 +30,10 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 SEEN = 3.5  # sigma from which a place is a candidate; its odds pay for how many places there are
-PUSHED = 6.0  # sigma of a push of three numbers: what noise makes of none of a million windows
+PUSHED = 6.0  # sigma of what is plain: a push of three numbers that noise makes of none of a million windows
 ONSETS = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)  # of a bump, in windows after the begin of the one that shows it
 ORDERS = tuple(range(2, 41))
 _LIMITS = 24  # speeds above which counts may be lost
-_SHORTEST = 1.2  # [s] of a cell: a robot's length at its pace
 CELLS = 240  # of a recording, however long that is
 _PLACES = 4  # stretches under one wheel that are looked at
 _STRONGEST = 16  # windows under one wheel
@@ -155,6 +154,7 @@ def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) 
     wheels = wheels_of(regression)
     edges = [_cells(windows, most) for windows in regression.windows]
     firsts = np.concatenate(([0], np.cumsum([len(own) - 1 for own in edges])))
+    places = sum(len(windows.ends) for windows in regression.windows)
     count = int(firsts[-1])
     found = []
     for number, wheel in enumerate(wheels):
@@ -173,21 +173,37 @@ def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) 
         cells = columns_of(regression, build, count)
         for beside in besides:
             score, gram = beside.scores(cells)
+            offers = _steps(wheel, np.concatenate([own[:-1] for own in edges]), score, gram, places)
             for owner, own in enumerate(edges):
                 mine = slice(int(firsts[owner]), int(firsts[owner + 1]))
-                found += _slips(wheel, own, score[mine], gram[mine, mine])
-            found += _steps(wheel, np.concatenate([own[:-1] for own in edges]), score, gram)
-    return [single for single in found if lasts(regression, single)]
+                offers += _slips(wheel, own, score[mine], gram[mine, mine], places**2 // 2)
+            found += _bounded(regression, beside, [each for each in offers if lasts(regression, each)])
+    return found
+
+
+def _bounded(regression: Regression, beside: Beside, offers: Sequence[Term]) -> list[Term]:
+    """Return stretches and steps, the plain ones with their bounds where they are seen best.
+
+    What a plain one leaves by bounds that are off by a part of a cell is far more than noise, and would count
+    against it.
+    """
+    if not offers:
+        return []
+    sigmas = np.abs(beside.strength(regression.columns_of(offers)))
+    return [
+        settled(regression, beside, single) if strong > PUSHED else single
+        for single, strong in zip(offers, sigmas.tolist(), strict=True)
+    ]
 
 
 def _cells(windows: Windows, most: int) -> Array:
     """Return the edges of a recording's cells [s]."""
     start, end = float(windows.time[0]), float(windows.time[-1])
-    count = int(np.clip((end - start) / _SHORTEST, 1, most))
+    count = int(np.clip((end - start) / SHORTEST, 1, most))
     return np.linspace(start, end, count + 1)
 
 
-def _slips(wheel: str, edges: Array, score: Array, gram: Array) -> list[Term]:
+def _slips(wheel: str, edges: Array, score: Array, gram: Array, tries: int) -> list[Term]:
     """Return the stretches, at most a few, that stand out most, none overlapping another.
 
     Args:
@@ -195,6 +211,7 @@ def _slips(wheel: str, edges: Array, score: Array, gram: Array) -> list[Term]:
         edges: Of the K cells [s], shape `(K + 1,)`.
         score: Products of the cells' columns with the data, shape `(K,)`.
         gram: Of them with each other, shape `(K, K)`.
+        tries: Stretches that share the odds: a begin and an end at any of the windows.
     """
     count = len(score)
     along = np.concatenate(([0.0], np.cumsum(score)))
@@ -211,12 +228,12 @@ def _slips(wheel: str, edges: Array, score: Array, gram: Array) -> list[Term]:
         if sigmas[at] < SEEN:
             break
         span = (float(edges[start[at]]), float(edges[end[at]]))
-        found.append(term("slip_patch", wheel, count, intervals=(span,)))
+        found.append(term("slip_patch", wheel, tries, intervals=(span,)))
         sigmas[(start < end[at]) & (end > start[at])] = 0.0
     return found
 
 
-def _steps(wheel: str, moments: Array, score: Array, gram: Array) -> list[Term]:
+def _steps(wheel: str, moments: Array, score: Array, gram: Array, tries: int) -> list[Term]:
     """Return the moment [s] of all cells' (K,) beginnings at which a radius changed most, if it did."""
     count = len(score)
     after = np.cumsum(score[::-1])[::-1]
@@ -225,7 +242,7 @@ def _steps(wheel: str, moments: Array, score: Array, gram: Array) -> list[Term]:
     at = int(np.argmax(sigmas[1:])) + 1 if count > 1 else 0
     if at == 0 or sigmas[at] < SEEN:
         return []
-    return [term("radius_step", wheel, count, time=float(moments[at]))]
+    return [term("radius_step", wheel, tries, time=float(moments[at]))]
 
 
 def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:

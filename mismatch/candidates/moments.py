@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.evidence.posterior import Beside
 
+SHORTEST = 1.2  # [s] of a stretch: a robot's length at its pace; what is shorter is a bump
 _PATIENCE = 4  # moves in one direction
 _REACH = 5  # steps of a bump at once: its evidence has several hills
 _OFTEN = 10  # turns of a wheel before and after a step of its radius: a patch of the floor is shorter
@@ -100,7 +101,7 @@ def _moved(member: Term, step: float) -> list[Term]:
         elif "intervals" in member.fixed:
             start, end = member.fixed["intervals"][0]
             spans = (start + sign, end), (start, end + sign)
-            found += [{"intervals": (span,)} for span in spans if span[0] < span[1]]
+            found += [{"intervals": (span,)} for span in spans if span[1] - span[0] >= SHORTEST]
     return [member.at(**fixed) for fixed in found]
 
 

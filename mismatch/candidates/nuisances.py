@@ -118,7 +118,8 @@ def _answers(windows: Windows) -> list[Columns]:
         for span in SPANS:
             first = np.clip(np.searchsorted(time, time[last] - span), 0, np.maximum(last - 1, 0))
             rate = (reading[last] - reading[first]) / np.maximum(time[last] - time[first], 1e-9)
-            for part in (_unforeseen(rate), grown * _unforeseen(rate)):
+            unforeseen = _unforeseen(rate)
+            for part in (unforeseen, grown * unforeseen):
                 measured = np.zeros(windows.measured.shape)
                 measured[:, channel] = ANSWER * part
                 found.append((np.zeros(windows.drift.shape), measured))

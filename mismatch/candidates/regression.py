@@ -97,18 +97,18 @@ class Regression:
         return answers
 
     def echoes(self, count: int) -> Array:
-        """Return the data's rows of each linkage channel again, some windows later, `(V, 3 count)`.
+        """Return the data's rows of each of the R channels again, some windows later, `(V, R count)`.
 
         They are what noise that is not quite white, and a robot that steers against its errors, make of them.
 
         Args:
             count: Windows by which the rows are late, 1 to so many.
         """
-        linkage = self.windows[0].linkage
-        found = np.zeros((len(self.owner), linkage * count))
+        channels = self.windows[0].measured.shape[1]
+        found = np.zeros((len(self.owner), channels * count))
         for number, windows in enumerate(self.windows):
-            grid = np.zeros((len(windows.ends) + count, linkage))
-            mine = np.flatnonzero((self.owner == number) & (self.channel < linkage))
+            grid = np.zeros((len(windows.ends) + count, channels))
+            mine = np.flatnonzero(self.owner == number)
             grid[self.moment[mine] + count, self.channel[mine]] = self.white[mine, 0]
             for late in range(1, count + 1):
                 column = self.channel[mine] * count + late - 1

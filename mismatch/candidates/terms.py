@@ -16,13 +16,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
-from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, is_dense
+from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, grid, is_dense
 from omnimate.vcan_sim.effects import EFFECTS, effect_named
 from omnimate.vcan_sim.effects.block import LINKAGE
 from omnimate.vcan_sim.effects.effect import POSES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from omnimate.mismatch.diagnosis import Key
     from omnimate.mismatch.recording.signals import Signals
@@ -37,13 +39,15 @@ BENT: dict[str, tuple[float, ...]] = {
     "gear_backlash": (1.0, 6.0),
     "latency": (1.0, 4.0),
 }
-# What acts on a channel's motion needs motion that the drive makes.
+# What acts on a channel's motion, or on turns, needs motion that the drive makes.
 MOVING = {"latency", "clock_drift", "joint_backlash"}
+TURNING = {"turn_scrub"}
 CLEAR = 10.0
 SWINGS = (0.0, 0.05, 0.15)  # [m] over which castors swing round: a few of their own trails
 SYNCED = 10.0  # times rarer than a drift of poses: an encoder that answers SYNC has no clock of its own
 SKEW = 5e-4  # [s] by which devices sample apart though they answer one SYNC: an interrupt, a short filter
 SETUP = "reference_offset"  # how poses are measured; no fault of a robot, and always fitted
+BESIDE = 1.0  # [s] about what acts for a while, in which what else happened is what its law leaves
 SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
 
 
@@ -113,6 +117,11 @@ class Term:
         return bool({"times", "time", "intervals"} & self.fixed.keys())
 
     @property
+    def stretches(self) -> list[tuple[float, float]]:
+        """From when to when it acts [s]; empty for what acts, once it is there, to the end."""
+        return [*((time, time) for time in self.fixed.get("times", ())), *self.fixed.get("intervals", ())]
+
+    @property
     def most(self) -> float:
         """Declared sizes beyond which nobody believes in it."""
         return BELIEFS[self.effect].most
@@ -132,6 +141,14 @@ class Term:
     def linear(self) -> str:
         """The parameter that its coefficients tell."""
         return effect_named(self.effect).parameters[0].name if self.effect != "bump" else "lost"
+
+
+def is_near(time: Array, stretches: Sequence[tuple[float, float]]) -> NDArray[np.bool_]:
+    """Say which times (V,) [s] are in some stretches, or shortly before or after."""
+    near = np.zeros(len(time), bool)
+    for start, end in stretches:
+        near |= (time > start - BESIDE) & (time < end + BESIDE)
+    return near
 
 
 def term(effect: str, component: str, tries: int = 1, size: float = 1.0, **fixed: Any) -> Term:  # noqa: ANN401
@@ -173,13 +190,15 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
     present = components_of(signals[0])
     if not any(one.poses is not None for one in signals):
         present -= {"poses"}
-    moved = moving_channels(signals)
+    moved, turned = moving_channels(signals), turns(signals)
     terms = []
     for kind in filter(attrgetter("searched"), EFFECTS):
         for component in kind.components:
             if component not in present or kind.name in SCANNED or kind.name == "law":
                 continue
             if kind.name in MOVING and component in LINKAGE and component not in moved:
+                continue
+            if kind.name in TURNING and not turned:
                 continue
             if kind.name == "count_loss":
                 speeds = _speeds(signals, component)
@@ -222,24 +241,35 @@ def _followed(signals: Sequence[Signals]) -> list[TruckName]:
 
 
 def moving_channels(signals: Sequence[Signals]) -> set[str]:
-    """Return the linkage channels that the drive moves by more than a floor's roughness does.
+    """Return the linkage channels that the drive moves by more than a floor's roughness and a count do.
 
     What moves a channel otherwise is noise, and truck b's answer to it: a delay or a play of such a
-    channel cannot be told from the answer.
+    channel cannot be told from the answer, and what depends on its reading depends on the reading's noise.
     """
     if not signals[0].reading.shape[1]:
         return set()
-    way = np.concatenate([np.abs(one.block.travel).mean(axis=1) for one in signals]).sum()
-    span = sum(float(one.time[-1] - one.time[0]) for one in signals)
-    jitter = START_ROUGHNESS * math.sqrt(WINDOW * way / span)
-    base = float(signals[0].block.wheelbase[0])
+    jitter, base = _jitter(signals), float(signals[0].block.wheelbase[0])
     readings = np.concatenate([one.reading - one.reading.mean(axis=0) for one in signals])
-    sizes = (jitter / base, jitter / base, jitter)
+    sizes = np.hypot((jitter / base, jitter / base, jitter), signals[0].resolution / math.sqrt(12.0))
     return {
         name
         for name, size, own in zip(LINKAGE, sizes, readings.std(axis=0), strict=True)
         if own > CLEAR * size
     }
+
+
+def turns(signals: Sequence[Signals]) -> bool:
+    """Say whether the drive turns the robot by more than a floor's roughness does."""
+    least = CLEAR * math.sqrt(2.0) * _jitter(signals) / float(signals[0].block.wheelbase[0])
+    yaw = [np.add.reduceat(one.block.twist[:, 0, 2], grid(one.time)[:-1]) for one in signals]
+    return float(np.concatenate(yaw).std()) > least
+
+
+def _jitter(signals: Sequence[Signals]) -> float:
+    """Return what the roughness of an ordinary floor adds to a wheel's travel in a window [m]."""
+    way = np.concatenate([np.abs(one.block.travel).mean(axis=1) for one in signals]).sum()
+    span = sum(float(one.time[-1] - one.time[0]) for one in signals)
+    return START_ROUGHNESS * math.sqrt(WINDOW * way / span)
 
 
 def components_of(signals: Signals) -> set[str]:

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
-from omnimate.mismatch.candidates.terms import Term
+from omnimate.mismatch.candidates.terms import Term, moving_channels, turns
 from omnimate.mismatch.recording.windows import pushed
+from omnimate.vehicle.parameters import JOINTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,6 +32,7 @@ PER_METRE = 2e-3  # of the way rolled, one standard deviation of a curve's coeff
 PER_TURN = 5e-3  # of the angle turned, likewise
 ANGLE = 3e-3  # [rad] of a joint's or a heading's error
 LENGTH = 1e-3  # [m] of the link's or a position's error
+READ = {"joint_a": "angle of joint_a", "joint_b": "angle of joint_b", "link": "link length"}
 QUANTITIES = 12  # on which an error may depend: so many names share the odds of an unknown one
 
 Curves = dict[str, list["Array"]]
@@ -54,11 +56,17 @@ class Error:
 
 
 def add_unknown(regression: Regression) -> tuple[list[Term], list[slice]]:
-    """Add the columns of unknown errors; return a candidate for each component and quantity."""
+    """Add the columns of unknown errors; return a candidate for each component and quantity.
+
+    What the drive hardly changes is noise, of which no curve may be made.
+    """
     names: list[tuple[str, str, str]] = []
-    raw = []
+    raw, signals = [], [windows.signals for windows in regression.windows]
+    moving = moving_channels(signals)
+    still = {quantity for channel, quantity in READ.items() if channel not in moving}
+    still |= set() if turns(signals) else {"turn rate"}
     for windows in regression.windows:
-        offered = _columns(windows)
+        offered = [column for column in _columns(windows) if column[0][2] not in still]
         names = [name for name, _ in offered]
         push = np.stack([column[0] for _, column in offered], axis=2)
         seen = np.stack([column[1] for _, column in offered], axis=2)
@@ -102,12 +110,10 @@ def quantities(windows: Windows) -> Curves:
         "turn rate": [turning, standard(np.abs(turning)), standard(speed * turning)],
     }
     if signals.reading.shape[1]:
-        for number, joint in enumerate(("joint_a", "joint_b")):
+        for number, joint in enumerate(JOINTS):
             angle = block.reading[:, number]
-            curves[f"angle of {joint}"] = [
-                wave(order * angle) for order in (1, 2) for wave in (np.cos, np.sin)
-            ]
-        curves["link length"] = [standard(block.reading[:, 2])]
+            curves[READ[joint]] = [wave(order * angle) for order in (1, 2) for wave in (np.cos, np.sin)]
+        curves[READ["link"]] = [standard(block.reading[:, 2])]
     return curves
 
 

@@ -291,8 +291,7 @@ class Beside:
 
     def free(self, added: Array) -> Array:
         """Return added columns (V, C) as what is left of them."""
-        added = self._loosened(added)
-        return np.asarray(added - self.nuisance @ (self.shrunk @ (self.nuisance.T @ added)))
+        return free(self._loosened(added), self.nuisance, self.shrunk)
 
     def scores(self, added: Array) -> tuple[Array, Array]:
         """Return products of added columns (V, C) with the data (C,) and with each other (C, C)."""
@@ -496,9 +495,10 @@ def shrinking(inside: Array) -> Array:
     return np.asarray((axes * ((1.0 - 1.0 / np.sqrt(1.0 + sizes)) / sizes)) @ axes.T)
 
 
-def free(rows: Array, nuisance: Array) -> Array:
-    """Return rows (V, C) whitened anew where nuisances (V, k) of unit size are noise."""
-    return np.asarray(rows - nuisance @ (shrinking(nuisance.T @ nuisance) @ (nuisance.T @ rows)))
+def free(rows: Array, nuisance: Array, shrunk: Array | None = None) -> Array:
+    """Return rows (V, C) whitened anew, nuisances (V, k) of unit size and given `shrinking` being noise."""
+    shrunk = shrinking(nuisance.T @ nuisance) if shrunk is None else shrunk
+    return np.asarray(rows - nuisance @ (shrunk @ (nuisance.T @ rows)))
 
 
 def narrowed(rows: Array, nuisance: Array) -> Array:

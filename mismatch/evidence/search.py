@@ -13,6 +13,7 @@ from omnimate.mismatch.evidence.posterior import LARGEST, NOTHING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.evidence.posterior import Beside, Judgement, Posterior
 
 LOOKED_AT = 12  # candidates of the highest evidence that are judged in full
@@ -23,6 +24,7 @@ APART = 1.0  # [s] between two events that are added at once
 PASSES = 3
 BETTER = 5.0  # log density of unseen data, odds of 150, by which what has no name must predict better
 SURE = 25.0  # log odds
+DELAY = "latency"
 
 Members = tuple[int, ...]
 
@@ -53,7 +55,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
     moments = [
         (terms[single].component, time)
         for single in beside.members
-        for time in terms[single].fixed.get("times", ())
+        for time in (*terms[single].fixed.get("times", ()), *_begin(terms[single]))
     ]
     quick = {
         single: beside.quick(single)
@@ -65,6 +67,11 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         and not _again(term.component, term.fixed.get("times", ()), moments)
     }
     return sorted((single for single in quick if quick[single] > NOTHING), key=lambda single: -quick[single])
+
+
+def _begin(term: Term) -> tuple[float, ...]:
+    """Return when a lasting change begins [s]: what happens then is how it comes about."""
+    return (term.fixed["time"],) if "time" in term.fixed else ()
 
 
 def _again(component: str, times: Sequence[float], moments: Sequence[tuple[str, float]]) -> bool:
@@ -177,7 +184,11 @@ def _pair(posterior: Posterior, beside: Beside, least: float) -> tuple[int, int]
 
 
 def _thinned(posterior: Posterior, members: Members) -> Members:
-    """Return a set without the members that are not worth staying beside the others."""
+    """Return a set without the members that are not worth staying beside the others.
+
+    Of those that nobody believes in together, the likelier stay.
+    """
+    members = _without_what_cancels(posterior, members)
     sure: set[int] = set()
     while members:
         judged = [single for single in members if single not in sure]
@@ -185,9 +196,31 @@ def _thinned(posterior: Posterior, members: Members) -> Members:
         worst = min(worths, key=lambda single: worths[single], default=None)
         if worst is None or worths[worst] > 0.0:
             return members
+        if worths[worst] == NOTHING:
+            rests = {single: posterior.evidence(set(members) - {single}) for single in members}
+            worst = max(rests, key=lambda single: rests[single])
         members = tuple(single for single in members if single != worst)
         # what is sure beside more than is there now is judged once: leaving others only makes it surer
         sure |= {single for single, worth in worths.items() if worth > SURE}
+    return members
+
+
+def _without_what_cancels(posterior: Posterior, members: Members) -> Members:
+    """Return a set without effects of one kind on several components, if it is likelier without all of them.
+
+    Where all channels are late alike, none is late: each delay is needed beside the others, and none alone.
+    And where all but one are, that one would be early, which no channel is.
+    """
+    late = {
+        posterior.terms[single].component for single in members if posterior.terms[single].effect == DELAY
+    }
+    prompt = {term.component for term in posterior.terms if term.effect == DELAY} - late
+    if len(late) > 1 and len(prompt) <= 1:
+        members = tuple(single for single in members if posterior.terms[single].effect != DELAY)
+    for effect in sorted({posterior.terms[single].effect for single in members}):
+        rest = tuple(single for single in members if posterior.terms[single].effect != effect)
+        if len(members) - len(rest) > 1 and posterior.evidence(rest) > posterior.evidence(members):
+            members = rest
     return members
 
 

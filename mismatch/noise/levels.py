@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
-STILL = 1e-9  # [m/sqrt(m)] of waves that are none: the floor is white, and stays so
 LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
 # A level is known a priori within a factor of exp(1.2) = 3.3; what a file states of its poses, within 2.
 _FREEDOM = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7])
@@ -77,7 +76,6 @@ class NoiseLevels:
 
 
 DEFAULT_LEVELS = NoiseLevels()
-WHITE_FLOOR = NoiseLevels(waviness=STILL)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.recording.causal_path import FORGETTING, follow_linkage, follow_poses
+from omnimate.mismatch.recording.pose_outliers import pose_outliers
 from omnimate.vcan_sim.effects.block import Block
 from omnimate.vehicle.arcs import integrate_twists
 from omnimate.vehicle.linkage import follower, linkage_of
@@ -94,12 +95,12 @@ def signals_of(
     turned = np.diff(angle, axis=0)
     speed, acceleration = _rates(radius * angle, time, _smoothing(vehicle))
     reading = _readings(recording)
-    poses = _usable(recording)
     travel = radius * turned
     yaw = (travel[:, 1::2] - travel[:, 0::2]) / wheelbase
     forward = 0.5 * (travel[:, 1::2] + travel[:, 0::2])
     nominal = np.stack([forward, np.zeros_like(yaw), yaw], axis=-1)
     known = nominal if twist is None else twist
+    poses = _usable(recording, nominal)
     path = _path(recording, known, reading - offset, poses)
     block = Block(
         time=time[1:],
@@ -175,8 +176,13 @@ def bridged(recording: Recording, channel: Channel, values: Array) -> Array:
     return np.asarray(np.interp(recording.time, recording.time[there], values[there]))
 
 
-def _usable(recording: Recording) -> Poses | None:
-    """Return the poses within the recording's time of which something is known."""
+def _usable(recording: Recording, twist: Array) -> Poses | None:
+    """Return the poses within the recording's time of which something is known, outliers being unknown.
+
+    Args:
+        recording: With the poses.
+        twist: Of the trucks by their wheels, (N - 1, T, 3).
+    """
     poses, time = recording.poses, recording.time
     if poses is None:
         return None
@@ -189,7 +195,14 @@ def _usable(recording: Recording) -> Poses | None:
     if not known.any():
         return None
     order = np.flatnonzero(known)[np.argsort(poses.time[known], kind="stable")]
-    return type(poses)(poses.time[order], poses.body[order], poses.pose[order], poses.sigma[order])
+    when, body, pose = poses.time[order], poses.body[order], poses.pose[order]
+    for number, truck in enumerate(recording.vehicle.trucks):
+        mine = np.flatnonzero(body == truck)
+        way = integrated(twist[:, number], np.zeros(3))
+        driven = np.stack([np.interp(when[mine], time, way[:, axis]) for axis in range(3)], axis=1)
+        pose[mine] = np.where(pose_outliers(pose[mine], driven), np.nan, pose[mine])
+    known = np.isfinite(pose).any(axis=1)
+    return type(poses)(when[known], body[known], pose[known], poses.sigma[order][known])
 
 
 def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | None) -> Array:

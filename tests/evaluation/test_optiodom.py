@@ -73,6 +73,13 @@ def test_labels_hold_what_least_squares_moves_by_five_sigma(written):
         assert len(label["recordings"]) == len(label["held_out"]) == 3
 
 
+def test_what_both_halves_together_say_is_true_of_each(written):
+    _, labels = written
+    first, second = (label["secondary"] for label in labels.values())
+    assert first
+    assert first == second
+
+
 def test_a_tool_that_finds_nothing_predicts_as_the_described_robot_and_asserts_nothing(written, monkeypatch):
     folder, labels = written
     monkeypatch.setattr(optiodom, "diagnose", lambda _recordings: Diagnosis("agreement", "nothing"))

@@ -3,6 +3,7 @@
 import pytest
 
 from omnimate.mismatch.answer.averaged import averaged
+from omnimate.mismatch.candidates.terms import smooth_terms
 from omnimate.mismatch.fit import fitted
 from omnimate.mismatch.recording.signals import signals_of
 
@@ -32,3 +33,13 @@ def test_where_the_recording_needs_it_it_is_as_fitted(calibrated):
 def test_where_it_hardly_tells_the_robot_stays_more_as_it_is_described(calibrated):
     (fitted_size, _), (size, _) = calibrated(0.0, 0.1)
     assert 0.0 <= size / fitted_size < 0.8
+
+
+def test_beside_a_wheel_of_the_set_the_other_of_its_axle_is_weighed_too(drive, watched, effect, usual_noise):
+    recording = watched(drive(effect("wheel_diameter", "a.left", ratio=1.003), laps=1), sigma=2e-3)
+    signals = [signals_of(recording)]
+    left = next(term for term in smooth_terms(signals) if term.key == ("wheel_diameter", "a.left"))
+    fit = fitted(signals, usual_noise, [left], [[0.3]])
+    number = [term.key for term in fit.calibrated.terms].index(("wheel_diameter", "a.right"))
+    size, most = averaged(fit).values[number][0], fit.calibrated.values[number][0]
+    assert 0.0 < size / most <= 1.0

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.mismatch.evidence.posterior import Judgement
-from omnimate.mismatch.evidence.search import _first, instead_of_two, search
+from omnimate.mismatch.evidence.posterior import NOTHING, Judgement
+from omnimate.mismatch.evidence.search import _first, _thinned, _without_what_cancels, instead_of_two, search
 
 NUMBERS = [("wheel_diameter", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")] + [
     ("wheelbase", "a"),
@@ -114,3 +114,31 @@ def test_of_rivals_that_may_be_there_the_likelier_wins_though_it_leaves_noise_th
 
     likelier, whiter, absent = judged(177.0, 2.1, 350.0), judged(300.0, 1.2, 340.0), judged(-1.0, 9.0, 400.0)
     assert _first([(0, likelier), (1, whiter), (2, absent)]) == (0, likelier)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_of_two_that_nobody_believes_in_together_the_likelier_stays(drawn, waves, candidate, seed):
+    terms = [candidate("gear_harmonic", "b.left", odds=0.01), candidate("wheelbase", "b", odds=0.1)]
+    axes = np.linalg.qr(waves(np.ones(2), seed))[0]
+    columns = np.stack([60.0 * axes[:, 0], 0.15 * axes[:, 0] + 3.0 * axes[:, 1]], axis=1)
+    posterior = drawn(columns, terms, np.array([3.9, -4.0]), seed)
+    assert posterior.beside((1,)).judge(0).worth == NOTHING
+    assert posterior.beside((0,)).judge(1).worth > 0.0
+    assert _thinned(posterior, (0, 1)) == (0,)
+
+
+def test_where_all_channels_or_all_but_one_are_late_none_is(drawn, waves, library):
+    late = [number for number, term in enumerate(library) if term.effect == "latency"]
+    truth = dict.fromkeys(late, 1.0)
+    posterior = made(drawn, waves, library, 1, {**truth, 9: 1.0})
+    assert _without_what_cancels(posterior, (9, *late)) == (9,)
+    assert _without_what_cancels(posterior, (9, *late[1:])) == (9,)
+    assert _without_what_cancels(posterior, (9, *late[2:])) == (9, *late[2:])
+
+
+def test_effects_of_a_kind_that_are_likelier_all_gone_go_together(drawn, waves, candidate):
+    terms = [candidate("joint_bias", joint, odds=0.01) for joint in ("joint_a", "joint_b")]
+    column = 30.0 * np.linalg.qr(waves([1.0], 3))[0]
+    posterior = drawn(np.hstack([column, column]), terms, np.zeros(2), 3)
+    assert posterior.evidence((0, 1)) < 0.0
+    assert _without_what_cancels(posterior, (0, 1)) == ()

@@ -1,0 +1,38 @@
+"""An error without a name may depend on what the drive changes, and on nothing that is its noise."""
+
+import pytest
+
+from omnimate.mismatch.candidates.terms import smooth_terms
+from omnimate.mismatch.candidates.unknown import READ, add_unknown
+from omnimate.mismatch.recording.signals import signals_of
+from omnimate.motion.paths import out_and_back
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+
+
+@pytest.fixture(scope="module")
+def straight():
+    """Return a drive to and fro, on which only the floor's roughness turns the robot."""
+    vehicle = reference_vehicle()
+    return simulate(vehicle, Truth(vehicle, seed=2), out_and_back(3.0, runs=1), start_time=0.0)
+
+
+def quantities(regression):
+    return {term.fixed["quantity"] for term in add_unknown(regression)[0]}
+
+
+def test_on_a_drive_with_turns_it_may_depend_on_turn_rate_and_on_the_joints(regression, drive):
+    assert quantities(regression(drive(laps=1))) >= {"turn rate", READ["joint_a"], READ["joint_b"]}
+
+
+def test_on_a_straight_drive_it_depends_on_no_turn_rate_and_on_no_joint(regression, straight):
+    offered = quantities(regression(straight))
+    assert "speed" in offered
+    assert not offered & {"turn rate", READ["joint_a"], READ["joint_b"]}
+
+
+def test_on_a_straight_drive_no_scrub_is_looked_for(straight, drive):
+    names = [{term.effect for term in smooth_terms([signals_of(each)])} for each in (straight, drive(laps=1))]
+    assert "turn_scrub" not in names[0]
+    assert "turn_scrub" in names[1]
