@@ -31,7 +31,7 @@ include-path = "/v1/bus/frames"
 enabled = false
 
 [[operations]]
-include-operation-id = ["createVehicle", "changeVehicle", "uploadRecording"]
+include-operation-id = ["createVehicle", "changeVehicle", "uploadRecording", "uploadDay"]
 phases.coverage.enabled = false
 phases.fuzzing.enabled = false
 phases.stateful.enabled = false

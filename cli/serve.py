@@ -60,12 +60,41 @@ def serve(
         ),
     ] = 40.0,
     rate: Annotated[float, typer.Option(help="Calls a second that one caller may make.", min=1.0)] = 1000.0,
+    fleets: Annotated[str, typer.Option(help="Folder or URL for the recordings of fleets.")] = "fleets",
+    jobs: Annotated[
+        int, typer.Option(help="Processes for a fleet's batch; more than 1 need Dask.", min=1)
+    ] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler for batches: tcp://10.0.0.1:8786.")
+    ] = None,
+    mqtt: Annotated[
+        str | None,
+        typer.Option(envvar="OMNIMATE_MQTT", help="Publish the robot by VDA 5050: mqtt://HOST[:PORT]."),
+    ] = None,
+    factsheet: Annotated[
+        Path | None, typer.Option(help="The robot's VDA 5050 factsheet (JSON), which --mqtt needs.")
+    ] = None,
 ) -> None:
-    """Serve calibration, recordings and diagnoses over REST, and a page for people, until Ctrl-C."""
+    """Serve calibration, recordings, diagnoses and fleets over REST, and a page for people, until Ctrl-C."""
     _require_service()
     from omnimate.service.settings import Settings
 
-    _listen(Settings(bus, vehicle, database, host, port, pace, rate=rate))
+    _listen(
+        Settings(
+            bus,
+            vehicle,
+            database,
+            fleets=fleets,
+            jobs=jobs,
+            scheduler=scheduler,
+            host=host,
+            port=port,
+            pace=pace,
+            rate=rate,
+            mqtt=mqtt,
+            factsheet=factsheet,
+        )
+    )
 
 
 def _require_service() -> None:

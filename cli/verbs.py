@@ -120,7 +120,7 @@ VERBS = {
     ),
     "serve": Verb(
         "omnimate.cli.serve:serve",
-        "Serve calibration, recordings and diagnoses over REST, and a page for people, until Ctrl-C.",
+        "Serve calibration, recordings, diagnoses and fleets over REST, and a page for people, until Ctrl-C.",
     ),
     "import": Verb(
         "omnimate.cli.import_.verb:app",

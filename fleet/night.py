@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.fleet.batch.tables import columns_of, parquet_bytes
+from omnimate.fleet.batch.tables import columns_of
 from omnimate.fleet.crossings import CELL, Crossings
 from omnimate.fleet.errors import FleetError
 from omnimate.fleet.joints import JOINT_NUMBERS, NO_JOINTS, Joints
+from omnimate.fleet.kept import keep_night, places_before
 from omnimate.fleet.model.changes import changes_of, listed
 from omnimate.fleet.model.days import histories_of
 from omnimate.fleet.model.floor import Driven, Floor, floor_under
 from omnimate.fleet.model.histories import ordinary
-from omnimate.fleet.model.places import BadPlace
+from omnimate.fleet.morning import Asked, Night
 from omnimate.fleet.segments import Segments
 
 if TYPE_CHECKING:
@@ -25,60 +26,14 @@ if TYPE_CHECKING:
     from typing import Any
 
     from omnimate.fleet.batch.files import Files
-    from omnimate.fleet.model.changes import Change
     from omnimate.fleet.model.histories import History
+    from omnimate.fleet.morning import BadPlace, Change
     from omnimate.vehicle.se2 import Array
 
 FLOOR_DAYS = 7  # days whose recordings show the floor: a place that is mended is gone after a week
 HISTORY_DAYS = 30  # days of a robot's history
 AGAIN = 3  # recordings in a row for which triage asks for the same thing, until the robot is named
 _FEWEST = 2  # ways from which on a recording says something
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """A robot for which triage keeps asking for the same diagnosis.
-
-    Attributes:
-        robot: Name of the robot.
-        effect: Effect that comes closest.
-        component: On which.
-        since: Date of the first of the recordings in a row.
-    """
-
-    robot: str
-    effect: str
-    component: str
-    since: str
-
-
-@dataclass(frozen=True, slots=True)
-class Night:
-    """What is known after a night's work.
-
-    Attributes:
-        day: Date of the last recordings, YYYY-MM-DD.
-        recordings: Number of recordings of that day.
-        errors: Those that could not be worked on: robot, recording, why.
-        histories: Of all robots.
-        changes: What each robot's history shows, healthy or not.
-        sick: The night's list, the clearest first.
-        asked: Robots not on the list for which triage keeps asking for the same diagnosis.
-        places: Bad places of the floor, the clearest first.
-        roughness: Of the floor beside these [m/sqrt(m)].
-        driven: Cells that were driven over: x and y [m] and how often, `(N, 3)`.
-    """
-
-    day: str
-    recordings: int
-    errors: tuple[tuple[str, str, str], ...]
-    histories: tuple[History, ...]
-    changes: tuple[Change, ...]
-    sick: tuple[Change, ...]
-    asked: tuple[Asked, ...]
-    places: tuple[BadPlace, ...]
-    roughness: float
-    driven: Array
 
 
 def judge_night(
@@ -114,7 +69,7 @@ def judge_night(
         progress(number, len(chosen))
     if not results:
         raise FleetError("results", "no recording with two absolute poses or more; docks suffice")
-    judged = _judge(results, night, _known_places(files, night))
+    judged = _judge(results, night, places_before(files, night))
     today = [(path, row) for path, row in rows if _part(path, "day") == night]
     errors = [
         (_part(path, "robot"), row["recording"][0], row["error"][0]) for path, row in today if row["error"][0]
@@ -125,16 +80,15 @@ def judge_night(
         night,
         len(today),
         tuple(errors),
-        tuple(judged.histories),
         tuple(judged.changes),
         tuple(sick),
         tuple(asked),
         judged.floor.places,
         judged.floor.roughness,
+        tuple(judged.histories),
         judged.driven,
     )
-    files.write(f"robots/day={night}/night.parquet", parquet_bytes("robots", _robot_rows(done)))
-    files.write(f"places/day={night}/night.parquet", parquet_bytes("places", _place_rows(done)))
+    keep_night(files, done)
     return done
 
 
@@ -211,48 +165,3 @@ def _asked(rows: Sequence[tuple[str, Mapping[str, Any]]], but: set[str]) -> list
         if count == AGAIN and effect is not None and component is not None and robot not in but:
             asked.append(Asked(robot, effect, component, last[0][0]))
     return asked
-
-
-def _known_places(files: Files, night: str) -> tuple[BadPlace, ...]:
-    """Return the places of the last night before that was judged, as a beginning."""
-    before = [path for path in files.glob("places/day=*/night.parquet") if _part(path, "day") < night]
-    if not before:
-        return ()
-    columns = columns_of(files.read(before[-1]))
-    return tuple(
-        BadPlace(
-            columns["effect"][row],
-            float(columns["x"][row]),
-            float(columns["y"][row]),
-            float(columns["reach"][row]),
-            np.array([[columns["xx"][row], columns["xy"][row]], [columns["xy"][row], columns["yy"][row]]]),
-            np.array(columns["size"][row]),
-            np.array(columns["sigma"][row]),
-            float(columns["gain"][row]),
-            int(columns["crossings"][row]),
-        )
-        for row in range(len(columns["effect"]))
-    )
-
-
-def _robot_rows(night: Night) -> dict[str, Any]:
-    names = {change.robot for change in night.sick}
-    changes = sorted(night.changes, key=lambda change: change.robot)
-    fields = ("robot", "kind", "log_e", "name", "share", "since", "earliest", "latest", "shape", "size")
-    columns: dict[str, Any] = {
-        field: [getattr(change, field) for change in changes] for field in (*fields, "sigma", "per_day")
-    }
-    return {**columns, "listed": [change.robot in names for change in changes]}
-
-
-def _place_rows(night: Night) -> dict[str, Any]:
-    fields = ("effect", "x", "y", "reach", "gain", "crossings")
-    columns: dict[str, Any] = {field: [getattr(place, field) for place in night.places] for field in fields}
-    return {
-        **columns,
-        "xx": [float(place.covariance[0, 0]) for place in night.places],
-        "xy": [float(place.covariance[0, 1]) for place in night.places],
-        "yy": [float(place.covariance[1, 1]) for place in night.places],
-        "size": [place.size.tolist() for place in night.places],
-        "sigma": [place.sigma.tolist() for place in night.places],
-    }

@@ -17,6 +17,9 @@ from omnimate.service.limits import Limits
 from omnimate.service.metrics import CallDurations, CallTimer
 from omnimate.service.routes import (
     diagnoses,
+    fleet_results,
+    fleet_webhooks,
+    fleets,
     health,
     recordings,
     robot,
@@ -41,13 +44,16 @@ ROUTES = (
     vehicle_exports,
     recordings,
     diagnoses,
+    fleets,
+    fleet_results,
+    fleet_webhooks,
     robot,
     health,
 )
 DESCRIPTION = (
-    "Calibration, recordings and diagnoses of CANopen robots. All values are in SI units: metres, radians, "
-    "seconds. Every error is a problem detail (RFC 9457). A POST with an Idempotency-Key is carried out "
-    "once, however often it is repeated."
+    "Calibration, recordings and diagnoses of CANopen robots and their fleets. All values are in SI units: "
+    "metres, radians, seconds. Every error is a problem detail (RFC 9457). A POST with an Idempotency-Key is "
+    "carried out once, however often it is repeated."
 )
 
 

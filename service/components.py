@@ -9,12 +9,19 @@ from sqlalchemy.exc import IntegrityError
 
 from omnimate.service.access import Callers
 from omnimate.service.event_stream import EventStream
+from omnimate.service.fleets.batches import Batches
+from omnimate.service.fleets.deliverer import Deliverer
+from omnimate.service.fleets.stores import Stores
+from omnimate.service.jobs.diagnosing import Diagnosing
+from omnimate.service.jobs.housekeeping import keep_house
 from omnimate.service.jobs.worker import Worker
 from omnimate.service.robot.connection import simulated_plant
 from omnimate.service.robot.robot_thread import RobotThread
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.store import vehicles
 from omnimate.service.store.database import Database
+from omnimate.service.vda5050.factsheet import load_factsheet
+from omnimate.service.vda5050.publisher import BrokerError, Publisher
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import format_vehicle, load_vehicle
 
@@ -37,6 +44,10 @@ class Components:
         reporter: Writes to the database what the robot's thread reports.
         robot: The robot on the bus.
         worker: Works on the queued diagnoses.
+        batch_worker: Works on the queued batches of fleets.
+        deliverer: Sends messages to webhooks.
+        stores: The stores of the fleets.
+        publisher: Publishes the robot by VDA 5050; None where no broker is given.
         callers: The callers of the last second.
     """
 
@@ -47,20 +58,31 @@ class Components:
     reporter: SessionReporter
     robot: RobotThread
     worker: Worker
+    batch_worker: Worker
+    deliverer: Deliverer
+    stores: Stores
+    publisher: Publisher | None
     callers: Callers
 
     def start(self, loop: asyncio.AbstractEventLoop) -> None:
         """Start the threads, and send events on the server's loop."""
         self.events.open(loop)
         self.robot.start()
-        self.worker.start()
+        for thread in self._threads():
+            thread.start()
 
     def close(self) -> None:
         """Stop the robot, end the threads, and close the database."""
         self.events.close()
         self.robot.close()
-        self.worker.close()
+        for thread in self._threads():
+            thread.close()
         self.database.close()
+
+    def _threads(self) -> list[Worker | Deliverer | Publisher]:
+        """Return what works beside the robot's thread."""
+        threads: list[Worker | Deliverer | Publisher] = [self.worker, self.batch_worker, self.deliverer]
+        return threads if self.publisher is None else [*threads, self.publisher]
 
 
 def make_components(settings: Settings) -> Components:
@@ -69,6 +91,8 @@ def make_components(settings: Settings) -> Components:
     Raises:
         DatabaseError: the database cannot be used.
         VehicleFileError: the vehicle file cannot be read.
+        BrokerError: there is no factsheet beside the broker's URL, or this is none.
+        FactsheetError: the factsheet cannot be used.
     """
     vehicle = reference_vehicle() if settings.vehicle is None else load_vehicle(settings.vehicle)
     database, events = Database(settings.database), EventStream()
@@ -79,9 +103,38 @@ def make_components(settings: Settings) -> Components:
     plant = simulated_plant(first) if settings.bus is None else None
     reporter = SessionReporter(database, events, vehicle.name, settings.instance)
     robot = RobotThread(settings.bus, plant, settings.pace, events, reporter)
-    worker = Worker(database, events, reporter, settings.instance, settings.unpacked)
-    callers = Callers(keyless_allowed=settings.is_loopback)
-    return Components(settings, database, events, vehicle.name, reporter, robot, worker, callers)
+    stores = Stores(settings.fleets)
+    batches = Batches(stores, settings.jobs, settings.scheduler)
+
+    def keep() -> None:
+        for session in keep_house(database):
+            reporter.announce(session)
+
+    return Components(
+        settings=settings,
+        database=database,
+        events=events,
+        vehicle=vehicle.name,
+        reporter=reporter,
+        robot=robot,
+        worker=Worker(database, events, settings.instance, Diagnosing(settings.unpacked), keep),
+        batch_worker=Worker(database, events, settings.instance, batches),
+        deliverer=Deliverer(database),
+        stores=stores,
+        publisher=_publisher(settings, robot, reporter),
+        callers=Callers(keyless_allowed=settings.is_loopback),
+    )
+
+
+def _publisher(settings: Settings, robot: RobotThread, reporter: SessionReporter) -> Publisher | None:
+    """Return who publishes the robot; None where no broker is given."""
+    if settings.mqtt is None:
+        return None
+    if settings.factsheet is None:
+        raise BrokerError(
+            "--mqtt", "VDA 5050 needs the robot's factsheet, with manufacturer and serial number: --factsheet"
+        )
+    return Publisher(settings.mqtt, load_factsheet(settings.factsheet), robot, reporter.vehicle)
 
 
 def _first_version(database: Database, vehicle: VehicleParameters) -> VehicleParameters:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections import OrderedDict
 from typing import TYPE_CHECKING
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 BURST_TIME = 3.0  # [s] of calls at the allowed rate that may come at once
 REMEMBERED_CALLERS = 10_000
-UPLOADS = "/v1/recordings"
+UPLOADS = re.compile(r"/v1/(recordings|fleets/[^/]+/recordings)/?")
 LOOPBACK = {"localhost", "127.0.0.1", "[::1]", "::1"}
 HEADERS = {
     b"x-content-type-options": b"nosniff",
@@ -71,7 +72,7 @@ class Limits:
         return None
 
     def _limit(self, scope: Scope) -> int:
-        upload = scope["method"] == "POST" and scope["path"].rstrip("/") == UPLOADS
+        upload = scope["method"] == "POST" and UPLOADS.fullmatch(scope["path"])
         return self._settings.upload if upload else self._settings.body
 
     def _take_token(self, caller: str) -> bool:

@@ -27,7 +27,7 @@ MAY_IMPORT = {
     "figures": {"vehicle", "calib"},
     "service": {
         *("vehicle", "logs", "motion", "driver", "calib", "ipec", "vcan_sim"),
-        *("mismatch", "figures"),
+        *("mismatch", "fleet", "figures"),
     },
     "cli": {
         *("vehicle", "logs", "motion", "driver", "listen", "calib", "ipec", "vcan_sim"),
@@ -52,6 +52,7 @@ ONLY_IN = {
     "mcap": {"exporters"},
     "mujoco": {"proof"},
     "numba": {"vehicle"},
+    "paho": {"service"},
     "prometheus_client": {"service"},
     "pybullet": {"proof"},
     "pybullet_data": {"proof"},

@@ -9,16 +9,13 @@ import numpy as np
 
 from omnimate.cli.console import out
 from omnimate.cli.tables import new_table, show
+from omnimate.fleet.words import shown_unit, since, size, speed, what
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from omnimate.fleet.model.changes import Change
     from omnimate.fleet.model.histories import History
-    from omnimate.fleet.model.places import BadPlace
-    from omnimate.fleet.night import Night
-
-_JOINTS = ("joint_a", "joint_b")
+    from omnimate.fleet.morning import Change, Night
 
 
 def show_night(night: Night) -> None:
@@ -61,32 +58,6 @@ def show_night(night: Night) -> None:
         out.print(f"{robot}, {recording}: no results: {why}", soft_wrap=True)
 
 
-def since(change: Change) -> str:
-    """Return since when, with the other days on which it may have begun."""
-    if change.earliest == change.latest == change.since:
-        return change.since
-    return f"{change.since} ({change.earliest} to {change.latest})"
-
-
-def size(change: Change) -> str:
-    """Return by how much, with its 95 % interval, in % or degrees."""
-    factor, unit = _unit(change.name)
-    return f"{factor * change.size:+.3f} +- {1.96 * factor * change.sigma:.3f} {unit}"
-
-
-def speed(change: Change) -> str:
-    """Return how much worse it gets in a day."""
-    factor, unit = _unit(change.name)
-    return f"{factor * change.per_day:+.3f} {unit}" if change.shape == "ramp" else "no more"
-
-
-def what(place: BadPlace) -> str:
-    """Return what happens on a place, with the direction of a creep."""
-    if place.effect == "loss":
-        return "way is lost"
-    return f"robots creep to {math.degrees(math.atan2(place.size[1], place.size[0])):.0f} degrees"
-
-
 def draw_night(night: Night, folder: Path) -> None:
     """Draw the floor, and the history of every sick robot's number, into a folder.
 
@@ -118,7 +89,7 @@ def _draw_history(change: Change, history: History, path: Path) -> None:
     from omnimate.figures.fleet import plot_history
 
     column = history.names.index(change.name)
-    factor, unit = _unit(change.name)
+    factor, unit = shown_unit(change.name)
     plot_history(
         history.days,
         factor * history.value[:, column],
@@ -128,7 +99,3 @@ def _draw_history(change: Change, history: History, path: Path) -> None:
         label=f"{change.name} beside the file [{unit}]",
         title=change.robot,
     )
-
-
-def _unit(name: str) -> tuple[float, str]:
-    return (math.degrees(1.0), "degrees") if name in _JOINTS else (100.0, "%")

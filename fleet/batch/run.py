@@ -135,7 +135,7 @@ def _cluster(workers: Workers) -> dict[str, object]:
         "threads_per_worker": 1,
         "processes": True,
         "memory_limit": workers.memory,
-        "dashboard_address": None,
+        "dashboard_address": "127.0.0.1:0",  # any free port: the usual one may be taken
     }
 
 

@@ -89,6 +89,33 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "gain": ("double", "twice the gain in log likelihood"),
         "crossings": ("int32", "number of ways over it"),
     },
+    "asked": {
+        "robot": ("string", "name, of a robot that is not listed"),
+        "effect": ("string", "for which triage asks again and again"),
+        "component": ("string", "on which"),
+        "since": ("string", "date"),
+    },
+    "failed": {
+        "robot": ("string", "name"),
+        "recording": ("string", "name, of a recording of the day"),
+        "error": ("string", "why it has no results"),
+    },
+    "floor": {
+        "x": ("double", "m, middle of a cell that was driven over within the week"),
+        "y": ("double", "m"),
+        "count": ("int32", "number of ways over it"),
+    },
+    "nights": {
+        "recordings": ("int32", "number of recordings of the day"),
+        "roughness": ("double", "m/sqrt(m), of the floor beside its bad places"),
+    },
+    "histories": {
+        "day": ("string", "date"),
+        "name": ("string", "of the number"),
+        "unit": ("string", "1, or rad"),
+        "value": ("double", "in that unit, beside vehicle.toml, without what bad places did"),
+        "sigma": ("double", "in that unit"),
+    },
 }
 
 

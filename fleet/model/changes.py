@@ -11,12 +11,13 @@ Ramdas, False discovery rate control with e-values, JRSS B 2022).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.special import logsumexp
+
+from omnimate.fleet.morning import Change, Shape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,45 +25,11 @@ if TYPE_CHECKING:
     from omnimate.fleet.model.histories import History, Ordinary
     from omnimate.vehicle.se2 import Array
 
-Shape = Literal["step", "ramp"]
 SIZES = (5.0, 20.0, 80.0)  # [standard deviations of a day] of changes that are looked for
 RAMP = 5.0  # [days] in which a ramp reaches such a size
 ODD_DAY = 0.02  # probability that a number of a healthy robot is off on some day
 FEWEST = 3  # days of a history from which on a change can be seen
 LEVEL = 0.01  # expected part of false names on a night's list
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """What a robot's history shows.
-
-    Attributes:
-        robot: Name of the robot.
-        kind: Type of the robot.
-        log_e: Logarithm of the e-value of any change.
-        name: Number that changed most likely.
-        share: Probability of that number, given that one changed.
-        since: Date from which on, most likely.
-        earliest: Date before which it began with a probability below 5 %.
-        latest: Date after which it began with a probability below 5 %.
-        shape: A step, or a ramp.
-        size: Change until the last day [1 or rad].
-        sigma: Its standard deviation.
-        per_day: Change per day of a ramp; 0 for a step.
-    """
-
-    robot: str
-    kind: str
-    log_e: float
-    name: str
-    share: float
-    since: str
-    earliest: str
-    latest: str
-    shape: Shape
-    size: float
-    sigma: float
-    per_day: float
 
 
 def change_of(history: History, usual: Ordinary) -> Change | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from omnimate.fleet.joints import NO_JOINTS, Joints
 from omnimate.fleet.model.days import Day, day_of
 from omnimate.fleet.model.evidence import AllCrossings, Evidence, evidence_of
-from omnimate.fleet.model.places import BadPlace, find_places, floors_of
+from omnimate.fleet.model.places import find_places, floors_of
 from omnimate.fleet.model.roughness import roughness_of
 from omnimate.fleet.model.scores import grid_of
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.fleet.crossings import Crossings
+    from omnimate.fleet.morning import BadPlace
     from omnimate.fleet.segments import Segments
 
 ROUNDS = 4

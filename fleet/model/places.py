@@ -8,9 +8,8 @@ and against the number of candidates (Bonferroni), so that one night in a hundre
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import chi2
@@ -18,6 +17,7 @@ from scipy.stats import chi2
 from omnimate.fleet.crossings import CELL
 from omnimate.fleet.model.evidence import AllCrossings
 from omnimate.fleet.model.scores import LARGEST, REACH, part_inside, score_map
+from omnimate.fleet.morning import SEPARATE, BadPlace, PlaceEffect
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,47 +26,12 @@ if TYPE_CHECKING:
     from omnimate.fleet.model.scores import Grid, ScoreMap
     from omnimate.vehicle.se2 import Array
 
-PlaceEffect = Literal["loss", "creep"]
 FREEDOM: dict[PlaceEffect, int] = {"loss": 1, "creep": 2}
 FALSE_NIGHT = 0.01  # probability that a night shows a place where there is none
-SEPARATE = 2.0  # [m] from a place that stands out more, at which another one may be seen
 REACHES = (0.3, 0.5, 0.8, LARGEST)  # [m] radii of places that are told apart
 WEAKEST = 0.25  # of the gain of the strongest one, that others must have to be taken in the same round
 ROUNDS = 12
 ENOUGH = 20  # crossings, below which a place may be somewhere else along the few ways over it
-
-
-@dataclass(frozen=True, slots=True)
-class BadPlace:
-    """A place of the floor where robots lose way, or creep.
-
-    Attributes:
-        effect: "loss" of a part of the travel, or "creep" per metre.
-        x: [m].
-        y: [m].
-        reach: Radius, one of `REACHES` [m].
-        covariance: Of x and y [m^2], `(2, 2)`.
-        size: Part lost, `(1,)`, or creep along x and y per metre, `(2,)` [1].
-        sigma: Standard deviations of the size.
-        gain: Twice the gain in log likelihood over no place there.
-        crossings: Number of ways over it.
-    """
-
-    effect: PlaceEffect
-    x: float
-    y: float
-    reach: float
-    covariance: Array
-    size: Array
-    sigma: Array
-    gain: float
-    crossings: int
-
-    @property
-    def per_crossing(self) -> float:
-        """Way lost, or crept, in a mean crossing [m]."""
-        size = float(np.hypot(*self.size) if len(self.size) == 2 else self.size[0])
-        return size * 0.5 * math.pi * self.reach  # the mean chord of a disc
 
 
 Effects = dict[int, "Array"]  # what a place of unit size makes of residuals `(3 S, C)`, by recording

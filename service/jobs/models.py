@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 
 from omnimate.service.umbmark.fields import Id, RequestModel
 
+JobKind = Literal["diagnose", "batch"]
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 
 

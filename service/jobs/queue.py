@@ -1,4 +1,4 @@
-"""The queue of diagnoses in the database: added, found, cancelled, claimed, given back, finished."""
+"""The queue of diagnoses and batches: added, found, cancelled, claimed, given back, finished."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import select
 
 from omnimate.service.errors import NotFoundError, StateError
-from omnimate.service.jobs.models import Job
+from omnimate.service.jobs.models import Job, JobKind
 from omnimate.service.store.tables import JobRow, RecordingRow
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 LEASE = 20.0  # [s] after which a service that does not renew its lease is taken for dead
 MOST_ATTEMPTS = 3
 ENDED_STATES = ("done", "failed", "cancelled")
+WORDS: dict[JobKind, str] = {"diagnose": "diagnosis", "batch": "batch"}
 
 
 def add_job(db: Session, recordings: Sequence[str]) -> JobRow:
@@ -32,43 +33,48 @@ def add_job(db: Session, recordings: Sequence[str]) -> JobRow:
     for recording in recordings:
         if db.get(RecordingRow, recording) is None:
             raise NotFoundError("recording", recording)
+    return queue_job(db, recordings=json.dumps(list(recordings)))
+
+
+def queue_job(db: Session, **about: Any) -> JobRow:  # noqa: ANN401  # columns of `JobRow`
+    """Queue a job; `about` is what it is to do."""
     now = time.time()
     row = JobRow(
         id=secrets.token_hex(8),
-        recordings=json.dumps(list(recordings)),
         state="queued",
         progress=0.0,
         doing="waiting",
         attempts=0,
         created=now,
         changed=now,
+        **about,
     )
     db.add(row)
     return row
 
 
-def find_job(db: Session, job_id: str, *, for_change: bool = False) -> JobRow:
-    """Return a job; `for_change` locks its row until the end of the transaction.
+def find_job(db: Session, job_id: str, kind: JobKind = "diagnose", *, for_change: bool = False) -> JobRow:
+    """Return a job of a kind; `for_change` locks its row until the end of the transaction.
 
     Raises:
         NotFoundError: there is no job with this id.
     """
     row = db.get(JobRow, job_id, with_for_update=for_change)
-    if row is None:
-        raise NotFoundError("diagnosis", job_id)
+    if row is None or row.kind != kind:
+        raise NotFoundError(WORDS[kind], job_id)
     return row
 
 
-def cancel_job(db: Session, job_id: str) -> JobRow:
+def cancel_job(db: Session, job_id: str, kind: JobKind = "diagnose") -> JobRow:
     """Cancel a job that has not ended; its worker stops when it renews the lease.
 
     Raises:
         NotFoundError: there is no job with this id.
         StateError: the job has ended already.
     """
-    row = find_job(db, job_id, for_change=True)
+    row = find_job(db, job_id, kind, for_change=True)
     if row.state in ENDED_STATES:
-        raise StateError(f"diagnosis {job_id} is {row.state} already")
+        raise StateError(f"{WORDS[kind]} {job_id} is {row.state} already")
     row.state, row.doing, row.changed = "cancelled", "", time.time()
     return row
 
@@ -84,17 +90,18 @@ def job_view(row: JobRow) -> Job:
     )  # fmt: skip
 
 
-def has_queued(db: Session) -> bool:
-    """Return whether a job waits to be claimed."""
-    return db.scalar(select(JobRow.id).where(JobRow.state == "queued").limit(1)) is not None
+def has_queued(db: Session, kind: JobKind = "diagnose") -> bool:
+    """Return whether a job of a kind waits to be claimed."""
+    waiting = (JobRow.state == "queued") & (JobRow.kind == kind)
+    return db.scalar(select(JobRow.id).where(waiting).limit(1)) is not None
 
 
-def claim_job(db: Session, instance: str) -> str | None:
-    """Claim the oldest queued job for a service; return its id, or None where another service was faster."""
+def claim_job(db: Session, instance: str, kind: JobKind = "diagnose") -> str | None:
+    """Claim the oldest of the most urgent queued jobs; return its id, or None where another was faster."""
     row = db.scalars(
         select(JobRow)
-        .where(JobRow.state == "queued")
-        .order_by(JobRow.created)
+        .where(JobRow.state == "queued", JobRow.kind == kind)
+        .order_by(JobRow.priority.desc(), JobRow.created)
         .limit(1)
         .with_for_update(skip_locked=True)
     ).first()
@@ -115,13 +122,14 @@ def job_of(db: Session, job_id: str, instance: str) -> JobRow | None:
     return row
 
 
-def finish_job(row: JobRow, outcome: dict[str, Any] | None) -> None:
-    """Note how a diagnosis ended.
+def finish_job(row: JobRow, outcome: dict[str, Any] | None) -> bool:
+    """Note how a job ended; return whether it is done, so that its result has to be kept.
 
     Args:
         row: The job.
-        outcome: What `DiagnosisProcess.outcome` returned.
+        outcome: What `JobProcess.outcome` returned.
     """
+    row.changed = time.time()
     if outcome is None:
         give_back(row, "the service was stopped")
     elif "died" in outcome:
@@ -130,9 +138,7 @@ def finish_job(row: JobRow, outcome: dict[str, Any] | None) -> None:
         row.state, row.error, row.doing = "failed", outcome["error"], ""
     else:
         row.state, row.progress, row.doing = "done", 1.0, ""
-        row.verdict, row.says = outcome["verdict"], outcome["says"]
-        row.result, row.report = outcome["result"], outcome["report"]
-    row.changed = time.time()
+    return row.state == "done"
 
 
 def give_back(row: JobRow, reason: str) -> None:

@@ -1,72 +1,100 @@
-"""The thread that works on the queued diagnoses, one after the other."""
+"""A thread that works on the queued jobs of one kind, one after the other."""
 
 from __future__ import annotations
 
-import json
 import logging
 import tempfile
 import threading
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from omnimate.service.jobs.diagnosis_process import REPORT_PERIOD, diagnosing
-from omnimate.service.jobs.housekeeping import keep_house
-from omnimate.service.jobs.queue import LEASE, claim_job, find_job, finish_job, has_queued, job_of, job_view
-from omnimate.service.recording_zip import unpack
-from omnimate.service.store.tables import RecordingRow
+from omnimate.service.jobs.process import REPORT_PERIOD
+from omnimate.service.jobs.queue import LEASE, claim_job, find_job, finish_job, has_queued, job_of
 
 if TYPE_CHECKING:
-    from omnimate.service.event_stream import EventStream
-    from omnimate.service.robot.session_reporter import SessionReporter
-    from omnimate.service.store.database import Database
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
 
-LOOK_PERIOD = 1.0  # [s] between two looks for a queued diagnosis
+    from pydantic import BaseModel
+    from sqlalchemy.orm import Session
+
+    from omnimate.service.event_stream import EventStream
+    from omnimate.service.jobs.models import JobKind
+    from omnimate.service.jobs.process import JobProcess
+    from omnimate.service.store.database import Database
+    from omnimate.service.store.tables import JobRow
+
+LOOK_PERIOD = 1.0  # [s] between two looks for a queued job
 _log = logging.getLogger(__name__)
 
 
+class Jobs(Protocol):
+    """The jobs of one kind."""
+
+    @property
+    def kind(self) -> JobKind:
+        """The kind, as the table has it."""
+
+    def start(self, db: Session, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
+        """Return the process of a job, which works in the folder `place`."""
+
+    def keep(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
+        """Keep the result of a job that is done."""
+
+    def view(self, row: JobRow) -> BaseModel:
+        """Return a job as clients see it."""
+
+
 class Worker:
-    """The thread of one service; several services may share a database and its queue."""
+    """The thread of one service; several services may share a database and its queue.
+
+    Args:
+        database: The database.
+        events: The event stream.
+        instance: The id of this service.
+        jobs: The jobs that it works on.
+        regularly: What it does before each look at the queue.
+    """
 
     def __init__(
         self,
         database: Database,
         events: EventStream,
-        reporter: SessionReporter,
         instance: str,
-        unpacked_limit: int,
+        jobs: Jobs,
+        regularly: Callable[[], None] = lambda: None,
     ) -> None:
-        self._database, self._events, self._reporter = database, events, reporter
-        self._instance, self._unpacked_limit = instance, unpacked_limit
+        self._database, self._events, self._instance = database, events, instance
+        self._jobs, self._regularly = jobs, regularly
         self._ending, self._wake = threading.Event(), threading.Event()
         self._renewed = 0.0
-        self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"jobs: {jobs.kind}", daemon=True)
 
     def start(self) -> None:
         """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """End the thread; a diagnosis that it works on is queued again."""
+        """End the thread; a job that it works on is queued again."""
         self._ending.set()
         self._wake.set()
         if self._thread.is_alive():
             self._thread.join(5.0)
 
     def wake(self) -> None:
-        """Have the thread look for a queued diagnosis at once."""
+        """Have the thread look for a queued job at once."""
         self._wake.set()
 
     def _run(self) -> None:
         while not self._ending.is_set():
             try:
-                for session in keep_house(self._database):
-                    self._reporter.announce(session)
+                self._regularly()
                 job_id = self._claim()
                 if job_id is not None:
-                    self._diagnose(job_id)
+                    self._work(job_id)
                     continue
             except SQLAlchemyError:
                 _log.exception("the database did not answer; it is tried again")
@@ -75,34 +103,23 @@ class Worker:
 
     def _claim(self) -> str | None:
         with self._database.reading() as db:
-            if not has_queued(db):
+            if not has_queued(db, self._jobs.kind):
                 return None
         with self._database.writing() as db:
-            return claim_job(db, self._instance)
+            return claim_job(db, self._instance, self._jobs.kind)
 
-    def _diagnose(self, job_id: str) -> None:
-        """Diagnose in another process, and keep the outcome."""
+    def _work(self, job_id: str) -> None:
+        """Work in another process, and keep the outcome."""
         self._publish(job_id)
         with tempfile.TemporaryDirectory() as place:
-            folders = self._unpack(job_id, Path(place))
-            with diagnosing(folders) as process:
+            with self._database.reading() as db:
+                starting = self._jobs.start(db, job_id, Path(place))
+            with starting as process:
                 self._finish(job_id, process.outcome(lambda message: self._renew(job_id, message)))
         self._publish(job_id)
 
-    def _unpack(self, job_id: str, place: Path) -> list[tuple[str, str]]:
-        """Return the name of each recording and the folder into which it was unpacked."""
-        folders = []
-        with self._database.reading() as db:
-            for recording_id in json.loads(find_job(db, job_id).recordings):
-                row = db.get(RecordingRow, recording_id)
-                if row is not None:
-                    folder = place / row.id
-                    folder.mkdir()
-                    folders.append((row.name, str(unpack(row.content, folder, self._unpacked_limit))))
-        return folders
-
     def _renew(self, job_id: str, message: dict[str, Any]) -> bool:
-        """Renew the lease and note the progress; return whether the diagnosis is still wanted."""
+        """Renew the lease and note the progress; return whether the job is still wanted."""
         now = time.monotonic()
         if now - self._renewed < REPORT_PERIOD:
             return True
@@ -123,9 +140,10 @@ class Worker:
     def _finish(self, job_id: str, outcome: dict[str, Any] | None) -> None:
         with self._database.writing() as db:
             row = job_of(db, job_id, self._instance)
-            if row is not None:
-                finish_job(row, outcome)
+            if row is not None and finish_job(row, outcome) and outcome is not None:
+                self._jobs.keep(db, row, outcome)
 
     def _publish(self, job_id: str) -> None:
         with self._database.reading() as db:
-            self._events.publish("job", job_view(find_job(db, job_id)).model_dump())
+            view = self._jobs.view(find_job(db, job_id, self._jobs.kind))
+            self._events.publish("job", view.model_dump())

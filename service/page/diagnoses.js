@@ -1,13 +1,10 @@
 // Diagnoses: jobs with their progress, what they found, and their report.
 
-import { call, get, post, saveBlob } from "./api.js";
+import { call, get, post } from "./api.js";
 import { $, announce, attempt, el, pages, show } from "./dom.js";
-import { showIn } from "./embedded-documents.js";
+import { showReport } from "./report-dialog.js";
 import { on } from "./stream.js";
 import { when } from "./units.js";
-
-let report = "";
-let opener = null;
 
 export function setUpDiagnoses() {
   on("job", (job) => {
@@ -16,9 +13,6 @@ export function setUpDiagnoses() {
     if (job.says) announce(job.says);
   });
   on("link", ({ now }) => now === "live" && !$("recordings").hidden && listJobs());
-  $("report-close").addEventListener("click", close);
-  $("report-save").addEventListener("click", () => saveBlob(new Blob([report], { type: "text/html" }), "diagnosis.html"));
-  $("report-dialog").addEventListener("keydown", (event) => event.key === "Escape" && close());
 }
 
 export async function listJobs() {
@@ -53,16 +47,6 @@ function action(word, work) {
   return button;
 }
 
-/** The report in a frame in which nothing can run. */
 async function open(job, button) {
-  report = await (await call("GET", `/v1/diagnoses/${job.id}/report`)).text();
-  opener = button;
-  $("report-dialog").show();
-  showIn($("report"), report);
-  $("report-close").focus();
-}
-
-function close() {
-  $("report-dialog").close();
-  opener?.focus();
+  showReport(await (await call("GET", `/v1/diagnoses/${job.id}/report`)).text(), "diagnosis.html", button);
 }

@@ -3,30 +3,35 @@
 import { get } from "./api.js";
 import { $, say } from "./dom.js";
 import { setUpDiagnoses } from "./diagnoses.js";
+import { openFleet, setUpFleet } from "./fleet.js";
+import { openFleetRobot, setUpFleetRobot } from "./fleet-robot.js";
 import { setUpFloor, showVehicle } from "./floor.js";
 import { setUpKeyDialog } from "./key-dialog.js";
 import { openRecordings, setUpRecordings } from "./recordings.js";
+import { closeReport, setUpReportDialog } from "./report-dialog.js";
 import { openSession, setUpSession } from "./session.js";
 import { setUpStopButton } from "./stop-button.js";
 import { on, start } from "./stream.js";
 import { openVehicle, setUpVehicle } from "./vehicle.js";
 import { openSessionList, setUpSessionList } from "./session-list.js";
 
-const VIEWS = { floor: showRobot, calibrate: openSessionList, recordings: openRecordings, vehicle: openVehicle };
+const VIEWS = { floor: showRobot, calibrate: openSessionList, recordings: openRecordings, vehicle: openVehicle, fleet: openFleet };
 const MODES = { simulated: "simulated", bus: "on its bus" };
 
-/** Show the view of the address: #floor, #calibrate, #calibrate/ID, #recordings or #vehicle. */
+/** Show the view of the address: #floor, #calibrate, #calibrate/ID, #recordings, #vehicle, #fleet, #fleet/NAME or #fleet/NAME/ROBOT. */
 function route() {
-  const [name, id] = location.hash.slice(1).split("/");
+  const [name, id, robot] = location.hash.slice(1).split("/").map(decodeURIComponent);
   const tab = name in VIEWS ? name : "floor";
-  const view = tab === "calibrate" && id ? "session" : tab;
+  const view = tab === "calibrate" && id ? "session" : tab === "fleet" && robot ? "fleet-robot" : tab;
+  closeReport();
   for (const section of document.querySelectorAll("main > section")) section.hidden = section.id !== view;
   for (const link of document.querySelectorAll("nav a")) {
     if (link.hash === `#${tab}`) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }
   if (view === "session") openSession(id);
-  else VIEWS[tab]();
+  else if (view === "fleet-robot") openFleetRobot(id, robot);
+  else VIEWS[tab](id);
 }
 
 /** Show the robot's name, and draw it in its size. */
@@ -67,7 +72,10 @@ setUpSessionList();
 setUpSession();
 setUpRecordings();
 setUpDiagnoses();
+setUpReportDialog();
 setUpVehicle();
+setUpFleet();
+setUpFleetRobot();
 on("link", showLink);
 on("state", showState);
 on("session", ({ state }) => state === "accepted" && showRobot());

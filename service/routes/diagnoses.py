@@ -48,7 +48,7 @@ def start(body: DiagnosisStart, call: Operating) -> Response:
 def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Page[Job]:
     """Return the diagnoses, newest first."""
     with call.components.database.reading() as db:
-        rows, next_page = read_page(db, JobRow, limit, after)
+        rows, next_page = read_page(db, JobRow, limit, after, JobRow.kind == "diagnose")
         return Page(items=[job_view(row) for row in rows], next=next_page)
 
 

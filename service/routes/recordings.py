@@ -62,16 +62,25 @@ async def upload(
     name: Annotated[Name | None, Query(description="The name of the recording in lists.")] = None,
 ) -> Response:
     """Upload a zip of a recording folder. The recording is read completely before it is kept."""
-    kind = request.headers.get("content-type", ZIP_TYPES[0]).partition(";")[0].strip().lower()
-    if kind not in ZIP_TYPES:
-        raise MediaTypeError(
-            f"content type {kind!r}; expected application/zip, the zip of a recording folder"
-        )
+    check_zip(request)
     with tempfile.SpooledTemporaryFile(IN_MEMORY) as spool:
         async for block in request.stream():
             spool.write(block)
         spool.seek(0)
         return await run_in_threadpool(_store, call, name, spool.read())
+
+
+def check_zip(request: Request) -> None:
+    """Check that a request says that its body is a zip.
+
+    Raises:
+        MediaTypeError: it is of another content type.
+    """
+    kind = request.headers.get("content-type", ZIP_TYPES[0]).partition(";")[0].strip().lower()
+    if kind not in ZIP_TYPES:
+        raise MediaTypeError(
+            f"content type {kind!r}; expected application/zip, the zip of a recording folder"
+        )
 
 
 def _store(call: Call, name: str | None, content: bytes) -> Response:

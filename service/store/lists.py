@@ -7,13 +7,21 @@ from typing import TYPE_CHECKING, TypeVar
 from sqlalchemy import select, tuple_
 
 from omnimate.service.errors import NotFoundError
-from omnimate.service.store.tables import JobRow, RecordingRow, SessionRow
+from omnimate.service.store.tables import (
+    DeliveryRow,
+    FindingRow,
+    FleetRow,
+    JobRow,
+    RecordingRow,
+    SessionRow,
+    WebhookRow,
+)
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement
     from sqlalchemy.orm import Session
 
-Listed = TypeVar("Listed", SessionRow, RecordingRow, JobRow)
+Listed = TypeVar("Listed", SessionRow, RecordingRow, JobRow, FleetRow, FindingRow, WebhookRow, DeliveryRow)
 
 
 def read_page(

@@ -80,11 +80,16 @@ class RecordingRow(Base):
 
 
 class JobRow(Base):
-    """A diagnosis; at the time `lease` its owner is taken for dead unless it has renewed the lease."""
+    """A diagnosis, or a batch of a fleet; at the time `lease` its owner is taken for dead."""
 
     __tablename__ = "jobs"
     __table_args__ = (Index("jobs_by_age", "created", "id"), Index("jobs_by_state", "state"))
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(20), default="diagnose")
+    fleet: Mapped[str | None] = mapped_column(String(64))
+    asked: Mapped[str | None] = mapped_column(Text)  # JSON of what a batch shall do
+    summary: Mapped[str | None] = mapped_column(Text)  # JSON of what a batch did
+    priority: Mapped[int] = mapped_column(default=0)  # higher ones first
     recordings: Mapped[str] = mapped_column(Text)
     state: Mapped[str] = mapped_column(String(20))
     progress: Mapped[float]
@@ -126,3 +131,61 @@ class AnswerRow(Base):
     headers: Mapped[str] = mapped_column(Text)
     body: Mapped[str] = mapped_column(Text)
     created: Mapped[float]
+
+
+class FleetRow(Base):
+    """A fleet: robots that share a floor. Its recordings and results are files."""
+
+    __tablename__ = "fleets"
+    __table_args__ = (Index("fleets_by_age", "created", "id"),)
+    id: Mapped[str] = mapped_column(String(64), primary_key=True)  # its name
+    created: Mapped[float]
+    night: Mapped[str | None] = mapped_column(String(10))  # the last one of which findings were noted
+
+
+class FindingRow(Base):
+    """A robot or a place that a night's list names; open until a later list does not name it."""
+
+    __tablename__ = "findings"
+    __table_args__ = (Index("findings_by_age", "created", "id"), Index("findings_by_fleet", "fleet", "state"))
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    fleet: Mapped[str] = mapped_column(ForeignKey("fleets.id"))
+    kind: Mapped[str] = mapped_column(String(20))
+    state: Mapped[str] = mapped_column(String(20))
+    robot: Mapped[str | None] = mapped_column(String(100))
+    what: Mapped[str] = mapped_column(String(40))
+    x: Mapped[float | None]
+    y: Mapped[float | None]
+    says: Mapped[str] = mapped_column(Text)
+    first: Mapped[str] = mapped_column(String(10))
+    last: Mapped[str] = mapped_column(String(10))
+    created: Mapped[float]
+    changed: Mapped[float]
+
+
+class WebhookRow(Base):
+    """An address to which a fleet's findings are sent."""
+
+    __tablename__ = "webhooks"
+    __table_args__ = (Index("webhooks_by_age", "created", "id"),)
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    fleet: Mapped[str] = mapped_column(ForeignKey("fleets.id"))
+    url: Mapped[str] = mapped_column(String(1000))
+    secret: Mapped[str] = mapped_column(String(100))
+    created: Mapped[float]
+
+
+class DeliveryRow(Base):
+    """A message to a webhook, written in the transaction of what it tells, and sent until it is accepted."""
+
+    __tablename__ = "deliveries"
+    __table_args__ = (Index("deliveries_by_age", "created", "id"), Index("deliveries_due", "state", "due"))
+    id: Mapped[str] = mapped_column(String(40), primary_key=True)
+    webhook: Mapped[str] = mapped_column(String(32))  # without a key: a message outlives its webhook
+    body: Mapped[str] = mapped_column(Text)
+    state: Mapped[str] = mapped_column(String(20))
+    attempts: Mapped[int]
+    due: Mapped[float]
+    answer: Mapped[str | None] = mapped_column(String(200))
+    created: Mapped[float]
+    changed: Mapped[float]

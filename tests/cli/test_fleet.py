@@ -3,7 +3,7 @@
 import pytest
 
 from omnimate.cli.fleet.report import since, size, speed
-from omnimate.fleet.model.changes import Change
+from omnimate.fleet.morning import Change
 
 pytest.importorskip("pyarrow")
 

@@ -8,7 +8,9 @@ from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.run import run_batch
 from omnimate.fleet.batch.tables import columns_of
 from omnimate.fleet.errors import FleetError
-from omnimate.fleet.night import Asked, _asked, judge_night
+from omnimate.fleet.kept import days_kept, keep_night, read_floor, read_history, read_morning
+from omnimate.fleet.morning import Asked
+from omnimate.fleet.night import _asked, judge_night
 from omnimate.vcan_sim.hall.hall import draw_hall
 from omnimate.vcan_sim.hall.ills import Ill
 from omnimate.vcan_sim.hall.places import Place
@@ -48,6 +50,47 @@ def test_robots_and_places_stand_in_tables_from_which_the_next_night_begins(nigh
     ]
     again = judge_night(files, found.day)
     assert json.dumps([place.effect for place in again.places]) == '["loss"]'
+
+
+def test_the_morning_that_is_read_is_the_night_that_was_judged(night):
+    files, judged = night
+    morning = read_morning(files)
+    assert morning.sick == judged.sick
+    assert sorted(morning.changes, key=lambda change: change.robot) == sorted(
+        judged.changes, key=lambda change: change.robot
+    )
+    assert (morning.day, morning.recordings, morning.errors, morning.asked, morning.roughness) == (
+        judged.day, judged.recordings, judged.errors, judged.asked, judged.roughness,
+    )  # fmt: skip
+    assert [(place.x, place.y, place.reach) for place in morning.places] == [
+        (place.x, place.y, place.reach) for place in judged.places
+    ]
+    assert np.array_equal(read_floor(files, judged.day), judged.driven)
+    assert morning.states()["mule-0001"] == "sick"
+    assert set(morning.states().values()) <= {"sick", "drift", "fine"}
+
+
+def test_a_robots_history_keeps_the_days_that_a_night_does_not_judge_anew(night, tmp_path):
+    files, judged = night
+    history = next(history for history in judged.histories if history.robot == "mule-0001")
+    wheelbase = next(course for course in read_history(files, "mule-0001") if course.name == "wheelbase")
+    assert wheelbase.days == history.dates
+    assert np.array_equal(wheelbase.value, history.value[:, history.names.index("wheelbase")])
+    other = open_files(str(tmp_path))
+    later = replace(history, dates=tuple(f"2026-05-{day:02d}" for day in range(1, DAYS + 1)))
+    for single, day in ((history, judged.day), (later, "2026-05-07"), (history, judged.day)):
+        keep_night(other, replace(judged, histories=(single,), day=day))
+    kept = read_history(other, "mule-0001")[0]
+    assert kept.days == (*history.dates, *later.dates)
+    assert days_kept(other) == ["2026-05-07", judged.day]
+    assert read_history(other, "none") == []
+
+
+def test_a_night_that_was_not_judged_cannot_be_read(night, tmp_path):
+    with pytest.raises(FleetError, match="2026-03-08 to 2026-03-08"):
+        read_morning(night[0], "2026-04-01")
+    with pytest.raises(FleetError, match="no night was judged yet"):
+        read_morning(open_files(str(tmp_path)))
 
 
 def test_a_night_without_results_is_refused_with_those_that_there_are(night):

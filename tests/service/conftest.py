@@ -4,6 +4,7 @@ import math
 import secrets
 import time
 from contextlib import contextmanager
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -81,7 +82,13 @@ def database(tmp_path_factory):
 @contextmanager
 def serving(url, **options):
     """A client of a service, started and stopped with the block."""
-    components = make_components(Settings(database=url, pace=1000.0, rate=1e6, **options))
+    with TemporaryDirectory() as fleets:
+        options = {"fleets": fleets} | options
+        components = make_components(Settings(database=url, pace=1000.0, rate=1e6, **options))
+        yield from connected(components)
+
+
+def connected(components):
     with TestClient(create_app(components), base_url="http://127.0.0.1") as client:
         client.components = components
         until(lambda: client.get("/readyz").status_code == 200)

@@ -13,9 +13,12 @@ import numpy as np
 import pytest
 
 from omnimate.calib.umbmark.exact import square_returns
+from omnimate.vcan_sim.hall.hall import draw_hall
+from omnimate.vcan_sim.hall.store import write_store
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vehicle.parameters import Truck
+from tests.service.hall_results import SICK, write_results
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 expect = playwright.expect
@@ -266,6 +269,67 @@ def test_a_recording_is_uploaded_and_diagnosed_by_clicking(page, tmp_path, pictu
     expect(page.locator("#no-recordings")).to_be_visible(timeout=SOON)
 
 
+def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report(browser, tmp_path, picture):
+    write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
+    with serving(tmp_path) as address, opened(browser, address) as page:
+        page.locator("#tab-fleet").click()
+        page.locator("#fleet-new").fill("hall-3")
+        page.locator("#fleet-start-send").click()
+        expect(page.get_by_test_id("state-sick")).to_have_text("1 sick", timeout=SOON)
+        expect(page.get_by_test_id("state-drift")).to_have_text("2 drift")
+        expect(page.get_by_test_id("state-fine")).to_have_text("37 fine")
+        expect(page.locator("#robot-dots a")).to_have_count(41)
+        expect(page.get_by_test_id("floor-map").locator(".place")).to_have_count(2)
+        picture(page, "fleet")
+        page.locator("#theme").click()
+        picture(page, "fleet-dark")
+        page.locator("#theme").click()
+        page.get_by_test_id(f"dot-{SICK}").click()
+        expect(page.locator("#fleet-robot-state")).to_have_text("sick", timeout=SOON)
+        expect(page.locator("#fleet-robot-says")).to_contain_text("\N{MINUS SIGN}0.760 ± 0.020 %")
+        wheelbase = page.get_by_test_id("history-wheelbase")
+        expect(wheelbase.locator(".point")).to_have_count(30)
+        expect(wheelbase.locator(".since")).to_have_count(1)
+        expect(page.locator(".since")).to_have_count(1)
+        expect(page.locator("#fleet-recordings tr")).to_have_count(20)
+        picture(page, "fleet-robot")
+        page.locator("#more-fleet-recordings").click()
+        expect(page.locator("#fleet-recordings tr")).to_have_count(30, timeout=SOON)
+        page.locator("#fleet-robot-report").click()
+        expect(page.frame_locator("#report").locator("h1")).to_have_text(SICK, timeout=LATER)
+        picture(page, "fleet-report")
+        page.locator("#report-close").click()
+        page.set_viewport_size(PHONE)
+        assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+        picture(page, "phone-fleet-robot")
+        page.locator("#fleet-back").click()
+        expect(page.get_by_test_id("state-sick")).to_be_visible(timeout=SOON)
+        expect(page.locator("#tab-fleet")).to_be_in_viewport(ratio=1)
+        assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+        picture(page, "phone-fleet")
+
+
+def test_a_days_recordings_are_uploaded_and_worked_on_by_clicking(page, tmp_path, picture):
+    store = tmp_path / "store"
+    write_store(draw_hall(2, 2, sick=0, places=0, sync_period=0.04), store, range(1), 1, 1.0)
+    (store / "hall.toml").unlink()
+    archive = shutil.make_archive(str(tmp_path / "day"), "zip", store)
+    page.locator("#tab-fleet").click()
+    page.locator("#fleet-new").fill("small")
+    page.locator("#fleet-start-send").click()
+    expect(page.locator("#fleet-title")).to_have_text("Fleet small", timeout=SOON)
+    page.locator("#fleet-upload").set_input_files(archive)
+    expect(page.locator("#fleet-upload-message")).to_contain_text("2 recordings of 2 robots", timeout=SOON)
+    page.locator("#fleet-diagnose").uncheck()
+    page.locator("#batch-start").click()
+    batch = page.locator("#batches li").first
+    expect(batch).to_have_attribute("data-state", "done", timeout=LATER)
+    expect(batch.locator(".says")).to_have_text("2 recordings worked on, 0 known before")
+    expect(page.locator("#fleet-night")).to_have_text("night of 2026-03-02", timeout=SOON)
+    expect(page.get_by_test_id("state-unjudged")).to_have_text("2 not judged")
+    picture(page, "fleet-batch")
+
+
 def test_a_service_with_keys_asks_for_one_and_goes_on(browser, tmp_path, picture):
     made = subprocess.run(
         [*COMMAND, "key", "add", "shop floor", "--role", "operate"],
@@ -295,7 +359,7 @@ def test_docs_show_every_call_of_the_interface(page, address, picture):
     picture(page, "docs")
 
 
-@pytest.mark.parametrize("view", ["floor", "calibrate", "recordings", "vehicle"])
+@pytest.mark.parametrize("view", ["floor", "calibrate", "recordings", "vehicle", "fleet"])
 def test_no_view_is_wider_than_a_phone(page, view, picture):
     page.set_viewport_size(PHONE)
     page.locator(f"#tab-{view}").click()

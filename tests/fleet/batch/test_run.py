@@ -1,7 +1,9 @@
+import os
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -10,6 +12,12 @@ from omnimate.fleet.batch.run import Workers, run_batch
 from omnimate.fleet.batch.tables import columns_of
 from omnimate.fleet.errors import FleetError
 
+CLUSTER = """
+import sys
+from omnimate.fleet.batch.run import Workers, run_batch
+if __name__ == "__main__":
+    run_batch(*sys.argv[1:], workers=Workers(jobs=2))
+"""
 CHILD = "import sys; from omnimate.fleet.batch.run import run_batch; run_batch(*sys.argv[1:])"
 
 
@@ -85,11 +93,54 @@ def test_results_are_the_same_bytes_when_workers_are_killed_at_any_moment(store,
     assert contents(broken) == contents(results)
 
 
+def test_results_are_the_same_bytes_when_processes_of_dask_are_killed_while_they_work(
+    store, results, tmp_path
+):
+    """Each time some more files are there, one worker is killed, in turn; Dask starts another."""
+    distributed = pytest.importorskip("distributed")
+    mine, over = tmp_path / "results", threading.Event()
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        killed = []
+
+        def kill():
+            for files in (1, 9, 17):
+                while len(contents(mine)) < files and not over.wait(0.01):
+                    pass
+                nanny = cluster.workers[len(killed) % 2]
+                if nanny.pid is not None and not over.is_set():
+                    os.kill(nanny.pid, signal.SIGKILL)
+                    killed.append(nanny.pid)
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        outcome = run_batch(str(store), str(mine), workers=Workers(scheduler=cluster.scheduler_address))
+        over.set()
+        killer.join()
+    assert killed
+    assert outcome.failed == ()
+    assert contents(mine) == contents(results)
+
+
+def test_results_are_the_same_bytes_when_the_scheduler_is_killed(store, results, tmp_path):
+    """The batch's process, which is the scheduler, is killed once files are there, and started again."""
+    pytest.importorskip("distributed")
+    broken = tmp_path / "results"
+    batch = subprocess.Popen([sys.executable, "-c", CLUSTER, str(store), str(broken)])
+    while batch.poll() is None and len(contents(broken)) < 5:
+        pass
+    batch.send_signal(signal.SIGKILL)
+    batch.wait()
+    run_batch(str(store), str(broken))
+    assert contents(broken) == contents(results)
+
+
 def test_results_are_the_same_bytes_by_workers_of_dask_in_a_remote_store(store, results, tmp_path):
     distributed = pytest.importorskip("distributed")
     pytest.importorskip("fsspec")
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
     ) as cluster:
         address = cluster.scheduler_address
         outcome = run_batch(

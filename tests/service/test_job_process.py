@@ -1,10 +1,11 @@
-"""A diagnosis in its own process, as its parent sees it: progress, a result, an error, or a death."""
+"""A job in its own process, as its parent sees it: progress, a result, an error, or a death."""
 
 import multiprocessing
 
 import pytest
 
-from omnimate.service.jobs.diagnosis_process import DiagnosisProcess, diagnosing
+from omnimate.service.jobs.diagnosing import run_diagnosis
+from omnimate.service.jobs.process import JobProcess, running
 
 
 class Process:
@@ -26,7 +27,7 @@ def outcome_of(messages, go_on=lambda _message: True, *, close=True):
         theirs.send(message)
     if close:
         theirs.close()
-    return DiagnosisProcess(Process(), ours).outcome(go_on)
+    return JobProcess(Process(), ours).outcome(go_on)
 
 
 def test_the_last_message_is_the_outcome():
@@ -53,13 +54,13 @@ def test_a_process_that_ends_without_a_result_has_died(close):
 
 
 def test_a_folder_that_is_no_recording_is_an_error_with_its_reason(tmp_path):
-    with diagnosing([("lap", str(tmp_path))]) as process:
+    with running(run_diagnosis, [("lap", str(tmp_path))]) as process:
         outcome = process.outcome(lambda _message: True)
     assert "vehicle.toml" in outcome["error"]
 
 
 def test_a_process_ends_with_its_block(tmp_path):
     before = set(multiprocessing.active_children())
-    with diagnosing([("lap", str(tmp_path))]):
+    with running(run_diagnosis, [("lap", str(tmp_path))]):
         assert len(set(multiprocessing.active_children()) - before) == 1
     assert set(multiprocessing.active_children()) == before

@@ -1,0 +1,150 @@
+"""What is known in the morning after a night's work: of robots, of the floor, and what is uncertain."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from omnimate.fleet.model.histories import History
+    from omnimate.vehicle.se2 import Array
+
+RobotState = Literal["fine", "drift", "sick"]
+Shape = Literal["step", "ramp"]
+PlaceEffect = Literal["loss", "creep"]
+SEPARATE = 2.0  # [m] from a place that stands out more, at which another one may be seen
+# Logarithm of the e-value from which on a robot is said to drift: at most one healthy robot in twenty reaches
+# it (Markov's inequality; an e-value's mean is at most 1).
+DRIFT = math.log(20.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What a robot's history shows.
+
+    Attributes:
+        robot: Name of the robot.
+        kind: Type of the robot.
+        log_e: Logarithm of the e-value of any change.
+        name: Number that changed most likely.
+        share: Probability of that number, given that one changed.
+        since: Date from which on, most likely.
+        earliest: Date before which it began with a probability below 5 %.
+        latest: Date after which it began with a probability below 5 %.
+        shape: A step, or a ramp.
+        size: Change until the last day [1 or rad].
+        sigma: Its standard deviation.
+        per_day: Change per day of a ramp; 0 for a step.
+    """
+
+    robot: str
+    kind: str
+    log_e: float
+    name: str
+    share: float
+    since: str
+    earliest: str
+    latest: str
+    shape: Shape
+    size: float
+    sigma: float
+    per_day: float
+
+
+@dataclass(frozen=True, slots=True)
+class BadPlace:
+    """A place of the floor where robots lose way, or creep.
+
+    Attributes:
+        effect: "loss" of a part of the travel, or "creep" per metre.
+        x: [m].
+        y: [m].
+        reach: Radius, [m].
+        covariance: Of x and y [m^2], `(2, 2)`.
+        size: Part lost, `(1,)`, or creep along x and y per metre, `(2,)` [1].
+        sigma: Standard deviations of the size.
+        gain: Twice the gain in log likelihood over no place there.
+        crossings: Number of ways over it.
+    """
+
+    effect: PlaceEffect
+    x: float
+    y: float
+    reach: float
+    covariance: Array
+    size: Array
+    sigma: Array
+    gain: float
+    crossings: int
+
+    @property
+    def per_crossing(self) -> float:
+        """Way lost, or crept, in a mean crossing [m]."""
+        size = float(np.hypot(*self.size) if len(self.size) == 2 else self.size[0])
+        return size * 0.5 * math.pi * self.reach  # the mean chord of a disc
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A robot for which triage keeps asking for the same diagnosis.
+
+    Attributes:
+        robot: Name of the robot.
+        effect: Effect that comes closest.
+        component: On which.
+        since: Date of the first of the recordings in a row.
+    """
+
+    robot: str
+    effect: str
+    component: str
+    since: str
+
+
+@dataclass(frozen=True, slots=True)
+class Morning:
+    """What is known after a night's work.
+
+    Attributes:
+        day: Date of the last recordings, YYYY-MM-DD.
+        recordings: Number of recordings of that day.
+        errors: Those that could not be worked on: robot, recording, why.
+        changes: What each robot's history shows, healthy or not.
+        sick: The night's list, the clearest first.
+        asked: Robots not on the list for which triage keeps asking for the same diagnosis.
+        places: Bad places of the floor, the clearest first.
+        roughness: Of the floor beside these [m/sqrt(m)].
+    """
+
+    day: str
+    recordings: int
+    errors: tuple[tuple[str, str, str], ...]
+    changes: tuple[Change, ...]
+    sick: tuple[Change, ...]
+    asked: tuple[Asked, ...]
+    places: tuple[BadPlace, ...]
+    roughness: float
+
+    def states(self) -> dict[str, RobotState]:
+        """Return each judged robot's state: sick is on the list, drift may be on a later one."""
+        states: dict[str, RobotState] = {
+            change.robot: "drift" if change.log_e >= DRIFT else "fine" for change in self.changes
+        }
+        states |= {asked.robot: "drift" for asked in self.asked}
+        return states | {change.robot: "sick" for change in self.sick}
+
+
+@dataclass(frozen=True, slots=True)
+class Night(Morning):
+    """What is known after a night's work, with what it was judged from.
+
+    Attributes:
+        histories: Of all robots.
+        driven: Cells that were driven over: x and y [m] and how often, `(N, 3)`.
+    """
+
+    histories: tuple[History, ...]
+    driven: Array

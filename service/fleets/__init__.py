@@ -1,0 +1,1 @@
+"""Fleets: their recordings by robot and day, batches, what nights show, and who is told of findings."""

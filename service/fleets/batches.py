@@ -1,0 +1,143 @@
+"""Batches as jobs: what their process does, and what is kept of it."""
+
+from __future__ import annotations
+
+import json
+import logging
+import signal
+from typing import TYPE_CHECKING, Any, Final
+
+from omnimate.fleet.errors import FleetError
+from omnimate.fleet.kept import read_morning
+from omnimate.service.fleets.findings import note_findings
+from omnimate.service.fleets.models import Batch, BatchStart
+from omnimate.service.fleets.stores import find_fleet
+from omnimate.service.jobs.process import running
+from omnimate.service.jobs.queue import find_job, queue_job
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+    from multiprocessing.connection import Connection
+    from pathlib import Path
+
+    from sqlalchemy.orm import Session
+
+    from omnimate.fleet.batch.run import Workers
+    from omnimate.service.fleets.stores import Stores
+    from omnimate.service.jobs.process import JobProcess
+    from omnimate.service.store.tables import JobRow
+
+SHOWN_FAILURES = 50
+WORKING = 0.95  # of a batch's progress; the rest is judging
+_log = logging.getLogger(__name__)
+
+
+def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
+    """Queue a batch of a fleet.
+
+    Raises:
+        NotFoundError: there is no fleet of this name.
+    """
+    find_fleet(db, fleet)
+    asked = json.dumps({"day": start.day, "diagnose": start.diagnose})
+    return queue_job(db, kind="batch", fleet=fleet, asked=asked, priority=start.priority, recordings="[]")
+
+
+def batch_view(row: JobRow) -> Batch:
+    """Return a batch as clients see it."""
+    summary = json.loads(row.summary) if row.summary else {}
+    return Batch.model_validate(
+        {
+            "id": row.id, "fleet": row.fleet, **json.loads(row.asked or "{}"), "priority": row.priority,
+            "state": row.state, "progress": row.progress, "doing": row.doing, "done": summary.get("done"),
+            "known": summary.get("known"), "failures": summary.get("failures", []),
+            "night": summary.get("night"), "note": summary.get("note"), "error": row.error,
+            "attempts": row.attempts, "created": row.created, "changed": row.changed,
+        }
+    )  # fmt: skip
+
+
+class Batches:
+    """The batches among the jobs.
+
+    Args:
+        stores: The fleets' stores.
+        jobs: Processes that work on a batch on this machine.
+        scheduler: Address of the Dask scheduler that works on batches; None for this machine.
+    """
+
+    kind: Final = "batch"
+
+    def __init__(self, stores: Stores, jobs: int = 1, scheduler: str | None = None) -> None:
+        self._stores, self._jobs, self._scheduler = stores, jobs, scheduler
+
+    def start(self, db: Session, job_id: str, _place: Path) -> AbstractContextManager[JobProcess]:
+        """Return the process of a batch."""
+        from omnimate.fleet.batch.run import Workers
+
+        row = find_job(db, job_id, "batch")
+        assert row.fleet is not None
+        asked = json.loads(row.asked or "{}")
+        workers = Workers(self._jobs, self._scheduler)
+        store, results = self._stores.store(row.fleet), self._stores.results(row.fleet)
+        return running(run_fleet_batch, store, results, asked["day"], asked["diagnose"], workers)
+
+    def keep(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
+        """Keep what a batch did, and note the night's findings with the messages that tell of them."""
+        row.summary = json.dumps(outcome)
+        if outcome["night"] is not None:
+            assert row.fleet is not None
+            note_findings(db, row.fleet, read_morning(self._stores.results_of(row.fleet), outcome["night"]))
+
+    def view(self, row: JobRow) -> Batch:
+        """Return a batch as clients see it."""
+        return batch_view(row)
+
+
+def run_fleet_batch(
+    parent: Connection, store: str, results: str, day: str | None, diagnosed: bool, workers: Workers
+) -> None:
+    """Work on a fleet's recordings, judge the night, and report to the parent process.
+
+    Args:
+        parent: The connection to the parent process.
+        store: Folder or URL of the recordings.
+        results: Folder or URL of the results.
+        day: Date of the recordings; None for all.
+        diagnosed: Whether whole diagnoses are made where triage asks for them.
+        workers: Who does the work.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when this process ends
+    from omnimate.fleet.batch.files import open_files
+    from omnimate.fleet.batch.run import run_batch
+    from omnimate.fleet.night import judge_night
+
+    def worked(done: int, total: int) -> None:
+        parent.send({"progress": WORKING * done / total, "doing": f"recording {done} of {total}"})
+
+    def read(done: int, total: int) -> None:
+        parent.send({"progress": WORKING, "doing": f"judging robots and floor, recording {done} of {total}"})
+
+    try:
+        batch = run_batch(store, results, day=day, diagnosed=diagnosed, workers=workers, progress=worked)
+        outcome: dict[str, Any] = {
+            "done": batch.done,
+            "known": batch.known,
+            "failures": [
+                {"robot": stored.robot, "day": stored.day, "recording": stored.name, "problem": why}
+                for stored, why in batch.failed[:SHOWN_FAILURES]
+            ],
+            "night": None,
+            "note": None,
+        }
+        try:
+            outcome["night"] = judge_night(open_files(results), day, read).day
+        except FleetError as error:
+            outcome["note"] = str(error)
+        parent.send(outcome)
+    except OmnimateError as error:
+        parent.send({"error": str(error)})
+    except Exception as error:  # noqa: BLE001  # the job must fail with a reason, whatever happened
+        _log.exception("a batch failed")
+        parent.send({"error": f"an error in the batch itself: {type(error).__name__}: {error}"})

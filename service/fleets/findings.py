@@ -1,0 +1,90 @@
+"""Findings: what nights' lists name, from the first night that names it to the last.
+
+A finding and the messages that tell of it are written in one transaction, so neither is lost without the
+other, whenever a service dies.
+"""
+
+from __future__ import annotations
+
+import math
+import secrets
+import time
+from typing import TYPE_CHECKING
+
+from sqlalchemy import select
+
+from omnimate.fleet.morning import SEPARATE
+from omnimate.fleet.words import of_place, of_robot
+from omnimate.service.fleets.models import Finding
+from omnimate.service.fleets.stores import find_fleet
+from omnimate.service.fleets.webhooks import queue_message
+from omnimate.service.store.tables import FindingRow
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sqlalchemy.orm import Session
+
+    from omnimate.fleet.morning import Morning
+
+
+def finding_view(row: FindingRow) -> Finding:
+    """Return a finding as clients see it."""
+    return Finding.model_validate(row, from_attributes=True)
+
+
+def note_findings(db: Session, fleet: str, morning: Morning) -> None:
+    """Open, prolong and close findings by a night's list; nothing where a later night was noted before."""
+    row = find_fleet(db, fleet, for_change=True)
+    if row.night is not None and morning.day < row.night:
+        return
+    row.night = morning.day
+    opened = list(db.scalars(select(FindingRow).where(FindingRow.fleet == fleet, FindingRow.state == "open")))
+    for named in _named(fleet, morning):
+        known = next((finding for finding in opened if _are_same(finding, named)), None)
+        if known is None:
+            db.add(named)
+            db.flush()
+            view = finding_view(named).model_dump()
+            queue_message(db, fleet, {"type": "finding.opened", "timestamp": morning.day, "data": view})
+            continue
+        opened.remove(known)
+        known.says, known.last, known.changed = named.says, morning.day, named.changed
+        known.x, known.y = named.x, named.y
+    for gone in opened:
+        gone.state, gone.changed = "closed", time.time()
+
+
+def _named(fleet: str, morning: Morning) -> Iterator[FindingRow]:
+    """Yield a night's list as new findings."""
+    for change in morning.sick:
+        yield _finding(fleet, morning.day, "robot", change.name, of_robot(change), robot=change.robot)
+    for place in morning.places:
+        yield _finding(fleet, morning.day, "place", place.effect, of_place(place), where=(place.x, place.y))
+
+
+def _finding(
+    fleet: str,
+    day: str,
+    kind: str,
+    what: str,
+    says: str,
+    *,
+    robot: str | None = None,
+    where: tuple[float, float] | None = None,
+) -> FindingRow:
+    now = time.time()
+    x, y = where or (None, None)
+    return FindingRow(
+        id=secrets.token_hex(8), fleet=fleet, kind=kind, state="open", robot=robot, what=what, x=x, y=y,
+        says=says, first=day, last=day, created=now, changed=now,
+    )  # fmt: skip
+
+
+def _are_same(finding: FindingRow, named: FindingRow) -> bool:
+    """Return whether a night names again what a finding is about: the robot, or a place as near as one."""
+    if (finding.kind, finding.robot) != (named.kind, named.robot):
+        return False
+    if finding.x is None or finding.y is None or named.x is None or named.y is None:
+        return True
+    return finding.what == named.what and math.dist((finding.x, finding.y), (named.x, named.y)) < SEPARATE

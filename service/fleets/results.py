@@ -1,0 +1,218 @@
+"""What a fleet's results say, as clients see it."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from omnimate.fleet.batch.tables import columns_of
+from omnimate.fleet.crossings import CELL
+from omnimate.fleet.errors import FleetError
+from omnimate.fleet.kept import days_kept, last_night, read_floor, read_history, read_morning
+from omnimate.fleet.words import of_place, of_robot
+from omnimate.service.errors import NotFoundError
+from omnimate.service.fleets.models import (
+    Change,
+    Fleet,
+    FleetCourse,
+    FleetFloor,
+    FleetHistory,
+    FleetNight,
+    FleetRecording,
+    FleetRobot,
+    Place,
+    RecordingFailed,
+    RobotAsked,
+)
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    from omnimate.fleet.batch.files import Files
+    from omnimate.fleet.morning import BadPlace, Morning
+    from omnimate.service.store.tables import FleetRow
+
+LATEST = "latest"
+
+
+def fleet_view(row: FleetRow, results: Files) -> Fleet:
+    """Return a fleet with what its last night showed."""
+    days = days_kept(results)
+    morning = latest(results)
+    states = Counter(sorted(robot.state for robot in robots_view(results, morning)))
+    return Fleet(
+        name=row.id,
+        created=row.created,
+        nights=len(days),
+        night=days[0] if days else None,
+        states=dict(states),
+        places=len(morning.places) if morning else 0,
+    )
+
+
+def latest(results: Files) -> Morning | None:
+    """Return the last night; None where none was judged."""
+    day = last_night(results)
+    return read_morning(results, day) if day else None
+
+
+def morning_of(results: Files, day: str) -> Morning:
+    """Return a night, or the latest.
+
+    Raises:
+        NotFoundError: this night was not judged, or none was.
+    """
+    try:
+        return read_morning(results, None if day == LATEST else day)
+    except FleetError as error:
+        raise NotFoundError("night", day) from error
+
+
+def night_view(morning: Morning) -> FleetNight:
+    """Return the morning's list."""
+    states = {robot.robot: robot for robot in _judged(morning)}
+    return FleetNight(
+        day=morning.day,
+        recordings=morning.recordings,
+        judged=len(morning.changes),
+        roughness=morning.roughness,
+        sick=[states[change.robot] for change in morning.sick],
+        places=[place_view(place) for place in morning.places],
+        asked=[
+            RobotAsked(robot=asked.robot, effect=asked.effect, component=asked.component, since=asked.since)
+            for asked in morning.asked
+        ],
+        failed=[
+            RecordingFailed(robot=robot, recording=recording, problem=why)
+            for robot, recording, why in morning.errors
+        ],
+    )
+
+
+def place_view(place: BadPlace) -> Place:
+    """Return a bad place."""
+    return Place(
+        effect=place.effect,
+        says=of_place(place),
+        x=place.x,
+        y=place.y,
+        reach=place.reach,
+        covariance=place.covariance.tolist(),
+        size=place.size.tolist(),
+        per_crossing=place.per_crossing,
+        crossings=place.crossings,
+    )
+
+
+def floor_view(results: Files, morning: Morning) -> FleetFloor:
+    """Return the floor as of a night."""
+    driven = [(x, y, int(count)) for x, y, count in read_floor(results, morning.day).tolist()]
+    places = [place_view(place) for place in morning.places]
+    return FleetFloor(day=morning.day, cell=CELL, driven=driven, places=places)
+
+
+def robots_view(results: Files, morning: Morning | None) -> list[FleetRobot]:
+    """Return all robots that have results, in the order of their names."""
+    judged = {robot.robot: robot for robot in _judged(morning)} if morning else {}
+    names = {path.rpartition("robot=")[2] for path in results.glob("recordings/robot=*")}
+    return [
+        judged.get(name) or FleetRobot(robot=name, kind=None, state="unjudged", says=None, change=None)
+        for name in sorted(names | set(judged))
+    ]
+
+
+def robot_view(results: Files, robot: str) -> FleetRobot:
+    """Return a robot as of the last night.
+
+    Raises:
+        NotFoundError: no recording of it has results.
+    """
+    if not results.glob(f"recordings/robot={robot}"):
+        raise NotFoundError("robot", robot)
+    morning = latest(results)
+    return next(
+        iter(_judged(morning, robot) if morning else ()),
+        FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None),
+    )
+
+
+def history_view(results: Files, robot: str) -> FleetHistory:
+    """Return a robot's history.
+
+    Raises:
+        NotFoundError: no recording of it has results.
+    """
+    courses = [
+        FleetCourse(
+            name=course.name,
+            unit="rad" if course.unit == "rad" else "1",
+            days=list(course.days),
+            value=course.value.tolist(),
+            sigma=course.sigma.tolist(),
+        )
+        for course in read_history(results, robot)
+    ]
+    return FleetHistory(robot=robot_view(results, robot), courses=courses)
+
+
+def recordings_view(
+    results: Files, robot: str, limit: int, after: str | None
+) -> tuple[list[FleetRecording], str | None]:
+    """Return a page of a robot's recordings, newest first, and the cursor of the next page.
+
+    Args:
+        results: The fleet's results.
+        robot: Name of the robot.
+        limit: The largest number of recordings of the page.
+        after: The cursor, DAY_RECORDING; None for the first page.
+    """
+    paths = {
+        f"{path.split('/')[2].removeprefix('day=')}_{path.split('/')[3].rpartition('-')[0]}": path
+        for path in results.glob(f"recordings/robot={robot}/day=*/*.parquet")
+    }
+    cursors = sorted((cursor for cursor in paths if after is None or cursor < after), reverse=True)
+    page = cursors[:limit]
+    items = [_recording(cursor[:10], columns_of(results.read(paths[cursor]))) for cursor in page]
+    return items, page[-1] if len(cursors) > limit else None
+
+
+def _recording(day: str, columns: dict[str, Any]) -> FleetRecording:
+    row = {name: column[0] for name, column in columns.items()}
+    whole = json.loads(row["diagnosis"])["says"] if row["diagnosis"] else None
+    return FleetRecording(
+        day=day, recording=row["recording"], duration=_number(row["duration"]), way=_number(row["way"]),
+        triage=row["triage"], says=row["says"], diagnosis=whole, problem=row["error"],
+    )  # fmt: skip
+
+
+def _number(value: float | None) -> float | None:
+    """Return a plain number; None where there is none."""
+    return None if value is None or value != value else float(value)  # noqa: PLR0124  # not a number
+
+
+def _judged(morning: Morning, robot: str | None = None) -> list[FleetRobot]:
+    """Return all robots that a night judged, or one of them."""
+    states = morning.states()
+    asked = {each.robot: each for each in morning.asked}
+    robots = []
+    for change in morning.changes:
+        if robot is not None and change.robot != robot:
+            continue
+        says = of_robot(change) if states[change.robot] != "fine" else None
+        if change.robot in asked:
+            wanted = asked[change.robot]
+            says = (
+                f"{change.robot}: triage asks for the same diagnosis since {wanted.since}: "
+                f"{wanted.effect} of {wanted.component}"
+            )
+        robots.append(
+            FleetRobot(
+                robot=change.robot,
+                kind=change.kind,
+                state=states[change.robot],
+                says=says,
+                change=Change.model_validate(change, from_attributes=True),
+            )
+        )
+    return robots

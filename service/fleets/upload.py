@@ -1,0 +1,95 @@
+"""A day's recordings in one zip: `robot=NAME/day=YYYY-MM-DD/RECORDING/` and its files."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from datetime import date
+from typing import TYPE_CHECKING
+
+from omnimate.logs.folder import LOG, POSES, RUN, VEHICLE
+from omnimate.service.errors import InvalidValueError, MediaTypeError, TooLargeError
+from omnimate.service.fleets.fields import PLAIN_PATTERN
+from omnimate.service.fleets.models import Upload
+
+if TYPE_CHECKING:
+    from omnimate.fleet.batch.files import Files
+
+MOST_FILES = 20_000  # in a zip: five of each recording, of 1000 robots and four laps
+_PLAIN = PLAIN_PATTERN.strip("^$")
+_FILES = "|".join(re.escape(name) for name in (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN))
+_MEMBER = re.compile(rf"robot=({_PLAIN})/day=([0-9-]{{10}})/({_PLAIN})/({_FILES})")
+
+
+def store_day(files: Files, content: bytes, limit: int) -> Upload:
+    """Write the recordings of a zip into a store; those that are there already are replaced.
+
+    A recording's vehicle.toml is written last: a recording without it is none, so a half stored upload shows
+    nothing that is not whole, and may be sent again.
+
+    Args:
+        files: The store.
+        content: The content of the zip.
+        limit: The largest size of all unpacked files [bytes].
+
+    Raises:
+        MediaTypeError: the content is not a zip.
+        InvalidValueError: the zip holds something else.
+        TooLargeError: the zip holds too many files, or they are larger than the limit.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            members = {member.filename: member for member in archive.infolist() if not member.is_dir()}
+            upload = _checked(list(members), sum(member.file_size for member in members.values()), limit)
+            left = limit
+            for name in sorted(members, key=lambda name: (name.endswith(VEHICLE), name)):
+                with archive.open(members[name]) as source:
+                    unpacked = source.read(left + 1)
+                left -= len(unpacked)
+                if left < 0:
+                    raise TooLargeError("the files in this zip are larger than the service accepts")
+                files.write(name, unpacked)
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+        raise MediaTypeError(
+            f"the zip cannot be read: {error}; zip folders robot=NAME/day=YYYY-MM-DD/RECORDING/"
+        ) from error
+    return upload
+
+
+def _checked(names: list[str], size: int, limit: int) -> Upload:
+    """Return what a zip holds."""
+    if len(names) > MOST_FILES:
+        raise TooLargeError(f"{len(names)} files; send {MOST_FILES} at most in one zip")
+    if size > limit:
+        raise TooLargeError("the files in this zip are larger than the service accepts")
+    recordings: dict[tuple[str, str, str], set[str]] = {}
+    for name in names:
+        match = _MEMBER.fullmatch(name)
+        if match is None or not _is_date(match[2]):
+            raise InvalidValueError(
+                "zip",
+                f"{name[:200]!r}; expected robot=NAME/day=YYYY-MM-DD/RECORDING/ with vehicle.toml, can.log "
+                "or can.log.gz, poses.csv, run.toml; names of letters, digits, '.', '_', '-'",
+            )
+        robot, day, recording, file = match.groups()
+        recordings.setdefault((robot, day, recording), set()).add(file)
+    if not recordings:
+        raise InvalidValueError("zip", "no recording in it; expected robot=NAME/day=YYYY-MM-DD/RECORDING/")
+    for (robot, day, recording), kinds in recordings.items():
+        if VEHICLE not in kinds or not kinds & {LOG, f"{LOG}.gz"}:
+            raise InvalidValueError(
+                "zip", f"robot={robot}/day={day}/{recording}: expected vehicle.toml and can.log or can.log.gz"
+            )
+    return Upload(
+        recordings=len(recordings),
+        robots=sorted({robot for robot, _, _ in recordings}),
+        days=sorted({day for _, day, _ in recordings}),
+    )
+
+
+def _is_date(day: str) -> bool:
+    try:
+        return date.fromisoformat(day).isoformat() == day
+    except ValueError:
+        return False

@@ -1,0 +1,161 @@
+"""Webhooks: messages about findings, signed, and sent again until they are accepted.
+
+Headers, signature and pauses between attempts are those of the Standard Webhooks specification 1.0
+(https://www.standardwebhooks.com), for which there are libraries in most languages.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import hmac
+import json
+import secrets
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import select, update
+
+from omnimate.service.errors import NotFoundError
+from omnimate.service.fleets.models import Delivery, Webhook
+from omnimate.service.store.tables import DeliveryRow, WebhookRow
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+# [s] before each attempt, after the one before it failed: the schedule that the specification gives.
+PAUSES = (0.0, 5.0, 300.0, 1800.0, 7200.0, 18000.0, 36000.0, 50400.0, 72000.0, 86400.0)
+LEASE = 60.0  # [s] after which an attempt is made again whose service has died meanwhile
+PREFIX = "whsec_"
+SECRET_LENGTH = 32  # [bytes]; 24 to 64 are allowed
+GONE = 410  # the status by which a receiver says that it wants no more
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message that is to be sent now.
+
+    Attributes:
+        id: Its id, the same in each attempt.
+        attempt: Number of the attempt, from 1.
+        url: The receiver's address.
+        secret: The webhook's secret.
+        body: The body, JSON.
+    """
+
+    id: str
+    attempt: int
+    url: str
+    secret: str
+    body: str
+
+
+def add_webhook(db: Session, fleet: str, url: str) -> WebhookRow:
+    """Add a webhook with a new secret."""
+    secret = PREFIX + base64.b64encode(secrets.token_bytes(SECRET_LENGTH)).decode()
+    row = WebhookRow(id=secrets.token_hex(8), fleet=fleet, url=url, secret=secret, created=time.time())
+    db.add(row)
+    return row
+
+
+def find_webhook(db: Session, fleet: str, webhook_id: str) -> WebhookRow:
+    """Return a webhook of a fleet.
+
+    Raises:
+        NotFoundError: there is no such webhook.
+    """
+    row = db.get(WebhookRow, webhook_id)
+    if row is None or row.fleet != fleet:
+        raise NotFoundError("webhook", webhook_id)
+    return row
+
+
+def remove_webhook(db: Session, row: WebhookRow) -> None:
+    """Remove a webhook, and give up its messages."""
+    waiting = (DeliveryRow.webhook == row.id) & (DeliveryRow.state == "waiting")
+    db.execute(update(DeliveryRow).where(waiting).values(state="given up", answer="the webhook was removed"))
+    db.delete(row)
+
+
+def webhook_view(row: WebhookRow, *, whole: bool = False) -> Webhook:
+    """Return a webhook as clients see it, with its secret when it was just made."""
+    return Webhook(
+        id=row.id, fleet=row.fleet, url=row.url, created=row.created, secret=row.secret if whole else None
+    )
+
+
+def delivery_view(row: DeliveryRow) -> Delivery:
+    """Return a message as clients see it."""
+    return Delivery.model_validate(row, from_attributes=True)
+
+
+def queue_message(db: Session, fleet: str, content: dict[str, Any]) -> None:
+    """Queue a message to all webhooks of a fleet."""
+    now = time.time()
+    for webhook in db.scalars(select(WebhookRow).where(WebhookRow.fleet == fleet)):
+        db.add(
+            DeliveryRow(
+                id=f"msg_{secrets.token_hex(12)}",
+                webhook=webhook.id,
+                body=json.dumps(content),
+                state="waiting",
+                attempts=0,
+                due=now,
+                created=now,
+                changed=now,
+            )
+        )
+
+
+def claim_message(db: Session, now: float) -> Message | None:
+    """Claim a message that is due; it is due again when its lease ends, unless it is settled before."""
+    row = db.scalars(
+        select(DeliveryRow)
+        .where(DeliveryRow.state == "waiting", DeliveryRow.due <= now)
+        .order_by(DeliveryRow.due)
+        .limit(1)
+        .with_for_update(skip_locked=True)
+    ).first()
+    if row is None:
+        return None
+    webhook = db.get(WebhookRow, row.webhook)
+    assert webhook is not None, "messages of a removed webhook do not wait"
+    row.attempts, row.due, row.changed = row.attempts + 1, now + LEASE, now
+    return Message(row.id, row.attempts, webhook.url, webhook.secret, row.body)
+
+
+def settle(db: Session, message: Message, status: int | None, answer: str, now: float) -> None:
+    """Note how an attempt ended.
+
+    Args:
+        db: The open transaction.
+        message: The message of the attempt.
+        status: The HTTP status of the answer; None where there was none.
+        answer: The answer in words.
+        now: Time of the answer.
+    """
+    row = db.get(DeliveryRow, message.id, with_for_update=True)
+    if row is None or row.state != "waiting" or row.attempts != message.attempt:
+        return  # another service has taken it over, or the webhook was removed
+    row.answer, row.changed = answer[:200], now
+    if status is not None and 200 <= status < 300:
+        row.state = "accepted"
+    elif status == GONE or row.attempts >= len(PAUSES):
+        row.state = "given up"
+    else:
+        row.due = now + PAUSES[row.attempts]
+
+
+def signed_headers(message: Message, now: float) -> dict[str, str]:
+    """Return the headers of an attempt: the message's id, the time, the signature of these and the body."""
+    stamp = str(int(now))
+    signed = f"{message.id}.{stamp}.{message.body}".encode()
+    key = base64.b64decode(message.secret.removeprefix(PREFIX))
+    signature = base64.b64encode(hmac.new(key, signed, hashlib.sha256).digest()).decode()
+    return {
+        "Content-Type": "application/json",
+        "webhook-id": message.id,
+        "webhook-timestamp": stamp,
+        "webhook-signature": f"v1,{signature}",
+    }

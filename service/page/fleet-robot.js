@@ -1,0 +1,46 @@
+// One robot of a fleet: its state, its numbers day by day, its recordings, and the finding's report.
+
+import { call, get } from "./api.js";
+import { $, attempt, el, pages, row, say, show } from "./dom.js";
+import { address, sentence, STATES } from "./fleet.js";
+import { historyPlot } from "./fleet-drawings.js";
+import { showReport } from "./report-dialog.js";
+import { number } from "./units.js";
+
+let shown = null; // [fleet, robot]
+
+export function setUpFleetRobot() {
+  $("fleet-robot-report").addEventListener("click", () => attempt($("fleet-robot-report"), $("fleet-robot-message"), async () => {
+    const html = await (await call("GET", address(shown[0], "robots", shown[1], "report"))).text();
+    showReport(html, `${shown[1]}.html`, $("fleet-robot-report"));
+  }));
+}
+
+export async function openFleetRobot(fleet, robot) {
+  shown = [fleet, robot];
+  scrollTo(0, 0);
+  $("fleet-robot-title").textContent = robot;
+  $("fleet-back").href = `#fleet/${encodeURIComponent(fleet)}`;
+  $("fleet-back").textContent = `All robots of ${fleet}`;
+  try {
+    const { robot: about, courses } = await get(address(fleet, "robots", robot, "history"));
+    say($("fleet-robot-message"));
+    $("fleet-robot-state").textContent = STATES[about.state];
+    $("fleet-robot-state").className = `chip ${about.state}`;
+    $("fleet-robot-says").textContent = about.says ? sentence(about.says, robot) : about.kind ?? "";
+    const since = about.state === "fine" ? null : about.change;
+    $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, course.name))));
+    if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, "No night has judged this robot yet."));
+    await pages(
+      (after) => get(`${address(fleet, "robots", robot, "recordings")}?limit=20${after ? `&after=${encodeURIComponent(after)}` : ""}`),
+      $("fleet-recordings"), recordingRow, $("no-fleet-recordings"), $("more-fleet-recordings"),
+    );
+  } catch (problem) {
+    show($("fleet-robot-message"), problem);
+  }
+}
+
+function recordingRow({ day, recording, way, triage, says, diagnosis, problem }) {
+  const word = problem ? "failed" : triage;
+  return row(el("b", {}, day), recording, way === null ? "–" : `${number(way)} m`, word ? el("span", { class: `chip ${word}` }, word) : "–", el("td", { class: "words" }, problem ?? diagnosis ?? says ?? ""));
+}

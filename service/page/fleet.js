@@ -1,0 +1,167 @@
+// A fleet at a glance: which robots are fine, drift, are sick; the floor's map; batches with their progress.
+
+import { call, get, post } from "./api.js";
+import { $, announce, attempt, el, pages, say, show } from "./dom.js";
+import { floorMap } from "./fleet-drawings.js";
+import { on } from "./stream.js";
+import { when } from "./units.js";
+
+export const STATES = { sick: "sick", drift: "drift", fine: "fine", unjudged: "not judged" };
+const MOST = 2000; // robots of a page
+let fleet = null;
+
+export const address = (name, ...more) => ["/v1/fleets", ...[name, ...more].map(encodeURIComponent)].join("/");
+
+export function setUpFleet() {
+  $("fleet-name").addEventListener("change", () => (location.hash = `#fleet/${encodeURIComponent($("fleet-name").value)}`));
+  $("fleet-start").addEventListener("submit", (event) => {
+    event.preventDefault();
+    attempt($("fleet-start-send"), $("fleet-start-message"), make);
+  });
+  $("fleet-upload").addEventListener("change", () => {
+    upload([...$("fleet-upload").files]);
+    $("fleet-upload").value = "";
+  });
+  for (const kind of ["dragover", "dragleave", "drop"]) {
+    $("fleet-drop").addEventListener(kind, (event) => {
+      event.preventDefault();
+      $("fleet-drop").classList.toggle("over", kind === "dragover");
+      if (kind === "drop") upload([...event.dataTransfer.files]);
+    });
+  }
+  $("batch-start").addEventListener("click", () => attempt($("batch-start"), $("batch-message"), async () => {
+    await post(address(fleet, "batches"), { diagnose: $("fleet-diagnose").checked });
+    await listBatches();
+  }));
+  on("job", showBatch);
+  on("link", ({ now }) => now === "live" && !$("fleet").hidden && fleet && listBatches());
+}
+
+/** Show a fleet; without a name, the newest one. */
+export async function openFleet(name) {
+  try {
+    const { items } = await get("/v1/fleets?limit=200");
+    fleet = name ?? fleet ?? items[0]?.name ?? null;
+    $("fleet-name").replaceChildren(...items.map((each) => el("option", { value: each.name }, each.name)));
+    $("fleet-name").hidden = items.length < 2;
+    $("fleet-upload-card").hidden = fleet === null;
+    say($("fleet-message"));
+    if (fleet === null) {
+      $("fleet-title").textContent = "Fleet";
+      return;
+    }
+    $("fleet-name").value = fleet;
+    await Promise.all([showFleet(), listBatches()]);
+  } catch (problem) {
+    show($("fleet-message"), problem);
+  }
+}
+
+async function make() {
+  const made = await post("/v1/fleets", { name: $("fleet-new").value });
+  $("fleet-new").value = "";
+  location.hash = `#fleet/${encodeURIComponent(made.name)}`;
+}
+
+async function showFleet() {
+  const about = await get(address(fleet));
+  $("fleet-title").textContent = `Fleet ${about.name}`;
+  $("fleet-night").textContent = about.night ? `night of ${about.night}` : "no night was judged yet";
+  $("fleet-states").replaceChildren(...Object.entries(STATES)
+    .filter(([state]) => about.states[state] || state !== "unjudged")
+    .map(([state, word]) => el("li", { class: state, "data-testid": `state-${state}` }, el("b", {}, `${about.states[state] ?? 0}`), ` ${word}`)),
+    el("li", { class: "places", "data-testid": "state-places" }, el("b", {}, `${about.places}`), about.places === 1 ? " bad place" : " bad places"));
+  for (const id of ["fleet-robots", "fleet-floor"]) $(id).hidden = about.night === null;
+  if (about.night === null) return;
+  const [robots, night, floor] = await Promise.all([allRobots(), get(address(fleet, "nights", "latest")), get(address(fleet, "nights", "latest", "floor"))]);
+  $("robot-dots").replaceChildren(...robots.map(dot));
+  const named = robots.filter(({ says }) => says).sort((a, b) => Object.keys(STATES).indexOf(a.state) - Object.keys(STATES).indexOf(b.state));
+  $("robot-findings").replaceChildren(...named.map(findingItem), ...night.failed.map(failedItem));
+  $("no-findings").hidden = named.length > 0 || night.failed.length > 0;
+  $("no-findings").textContent = night.judged ? "No robot stands out." : "Robots are judged from three days on.";
+  $("fleet-map").replaceChildren(floorMap(floor));
+  $("fleet-places").replaceChildren(...night.places.map(({ effect, says }) => el("li", {}, el("p", {}, el("i", { class: `shape ${effect}place`, "aria-hidden": "true" }), ` ${says}`))));
+}
+
+async function allRobots() {
+  const robots = [];
+  for (let after = ""; after !== null;) {
+    const { items, next } = await get(`${address(fleet, "robots")}?limit=${MOST}${after ? `&after=${encodeURIComponent(after)}` : ""}`);
+    robots.push(...items);
+    after = next;
+  }
+  return robots;
+}
+
+/** A finding as a sentence, under the robot's name. */
+export const sentence = (says, robot) => says.replace(`${robot}: `, "").replaceAll("+-", "±").replaceAll(/(^| )-(?=\d)/g, "$1−");
+
+const link = (robot) => `#fleet/${encodeURIComponent(fleet)}/${encodeURIComponent(robot)}`;
+
+function dot({ robot, state }) {
+  return el("li", {}, el("a", { href: link(robot), class: state, title: `${robot}: ${STATES[state]}`, "data-testid": `dot-${robot}` }, el("span", { class: "unseen" }, `${robot}: ${STATES[state]}`)));
+}
+
+function findingItem({ robot, state, says }) {
+  return el("li", { "data-testid": `finding-${robot}` },
+    el("p", {}, el("span", { class: `chip ${state}` }, STATES[state]), " ", el("a", { href: link(robot) }, robot)),
+    el("p", { class: "says" }, sentence(says, robot)));
+}
+
+function failedItem({ robot, recording, problem }) {
+  return el("li", {}, el("p", {}, el("span", { class: "chip failed" }, "no results"), " ", el("a", { href: link(robot) }, robot), `, ${recording}`), el("p", { class: "says" }, problem));
+}
+
+async function upload(files) {
+  for (const file of files) {
+    $("fleet-upload-progress").hidden = false;
+    say($("fleet-upload-message"), `Uploading ${file.name} …`);
+    try {
+      const answer = await call("POST", address(fleet, "recordings"), { body: file, type: "application/zip" });
+      const { recordings, robots, days } = await answer.json();
+      const count = (number, word) => `${number} ${word}${number === 1 ? "" : "s"}`;
+      say($("fleet-upload-message"), `${count(recordings, "recording")} of ${count(robots.length, "robot")} stored: ${days.join(", ")}.`, "good");
+    } catch (problem) {
+      say($("fleet-upload-message"), `${file.name}: ${problem.message}`, "wrong");
+      return;
+    } finally {
+      $("fleet-upload-progress").hidden = true;
+    }
+  }
+}
+
+async function listBatches() {
+  await pages(
+    (after) => get(`${address(fleet, "batches")}?limit=5${after ? `&after=${encodeURIComponent(after)}` : ""}`),
+    $("batches"), batchItem, $("no-batches"), $("more-batches"),
+  );
+}
+
+/** Show a batch's progress as it comes, and what it found when it is done. */
+async function showBatch(batch) {
+  if (batch.kind !== "batch" || batch.fleet !== fleet) return;
+  $("batches").querySelector(`[data-job="${batch.id}"]`)?.replaceWith(batchItem(batch));
+  if (batch.state === "done" && !$("fleet").hidden) {
+    announce(`The batch is done: ${batch.done} recordings worked on.`);
+    await showFleet().catch((problem) => show($("fleet-message"), problem));
+  }
+}
+
+function batchItem(batch) {
+  const going = batch.state === "queued" || batch.state === "running";
+  const results = batch.done === null ? "" : `${batch.done} recordings worked on, ${batch.known} known before`;
+  return el("li", { "data-job": batch.id, "data-testid": `batch-${batch.id}`, "data-state": batch.state },
+    el("p", {}, el("span", { class: `chip ${batch.state}` }, batch.state), el("span", { class: "soft" }, ` ${when(batch.created)}${batch.day ? `, recordings of ${batch.day}` : ""}${batch.attempts > 1 ? `, attempt ${batch.attempts}` : ""}`)),
+    going ? el("label", { class: "progress" }, el("progress", { value: batch.progress, max: 1 }), ` ${batch.doing || batch.state}`) : null,
+    results ? el("p", { class: "says" }, results) : null,
+    batch.note ? el("p", { class: "soft" }, batch.note) : null,
+    batch.failures.map(({ robot, day, recording, problem }) => el("p", { class: "message", "data-kind": "wrong" }, `${robot}, ${day}, ${recording}: ${problem}`)),
+    batch.error ? el("p", { class: "message", "data-kind": "wrong" }, batch.error) : null,
+    going ? el("div", { class: "buttons" }, cancelButton(batch)) : null);
+}
+
+function cancelButton({ id }) {
+  const button = el("button", { type: "button", class: "quiet small" }, "Cancel");
+  button.addEventListener("click", () => attempt(button, $("batch-message"), () => post(address(fleet, "batches", id, "cancel"))));
+  return button;
+}

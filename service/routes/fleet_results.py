@@ -1,0 +1,152 @@
+"""What a fleet's nights show over REST: the list, the floor, each robot's state, history and report."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from fastapi import Path as PathParameter
+from fastapi.responses import HTMLResponse, Response
+
+from omnimate.fleet.batch.files import Files
+from omnimate.fleet.kept import days_kept
+from omnimate.service.calls import Call, Reading
+from omnimate.service.fleets.fields import DAY_PATTERN, PLAIN_PATTERN, Day, PlainName, State
+from omnimate.service.fleets.models import FleetFloor, FleetHistory, FleetNight, FleetRecording, FleetRobot
+from omnimate.service.fleets.results import (
+    LATEST,
+    floor_view,
+    history_view,
+    latest,
+    morning_of,
+    night_view,
+    recordings_view,
+    robot_view,
+    robots_view,
+)
+from omnimate.service.fleets.stores import find_fleet
+from omnimate.service.problems import documented
+from omnimate.service.routes.common import ALWAYS, Limit, Page
+from omnimate.service.routes.diagnoses import REPORT_HEADERS
+from omnimate.service.routes.fleets import PREFIX, FleetName
+
+router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
+Night = Annotated[
+    str, PathParameter(pattern=f"{DAY_PATTERN}|^{LATEST}$", description="Date of the night, or `latest`.")
+]
+RobotName = Annotated[PlainName, PathParameter(description="The name of the robot.")]
+Robots = Annotated[int, Query(ge=1, le=2000, description="The largest number of items of the page.")]
+
+
+@router.get("/{fleet}/nights", operation_id="listNights", response_model=Page[str], responses=documented(404))
+def list_nights(fleet: FleetName, call: Reading, limit: Limit = 50, after: Day | None = None) -> Page[str]:
+    """Return the dates of the nights that were judged, newest first."""
+    days = [day for day in days_kept(_results(call, fleet)) if after is None or day < after]
+    return Page(items=days[:limit], next=days[limit - 1] if len(days) > limit else None)
+
+
+@router.get(
+    "/{fleet}/nights/{day}", operation_id="getNight", response_model=FleetNight, responses=documented(404)
+)
+def get_night(fleet: FleetName, day: Night, call: Reading) -> FleetNight:
+    """Return a night's list: sick robots, bad places, and what could not be worked on."""
+    return night_view(morning_of(_results(call, fleet), day))
+
+
+@router.get(
+    "/{fleet}/nights/{day}/floor",
+    operation_id="getFloor",
+    response_model=FleetFloor,
+    responses=documented(404),
+)
+def get_floor(fleet: FleetName, day: Night, call: Reading) -> FleetFloor:
+    """Return the floor as of a night: where robots drove, and its bad places."""
+    results = _results(call, fleet)
+    return floor_view(results, morning_of(results, day))
+
+
+@router.get(
+    "/{fleet}/robots",
+    operation_id="listRobots",
+    response_model=Page[FleetRobot],
+    responses=documented(404),
+)
+def list_robots(
+    fleet: FleetName,
+    call: Reading,
+    state: State | None = None,
+    limit: Robots = 200,
+    after: PlainName | None = None,
+) -> Page[FleetRobot]:
+    """Return the robots as of the last night, in the order of their names."""
+    results = _results(call, fleet)
+    robots = [
+        robot
+        for robot in robots_view(results, latest(results))
+        if (state is None or robot.state == state) and (after is None or robot.robot > after)
+    ]
+    return Page(items=robots[:limit], next=robots[limit - 1].robot if len(robots) > limit else None)
+
+
+@router.get(
+    "/{fleet}/robots/{robot}",
+    operation_id="getFleetRobot",
+    response_model=FleetRobot,
+    responses=documented(404),
+)
+def get_robot(fleet: FleetName, robot: RobotName, call: Reading) -> FleetRobot:
+    """Return a robot as of the last night."""
+    return robot_view(_results(call, fleet), robot)
+
+
+@router.get(
+    "/{fleet}/robots/{robot}/history",
+    operation_id="getHistory",
+    response_model=FleetHistory,
+    responses=documented(404),
+)
+def get_history(fleet: FleetName, robot: RobotName, call: Reading) -> FleetHistory:
+    """Return a robot's numbers day by day, without what bad places did."""
+    return history_view(_results(call, fleet), robot)
+
+
+@router.get(
+    "/{fleet}/robots/{robot}/recordings",
+    operation_id="listRobotRecordings",
+    response_model=Page[FleetRecording],
+    responses=documented(404),
+)
+def list_recordings(
+    fleet: FleetName,
+    robot: RobotName,
+    call: Reading,
+    limit: Limit = 50,
+    after: Annotated[str | None, Query(max_length=100, pattern=PLAIN_PATTERN)] = None,
+) -> Page[FleetRecording]:
+    """Return what batches say of a robot's recordings, newest first."""
+    results = _results(call, fleet)
+    robot_view(results, robot)
+    items, next_page = recordings_view(results, robot, limit, after)
+    return Page(items=items, next=next_page)
+
+
+@router.get(
+    "/{fleet}/robots/{robot}/report",
+    operation_id="getRobotReport",
+    response_class=HTMLResponse,
+    responses=documented(404),
+)
+def get_report(fleet: FleetName, robot: RobotName, call: Reading) -> Response:
+    """Return the finding's report as an HTML page that needs no other file."""
+    from omnimate.service.fleets.report import render
+
+    results = _results(call, fleet)
+    history = history_view(results, robot)
+    recordings, _ = recordings_view(results, robot, 30, None)
+    return HTMLResponse(render(fleet, history, recordings), headers=REPORT_HEADERS)
+
+
+def _results(call: Call, fleet: str) -> Files:
+    with call.components.database.reading() as db:
+        find_fleet(db, fleet)
+    return call.components.stores.results_of(fleet)

@@ -1,0 +1,133 @@
+"""Findings over REST, and the webhooks to which they are sent."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from fastapi import Path as PathParameter
+from fastapi.responses import Response
+from sqlalchemy.orm import Session as Db
+
+from omnimate.service.calls import Operating, Reading
+from omnimate.service.fleets.fields import FindingState
+from omnimate.service.fleets.findings import finding_view
+from omnimate.service.fleets.models import Delivery, Finding, Webhook, WebhookStart
+from omnimate.service.fleets.stores import find_fleet
+from omnimate.service.fleets.webhooks import (
+    add_webhook,
+    delivery_view,
+    find_webhook,
+    remove_webhook,
+    webhook_view,
+)
+from omnimate.service.idempotency import Answer
+from omnimate.service.problems import documented
+from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
+from omnimate.service.routes.fleets import PREFIX, FleetName
+from omnimate.service.store.lists import read_page
+from omnimate.service.store.tables import DeliveryRow, FindingRow, WebhookRow
+from omnimate.service.umbmark.fields import Id
+
+router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
+WebhookId = Annotated[Id, PathParameter(description="The id of the webhook.")]
+MESSAGE = r"^msg_[0-9a-f]{24}$"
+
+
+@router.get(
+    "/{fleet}/findings",
+    operation_id="listFindings",
+    response_model=Page[Finding],
+    responses=documented(404),
+)
+def list_findings(
+    fleet: FleetName,
+    call: Reading,
+    state: FindingState | None = None,
+    limit: Limit = 50,
+    after: After = None,
+) -> Page[Finding]:
+    """Return the findings of a fleet, newest first."""
+    where = [FindingRow.fleet == fleet, *([FindingRow.state == state] if state else [])]
+    with call.components.database.reading() as db:
+        find_fleet(db, fleet)
+        rows, next_page = read_page(db, FindingRow, limit, after, *where)
+        return Page(items=[finding_view(row) for row in rows], next=next_page)
+
+
+@router.post(
+    "/{fleet}/webhooks",
+    operation_id="createWebhook",
+    status_code=201,
+    response_model=Webhook,
+    responses=documented(404),
+)
+def create(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
+    """Have findings sent to an address. The answer holds the secret that signs them, this once."""
+
+    def act(db: Db) -> Answer:
+        find_fleet(db, fleet)
+        row = add_webhook(db, fleet, body.url)
+        location = {"Location": f"{PREFIX}/{fleet}/webhooks/{row.id}"}
+        return Answer(webhook_view(row, whole=True), 201, location)
+
+    return call.change(body, act)
+
+
+@router.get(
+    "/{fleet}/webhooks", operation_id="listWebhooks", response_model=Page[Webhook], responses=documented(404)
+)
+def list_webhooks(fleet: FleetName, call: Reading, limit: Limit = 50, after: After = None) -> Page[Webhook]:
+    """Return the webhooks of a fleet, newest first."""
+    with call.components.database.reading() as db:
+        find_fleet(db, fleet)
+        rows, next_page = read_page(db, WebhookRow, limit, after, WebhookRow.fleet == fleet)
+        return Page(items=[webhook_view(row) for row in rows], next=next_page)
+
+
+@router.get(
+    "/{fleet}/webhooks/{webhook_id}",
+    operation_id="getWebhook",
+    response_model=Webhook,
+    responses=documented(404),
+)
+def get_webhook(fleet: FleetName, webhook_id: WebhookId, call: Reading) -> Webhook:
+    """Return a webhook without its secret."""
+    with call.components.database.reading() as db:
+        return webhook_view(find_webhook(db, fleet, webhook_id))
+
+
+@router.delete(
+    "/{fleet}/webhooks/{webhook_id}",
+    operation_id="deleteWebhook",
+    response_model=Done,
+    responses=documented(404),
+)
+def delete(fleet: FleetName, webhook_id: WebhookId, call: Operating) -> Response:
+    """Remove a webhook; messages that wait for it are given up."""
+
+    def act(db: Db) -> Answer:
+        remove_webhook(db, find_webhook(db, fleet, webhook_id))
+        return Answer(Done(done=f"webhook {webhook_id} is removed"))
+
+    return call.change(None, act)
+
+
+@router.get(
+    "/{fleet}/webhooks/{webhook_id}/deliveries",
+    operation_id="listDeliveries",
+    response_model=Page[Delivery],
+    responses=documented(404),
+)
+def list_deliveries(
+    fleet: FleetName,
+    webhook_id: WebhookId,
+    call: Reading,
+    limit: Limit = 50,
+    after: Annotated[str | None, Query(pattern=MESSAGE)] = None,
+) -> Page[Delivery]:
+    """Return the messages to a webhook, newest first: waiting, accepted or given up."""
+    with call.components.database.reading() as db:
+        find_webhook(db, fleet, webhook_id)
+        rows, next_page = read_page(db, DeliveryRow, limit, after, DeliveryRow.webhook == webhook_id)
+        return Page(items=[delivery_view(row) for row in rows], next=next_page)

@@ -1,0 +1,150 @@
+"""Fleets over REST: made, listed, their recordings uploaded, their batches started and followed."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from typing import Annotated
+
+from fastapi import APIRouter, Request
+from fastapi import Path as PathParameter
+from fastapi.responses import Response
+from sqlalchemy.orm import Session as Db
+from starlette.concurrency import run_in_threadpool
+
+from omnimate.service.calls import Call, Operating, Reading
+from omnimate.service.fleets.batches import add_batch, batch_view
+from omnimate.service.fleets.fields import PlainName
+from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, Upload
+from omnimate.service.fleets.results import fleet_view
+from omnimate.service.fleets.stores import add_fleet, find_fleet
+from omnimate.service.fleets.upload import store_day
+from omnimate.service.idempotency import Answer
+from omnimate.service.jobs.queue import cancel_job, find_job
+from omnimate.service.problems import documented
+from omnimate.service.routes.common import ALWAYS, Limit, Page
+from omnimate.service.routes.recordings import BINARY, IN_MEMORY, check_zip
+from omnimate.service.store.lists import read_page
+from omnimate.service.store.tables import FleetRow, JobRow
+from omnimate.service.umbmark.fields import Id
+
+PREFIX = "/v1/fleets"
+router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
+FleetName = Annotated[PlainName, PathParameter(description="The name of the fleet.")]
+BatchId = Annotated[Id, PathParameter(description="The id of the batch.")]
+
+
+@router.post("", operation_id="createFleet", status_code=201, response_model=Fleet)
+def create(body: FleetStart, call: Operating) -> Response:
+    """Make a fleet: robots that share a floor, and the frame of their poses."""
+
+    def act(db: Db) -> Answer:
+        row = add_fleet(db, body.name, time.time())
+        view = fleet_view(row, call.components.stores.results_of(row.id))
+        return Answer(view, 201, {"Location": f"{PREFIX}/{row.id}"})
+
+    return call.change(body, act)
+
+
+@router.get("", operation_id="listFleets", response_model=Page[Fleet], responses=documented(404))
+def list_fleets(call: Reading, limit: Limit = 50, after: PlainName | None = None) -> Page[Fleet]:
+    """Return the fleets, newest first."""
+    with call.components.database.reading() as db:
+        rows, next_page = read_page(db, FleetRow, limit, after)
+    stores = call.components.stores
+    return Page(items=[fleet_view(row, stores.results_of(row.id)) for row in rows], next=next_page)
+
+
+@router.get("/{fleet}", operation_id="getFleet", response_model=Fleet, responses=documented(404))
+def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
+    """Return a fleet, with its robots by their state after the last night."""
+    with call.components.database.reading() as db:
+        row = find_fleet(db, fleet)
+    return fleet_view(row, call.components.stores.results_of(fleet))
+
+
+@router.post(
+    "/{fleet}/recordings",
+    operation_id="uploadDay",
+    status_code=201,
+    response_model=Upload,
+    responses=documented(404, 415),
+    openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
+)
+async def upload(fleet: FleetName, request: Request, call: Operating) -> Response:
+    """Upload a zip of folders robot=NAME/day=YYYY-MM-DD/RECORDING/. What is there already is replaced."""
+    check_zip(request)
+    with tempfile.SpooledTemporaryFile(IN_MEMORY) as spool:
+        async for block in request.stream():
+            spool.write(block)
+        spool.seek(0)
+        return await run_in_threadpool(_store, call, fleet, spool.read())
+
+
+def _store(call: Call, fleet: str, content: bytes) -> Response:
+    with call.components.database.reading() as db:
+        find_fleet(db, fleet)
+    # Before the transaction, which would keep all other writers waiting; the same files twice do no harm.
+    stored = store_day(
+        call.components.stores.recordings_of(fleet), content, call.components.settings.unpacked
+    )
+    return call.change(content, lambda _db: Answer(stored, 201))
+
+
+@router.post(
+    "/{fleet}/batches",
+    operation_id="startBatch",
+    status_code=202,
+    response_model=Batch,
+    responses=documented(404),
+)
+def start(fleet: FleetName, body: BatchStart, call: Operating) -> Response:
+    """Start a batch: results of all recordings that are not known yet, and the night's list."""
+
+    def act(db: Db) -> Answer:
+        row = add_batch(db, fleet, body)
+        return Answer(batch_view(row), 202, {"Location": f"{PREFIX}/{fleet}/batches/{row.id}"})
+
+    response = call.change(body, act)
+    call.components.batch_worker.wake()
+    return response
+
+
+@router.get(
+    "/{fleet}/batches",
+    operation_id="listBatches",
+    response_model=Page[Batch],
+    responses=documented(404),
+)
+def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id | None = None) -> Page[Batch]:
+    """Return the batches of a fleet, newest first."""
+    with call.components.database.reading() as db:
+        find_fleet(db, fleet)
+        rows, next_page = read_page(db, JobRow, limit, after, JobRow.fleet == fleet)
+        return Page(items=[batch_view(row) for row in rows], next=next_page)
+
+
+@router.get(
+    "/{fleet}/batches/{batch_id}", operation_id="getBatch", response_model=Batch, responses=documented(404)
+)
+def get_batch(fleet: FleetName, batch_id: BatchId, call: Reading) -> Batch:
+    """Return the state and the progress of a batch."""
+    with call.components.database.reading() as db:
+        find_fleet(db, fleet)
+        return batch_view(find_job(db, batch_id, "batch"))
+
+
+@router.post(
+    "/{fleet}/batches/{batch_id}/cancel",
+    operation_id="cancelBatch",
+    response_model=Batch,
+    responses=documented(404),
+)
+def cancel(fleet: FleetName, batch_id: BatchId, call: Operating) -> Response:
+    """Cancel a batch that has not ended. The results that it has made stay."""
+
+    def act(db: Db) -> Answer:
+        find_fleet(db, fleet)
+        return Answer(batch_view(cancel_job(db, batch_id, "batch")))
+
+    return call.change(None, act)

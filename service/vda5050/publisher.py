@@ -1,0 +1,174 @@
+"""The thread that publishes the robot by MQTT, and answers a fleet manager's requests."""
+
+from __future__ import annotations
+
+import json
+import logging
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+from omnimate.service.errors import ServiceError
+from omnimate.service.vda5050.messages import Sender, action_state, connection, state_of, with_actions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from paho.mqtt.client import Client, MQTTMessage
+
+    from omnimate.service.robot.robot_thread import RobotThread
+    from omnimate.service.vda5050.factsheet import Factsheet
+    from omnimate.vehicle.parameters import VehicleParameters
+
+LOOK_PERIOD = 1.0  # [s] between two looks at the robot
+MOST_SILENCE = 30.0  # [s] after which the state is sent even if nothing has changed: the standard's limit
+KEPT_ACTIONS = 20  # states of the last instant actions that a state message lists
+PORT = 1883
+_log = logging.getLogger(__name__)
+
+
+class BrokerError(ServiceError):
+    """A broker's URL that cannot be used.
+
+    Attributes:
+        url: The URL without its password.
+    """
+
+    def __init__(self, url: str, problem: str) -> None:
+        super().__init__(f"{url}: {problem}; expected mqtt://[user:password@]host[:port]")
+        self.url = url
+
+
+class Publisher:
+    """A robot's connection to a broker, which is made again whenever it is lost.
+
+    Args:
+        url: URL of the broker.
+        sheet: The robot's factsheet.
+        robot: The robot on the bus.
+        vehicle: Returns the robot's newest parameters.
+    """
+
+    def __init__(
+        self, url: str, sheet: Factsheet, robot: RobotThread, vehicle: Callable[[], VehicleParameters]
+    ) -> None:
+        self._sheet, self._robot, self._vehicle = sheet, robot, vehicle
+        self._sender = Sender(sheet.manufacturer, sheet.serial)
+        self._client, self._host, self._port = _client(url)
+        self._lock = threading.Lock()
+        self._actions: list[dict[str, Any]] = []
+        self._sent_state: dict[str, Any] = {}
+        self._sent_wheels: dict[str, Any] = {}
+        self._sent_at = 0.0
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="vda5050", daemon=True)
+
+    def start(self) -> None:
+        """Connect, and start the thread."""
+        client = self._client
+        client.on_connect = lambda *_: self._greet()
+        client.on_message = lambda _client, _data, message: self._take(message)
+        broken = self._sender.message("connection", connection("CONNECTIONBROKEN"), time.time())
+        client.will_set(self._sender.topic("connection"), json.dumps(broken), qos=1, retain=True)
+        client.connect_async(self._host, self._port)
+        client.loop_start()
+        self._thread.start()
+
+    def close(self) -> None:
+        """Say that the robot goes offline, and end the threads."""
+        self._ending.set()
+        if not self._thread.is_alive():
+            return
+        self._thread.join(2.0)
+        if self._client.is_connected():
+            self._publish("connection", connection("OFFLINE"), qos=1, retain=True, patience=1.0)
+        self._client.disconnect()
+        self._client.loop_stop()
+
+    def _run(self) -> None:
+        while not self._ending.wait(LOOK_PERIOD):
+            try:
+                if self._client.is_connected():
+                    self._send_factsheet()
+                    self._send_state()
+            except Exception:  # noqa: BLE001  # the database may be away; the next look tries again
+                _log.exception("the robot's state was not published")
+
+    def _greet(self) -> None:
+        """Come online: the connection, what can be asked for, and all that is known."""
+        self._publish("connection", connection("ONLINE"), qos=1, retain=True)
+        self._client.subscribe(self._sender.topic("instantActions"))
+        with self._lock:
+            self._sent_state, self._sent_wheels = {}, {}
+
+    def _take(self, message: MQTTMessage) -> None:
+        """Carry out instant actions; a message that is none is told in the log."""
+        try:
+            actions = json.loads(message.payload)["actions"]
+            states = [action_state(action) for action in actions]
+        except (ValueError, KeyError, TypeError, AttributeError):
+            _log.warning("a message on %s is no instantActions", message.topic)
+            return
+        with self._lock:
+            self._actions = [*self._actions, *states][-KEPT_ACTIONS:]
+            self._sent_state = {}  # the state follows with the action's, as the standard asks
+            if any(state["actionType"] == "factsheetRequest" for state in states):
+                self._sent_wheels = {}
+
+    def _send_factsheet(self) -> None:
+        """Send the factsheet when it was asked for, or when the calibration has changed."""
+        content = with_actions(self._sheet.with_wheels(self._vehicle()))
+        with self._lock:
+            if content == self._sent_wheels:
+                return
+            self._sent_wheels = content
+        self._publish("factsheet", content)
+
+    def _send_state(self) -> None:
+        """Send the state when it has changed, and at least as often as the standard asks."""
+        observer = self._robot.observer
+        content = state_of(observer.state, self._robot.problem, observer.report, self._actions)
+        now = time.monotonic()
+        with self._lock:
+            if content == self._sent_state and now - self._sent_at < MOST_SILENCE:
+                return
+            self._sent_state, self._sent_at = content, now
+        self._publish("state", content)
+
+    def _publish(
+        self,
+        name: str,
+        content: dict[str, Any],
+        *,
+        qos: int = 0,
+        retain: bool = False,
+        patience: float | None = None,
+    ) -> None:
+        """Publish a message; `patience` is how long to wait until it has left [s]."""
+        text = json.dumps(self._sender.message(name, content, time.time()), allow_nan=False)
+        told = self._client.publish(self._sender.topic(name), text, qos, retain)
+        if patience is not None:
+            told.wait_for_publish(patience)
+
+
+def _client(url: str) -> tuple[Client, str, int]:
+    """Return the client of a broker, with its host and port."""
+    try:
+        from paho.mqtt.client import Client
+        from paho.mqtt.enums import CallbackAPIVersion
+    except ImportError as error:
+        raise BrokerError("mqtt", "MQTT needs paho-mqtt: pip install 'omnimate[mqtt]'") from error
+    try:
+        parts = urlsplit(url)
+        host, port = parts.hostname, parts.port or (8883 if parts.scheme == "mqtts" else PORT)
+    except ValueError as error:
+        raise BrokerError("(as given)", f"no URL: {error}") from error
+    if parts.scheme not in {"mqtt", "mqtts"} or host is None:
+        raise BrokerError(parts._replace(netloc=host or "").geturl(), "no URL of a broker")
+    client = Client(CallbackAPIVersion.VERSION2)
+    if parts.scheme == "mqtts":
+        client.tls_set()
+    if parts.username is not None:
+        client.username_pw_set(parts.username, parts.password)
+    return client, host, port

@@ -1,0 +1,225 @@
+"""Findings of nights, and the messages that tell of them: signed, sent until accepted, never lost."""
+
+import base64
+import hashlib
+import hmac
+import json
+from dataclasses import replace
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from itertools import pairwise
+from threading import Thread
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omnimate.service.fleets.deliverer import deliver_due, send_message
+from omnimate.service.fleets.findings import note_findings
+from omnimate.service.fleets.stores import add_fleet
+from omnimate.service.fleets.webhooks import (
+    LEASE,
+    PAUSES,
+    Message,
+    add_webhook,
+    claim_message,
+    remove_webhook,
+    settle,
+    signed_headers,
+)
+from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
+from tests.service.hall_results import DATES, SICK, night, place
+
+BEGIN = 2e9  # [s] later than any message is made
+
+
+@pytest.fixture
+def fleet(database):
+    """The database with a fleet that has one webhook."""
+    with database.writing() as db:
+        for table in (DeliveryRow, WebhookRow, FindingRow, FleetRow):
+            db.query(table).delete()
+        add_fleet(db, "hall", 0.0)
+        db.flush()
+        add_webhook(db, "hall", "http://127.0.0.1:9/hook")
+    return database
+
+
+def note(database, judged):
+    with database.writing() as db:
+        note_findings(db, "hall", judged)
+
+
+def findings(database):
+    with database.reading() as db:
+        rows = db.query(FindingRow).order_by(FindingRow.kind, FindingRow.what).all()
+        return [(row.kind, row.robot, row.what, row.state, row.first, row.last) for row in rows]
+
+
+def messages(database):
+    with database.reading() as db:
+        return [json.loads(row.body)["data"]["says"] for row in db.query(DeliveryRow)]
+
+
+def test_a_finding_is_opened_once_prolonged_and_closed(fleet):
+    healthy = replace(night("2026-04-02"), sick=(), places=())
+    moved = (place("loss", 16.4, 12.3),)
+    for judged in (night("2026-03-30"), night("2026-03-31", places=moved), night("2026-03-31")):
+        note(fleet, judged)
+    assert [finding[3:] for finding in findings(fleet)] == [
+        ("closed", "2026-03-30", "2026-03-30"),  # the creep was not named on the second night
+        ("open", "2026-03-31", "2026-03-31"),
+        ("open", "2026-03-30", "2026-03-31"),
+        ("open", "2026-03-30", "2026-03-31"),
+    ]
+    assert len(messages(fleet)) == 4
+    note(fleet, healthy)
+    assert {finding[3] for finding in findings(fleet)} == {"closed"}
+    note(fleet, night("2026-03-30"))  # an earlier night that is judged again says nothing new
+    assert {finding[3] for finding in findings(fleet)} == {"closed"}
+    assert len(messages(fleet)) == 4
+
+
+def test_a_night_that_is_noted_twice_tells_once(fleet):
+    note(fleet, night())
+    note(fleet, night())
+    assert len(messages(fleet)) == 3
+    assert any(SICK in says for says in messages(fleet))
+    assert {finding[4] for finding in findings(fleet)} == {DATES[-1]}
+
+
+def test_what_is_not_accepted_is_sent_again_after_the_standards_pauses_and_given_up_at_the_end(fleet):
+    note(fleet, replace(night(), places=()))
+    sent, now = [], [BEGIN]
+
+    def refuse(message, at):
+        sent.append((message.id, at))
+        return 503, "503 busy"
+
+    while len(sent) < len(PAUSES):
+        assert deliver_due(fleet, lambda: now[0], refuse) == 1
+        assert deliver_due(fleet, lambda: now[0], refuse) == 0
+        with fleet.reading() as db:
+            now[0] = db.query(DeliveryRow).one().due
+    assert len({identity for identity, _ in sent}) == 1
+    times = [at for _, at in sent]
+    assert [later - earlier for earlier, later in pairwise(times)] == list(PAUSES[1:])
+    with fleet.reading() as db:
+        row = db.query(DeliveryRow).one()
+        assert (row.state, row.attempts, row.answer) == ("given up", len(PAUSES), "503 busy")
+
+
+def test_a_receiver_that_wants_no_more_is_sent_no_more(fleet):
+    note(fleet, replace(night(), places=()))
+    assert deliver_due(fleet, lambda: BEGIN, lambda _message, _now: (410, "410 Gone")) == 1
+    with fleet.reading() as db:
+        assert db.query(DeliveryRow).one().state == "given up"
+
+
+def test_messages_of_a_removed_webhook_do_not_wait(fleet):
+    note(fleet, night())
+    with fleet.writing() as db:
+        remove_webhook(db, db.query(WebhookRow).one())
+    assert deliver_due(fleet, lambda: BEGIN) == 0
+    with fleet.reading() as db:
+        assert {row.state for row in db.query(DeliveryRow)} == {"given up"}
+
+
+@settings(max_examples=40)
+@given(dies=st.lists(st.sampled_from(["before", "after", "never", "refused"]), max_size=6))
+def test_no_message_is_lost_when_services_die_while_they_send(database, dies):
+    """A service may die before it sends or before it notes the answer; the message arrives once or more."""
+    with database.writing() as db:
+        for table in (DeliveryRow, WebhookRow, FindingRow, FleetRow):
+            db.query(table).delete()
+        add_fleet(db, "hall", 0.0)
+        db.flush()
+        add_webhook(db, "hall", "http://127.0.0.1:9/hook")
+    note(database, replace(night(), places=()))
+    arrived, now = 0, BEGIN
+    for death in [*dies, "never"]:
+        with database.writing() as db:
+            message = claim_message(db, now)
+        if message is None:
+            break
+        arrived += death in {"after", "never"}
+        if death in {"never", "refused"}:
+            with database.writing() as db:
+                settle(db, message, 200 if death == "never" else 500, death, now)
+        now += max(LEASE, PAUSES[-1])
+    assert arrived >= 1
+    with database.reading() as db:
+        assert db.query(DeliveryRow).one().state == "accepted"
+
+
+def test_the_signature_is_that_of_the_standards_example():
+    """Standard Webhooks' reference libraries test this message: id, timestamp, payload, secret, signature."""
+    message = Message(
+        "msg_p5jXN8AQM9LWM0D4loKWxJek", 1, "http://x", "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw",
+        '{"test": 2432232314}',
+    )  # fmt: skip
+    headers = signed_headers(message, 1614265330)
+    assert headers["webhook-signature"] == "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE="
+
+
+class Receiver(BaseHTTPRequestHandler):
+    """A receiver that checks the signature, and refuses the first attempt."""
+
+    received: list
+    secret = ""
+
+    def do_POST(self):
+        body = self.rfile.read(int(self.headers["Content-Length"])).decode()
+        signed = f"{self.headers['webhook-id']}.{self.headers['webhook-timestamp']}.{body}".encode()
+        key = base64.b64decode(self.secret.removeprefix("whsec_"))
+        expected = base64.b64encode(hmac.new(key, signed, hashlib.sha256).digest()).decode()
+        self.received.append((self.path, self.headers["webhook-signature"] == f"v1,{expected}", body))
+        first = len(self.received) == 1
+        self.send_response(302 if first else 204)
+        if first:
+            self.send_header("Location", "/elsewhere")
+        self.end_headers()
+
+    def log_message(self, *_arguments):
+        pass
+
+
+def test_a_message_arrives_signed_at_a_server_and_follows_no_redirect(fleet):
+    handler = type("Handler", (Receiver,), {"received": []})
+    with HTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        with fleet.writing() as db:
+            webhook = db.query(WebhookRow).one()
+            webhook.url = f"http://127.0.0.1:{server.server_port}/hook"
+            handler.secret = webhook.secret
+        note(fleet, replace(night(), places=()))
+        assert deliver_due(fleet, lambda: BEGIN, send_message) == 1
+        assert deliver_due(fleet, lambda: BEGIN + PAUSES[1], send_message) == 1
+        server.shutdown()
+    assert [(path, valid) for path, valid, _ in handler.received] == [("/hook", True)] * 2
+    assert json.loads(handler.received[1][2])["type"] == "finding.opened"
+    with fleet.reading() as db:
+        row = db.query(DeliveryRow).one()
+        assert (row.state, row.answer) == ("accepted", "204 No Content")
+
+
+def test_a_receiver_that_is_not_there_is_tried_again(fleet):
+    note(fleet, replace(night(), places=()))
+    assert deliver_due(fleet, lambda: BEGIN, send_message) == 1
+    with fleet.reading() as db:
+        row = db.query(DeliveryRow).one()
+        assert (row.state, row.attempts) == ("waiting", 1)
+        assert "no answer" in row.answer
+
+
+def test_webhooks_are_made_listed_and_removed_and_show_their_secret_once(client):
+    client.post("/v1/fleets", json={"name": "hooked"})
+    made = client.post("/v1/fleets/hooked/webhooks", json={"url": "https://fleet.example/hook"})
+    assert made.status_code == 201
+    assert made.json()["secret"].startswith("whsec_")
+    location = made.headers["Location"]
+    assert client.get(location).json()["secret"] is None
+    assert client.get(f"{location}/deliveries").json() == {"items": [], "next": None}
+    assert client.post("/v1/fleets/hooked/webhooks", json={"url": "file:///etc/passwd"}).status_code == 422
+    assert client.delete(location).status_code == 200
+    assert client.get("/v1/fleets/hooked/webhooks").json()["items"] == []
+    assert client.get("/v1/fleets/hooked/findings").json()["items"] == []

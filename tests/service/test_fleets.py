@@ -1,0 +1,202 @@
+"""Fleets over REST: uploads, batches, nights, robots, floors, histories, reports."""
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+
+from omnimate.service.fleets.batches import add_batch
+from omnimate.service.fleets.models import BatchStart
+from omnimate.service.fleets.stores import add_fleet
+from omnimate.service.jobs.queue import claim_job
+from omnimate.service.store.tables import JobRow
+from omnimate.vcan_sim.hall.hall import draw_hall
+from omnimate.vcan_sim.hall.store import write_store
+from tests.service.hall_results import ASKED, DATES, DRIFTS, SICK, robots, write_results
+
+pytest.importorskip("pyarrow")
+PATH = "/v1/fleets"
+ZIP = {"Content-Type": "application/zip"}
+ENDED = {"done", "failed", "cancelled"}
+
+
+@pytest.fixture(scope="module")
+def day(tmp_path_factory):
+    """A day's recordings of two robots, as a zip."""
+    folder = tmp_path_factory.mktemp("hall")
+    write_store(draw_hall(2, 2, sick=0, places=0, sync_period=0.04), folder, range(1), 1, 1.0)
+    return zipped({str(path.relative_to(folder)): path.read_bytes() for path in folder.glob("robot=*/*/*/*")})
+
+
+@pytest.fixture(scope="module")
+def hall(client):
+    """The path of a fleet that has the results of a hall's nights."""
+    made = client.post(PATH, json={"name": "hall-3"})
+    assert made.status_code == 201
+    write_results(client.components.stores.results("hall-3"))
+    return made.headers["Location"]
+
+
+def zipped(members):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+    return buffer.getvalue()
+
+
+def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, day, until):
+    location = client.post(PATH, json={"name": "small"}).headers["Location"]
+    for _ in range(2):  # the same files twice do no harm
+        stored = client.post(f"{location}/recordings", content=day, headers=ZIP)
+        assert (stored.status_code, stored.json()["recordings"], stored.json()["days"]) == (
+            201,
+            2,
+            ["2026-03-02"],
+        )
+    made = client.post(f"{location}/batches", json={"diagnose": False})
+    assert made.status_code == 202
+    path = made.headers["Location"]
+    batch = until(lambda: (now := client.get(path).json())["state"] in ENDED and now)
+    assert (batch["state"], batch["done"], batch["known"], batch["failures"]) == ("done", 2, 0, [])
+    assert (batch["progress"], batch["night"]) == (1.0, "2026-03-02")
+    again = client.post(f"{location}/batches", json={"day": "2026-03-02", "diagnose": False}).headers[
+        "Location"
+    ]
+    assert until(lambda: (now := client.get(again).json())["state"] in ENDED and now)["known"] == 2
+    assert [row["id"] for row in client.get(f"{location}/batches").json()["items"]] == [
+        again.rpartition("/")[2],
+        path.rpartition("/")[2],
+    ]
+    assert {robot["state"] for robot in client.get(f"{location}/robots").json()["items"]} == {"unjudged"}
+    assert client.get("/v1/diagnoses").json()["items"] == []
+
+
+def test_a_day_without_recordings_fails_with_its_reason(client, until):
+    location = client.post(PATH, json={"name": "empty"}).headers["Location"]
+    path = client.post(f"{location}/batches", json={}).headers["Location"]
+    batch = until(lambda: (now := client.get(path).json())["state"] in ENDED and now)
+    assert batch["state"] == "failed"
+    assert "no recording in it" in batch["error"]
+    assert client.post(f"{path}/cancel").status_code == 409
+    assert client.get(f"{location}/nights/latest").status_code == 404
+
+
+def test_a_batch_is_started_once_however_often_it_is_asked_for(client, hall):
+    headers = {"Idempotency-Key": "night 1"}
+    answers = [client.post(f"{hall}/batches", json={"day": "2031-01-01"}, headers=headers) for _ in range(2)]
+    assert answers[0].json()["id"] == answers[1].json()["id"]
+    assert answers[1].headers["Idempotency-Replayed"] == "true"
+
+
+def test_the_more_urgent_batch_is_claimed_first_and_no_diagnosis_with_them(database):
+    with database.writing() as db:
+        db.query(JobRow).delete()
+        add_fleet(db, "a", 0.0)
+        late = add_batch(db, "a", BatchStart(priority=0)).id
+        db.flush()
+        early = add_batch(db, "a", BatchStart(priority=5)).id
+        db.flush()
+        assert claim_job(db, "this") is None
+        assert [claim_job(db, "this", "batch") for _ in range(3)] == [early, late, None]
+
+
+@pytest.mark.parametrize(
+    ("members", "words"),
+    [
+        ({"robot=a/day=2026-03-02/x/vehicle.toml": b""}, "expected vehicle.toml and can.log"),
+        ({"robot=a/day=2026-02-30/x/vehicle.toml": b""}, "YYYY-MM-DD"),
+        ({"robot=a/day=2026-03-02/../vehicle.toml": b""}, "YYYY-MM-DD"),
+        ({"../robot=a/day=2026-03-02/x/can.log": b""}, "YYYY-MM-DD"),
+        ({"vehicle.toml": b"", "can.log": b""}, "YYYY-MM-DD"),
+        ({}, "no recording in it"),
+    ],
+)
+def test_a_zip_of_something_else_is_refused_and_nothing_of_it_is_kept(client, hall, members, words):
+    answer = client.post(f"{hall}/recordings", content=zipped(members), headers=ZIP)
+    assert answer.status_code == 422
+    assert words in answer.json()["detail"]
+    assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
+
+
+def test_what_is_no_zip_is_refused(client, hall):
+    assert client.post(f"{hall}/recordings", content=b"x", headers=ZIP).status_code == 415
+    assert (
+        client.post(f"{hall}/recordings", content=b"x", headers={"Content-Type": "text/plain"}).status_code
+        == 415
+    )
+
+
+def test_a_fleet_counts_its_robots_by_state(client, hall):
+    fleet = client.get(hall).json()
+    assert fleet["states"] == {"fine": 37, "drift": 2, "sick": 1, "unjudged": 1}
+    assert (fleet["nights"], fleet["night"], fleet["places"]) == (1, DATES[-1], 2)
+    assert fleet in client.get(PATH).json()["items"]
+
+
+def test_the_mornings_list_names_the_sick_robot_the_places_and_what_failed(client, hall):
+    night = client.get(f"{hall}/nights/latest").json()
+    assert [robot["robot"] for robot in night["sick"]] == [SICK]
+    assert "wheelbase changed by -0.760" in night["sick"][0]["says"]
+    assert [place["effect"] for place in night["places"]] == ["loss", "creep"]
+    assert night["failed"] == [
+        {"robot": "tug-0001", "recording": "060000", "problem": "can.log: no SYNC in it"}
+    ]
+    assert night["asked"][0]["robot"] == ASKED
+    assert client.get(f"{hall}/nights/{DATES[-1]}").json() == night
+    assert client.get(f"{hall}/nights").json() == {"items": [DATES[-1]], "next": None}
+
+
+def test_robots_are_listed_page_by_page_and_by_state(client, hall):
+    names, after = [], None
+    while True:
+        page = client.get(f"{hall}/robots", params={"limit": 15} | ({"after": after} if after else {})).json()
+        names += [robot["robot"] for robot in page["items"]]
+        after = page["next"]
+        if after is None:
+            break
+    assert names == sorted([*robots(), "tug-9999"])
+    drifting = client.get(f"{hall}/robots", params={"state": "drift"}).json()["items"]
+    assert [robot["robot"] for robot in drifting] == sorted([DRIFTS, ASKED])
+
+
+def test_a_robots_history_is_that_of_its_numbers_with_the_finding(client, hall):
+    history = client.get(f"{hall}/robots/{SICK}/history").json()
+    assert history["robot"]["state"] == "sick"
+    assert [course["name"] for course in history["courses"]] == ["left wheel", "right wheel", "wheelbase"]
+    assert history["courses"][2]["days"] == list(DATES)
+    assert np.mean(history["courses"][2]["value"][21:]) < -0.004
+    assert client.get(f"{hall}/robots/none/history").status_code == 404
+
+
+def test_a_robots_recordings_are_listed_newest_first(client, hall):
+    days, after = [], None
+    while True:
+        params = {"limit": 7} | ({"after": after} if after else {})
+        page = client.get(f"{hall}/robots/{SICK}/recordings", params=params).json()
+        days += [recording["day"] for recording in page["items"]]
+        after = page["next"]
+        if after is None:
+            break
+    assert days == list(reversed(DATES))
+
+
+def test_the_floor_shows_where_robots_drove_and_its_bad_places(client, hall):
+    floor = client.get(f"{hall}/nights/latest/floor").json()
+    assert (floor["cell"], len(floor["places"])) == (0.25, 2)
+    assert len(floor["driven"]) > 500
+
+
+def test_the_findings_report_is_a_page_that_needs_nothing_else(client, hall):
+    report = client.get(f"{hall}/robots/{SICK}/report")
+    assert "wheelbase changed by -0.760" in report.text
+    assert report.text.count("<svg") == 3
+    assert "sandbox" in report.headers["content-security-policy"]
+    assert "http" not in report.text.replace("http://www.w3.org", "")
+
+
+def test_a_fleet_is_made_once(client, hall):
+    assert client.post(PATH, json={"name": "hall-3"}).status_code == 409
+    assert client.post(PATH, json={"name": "../x"}).status_code == 422
+    assert client.get(f"{PATH}/none").status_code == 404
