@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from omnimate.calib.estimation.estimates import Estimate
-    from omnimate.ipec.filter.slow_parameters import SlowParameters
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
@@ -114,24 +113,6 @@ def corrected_linkage(vehicle: VehicleParameters, calibration: LinkageCalibratio
     A zero is a whole number of counts, so a bias of up to half a count may remain.
     """
     return without_biases(vehicle, calibration.trucks, calibration.joint_bias, calibration.link_bias)
-
-
-def learned_vehicle(vehicle: VehicleParameters, slow: SlowParameters) -> VehicleParameters:
-    """Return the same robot with what the filter has learned of its encoders while it drove.
-
-    Creep is no parameter of a robot and stays. A bias of a joint may also be an axle that is turned in its
-    truck: encoders cannot tell; the path is the same, the heading of the body is not.
-    """
-    trucks: dict[TruckName, Truck] = {}
-    for number, name in enumerate(vehicle.trucks):
-        truck, (left, right) = vehicle.trucks[name], slow.wheel[2 * number : 2 * number + 2].tolist()
-        trucks[name] = Truck(
-            wheelbase=truck.wheelbase * (1.0 + float(slow.wheelbase[number])),
-            wheel_diameter_left=truck.wheel_diameter_left * (1.0 + left),
-            wheel_diameter_right=truck.wheel_diameter_right * (1.0 + right),
-        )
-    joint_a, joint_b = slow.joint_bias.tolist()
-    return without_biases(vehicle, trucks, (joint_a, joint_b), slow.link_bias)
 
 
 def without_biases(

@@ -81,7 +81,7 @@ def track(
 
 def _write(robot: VehicleParameters, slow: SlowParameters, path: Path) -> None:
     """Write the robot with what was learned of it."""
-    from omnimate.calib.linkage.calibration import learned_vehicle
+    from omnimate.calib.linkage.learned import learned_vehicle
     from omnimate.vehicle.file import save_vehicle
 
     save_vehicle(learned_vehicle(robot, slow), path)
@@ -91,6 +91,7 @@ def _write(robot: VehicleParameters, slow: SlowParameters, path: Path) -> None:
 def _track_recording(
     folder: Path, prior: Prior, writer: RowWriter, every: float
 ) -> tuple[VehicleParameters, SlowParameters]:
+    from omnimate.calib.linkage.learned import learned_values
     from omnimate.calib.monitoring.channels import check_frozen
     from omnimate.ipec.tracker import track_recording
     from omnimate.logs.folder import load_recording
@@ -107,7 +108,8 @@ def _track_recording(
         sentence = disturbance_in_words(disturbance, recording.time[0], recording.vehicle)
         err.print(sentence, markup=False, soft_wrap=True)
     if last is not None:
-        show_summary(last, estimate.slow, estimate.findings, to_stdout=writer.leaves_stdout)
+        values = learned_values(recording.vehicle, estimate.slow)
+        show_summary(last, values, estimate.findings, to_stdout=writer.leaves_stdout)
     return recording.vehicle, estimate.slow
 
 
@@ -120,6 +122,7 @@ def _track_bus(
     every: float,
     listen_only: bool,
 ) -> None:
+    from omnimate.calib.linkage.learned import learned_values
     from omnimate.cli.descriptions import descriptions_of
     from omnimate.cli.driver_reports import report_problems
     from omnimate.cli.track.live import follow
@@ -136,4 +139,5 @@ def _track_bus(
         follow(reader.samples(), tracker, writer, seconds=seconds, every=every)
     report_problems(reader.report())
     if tracker.started:
-        show_summary(tracker.row(), tracker.slow, tracker.findings, to_stdout=writer.leaves_stdout)
+        values = learned_values(tracker.vehicle, tracker.slow)
+        show_summary(tracker.row(), values, tracker.findings, to_stdout=writer.leaves_stdout)

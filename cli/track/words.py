@@ -11,9 +11,11 @@ from rich.table import Table
 from omnimate.cli.console import err, out
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.calib.linkage.learned import LearnedValue
     from omnimate.ipec.filter.disturbances import Disturbance
     from omnimate.ipec.filter.findings import Findings
-    from omnimate.ipec.filter.slow_parameters import SlowParameters
     from omnimate.ipec.linkage_check import FrozenChannel
     from omnimate.ipec.tracker import Row
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
@@ -54,8 +56,10 @@ def frozen_in_words(frozen: FrozenChannel, vehicle: VehicleParameters) -> str:
     return f"{name} {in_words(frozen, frozen.start)}; until then believe plain odometry only"
 
 
-def show_summary(row: Row, slow: SlowParameters, said: Findings, *, to_stdout: bool) -> None:
+def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to_stdout: bool) -> None:
     """Print the last poses, what the filter has learned of the encoders, and what contradicts it."""
+    from omnimate.calib.linkage.learned import advice_of
+
     console = out if to_stdout else err
     table = Table("truck a", "x [m]", "y [m]", "heading [degrees]", box=SIMPLE_HEAD)
     for name, pose in {"plain": row.plain, "IPEC": row.ipec, "filter": row.filtered, "+-": row.sigma}.items():
@@ -63,58 +67,18 @@ def show_summary(row: Row, slow: SlowParameters, said: Findings, *, to_stdout: b
         table.add_row(name, f"{x:.4f}", f"{y:.4f}", f"{math.degrees(theta):.3f}")
     console.print(table)
     table = Table("learned", "value", "+-", box=SIMPLE_HEAD)
-    for name, value, sigma, unit in _learned(slow):
-        table.add_row(name, f"{value:.3f} {unit}", f"{sigma:.3f}")
+    for learned in values:
+        table.add_row(*_learned(learned))
     console.print(table)
-    for sentence in findings_in_words(said):
-        console.print(sentence, markup=False, soft_wrap=True)
+    for advice in advice_of(said):
+        if advice.severity != "note":
+            console.print(str(advice), markup=False, soft_wrap=True)
 
 
-def findings_in_words(said: Findings) -> list[str]:
-    """Say what is probably wrong with vehicle.toml, and what scatters more than the model expects."""
-    wrong = [
-        f"vehicle.toml is probably wrong (probability {probability:.2f}): {name}; "
-        f"its value is above; --out writes it{_doubt(name)}"
-        for name, probability in said.suspects
-    ]
-    wrong += [
-        f"the model is contradicted (probability {probability:.2f}): {name} read more than an angle "
-        "and a bias; look for play, eccentricity, a late reading"
-        for name, probability in said.misread
-    ]
-    return wrong + [
-        f"the model is contradicted: the {name} scatter {factor:.0f} times as much as on an ordinary floor"
-        for name, factor in said.scatter
-    ]
-
-
-def _doubt(name: str) -> str:
-    """Return what encoders alone cannot tell of a suspect, and what to do."""
-    if name.startswith("bias of joint"):
-        return "; an axle that is turned in its truck looks the same: only poses of the truck tell them apart"
-    if name.startswith("both diameters"):
-        return "; if it is the other truck, the scale is wrong: measure a straight of some metres"
-    return ""
-
-
-def _learned(slow: SlowParameters) -> list[tuple[str, float, float, str]]:
-    """Return name, value, standard deviation and unit of each slow parameter."""
-    wheels = ("a.left", "a.right", "b.left", "b.right")
-    sigma = slow.sigma.tolist()
-    rows = [
-        (f"{wheel} diameter, beside the file", 1e2 * value, 1e2 * sigma[number], "%")
-        for number, (wheel, value) in enumerate(zip(wheels, slow.wheel.tolist(), strict=True))
-    ]
-    rows += [
-        (f"{truck} wheelbase, beside the file", 1e2 * value, 1e2 * sigma[4 + number], "%")
-        for number, (truck, value) in enumerate(zip("ab", slow.wheelbase.tolist(), strict=True))
-    ]
-    rows += [
-        (f"{truck} sideways creep per acceleration", 1e3 * value, 1e3 * sigma[6 + number], "ms")
-        for number, (truck, value) in enumerate(zip("ab", slow.creep.tolist(), strict=True))
-    ]
-    rows += [
-        (f"joint_{truck} bias", math.degrees(value), math.degrees(sigma[8 + number]), "degrees")
-        for number, (truck, value) in enumerate(zip("ab", slow.joint_bias.tolist(), strict=True))
-    ]
-    return [*rows, ("link bias", 1e3 * slow.link_bias, 1e3 * sigma[10], "mm")]
+def _learned(learned: LearnedValue) -> tuple[str, str, str]:
+    """Return name, value with its unit, and standard deviation; sizes beside those of the file."""
+    if learned.described:
+        off, sigma = learned.value / learned.described - 1.0, learned.sigma / learned.described
+        return f"{learned.name}, beside the file", f"{1e2 * off:.3f} %", f"{1e2 * sigma:.3f}"
+    factor, unit = {"m": (1e3, "mm"), "s": (1e3, "ms"), "rad": (math.degrees(1.0), "degrees")}[learned.unit]
+    return learned.name, f"{factor * learned.value:.3f} {unit}", f"{factor * learned.sigma:.3f}"

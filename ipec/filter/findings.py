@@ -1,4 +1,4 @@
-"""What the filter says of a robot beside its pose: what seems wrong, and what scatters too much."""
+"""What the filter says of a robot beside its pose: what seems wrong, scatters too much, or is not told."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.ipec.filter.hypotheses import HYPOTHESES, READINGS
-from omnimate.ipec.filter.prior import SUSPECTED
+from omnimate.ipec.filter.prior import SIZES, SUSPECTED, directions
+from omnimate.ipec.filter.records import FAST, WHEELBASE
 
 if TYPE_CHECKING:
     from omnimate.vehicle.compiled import Array, Record
 
 LIKELY = 0.5  # probability from which on a suspect is named
 CONTRADICTED = 3.0  # times as much as expected that inputs scatter where the model is contradicted
+TOLD = 1.0 / 3.0  # of the largest size of a suspect: it would be seen at three standard deviations
 LEVELS = ("wheels of truck a", "wheels of truck b", "sides of the trucks", "slip ahead of the trucks")
 
 
@@ -28,11 +30,14 @@ class Findings:
             probability: a joint with play or out of centre, a slider that sticks, a late reading, a drive
             that winds up.
         scatter: What scatters more than three times as much as is expected, and how many times.
+        untold: What of `prior.SUSPECTED` could be wrong by `prior.SIZES`, and the readings would not tell;
+            the mean diameter of all wheels, which they never tell, counts as known.
     """
 
     suspects: tuple[tuple[str, float], ...]
     misread: tuple[tuple[str, float], ...]
     scatter: tuple[tuple[str, float], ...]
+    untold: tuple[str, ...]
 
 
 def findings(settings: Record, state: Record) -> Findings:
@@ -51,7 +56,24 @@ def findings(settings: Record, state: Record) -> Findings:
     scatter = tuple(
         (name, value) for name, value in zip(LEVELS, factors, strict=True) if value >= CONTRADICTED
     )
-    return Findings(suspects, _misread(state["weight"][0]), scatter)
+    return Findings(suspects, _misread(state["weight"][0]), scatter, _untold(state))
+
+
+def _untold(state: Record) -> tuple[str, ...]:
+    """Return what the readings have not told, by the open filter of the most probable hypothesis.
+
+    Single wheels and both wheels of a truck are left out: beside the mean of all, their ratios say the same.
+    """
+    covariance = state["covariance"][0, state["weight"][0].argmax(), FAST:, FAST:]
+    wheels = WHEELBASE - FAST
+    common = covariance[:, :wheels].mean(axis=1)
+    known = covariance - np.outer(common, common) / common[:wheels].mean()
+    sigmas = np.sqrt(np.einsum("ij,jk,ik->i", directions(), known, directions()))
+    return tuple(
+        name
+        for name, sigma, size in zip(SUSPECTED, sigmas.tolist(), SIZES, strict=True)
+        if sigma > TOLD * size and not name.startswith(("diameter", "both"))
+    )
 
 
 def _misread(weight: Array) -> tuple[tuple[str, float], ...]:

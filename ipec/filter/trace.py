@@ -9,7 +9,7 @@ from omnimate.ipec.filter.fixes import take_fixes
 from omnimate.ipec.filter.poses import look
 from omnimate.ipec.filter.records import POSE
 from omnimate.ipec.filter.step import advance
-from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled_without_lock
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 BLOCK = 1024  # samples after which the filter's state is kept
 
 
-@compiled
+@compiled_without_lock
 def trace_filter(
     settings: Record,
     states: Record,

@@ -3,13 +3,16 @@
 import { $, el, row } from "./dom.js";
 import { deg, mm, number, wrap } from "./units.js";
 import { get } from "./api.js";
+import { showLearned } from "./learned.js";
 import { ESTIMATES, Plan, best } from "./plan.js";
 import { on } from "./stream.js";
 
 const UPDATE_PERIOD = 250; // [ms] between two updates of the numbers
+const LEARNED_PERIOD = 5000; // [ms] between two looks at what the filter has learned
 let plan;
 let vehicle = null;
 let shownAt = 0;
+let learnedAt = -LEARNED_PERIOD;
 let session = null; // that the robot drives for
 
 export function setUpFloor() {
@@ -52,6 +55,15 @@ function show(state) {
     showPoses(state);
     showCorrections(state);
   }
+  if (state.filter && performance.now() - learnedAt >= LEARNED_PERIOD && !$("learned-live").contains(document.activeElement)) followLearned();
+}
+
+async function followLearned() {
+  learnedAt = performance.now();
+  const path = "/v1/robot/learned";
+  const learned = await get(path).catch(() => null);
+  $("learned").hidden = !learned;
+  if (learned) showLearned($("learned-live"), $("learned-message"), learned, path, followLearned);
 }
 
 function showPoses(state) {

@@ -3,6 +3,7 @@
 import { call, get, post, remove, save } from "./api.js";
 import { $, attempt, el, pages, row, say, show } from "./dom.js";
 import { listJobs } from "./diagnoses.js";
+import { showLearned } from "./learned.js";
 import { bytes, lasting, when } from "./units.js";
 
 const chosen = new Set();
@@ -73,9 +74,19 @@ function recordingRow(recording) {
     box, el("b", {}, name), recording.vehicle, lasting(recording.seconds), counted(recording.laps, "laps"), counted(recording.poses, "fixes"),
     bytes(recording.size), when(recording.created),
     el("span", { class: "buttons" },
+      action("Learned", name, () => showRecordingLearned(id, name)),
       action("Download", name, () => save(`/v1/recordings/${id}/download`, `${name}.zip`)),
       erase(id, name)),
   );
+}
+
+/** Show what the filter has learned by the end of a recording. */
+async function showRecordingLearned(id, name) {
+  const path = `/v1/recordings/${id}/learned`;
+  const refresh = async () => showLearned($("learned-recording"), $("recording-learned-message"), await get(path), path, refresh);
+  await refresh();
+  $("recording-learned-title").textContent = `Learned in ${name}`;
+  $("recording-learned").hidden = false;
 }
 
 const counted = (count, word) => el("td", { "data-word": word }, String(count));

@@ -28,6 +28,9 @@ class Localization:
 
     The tracker's compiled code is loaded in another thread, which on a new machine takes half a minute.
     Until then there is plain odometry, and no sample is delayed. A process that ends meanwhile waits for it.
+
+    Attributes:
+        tracker: The tracker; None until it is loaded, and for a robot with a single truck.
     """
 
     def __init__(self, vehicle: VehicleParameters) -> None:
@@ -35,7 +38,7 @@ class Localization:
         self._odometers = {truck: Odometer(vehicle, truck) for truck in vehicle.trucks}
         self._link = LinkReader(vehicle)
         self._joints: tuple[float, float, float] | None = None
-        self._tracker: Tracker | None = None
+        self.tracker: Tracker | None = None
         self._first_samples: list[Sample] | None = [] if vehicle.linkage is not None else None
 
     def step(self, sample: Sample) -> None:
@@ -43,8 +46,8 @@ class Localization:
         for odometer in self._odometers.values():
             odometer.step(sample)
         self._joints = self._link.read(sample.counts)
-        if self._tracker is not None:
-            self._tracker.step(sample)
+        if self.tracker is not None:
+            self.tracker.step(sample)
         elif self._first_samples is not None and all(sample.present):
             self._first_samples.append(sample)
             if len(self._first_samples) == LOADING_SAMPLES:
@@ -61,12 +64,12 @@ class Localization:
         for sample in samples:
             trial.step(sample)
         pose = self._odometers["a"].pose
-        self._tracker = Tracker(self._vehicle, pose)
+        self.tracker = Tracker(self._vehicle, pose)
         gc.freeze()  # a garbage collection of everything that was loaded would take a tenth of a second
 
     def as_event(self) -> dict[str, Any]:
         """Return the part of the stream's `state` event that says where the robot is."""
-        tracker = self._tracker
+        tracker = self.tracker
         row = tracker.row() if tracker is not None and tracker.started else None
         return {
             "plain": _pose(self._odometers["a"].pose),

@@ -10,6 +10,7 @@ from omnimate.service.robot.localization import Localization
 if TYPE_CHECKING:
     from omnimate.driver.driver import Driver
     from omnimate.driver.report import DriverReport
+    from omnimate.ipec.tracker import Tracker
     from omnimate.service.event_stream import EventStream
     from omnimate.service.robot.reservation import Reservation
     from omnimate.vehicle.parameters import VehicleParameters
@@ -41,6 +42,11 @@ class Observer:
     def begin(self, vehicle: VehicleParameters) -> None:
         """Localize the robot from its first sample on, with these parameters."""
         self._localization = Localization(vehicle)
+
+    @property
+    def tracker(self) -> Tracker | None:
+        """The tracker of the robot; None until it is loaded, and for a robot with a single truck."""
+        return None if self._localization is None else self._localization.tracker
 
     def observe(self, sample: Sample, driver: Driver) -> None:
         """Take a sample, and publish events that are due."""

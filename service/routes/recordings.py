@@ -107,7 +107,7 @@ def list_recordings(call: Reading, limit: Limit = 50, after: After = None) -> Pa
 def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
     """Return a recording without its content."""
     with call.components.database.reading() as db:
-        return recording_view(_find(db, recording_id))
+        return recording_view(find_recording(db, recording_id))
 
 
 @router.get(
@@ -119,7 +119,7 @@ def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
 def download(recording_id: RecordingId, call: Reading) -> Response:
     """Return the zip of the recording folder."""
     with call.components.database.reading() as db:
-        content = _find(db, recording_id).content
+        content = find_recording(db, recording_id).content
     headers = {"Content-Disposition": f'attachment; filename="recording-{recording_id}.zip"'}
     return Response(content, media_type="application/zip", headers=headers)
 
@@ -131,13 +131,18 @@ def delete(recording_id: RecordingId, call: Operating) -> Response:
     """Delete a recording."""
 
     def act(db: Db) -> Answer:
-        db.delete(_find(db, recording_id))
+        db.delete(find_recording(db, recording_id))
         return Answer(Done(done=f"recording {recording_id} is deleted"))
 
     return call.change(None, act)
 
 
-def _find(db: Db, recording_id: str) -> RecordingRow:
+def find_recording(db: Db, recording_id: str) -> RecordingRow:
+    """Return the row of a recording.
+
+    Raises:
+        NotFoundError: there is no such recording.
+    """
     row = db.get(RecordingRow, recording_id)
     if row is None:
         raise NotFoundError("recording", recording_id)

@@ -13,10 +13,15 @@ import numpy as np
 import pytest
 
 from omnimate.calib.umbmark.exact import square_returns
+from omnimate.logs.folder import save_recording
+from omnimate.motion.paths import rounded_rectangle
+from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.hall.hall import draw_hall
 from omnimate.vcan_sim.hall.store import write_store
 from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
 from tests.service.hall_results import SICK, write_results
 
@@ -267,6 +272,34 @@ def test_a_recording_is_uploaded_and_diagnosed_by_clicking(page, tmp_path, pictu
     page.locator("#report-close").click()
     page.get_by_role("button", name="Delete straight").dblclick()
     expect(page.locator("#no-recordings")).to_be_visible(timeout=SOON)
+
+
+def test_what_the_filter_learned_is_shown_and_taken_over_by_clicking(robot_page, tmp_path, picture):
+    page = robot_page
+    live(page)
+    expect(page.locator("#learned tbody tr")).to_have_count(11, timeout=LATER)
+    page.locator("#learned summary").click()
+    expect(page.locator("#learned")).to_contain_text("drive rounded corners to both sides")
+    picture(page, "learned-live")
+    robot = reference_vehicle()
+    truth = Truth(robot, effects=linkage_biases(joint_a=math.radians(0.5)), seed=3)
+    program = rounded_rectangle(6.0, 3.25, ["ccw", "cw"])
+    save_recording(simulate(robot, truth, program), tmp_path / "biased")
+    archive = shutil.make_archive(str(tmp_path / "biased"), "zip", tmp_path / "biased")
+    page.locator("#tab-recordings").click()
+    page.locator("#upload").set_input_files(archive)
+    page.get_by_role("button", name="Learned biased").click()
+    learned = page.locator("#recording-learned")
+    expect(learned.locator(".chosen")).to_contain_text("joint_a bias", timeout=LATER)
+    expect(learned.locator(".advice.warning")).to_contain_text("an axle that is turned")
+    picture(page, "learned-recording")
+    learned.get_by_role("button", name="Take over as version 2").click()
+    expect(page.locator("#recording-learned-message")).to_have_text(
+        "omnimate is now at version 2.", timeout=SOON
+    )
+    page.set_viewport_size(PHONE)
+    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+    picture(page, "phone-learned-recording")
 
 
 def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report(browser, tmp_path, picture):

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.findings import findings
+from omnimate.ipec.filter.live import Filter
+from omnimate.ipec.filter.prior import SUSPECTED
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.effects.joint_backlash import JointBacklash
@@ -38,3 +41,10 @@ def test_a_joint_with_play_is_named_and_the_wheels_are_believed_instead(robot):
     truth = Truth(robot, effects=(JointBacklash("joint_b", np.radians(2.0)),), seed=3)
     said = drive(robot, truth).findings
     assert [name for name, _ in said.misread] == ["joint_b"]
+
+
+def test_a_drive_tells_what_its_bends_move_and_a_robot_that_stands_tells_nothing(robot):
+    assert drive(robot, Truth(robot, seed=3)).findings.untold == ()
+    nothing = Filter(robot).start().record
+    untold = findings(Filter(robot).settings, nothing).untold
+    assert set(untold) == {name for name in SUSPECTED if not name.startswith(("diameter", "both"))}

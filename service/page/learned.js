@@ -1,0 +1,46 @@
+// What the filter has learned of a robot: its values, what contradicts them, and the button that takes them over.
+
+import { call } from "./api.js";
+import { attempt, el, row, say } from "./dom.js";
+import { deg, number } from "./units.js";
+
+const UNITS = { m: ["mm", (value) => number(1000 * value, 3)], s: ["ms", (value) => number(1000 * value, 2)], rad: ["°", (value) => deg(value, 3)] };
+
+/** Show what `GET path` answered in the node `holder`; `changed` is called when it was taken over. */
+export function showLearned(holder, message, learned, path, changed) {
+  const open = holder.querySelector("details")?.open ?? false;
+  holder.replaceChildren(
+    ...learned.advice.filter(({ severity }) => severity !== "note").map(said),
+    el("div", { class: "scroll" }, el("table", { class: "numbers methods" },
+      el("thead", {}, row(...["beside the file", "change", "±"].map((word) => el("th", { scope: "col" }, word)))),
+      el("tbody", {}, learned.values.map(line)))),
+    details(learned.advice.filter(({ severity }) => severity === "note"), open),
+    el("div", { class: "buttons" }, take(message, learned, path, changed)),
+  );
+}
+
+function line({ name, unit, described, value, sigma }) {
+  const [word, shown] = UNITS[unit];
+  const shownRow = row(el("th", { scope: "row" }, name, " ", el("small", {}, word)), shown(value - described), shown(sigma));
+  shownRow.classList.toggle("chosen", Math.abs(value - described) > 2 * sigma);
+  return shownRow;
+}
+
+const said = ({ severity, what, do: todo }) => el("p", { class: `advice ${severity}` }, `${what}: ${todo}.`);
+
+function details(notes, open) {
+  const node = el("details", {}, el("summary", {}, "What encoders have not told"), ...notes.map(said));
+  node.open = open;
+  return node;
+}
+
+function take(message, { vehicle, vehicle_version: version }, path, changed) {
+  const button = el("button", { type: "button", class: "quiet" }, version === null ? `${vehicle} is not known here` : `Take over as version ${version + 1}`);
+  button.disabled = version === null;
+  button.addEventListener("click", () => attempt(button, message, async () => {
+    const made = await (await call("POST", `${path}/accept`, { headers: { "If-Match": `"${version}"` } })).json();
+    say(message, `${made.name} is now at version ${made.version}.`, "good");
+    await changed();
+  }));
+  return button;
+}
