@@ -9,6 +9,10 @@ error of that size the measurement is added: fixes before and after the run by t
 Of each figure the median over many experiments stands here, and 5 to 95 %: a bound above the printed figure
 says that no estimator from these encoders keeps it in most experiments.
 
+The tricycle of OptiOdom is real. Nothing but its two encoders is read, so dead reckoning is all that an
+estimator can do, and the bound is its error: what the calibration by the squares leaves (Cramer-Rao bound),
+and the scatter of the way and of the heading that the squares show, along the measured drives on `circular`.
+
 Usage: python -m benchmarks.paper_bounds [robots]
 """
 
@@ -21,6 +25,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.importers.optiodom.drives import read_set
+from omnimate.importers.optiodom.files import find_sets
+from omnimate.importers.optiodom.scores import calibrate_squares, score
 from omnimate.ipec.corrector import correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.noise import FilterNoise
@@ -28,11 +35,15 @@ from omnimate.reproduction.drives import laps, rectangle
 from omnimate.reproduction.estimates import CLAPPER_SONAR, OMNIMATE_SONAR, as_derived
 from omnimate.reproduction.linkage_numbers import lap_errors
 from omnimate.reproduction.robots import LEFT_BEHIND, UNCALIBRATED
+from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.recording import Poses
+from omnimate.vehicle.se2 import compose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from omnimate.calib.paths.drives import Drive
+    from omnimate.calib.paths.least_squares import PathCalibration
     from omnimate.ipec.corrector import Method
     from omnimate.ipec.filter.prior import Prior
     from omnimate.vehicle.recording import Recording
@@ -40,6 +51,8 @@ if TYPE_CHECKING:
 
 EXPERIMENTS = 4000
 KNOWN = FilterNoise(sideways=0.0, trust=1e9)  # the simulated floor, which needs no learning
+TRICYCLE = "../shared/data/real/optiodom/tricyc"
+CIRCLES = 300  # experiments on the tricycle's drives
 SURE = 1e-9  # probability that anything is wrong beside what the prior's deviations say
 
 
@@ -94,6 +107,54 @@ def worst_heading(errors: Array) -> Array:
     return np.asarray(np.degrees(np.abs(errors[..., 2])).max(axis=-1))
 
 
+def away(
+    drive: Drive, calibration: PathCalibration, off: Array, level: float, chance: np.random.Generator
+) -> Array:
+    """Return how far dead reckoning is away [m] at each reading of a drive, in one experiment, shape `(N,)`.
+
+    Args:
+        drive: The drive.
+        calibration: The robot's calibration, whose values are those of dead reckoning.
+        off: What the true coordinates differ by, shape `(P,)`.
+        level: Size of the scatter; 1 as the calibration says.
+        chance: Source of chance.
+    """
+    robot, fitted = calibration.kinematics, calibration.estimate
+    steps = robot.steps(drive.readings, np.zeros(len(off)))
+    variances = level**2 * np.array([noise.value**2 for noise in fitted.noises[: steps.noise.shape[1]]])
+    values, vectors = np.linalg.eigh(np.einsum("c,ncij->nij", variances, steps.noise))
+    scale = np.sqrt(np.maximum(values, 0.0)) * chance.normal(size=values.shape)
+    scatter = np.einsum("nij,nj->ni", vectors, scale)
+    true = integrate(compose(robot.steps(drive.readings, off).increment, scatter))
+    missed = integrate(steps.increment) - true
+    return np.asarray(np.hypot(missed[:, 0], missed[:, 1]))
+
+
+def show_tricycle(chance: np.random.Generator) -> None:
+    """Print the tricycle's error on `circular`, the mean over the sets of the rms along all runs."""
+    sets = [read_set(folder) for folder in find_sets(TRICYCLE)]
+    calibration = calibrate_squares(sets)
+    circles = [data for data in sets if data.path == "circular"]
+    ours = [score(data, calibration.kinematics, calibration.lever).rms for data in circles]
+    count = len(calibration.kinematics.coordinates)
+    spread = calibration.estimate.covariance[:count, :count]
+    print(f"OptiOdom's tricycle on circular: ours {1e3 * np.mean(ours):.1f} mm")
+    for what, left, level in (
+        ("circular, as calibrated [mm]", 1.0, 1.0),
+        ("circular, parameters known exactly [mm]", 0.0, 1.0),
+        ("circular, nothing but the calibration [mm]", 1.0, 0.0),
+    ):
+        figures = np.empty(CIRCLES)
+        for number in range(CIRCLES):
+            off = left * chance.multivariate_normal(np.zeros(count), spread)
+            runs = [
+                np.concatenate([away(drive, calibration, off, level, chance) for drive in data.drives])
+                for data in circles
+            ]
+            figures[number] = 1e3 * np.mean([np.sqrt(np.mean(run**2)) for run in runs])
+        show(what, 52.0, figures)
+
+
 def show(what: str, printed: float, figures: Array, *, at_least: bool = False) -> None:
     """Print a figure at the bound beside the printed one, and in how many experiments it is kept."""
     low, middle, high = np.percentile(figures, [5, 50, 95])
@@ -126,6 +187,7 @@ def main() -> None:
         0.4,
         worst_heading(drawn(sigmas, OMNIMATE_SONAR, 10, chance)),
     )
+    show_tricycle(chance)
 
 
 def _deviations(what: str, sigmas: Sequence[Array], errors: Array) -> None:
