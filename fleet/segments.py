@@ -8,13 +8,15 @@ end half a metre beside it: the floor's random walk (Chong & Kleeman, 1997) is c
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.vehicle.arcs import arc, integrate
+from omnimate.vehicle.compiled import Array, compiled
+from omnimate.vehicle.compiled_se2 import roll
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.odometry import truck_travel, wheels_of
 from omnimate.vehicle.se2 import wrap
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Poses, Recording
-    from omnimate.vehicle.se2 import Array
 
 PARAMETERS = ("left wheel", "right wheel", "wheelbase")  # ratios of true to believed size, less 1 [1]
 SHORTEST = 2.0  # [m] of travel, below which a way joins the next one
@@ -193,13 +194,9 @@ def _way(rolled: Array, base: float, poses: Array, sigma: Array) -> _Way:
     """Return one way from the travel of its wheels `(N, 2)` [m] between two measured poses `(2, 3)`."""
     variance = CONCRETE_ROUGHNESS**2 * np.abs(rolled)
     lost = np.zeros_like(rolled)  # what the floor did to each wheel in each step, to the best of knowledge
+    path, gain, rough = np.empty((len(rolled) + 1, 3)), np.empty((len(rolled), 3, 2)), np.empty((3, 3))
     for _ in range(_ROUNDS):
-        travel = rolled + lost
-        path = integrate(arc(travel[:, 0], travel[:, 1], base), poses[0])
-        middle = 0.5 * (path[:-1] + path[1:])
-        gain = _gain(path[-1, :2] - middle[:, :2], middle[:, 2], base)
-        weighed = gain * np.sqrt(np.abs(rolled))[:, np.newaxis, :]
-        rough = np.einsum("nij,nkj->ik", weighed, weighed)
+        _linearise(rolled, lost, base, poses[0], path, gain, rough)
         lever = path[-1, :2] - path[0, :2]
         transport = np.array([[1.0, 0.0, -lever[1]], [0.0, 1.0, lever[0]], [0.0, 0.0, 1.0]])
         covariance = (
@@ -214,17 +211,45 @@ def _way(rolled: Array, base: float, poses: Array, sigma: Array) -> _Way:
     jacobian = np.column_stack(
         [gain[:, :, 0].T @ rolled[:, 0], gain[:, :, 1].T @ rolled[:, 1], -by_turn.T @ turn]
     )
+    middle = 0.5 * (path[:-1] + path[1:])
     beside = 0.5 * base * np.column_stack([-np.sin(middle[:, 2]), np.cos(middle[:, 2])])
     return _Way(
         residual, jacobian, rough, lever, middle[:, :2] + beside, middle[:, :2] - beside, rolled, gain
     )
 
 
-def _gain(lever: Array, heading: Array, base: float) -> Array:
-    """Return how travel of the wheels at levers `(N, 2)` [m] from the end moves the end, `(N, 3, 2)`.
+@compiled
+def _linearise(
+    rolled: Array, lost: Array, base: float, start: Array, path: Array, gain: Array, rough: Array
+) -> None:
+    """Fill the likeliest path of a way, and how its end depends on what the wheels roll.
 
     A wheel's travel moves the truck forward by half of it, and turns it by one part in the wheelbase.
+
+    Args:
+        rolled: Travel of the wheels in each step [m], `(N, 2)`.
+        lost: What the floor did to it [m], `(N, 2)`.
+        base: Wheelbase [m].
+        start: First pose, `(3,)`.
+        path: Filled with the poses between the steps, `(N + 1, 3)`.
+        gain: Filled with the derivative of the end by the travel of both wheels, `(N, 3, 2)`.
+        rough: Filled with the end's covariance for a roughness of 1 m/sqrt(m), `(3, 3)`.
     """
-    forward = 0.5 * np.column_stack([np.cos(heading), np.sin(heading), np.zeros(len(heading))])
-    turning = np.column_stack([-lever[:, 1], lever[:, 0], np.ones(len(lever))]) / base
-    return np.stack([forward - turning, forward + turning], axis=-1)
+    path[0] = start
+    for step in range(len(rolled)):
+        path[step + 1] = path[step]
+        roll(path[step + 1], rolled[step, 0] + lost[step, 0], rolled[step, 1] + lost[step, 1], base)
+    rough[:] = 0.0
+    for step in range(len(rolled)):
+        x = path[-1, 0] - 0.5 * (path[step, 0] + path[step + 1, 0])
+        y = path[-1, 1] - 0.5 * (path[step, 1] + path[step + 1, 1])
+        heading = 0.5 * (path[step, 2] + path[step + 1, 2])
+        for wheel in range(2):
+            turn = (2.0 * wheel - 1.0) / base
+            gain[step, 0, wheel] = 0.5 * math.cos(heading) - turn * y
+            gain[step, 1, wheel] = 0.5 * math.sin(heading) + turn * x
+            gain[step, 2, wheel] = turn
+            for row in range(3):
+                for column in range(3):
+                    both = gain[step, row, wheel] * gain[step, column, wheel]
+                    rough[row, column] += abs(rolled[step, wheel]) * both

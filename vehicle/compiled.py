@@ -105,6 +105,7 @@ def _native(value: object) -> object:
     return value if function is None else _compiled(function).native()
 
 
+@functools.cache
 def layout(fields: type) -> np.dtype[np.void]:
     """Return the numpy record type with the annotated fields of a class."""
     hints = get_type_hints(fields, include_extras=True)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from omnimate.fleet.segments import Segments
     from omnimate.vehicle.se2 import Array
 
+Effects = dict[int, "Array"]  # what a place of unit size makes of residuals `(3 S, C)`, by recording
+
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
@@ -71,10 +73,13 @@ class AllCrossings:
 
     Attributes:
         evidence: Of the recordings.
+        effects: What places of unit size make of their residuals, by effect, x, y and reach, as they are
+            asked for.
     """
 
     def __init__(self, evidence: Sequence[Evidence]) -> None:
         self.evidence = evidence
+        self.effects: dict[tuple[str, float, float, float], Effects] = {}
         counts = [len(single.crossings.way) for single in evidence]
         self._owner = np.repeat(np.arange(len(evidence)), counts)
         self._first = np.cumsum([0, *counts])

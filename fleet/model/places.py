@@ -22,7 +22,7 @@ from omnimate.fleet.morning import SEPARATE, BadPlace, PlaceEffect
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from omnimate.fleet.model.evidence import Evidence
+    from omnimate.fleet.model.evidence import Effects, Evidence
     from omnimate.fleet.model.scores import Grid, ScoreMap
     from omnimate.vehicle.se2 import Array
 
@@ -34,11 +34,15 @@ ROUNDS = 12
 ENOUGH = 20  # crossings, below which a place may be somewhere else along the few ways over it
 
 
-Effects = dict[int, "Array"]  # what a place of unit size makes of residuals `(3 S, C)`, by recording
-
-
 def effects_of(place: BadPlace, crossings: AllCrossings) -> Effects:
     """Return what a place of unit size makes of the residuals of the recordings that come over it."""
+    key = place.effect, place.x, place.y, place.reach
+    if key not in crossings.effects:
+        crossings.effects[key] = _effects(place, crossings)
+    return crossings.effects[key]
+
+
+def _effects(place: BadPlace, crossings: AllCrossings) -> Effects:
     effects = {}
     for number, rows in crossings.near(place.x, place.y, place.reach + CELL):
         single = crossings.evidence[number]
