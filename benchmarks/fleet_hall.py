@@ -14,8 +14,9 @@ Usage: python -m benchmarks.fleet_hall [--robots 1000] [--days 30] [--sick 30] [
 from __future__ import annotations
 
 import argparse
+import multiprocessing
+import os
 import sys
-import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -35,7 +36,10 @@ from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from multiprocessing.pool import Pool
 
+    from omnimate.fleet.model.days import Day
+    from omnimate.fleet.model.floor import Floor
     from omnimate.fleet.model.histories import History, Ordinary
     from omnimate.fleet.morning import BadPlace, Change
     from omnimate.vcan_sim.hall.hall import Hall
@@ -50,6 +54,7 @@ SEEN = {"wheel_diameter", "wheelbase", "joint_bias"}  # ills that poses at docks
 SIGMAS = 10.0  # of a day, from which on an ill counts
 SOON = 3  # days after that, within which it is to be found
 NEAR = 0.3  # [m] that a place may be off
+PART = 25  # robots that a process drives at once
 SAME = 1.0  # [m] within which a found place is taken for a true one
 
 
@@ -113,12 +118,53 @@ def beginning(recording: Recording, seconds: float) -> Recording:
     )
 
 
-def study(
-    hall: Hall, days: int, minutes: float, linkage: float, say: Callable[[str], object]
-) -> tuple[Outcome, list[History]]:
+@dataclass(frozen=True, slots=True)
+class Laps:
+    """Who drives: each robot one lap a day, in some processes.
+
+    Attributes:
+        hall: The hall.
+        minutes: Time of a lap, about [min].
+        linkage: Time of each lap that the filter of the joints sees [s].
+        pool: The processes.
+    """
+
+    hall: Hall
+    minutes: float
+    linkage: float
+    pool: Pool
+
+    def of_day(self, day: int) -> list[Driven]:
+        """Return the laps of all robots on a day."""
+        tasks = ((self.hall, robots, day, self.minutes, self.linkage) for robots in self._parts())
+        return [lap for part in self.pool.starmap(laps_of, tasks) for lap in part]
+
+    def numbers_of_day(self, day: int, floor: Floor) -> list[Day]:
+        """Return what the laps of all robots on a day say of them beside a floor."""
+        tasks = ((floor, self.hall, robots, day, self.minutes, self.linkage) for robots in self._parts())
+        return [number for part in self.pool.starmap(numbers_of, tasks) for number in part]
+
+    def _parts(self) -> list[Sequence[HallRobot]]:
+        return [self.hall.robots[first : first + PART] for first in range(0, len(self.hall.robots), PART)]
+
+
+def laps_of(
+    hall: Hall, robots: Sequence[HallRobot], day: int, minutes: float, linkage: float
+) -> list[Driven]:
+    return [lap_of(hall, robot, day, minutes, linkage) for robot in robots]
+
+
+def numbers_of(
+    floor: Floor, hall: Hall, robots: Sequence[HallRobot], day: int, minutes: float, linkage: float
+) -> list[Day]:
+    return floor.days(laps_of(hall, robots, day, minutes, linkage))
+
+
+def study(laps: Laps, days: int, say: Callable[[str], object]) -> tuple[Outcome, list[History]]:
+    hall = laps.hall
     driven, week = [], min(WEEK, days)
     for day in range(week):
-        driven += [lap_of(hall, robot, day, minutes, linkage) for robot in hall.robots]
+        driven += laps.of_day(day)
         say(f"day {day}")
     floor = floor_under(driven)
     say(
@@ -134,8 +180,7 @@ def study(
     judged = 0
     for day in range(week - 1, days):
         if day >= week:
-            for robot in hall.robots:
-                numbers += floor.days([lap_of(hall, robot, day, minutes, linkage)])
+            numbers += laps.numbers_of_day(day, floor)
         histories = histories_of(numbers)
         usual = {
             kind: ordinary([single for single in histories if single.kind == kind])
@@ -217,6 +262,7 @@ def main() -> int:
     parser.add_argument(
         "--linkage", type=float, default=60.0, help="of each lap that the filter of the joints sees [s]"
     )
+    parser.add_argument("--jobs", type=int, default=2, help="processes that drive")
     options = parser.parse_args()
     hall = draw_hall(
         options.robots,
@@ -226,17 +272,15 @@ def main() -> int:
         seed=options.seed,
         sync_period=options.period,
     )
-    began = time.process_time()
-    result, _ = study(
-        hall,
-        options.days,
-        options.minutes,
-        options.linkage,
-        lambda text: print(text, file=sys.stderr, flush=True),
-    )
+    with multiprocessing.Pool(options.jobs) as pool:
+        laps = Laps(hall, options.minutes, options.linkage, pool)
+        result, _ = study(laps, options.days, lambda text: print(text, file=sys.stderr, flush=True))
+        pool.close()
+        pool.join()
+    spent = sum(os.times()[:4])  # of this process and of those that it waited for
     print(
         f"{options.robots} robots, {options.days} days, {options.minutes:g} minutes each: "
-        f"{time.process_time() - began:.0f} s of processor time, simulation included"
+        f"{spent:.0f} s of processor time, simulation included"
     )
     return report(result, hall)
 
