@@ -112,7 +112,7 @@ class Assembler:
             time: Time of its SYNC on the recording's clock [s].
         """
         if self.started is not None:
-            left_out = samples_left_out(time - self._time, self.vehicle)
+            left_out = int(samples_left_out(time - self._time, self.vehicle))
             for counter in self._counters if left_out else ():
                 counter.skip(left_out)
         self._index, self._time, self.is_open = index, time, True

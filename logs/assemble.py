@@ -144,7 +144,7 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
     counts = np.zeros((len(time), len(channels)), np.int64)
     present, rebased = np.zeros(counts.shape, bool), np.zeros(counts.shape, bool)
     gaps: list[Gap] = []
-    left_out = [0, *(samples_left_out(passed, vehicle) for passed in np.diff(time).tolist())]
+    left_out = np.concatenate(([0], samples_left_out(np.diff(time), vehicle)))
     answers = {
         cob_id: _answers(
             log,

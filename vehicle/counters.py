@@ -23,9 +23,10 @@ MAX_SPEED = 10.0  # [m/s] of a wheel or of the slider; no floor robot is faster
 MAX_TURN_RATE = 20.0  # [rad/s] of a joint; likewise
 
 
-def samples_left_out(passed: float, vehicle: VehicleParameters) -> int:
+def samples_left_out(passed: ArrayLike, vehicle: VehicleParameters) -> NDArray[np.int64]:
     """Return how many samples there could have been between two that are `passed` seconds apart."""
-    return max(0, round(passed / vehicle.bus.sync_period) - 1)
+    periods = np.rint(np.asarray(passed, np.float64) / vehicle.bus.sync_period)
+    return np.maximum(periods - 1.0, 0.0).astype(np.int64)
 
 
 @dataclass(frozen=True, slots=True)
