@@ -14,7 +14,7 @@ import numpy as np
 from omnimate.fleet.batch.tables import columns_of, parquet_bytes
 from omnimate.fleet.errors import FleetError
 from omnimate.fleet.joints import JOINT_NUMBERS
-from omnimate.fleet.morning import Asked, BadPlace, Change, Morning
+from omnimate.fleet.morning import Asked, BadPlace, Change, Judged, Morning
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,6 +28,7 @@ _CHANGE = ("robot", "kind", "log_e", "name", "share", "since", "earliest", "late
 _CHANGES = (*_CHANGE, "sigma", "per_day")
 _PLACE = ("effect", "x", "y", "reach", "gain", "crossings")
 _FAILED = ("robot", "recording", "error")
+_LATEST = "latest/night.parquet"
 _OF_DAY = ("robots", "places", "asked", "failed", "floor", "nights")  # the last one says that all are there
 
 
@@ -71,6 +72,8 @@ def keep_night(files: Files, night: Night) -> None:
     }
     for table in _OF_DAY:
         files.write(_path(table, night.day), parquet_bytes(table, tables[table]))
+    latest = max(night.day, last_night(files) or "")
+    files.write(_LATEST, parquet_bytes("latest", {"day": [latest]}))
 
 
 def days_kept(files: Files) -> list[str]:
@@ -81,9 +84,10 @@ def days_kept(files: Files) -> list[str]:
 
 def last_night(files: Files) -> str | None:
     """Return the date of the last night that was judged; None where there is none."""
-    folders = files.glob("nights/day=*")  # the files in all of them need not be listed
-    days = sorted((folder.rpartition("=")[2] for folder in folders), reverse=True)
-    return next((day for day in days if files.glob(_path("nights", day))), None)
+    if files.glob(_LATEST):  # the folders of all nights need not be listed
+        day: str = columns_of(files.read(_LATEST))["day"][0]
+        return day
+    return next(iter(days_kept(files)), None)  # results of an older version
 
 
 def read_morning(files: Files, day: str | None = None) -> Morning:
@@ -113,6 +117,19 @@ def read_morning(files: Files, day: str | None = None) -> Morning:
         _places(files, night),
         float(summary["roughness"][0]),
     )
+
+
+def read_judged(files: Files, robot: str) -> Judged | None:
+    """Return what the last night says of a robot; None where it says nothing."""
+    night = last_night(files)
+    if night is None:
+        return None
+    robots, asked = (_of_robot(_columns(files, table, night), robot) for table in ("robots", "asked"))
+    change = next(iter(_rows(robots, _CHANGES)), None)
+    if change is None:
+        return None
+    wanted = next((Asked(**row) for row in _rows(asked, _names(Asked))), None)
+    return Judged(Change(**change), wanted, is_listed=bool(robots["listed"][0]))
 
 
 def read_floor(files: Files, day: str) -> Array:
@@ -191,6 +208,15 @@ def _rows(columns: dict[str, Any], names: Sequence[str]) -> list[dict[str, Any]]
         for name in names
     }
     return [dict(zip(names, row, strict=True)) for row in zip(*plain.values(), strict=True)]
+
+
+def _of_robot(columns: dict[str, Any], robot: str) -> dict[str, Any]:
+    """Return the rows of columns that are of a robot."""
+    rows = [row for row, name in enumerate(columns["robot"]) if name == robot]
+    return {
+        name: [column[row] for row in rows] if isinstance(column, list) else column[rows]
+        for name, column in columns.items()
+    }
 
 
 def _places(files: Files, day: str) -> tuple[BadPlace, ...]:

@@ -105,6 +105,28 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True)
+class Judged:
+    """A robot that was judged.
+
+    Attributes:
+        change: What its history shows, healthy or not.
+        asked: What triage keeps asking for; None for nothing.
+        is_listed: Whether it is on the night's list.
+    """
+
+    change: Change
+    asked: Asked | None
+    is_listed: bool
+
+    @property
+    def state(self) -> RobotState:
+        """The robot's state: sick is on the list, drift may be on a later one."""
+        if self.is_listed:
+            return "sick"
+        return "drift" if self.asked is not None or self.change.log_e >= DRIFT else "fine"
+
+
+@dataclass(frozen=True, slots=True)
 class Morning:
     """What is known after a night's work.
 
@@ -128,13 +150,14 @@ class Morning:
     places: tuple[BadPlace, ...]
     roughness: float
 
-    def states(self) -> dict[str, RobotState]:
-        """Return each judged robot's state: sick is on the list, drift may be on a later one."""
-        states: dict[str, RobotState] = {
-            change.robot: "drift" if change.log_e >= DRIFT else "fine" for change in self.changes
-        }
-        states |= {asked.robot: "drift" for asked in self.asked}
-        return states | {change.robot: "sick" for change in self.sick}
+    def judged(self) -> list[Judged]:
+        """Return all robots that were judged, in the order of their names."""
+        listed = {change.robot for change in self.sick}
+        asked = {asked.robot: asked for asked in self.asked}
+        return [
+            Judged(change, asked.get(change.robot), is_listed=change.robot in listed)
+            for change in self.changes
+        ]
 
 
 @dataclass(frozen=True, slots=True)

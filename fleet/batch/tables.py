@@ -109,6 +109,9 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "recordings": ("int32", "number of recordings of the day"),
         "roughness": ("double", "m/sqrt(m), of the floor beside its bad places"),
     },
+    "latest": {
+        "day": ("string", "date of the last night that was judged"),
+    },
     "histories": {
         "day": ("string", "date"),
         "name": ("string", "of the number"),
@@ -141,7 +144,7 @@ def parquet_bytes(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
 def columns_of(content: bytes) -> dict[str, Any]:
     """Return the columns of a table's bytes; lists stay lists, numbers become arrays."""
     _, parquet = _libraries()
-    rows = parquet.read_table(io.BytesIO(content))
+    rows = parquet.ParquetFile(io.BytesIO(content)).read(use_threads=False)  # small: threads only wait
     return {
         name: column.to_pylist() if _is_object(column) else column.to_numpy()
         for name, column in zip(rows.column_names, rows.columns, strict=True)

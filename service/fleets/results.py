@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 from omnimate.fleet.batch.tables import columns_of
 from omnimate.fleet.crossings import CELL
 from omnimate.fleet.errors import FleetError
-from omnimate.fleet.kept import days_kept, last_night, read_floor, read_history, read_morning
+from omnimate.fleet.kept import (
+    days_kept,
+    last_night,
+    read_floor,
+    read_history,
+    read_judged,
+    read_morning,
+)
 from omnimate.fleet.words import of_place, of_robot
 from omnimate.service.errors import NotFoundError
 from omnimate.service.fleets.models import (
@@ -30,7 +37,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from omnimate.fleet.batch.files import Files
-    from omnimate.fleet.morning import BadPlace, Morning
+    from omnimate.fleet.morning import BadPlace, Judged, Morning
     from omnimate.service.store.tables import FleetRow
 
 LATEST = "latest"
@@ -71,13 +78,13 @@ def morning_of(results: Files, day: str) -> Morning:
 
 def night_view(morning: Morning) -> FleetNight:
     """Return the morning's list."""
-    states = {robot.robot: robot for robot in _judged(morning)}
+    listed = {each.change.robot: _robot_view(each) for each in morning.judged() if each.is_listed}
     return FleetNight(
         day=morning.day,
         recordings=morning.recordings,
         judged=len(morning.changes),
         roughness=morning.roughness,
-        sick=[states[change.robot] for change in morning.sick],
+        sick=[listed[change.robot] for change in morning.sick],
         places=[place_view(place) for place in morning.places],
         asked=[
             RobotAsked(robot=asked.robot, effect=asked.effect, component=asked.component, since=asked.since)
@@ -114,12 +121,9 @@ def floor_view(results: Files, morning: Morning) -> FleetFloor:
 
 def robots_view(results: Files, morning: Morning | None) -> list[FleetRobot]:
     """Return all robots that have results, in the order of their names."""
-    judged = {robot.robot: robot for robot in _judged(morning)} if morning else {}
+    judged = {each.change.robot: _robot_view(each) for each in morning.judged()} if morning else {}
     names = {path.rpartition("robot=")[2] for path in results.glob("recordings/robot=*")}
-    return [
-        judged.get(name) or FleetRobot(robot=name, kind=None, state="unjudged", says=None, change=None)
-        for name in sorted(names | set(judged))
-    ]
+    return [judged.get(name) or _unjudged(name) for name in sorted(names | set(judged))]
 
 
 def robot_view(results: Files, robot: str) -> FleetRobot:
@@ -130,11 +134,8 @@ def robot_view(results: Files, robot: str) -> FleetRobot:
     """
     if not results.glob(f"recordings/robot={robot}"):
         raise NotFoundError("robot", robot)
-    morning = latest(results)
-    return next(
-        iter(_judged(morning, robot) if morning else ()),
-        FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None),
-    )
+    judged = read_judged(results, robot)
+    return _unjudged(robot) if judged is None else _robot_view(judged)
 
 
 def history_view(results: Files, robot: str) -> FleetHistory:
@@ -191,28 +192,23 @@ def _number(value: float | None) -> float | None:
     return None if value is None or value != value else float(value)  # noqa: PLR0124  # not a number
 
 
-def _judged(morning: Morning, robot: str | None = None) -> list[FleetRobot]:
-    """Return all robots that a night judged, or one of them."""
-    states = morning.states()
-    asked = {each.robot: each for each in morning.asked}
-    robots = []
-    for change in morning.changes:
-        if robot is not None and change.robot != robot:
-            continue
-        says = of_robot(change) if states[change.robot] != "fine" else None
-        if change.robot in asked:
-            wanted = asked[change.robot]
-            says = (
-                f"{change.robot}: triage asks for the same diagnosis since {wanted.since}: "
-                f"{wanted.effect} of {wanted.component}"
-            )
-        robots.append(
-            FleetRobot(
-                robot=change.robot,
-                kind=change.kind,
-                state=states[change.robot],
-                says=says,
-                change=Change.model_validate(change, from_attributes=True),
-            )
+def _unjudged(robot: str) -> FleetRobot:
+    return FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None)
+
+
+def _robot_view(judged: Judged) -> FleetRobot:
+    change, says = judged.change, None
+    if judged.asked is not None:
+        says = (
+            f"{change.robot}: triage asks for the same diagnosis since {judged.asked.since}: "
+            f"{judged.asked.effect} of {judged.asked.component}"
         )
-    return robots
+    elif judged.state != "fine":
+        says = of_robot(change)
+    return FleetRobot(
+        robot=change.robot,
+        kind=change.kind,
+        state=judged.state,
+        says=says,
+        change=Change.model_validate(change, from_attributes=True),
+    )

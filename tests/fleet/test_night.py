@@ -8,7 +8,15 @@ from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.run import run_batch
 from omnimate.fleet.batch.tables import columns_of
 from omnimate.fleet.errors import FleetError
-from omnimate.fleet.kept import days_kept, keep_night, read_floor, read_history, read_morning
+from omnimate.fleet.kept import (
+    days_kept,
+    keep_night,
+    last_night,
+    read_floor,
+    read_history,
+    read_judged,
+    read_morning,
+)
 from omnimate.fleet.morning import Asked
 from omnimate.fleet.night import _asked, judge_night
 from omnimate.vcan_sim.hall.hall import draw_hall
@@ -66,8 +74,27 @@ def test_the_morning_that_is_read_is_the_night_that_was_judged(night):
         (place.x, place.y, place.reach) for place in judged.places
     ]
     assert np.array_equal(read_floor(files, judged.day), judged.driven)
-    assert morning.states()["mule-0001"] == "sick"
-    assert set(morning.states().values()) <= {"sick", "drift", "fine"}
+    states = {each.change.robot: each.state for each in morning.judged()}
+    assert states["mule-0001"] == "sick"
+    assert set(states.values()) <= {"sick", "drift", "fine"}
+
+
+def test_what_a_night_says_of_a_robot_is_read_without_the_others(night, tmp_path):
+    files, _ = night
+    for each in read_morning(files).judged():
+        assert read_judged(files, each.change.robot) == each
+    assert read_judged(files, "none") is None
+    assert read_judged(open_files(str(tmp_path)), "mule-0001") is None
+
+
+def test_an_older_night_that_is_judged_again_is_not_the_last_one(night, tmp_path):
+    _, judged = night
+    files = open_files(str(tmp_path))
+    for day in ("2026-05-07", judged.day):
+        keep_night(files, replace(judged, day=day))
+    assert last_night(files) == "2026-05-07"
+    files.delete("latest/night.parquet")  # as in results of an older version
+    assert last_night(files) == "2026-05-07"
 
 
 def test_a_robots_history_keeps_the_days_that_a_night_does_not_judge_anew(night, tmp_path):
