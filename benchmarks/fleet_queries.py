@@ -22,7 +22,7 @@ from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.tables import parquet_bytes
 from omnimate.fleet.kept import keep_night, read_floor
 from omnimate.fleet.model.histories import History
-from omnimate.fleet.morning import BadPlace, Change, Night
+from omnimate.fleet.morning import BadPlace, Change, FloorSummary, Night
 from omnimate.fleet.segments import PARAMETERS
 from omnimate.service.fleets.results import history_view, morning_of, night_view, robots_view
 
@@ -89,7 +89,8 @@ def last_night(names: list[str], every: list[str], chance: np.random.Generator) 
     )  # fmt: skip
     sick = tuple(changes[:10])
     judged = tuple(changes), sick, (), tuple(places)
-    return Night(every[-1], len(names), (), *judged, 6e-4, (history,), driven)
+    floors = (FloorSummary("", len(names), 6e-4),)
+    return Night(every[-1], len(names), (), *judged, floors, (history,), {"": driven})
 
 
 def main() -> None:
@@ -117,7 +118,7 @@ def main() -> None:
             robots_view(files, judged)
 
         def floor() -> None:
-            read_floor(files, dates(options.days)[-1])
+            read_floor(files, dates(options.days)[-1], "")
 
         queries = {
             "history, as the service answers it": (ours, HISTORY),

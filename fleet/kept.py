@@ -14,10 +14,10 @@ import numpy as np
 from omnimate.fleet.batch.tables import columns_of, parquet_bytes
 from omnimate.fleet.errors import FleetError
 from omnimate.fleet.joints import JOINT_NUMBERS
-from omnimate.fleet.morning import Asked, BadPlace, Change, Judged, Morning
+from omnimate.fleet.morning import Asked, BadPlace, Change, FloorSummary, Judged, Morning
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from omnimate.fleet.batch.files import Files
     from omnimate.fleet.model.histories import History
@@ -26,10 +26,12 @@ if TYPE_CHECKING:
 
 _CHANGE = ("robot", "kind", "log_e", "name", "share", "since", "earliest", "latest", "shape", "size")
 _CHANGES = (*_CHANGE, "sigma", "per_day")
-_PLACE = ("effect", "x", "y", "reach", "gain", "crossings")
+_PLACE = ("floor", "effect", "x", "y", "reach", "gain", "crossings")
+_FLOOR = ("floor", "recordings", "roughness")
 _FAILED = ("robot", "recording", "error")
 _LATEST = "latest/night.parquet"
-_OF_DAY = ("robots", "places", "asked", "failed", "floor", "nights")  # the last one says that all are there
+# The last one says that all are there.
+_OF_DAY = ("robots", "places", "asked", "failed", "floor", "floors", "nights")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +62,8 @@ def keep_night(files: Files, night: Night) -> None:
         "places": _place_rows(night.places),
         "asked": {name: [getattr(asked, name) for asked in night.asked] for name in _names(Asked)},
         "failed": {name: [row[place] for row in night.errors] for place, name in enumerate(_FAILED)},
-        "floor": {
-            "x": night.driven[:, 0],
-            "y": night.driven[:, 1],
-            "count": night.driven[:, 2].astype(np.int32),
-        },
+        "floor": _floor_columns(night.driven),
+        "floors": {name: [getattr(each, name) for each in night.floors] for name in _FLOOR},
         "nights": {
             "recordings": np.array([night.recordings], np.int32),
             "roughness": [night.roughness],
@@ -115,7 +114,7 @@ def read_morning(files: Files, day: str | None = None) -> Morning:
         tuple(sorted(on_list, key=lambda change: -change.log_e)),
         tuple(Asked(**row) for row in _rows(asked, _names(Asked))),
         _places(files, night),
-        float(summary["roughness"][0]),
+        _floors(files, night, summary),
     )
 
 
@@ -132,10 +131,11 @@ def read_judged(files: Files, robot: str) -> Judged | None:
     return Judged(Change(**change), wanted, is_listed=bool(robots["listed"][0]))
 
 
-def read_floor(files: Files, day: str) -> Array:
-    """Return the cells that were driven over before a night: x and y [m] and how often, `(N, 3)`."""
+def read_floor(files: Files, day: str, floor: str) -> Array:
+    """Return the cells of a floor that were driven over before a night: x, y [m], how often, `(N, 3)`."""
     columns = _columns(files, "floor", day)
-    return np.column_stack([columns["x"], columns["y"], columns["count"]])
+    cells = np.column_stack([columns["x"], columns["y"], columns["count"]])
+    return cells[np.array(columns.get("floor", [""] * len(cells)), str) == floor]
 
 
 def read_history(files: Files, robot: str) -> list[Course]:
@@ -219,8 +219,25 @@ def _of_robot(columns: dict[str, Any], robot: str) -> dict[str, Any]:
     }
 
 
+def _floor_columns(driven: Mapping[str, Array]) -> dict[str, Any]:
+    cells = np.concatenate([np.zeros((0, 3)), *driven.values()])
+    return {
+        "floor": [name for name, some in driven.items() for _ in some],
+        "x": cells[:, 0],
+        "y": cells[:, 1],
+        "count": cells[:, 2].astype(np.int32),
+    }
+
+
+def _floors(files: Files, day: str, summary: dict[str, Any]) -> tuple[FloorSummary, ...]:
+    if not files.glob(_path("floors", day)):  # a night of an older version, which knew one floor
+        return (FloorSummary("", int(summary["recordings"][0]), float(summary["roughness"][0])),)
+    return tuple(FloorSummary(**row) for row in _rows(_columns(files, "floors", day), _FLOOR))
+
+
 def _places(files: Files, day: str) -> tuple[BadPlace, ...]:
     columns = _columns(files, "places", day)
+    columns.setdefault("floor", [""] * len(columns["effect"]))  # a night of an older version
     return tuple(
         BadPlace(
             row["effect"],
@@ -232,6 +249,7 @@ def _places(files: Files, day: str) -> tuple[BadPlace, ...]:
             np.array(row["sigma"]),
             row["gain"],
             row["crossings"],
+            row["floor"],
         )
         for row in _rows(columns, (*_PLACE, "xx", "xy", "yy", "size", "sigma"))
     )

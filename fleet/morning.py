@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from omnimate.fleet.model.histories import History
     from omnimate.vehicle.se2 import Array
 
@@ -68,6 +70,7 @@ class BadPlace:
         sigma: Standard deviations of the size.
         gain: Twice the gain in log likelihood over no place there.
         crossings: Number of ways over it.
+        floor: Name of the floor that it is on; "" for the only one.
     """
 
     effect: PlaceEffect
@@ -79,6 +82,7 @@ class BadPlace:
     sigma: Array
     gain: float
     crossings: int
+    floor: str = ""
 
     @property
     def per_crossing(self) -> float:
@@ -127,6 +131,21 @@ class Judged:
 
 
 @dataclass(frozen=True, slots=True)
+class FloorSummary:
+    """What is known of one of a fleet's floors.
+
+    Attributes:
+        floor: Its name; "" for the only one.
+        recordings: Number of recordings within the week.
+        roughness: Of the floor beside its bad places [m/sqrt(m)].
+    """
+
+    floor: str
+    recordings: int
+    roughness: float
+
+
+@dataclass(frozen=True, slots=True)
 class Morning:
     """What is known after a night's work.
 
@@ -137,8 +156,8 @@ class Morning:
         changes: What each robot's history shows, healthy or not.
         sick: The night's list, the clearest first.
         asked: Robots not on the list for which triage keeps asking for the same diagnosis.
-        places: Bad places of the floor, the clearest first.
-        roughness: Of the floor beside these [m/sqrt(m)].
+        places: Bad places of all floors, those of each floor together, the clearest first.
+        floors: The floors, that with most recordings first.
     """
 
     day: str
@@ -148,7 +167,12 @@ class Morning:
     sick: tuple[Change, ...]
     asked: tuple[Asked, ...]
     places: tuple[BadPlace, ...]
-    roughness: float
+    floors: tuple[FloorSummary, ...]
+
+    @property
+    def roughness(self) -> float:
+        """Roughness of the floor with most recordings, beside its bad places [m/sqrt(m)]."""
+        return self.floors[0].roughness
 
     def judged(self) -> list[Judged]:
         """Return all robots that were judged, in the order of their names."""
@@ -166,8 +190,8 @@ class Night(Morning):
 
     Attributes:
         histories: Of all robots.
-        driven: Cells that were driven over: x and y [m] and how often, `(N, 3)`.
+        driven: Of each floor, cells that were driven over: x and y [m] and how often, `(N, 3)`.
     """
 
     histories: tuple[History, ...]
-    driven: Array
+    driven: Mapping[str, Array]

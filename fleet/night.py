@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from omnimate.fleet.model.changes import changes_of, listed
 from omnimate.fleet.model.days import histories_of
 from omnimate.fleet.model.floor import Driven, Floor, floor_under
 from omnimate.fleet.model.histories import ordinary
-from omnimate.fleet.morning import Asked, Night
+from omnimate.fleet.morning import Asked, FloorSummary, Night
 from omnimate.fleet.segments import Segments
 
 if TYPE_CHECKING:
@@ -83,8 +83,11 @@ def judge_night(
         tuple(judged.changes),
         tuple(sick),
         tuple(asked),
-        judged.floor.places,
-        judged.floor.roughness,
+        tuple(place for floor in judged.floors.values() for place in floor.places),
+        tuple(
+            FloorSummary(name, len(judged.recent[name]), floor.roughness)
+            for name, floor in judged.floors.items()
+        ),
         tuple(judged.histories),
         judged.driven,
     )
@@ -96,24 +99,37 @@ def judge_night(
 class _Judged:
     histories: Sequence[History]
     changes: Sequence[Change]
-    floor: Floor
-    driven: Array
+    floors: dict[str, Floor]
+    recent: dict[str, list[Driven]]
+    driven: dict[str, Array]
 
 
 def _judge(results: Sequence[Driven], night: str, known: Sequence[BadPlace]) -> _Judged:
-    """Find the floor's places from the last week's recordings, then judge robots from all."""
+    """Find each floor's places from the last week's recordings, then judge robots from all."""
     week = (date.fromisoformat(night) - timedelta(days=FLOOR_DAYS - 1)).isoformat()
-    recent = [result for result in results if result.day >= week]
-    floor = floor_under(recent, known)
-    histories = histories_of(floor.days(results))
+    by_floor: dict[str, list[Driven]] = {}
+    for result in results:
+        by_floor.setdefault(result.floor, []).append(result)
+    recent = {name: [each for each in all_ if each.day >= week] for name, all_ in by_floor.items()}
+    floors = {}
+    for name in sorted(by_floor, key=lambda name: (-len(recent[name]), name)):
+        before = [place for place in known if place.floor == name]
+        floor = floor_under(recent[name] or by_floor[name], before)
+        floors[name] = Floor(tuple(replace(place, floor=name) for place in floor.places), floor.roughness)
+    histories = histories_of([day for name, floor in floors.items() for day in floor.days(by_floor[name])])
     usual = {
         kind: ordinary([history for history in histories if history.kind == kind])
         for kind in {history.kind for history in histories}
     }
+    driven = {name: _driven_over(some) for name, some in recent.items() if some}
+    return _Judged(histories, changes_of(histories, usual), floors, recent, driven)
+
+
+def _driven_over(recent: Sequence[Driven]) -> Array:
+    """Return the cells that recordings go over: x and y [m] and how many ways, `(N, 3)`."""
     cells = np.concatenate([result.crossings.cell for result in recent])
     unique, counts = np.unique(cells, axis=0, return_counts=True)
-    driven = np.column_stack([CELL * unique, counts])
-    return _Judged(histories, changes_of(histories, usual), floor, driven)
+    return np.column_stack([CELL * unique, counts])
 
 
 def _part(path: str, name: str) -> str:
@@ -147,7 +163,8 @@ def _result(files: Files, path: str, row: Mapping[str, Any]) -> Driven | None:
     places = [numbers["name"].index(name) for name in JOINT_NUMBERS if name in numbers["name"]]
     joints = Joints(numbers["value"][places], numbers["sigma"][places]) if places else NO_JOINTS
     robot, day = _part(path, "robot"), _part(path, "day")
-    return Driven(robot, row["kind"][0], day, segments, crossings, joints)
+    floor = row["floor"][0] if "floor" in row else ""  # results of an older version know one floor
+    return Driven(robot, row["kind"][0], day, segments, crossings, joints, floor)
 
 
 def _asked(rows: Sequence[tuple[str, Mapping[str, Any]]], but: set[str]) -> list[Asked]:

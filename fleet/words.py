@@ -45,8 +45,9 @@ def of_robot(change: Change) -> str:
 
 def of_place(place: BadPlace) -> str:
     """Return a bad place as a sentence."""
+    on = f"floor {place.floor}, " if place.floor else ""
     return (
-        f"at x {place.x:.2f} m, y {place.y:.2f} m: {what(place)}, {1e3 * place.per_crossing:.1f} mm in a "
+        f"{on}at x {place.x:.2f} m, y {place.y:.2f} m: {what(place)}, {1e3 * place.per_crossing:.1f} mm in a "
         f"crossing, {place.crossings} crossings"
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,8 @@ from omnimate.vehicle.tables import read_toml
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")  # of a floor: it stands in URLs and in files' names
 
 
 def read_run(path: Path | str) -> Run:
@@ -36,7 +39,12 @@ def read_run(path: Path | str) -> Run:
     side = _number(document, "side", path, "side") if "side" in document else None
     if side is not None and side <= 0:
         raise RecordingError(path, f"side {side:g}; expected a length in metres above 0")
-    return Run(protocol, side, tuple(_lap(lap, path, number) for number, lap in enumerate(laps, start=1)))
+    floor = document.get("floor", "")
+    if not isinstance(floor, str) or not NAME.fullmatch(floor or "0"):
+        raise RecordingError(path, f"floor {floor!r}; expected a name of letters, digits, `.`, `_` and `-`")
+    return Run(
+        protocol, side, tuple(_lap(lap, path, number) for number, lap in enumerate(laps, start=1)), floor
+    )
 
 
 def write_run(run: Run, path: Path | str) -> None:
@@ -44,6 +52,8 @@ def write_run(run: Run, path: Path | str) -> None:
     document: dict[str, Any] = {"protocol": run.protocol}
     if run.side is not None:
         document["side"] = float(run.side)
+    if run.floor:
+        document["floor"] = run.floor
     laps = [
         {"direction": lap.direction, "start": float(lap.start), "end": float(lap.end)} for lap in run.laps
     ]

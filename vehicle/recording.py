@@ -76,11 +76,13 @@ class Run:
         protocol: What was driven: umbmark, extended-umbmark, straight, free, or another word.
         side: Side of the square [m]; None where no square was driven.
         laps: The laps in order of time.
+        floor: Name of the floor that it was driven on; "" where a robot has one floor only.
     """
 
     protocol: str
     side: float | None
     laps: tuple[Lap, ...]
+    floor: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,16 +14,19 @@ from omnimate.fleet.words import shown_unit, since, size, speed, what
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from omnimate.figures.fleet import MapPlace
     from omnimate.fleet.model.histories import History
-    from omnimate.fleet.morning import Change, Night
+    from omnimate.fleet.morning import BadPlace, Change, Night
 
 
 def show_night(night: Night) -> None:
     """Print a night: how much was judged, sick robots, bad places, and what could not be worked on."""
+    floors = ", ".join(
+        f"floor {floor.floor} {1e3 * floor.roughness:.2f}".replace("  ", " ") for floor in night.floors
+    )
     out.print(
         f"{night.day}: {night.recordings} recordings, {len(night.changes)} robots judged, "
-        f"{len(night.sick)} sick, {len(night.places)} bad places; "
-        f"floor {1e3 * night.roughness:.2f} mm/sqrt(m)",
+        f"{len(night.sick)} sick, {len(night.places)} bad places; {floors} mm/sqrt(m)",
         soft_wrap=True,
     )
     if night.sick:
@@ -35,11 +38,21 @@ def show_night(night: Night) -> None:
         show(table)
     if night.places:
         table = new_table("bad places")
-        for head in ("x [m]", "y [m]", "+- [m]", "what", "a crossing [mm]", "crossings"):
+        several = len(night.floors) > 1
+        for head in (
+            *(("floor",) if several else ()),
+            "x [m]",
+            "y [m]",
+            "+- [m]",
+            "what",
+            "a crossing [mm]",
+            "crossings",
+        ):
             table.add_column(head)
         for place in night.places:
             spread = math.sqrt(0.5 * float(np.trace(place.covariance)))
             table.add_row(
+                *((place.floor,) if several else ()),
                 f"{place.x:.2f}",
                 f"{place.y:.2f}",
                 f"{spread:.2f}",
@@ -64,25 +77,31 @@ def draw_night(night: Night, folder: Path) -> None:
     Raises:
         PlotError: A file cannot be written.
     """
-    from omnimate.figures.fleet import MapPlace, plot_floor_map
+    from omnimate.figures.fleet import plot_floor_map
 
     folder.mkdir(parents=True, exist_ok=True)
-    places = [
-        MapPlace(
-            place.effect,
-            place.x,
-            place.y,
-            place.reach,
-            place.covariance,
-            f"{1e3 * place.per_crossing:.1f} mm",
-            place.size if place.effect == "creep" else None,
-        )
-        for place in night.places
-    ]
-    plot_floor_map(places, night.driven, folder / "floor.png", title=f"{night.day}: bad places of the floor")
+    for floor, driven in night.driven.items():
+        places = [_on_map(place) for place in night.places if place.floor == floor]
+        words = f"floor {floor}" if floor else "the floor"
+        path = folder / (f"floor-{floor}.png" if floor else "floor.png")
+        plot_floor_map(places, driven, path, title=f"{night.day}: bad places of {words}")
     histories = {history.robot: history for history in night.histories}
     for change in night.sick:
         _draw_history(change, histories[change.robot], folder / f"{change.robot}.png")
+
+
+def _on_map(place: BadPlace) -> MapPlace:
+    from omnimate.figures.fleet import MapPlace
+
+    return MapPlace(
+        place.effect,
+        place.x,
+        place.y,
+        place.reach,
+        place.covariance,
+        f"{1e3 * place.per_crossing:.1f} mm",
+        place.size if place.effect == "creep" else None,
+    )
 
 
 def _draw_history(change: Change, history: History, path: Path) -> None:

@@ -22,6 +22,7 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "vehicle_hash": ("string", "SHA-256 of vehicle.toml"),
         "tool": ("string", "version of the software and of its results"),
         "kind": ("string", "type of the robot"),
+        "floor": ("string", "on which it was driven, by run.toml; empty for the only one"),
         "start": ("double", "s"),
         "duration": ("double", "s"),
         "way": ("double", "m, of truck a"),
@@ -77,6 +78,7 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "per_day": ("double", "1 or rad per day; 0 for a step"),
     },
     "places": {
+        "floor": ("string", "on which it is; empty for the only one"),
         "effect": ("string", "loss or creep"),
         "x": ("double", "m"),
         "y": ("double", "m"),
@@ -101,13 +103,19 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "error": ("string", "why it has no results"),
     },
     "floor": {
+        "floor": ("string", "on which it is; empty for the only one"),
         "x": ("double", "m, middle of a cell that was driven over within the week"),
         "y": ("double", "m"),
         "count": ("int32", "number of ways over it"),
     },
     "nights": {
         "recordings": ("int32", "number of recordings of the day"),
-        "roughness": ("double", "m/sqrt(m), of the floor beside its bad places"),
+        "roughness": ("double", "m/sqrt(m), of the floor with most recordings, beside its bad places"),
+    },
+    "floors": {
+        "floor": ("string", "name; empty for the only one"),
+        "recordings": ("int32", "number of recordings within the week"),
+        "roughness": ("double", "m/sqrt(m), beside its bad places"),
     },
     "latest": {
         "day": ("string", "date of the last night that was judged"),

@@ -111,6 +111,7 @@ def _drive(recording: Recording) -> Columns:
     left, right, _ = truck_travel(recording, "a")
     return {
         "kind": kind_of(recording.vehicle),
+        "floor": recording.run.floor if recording.run else "",
         "start": float(recording.time[0]),
         "duration": float(recording.time[-1] - recording.time[0]),
         "way": float(np.abs(np.diff(0.5 * (left + right))).sum()),

@@ -34,6 +34,7 @@ class Driven:
         segments: Its ways, two or more.
         crossings: What they go over.
         joints: Of its linkage.
+        floor: Name of the floor; "" for the only one.
     """
 
     robot: str
@@ -42,6 +43,7 @@ class Driven:
     segments: Segments
     crossings: Crossings
     joints: Joints = NO_JOINTS
+    floor: str = ""
 
     def evidence(self, roughness: float) -> Evidence:
         """Return what it says on a floor of a roughness [m/sqrt(m)]."""

@@ -11,9 +11,10 @@ from omnimate.fleet.errors import FleetError
 from omnimate.fleet.kept import read_morning
 from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.models import Batch, BatchStart
-from omnimate.service.fleets.stores import find_fleet
 from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import find_job, queue_job
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import FleetRow
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
     Raises:
         NotFoundError: there is no fleet of this name.
     """
-    find_fleet(db, fleet)
+    find_row(db, FleetRow, fleet)
     asked = json.dumps({"day": start.day, "diagnose": start.diagnose})
     return queue_job(db, kind="batch", fleet=fleet, asked=asked, priority=start.priority, recordings="[]")
 

@@ -16,16 +16,16 @@ from sqlalchemy import select
 from omnimate.fleet.morning import SEPARATE
 from omnimate.fleet.words import of_place, of_robot
 from omnimate.service.fleets.models import Finding
-from omnimate.service.fleets.stores import find_fleet
 from omnimate.service.fleets.webhooks import queue_message
-from omnimate.service.store.tables import FindingRow
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import FindingRow, FleetRow
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from sqlalchemy.orm import Session
 
-    from omnimate.fleet.morning import Morning
+    from omnimate.fleet.morning import BadPlace, Morning
 
 
 def finding_view(row: FindingRow) -> Finding:
@@ -35,7 +35,7 @@ def finding_view(row: FindingRow) -> Finding:
 
 def note_findings(db: Session, fleet: str, morning: Morning) -> None:
     """Open, prolong and close findings by a night's list; nothing where a later night was noted before."""
-    row = find_fleet(db, fleet, for_change=True)
+    row = find_row(db, FleetRow, fleet, for_change=True)
     if row.night is not None and morning.day < row.night:
         return
     row.night = morning.day
@@ -44,15 +44,21 @@ def note_findings(db: Session, fleet: str, morning: Morning) -> None:
         known = next((finding for finding in opened if _are_same(finding, named)), None)
         if known is None:
             db.add(named)
-            db.flush()
-            view = finding_view(named).model_dump()
-            queue_message(db, fleet, {"type": "finding.opened", "timestamp": morning.day, "data": view})
+            _tell(db, "finding.opened", named, morning.day)
             continue
         opened.remove(known)
         known.says, known.last, known.changed = named.says, morning.day, named.changed
         known.x, known.y = named.x, named.y
     for gone in opened:
         gone.state, gone.changed = "closed", time.time()
+        _tell(db, "finding.closed", gone, morning.day)
+
+
+def _tell(db: Session, what: str, finding: FindingRow, night: str) -> None:
+    """Queue a message to the fleet's webhooks about a finding that a night opened or closed."""
+    db.flush()
+    view = finding_view(finding).model_dump()
+    queue_message(db, finding.fleet, {"type": what, "timestamp": night, "data": view})
 
 
 def _named(fleet: str, morning: Morning) -> Iterator[FindingRow]:
@@ -60,7 +66,7 @@ def _named(fleet: str, morning: Morning) -> Iterator[FindingRow]:
     for change in morning.sick:
         yield _finding(fleet, morning.day, "robot", change.name, of_robot(change), robot=change.robot)
     for place in morning.places:
-        yield _finding(fleet, morning.day, "place", place.effect, of_place(place), where=(place.x, place.y))
+        yield _finding(fleet, morning.day, "place", place.effect, of_place(place), place=place)
 
 
 def _finding(
@@ -71,19 +77,19 @@ def _finding(
     says: str,
     *,
     robot: str | None = None,
-    where: tuple[float, float] | None = None,
+    place: BadPlace | None = None,
 ) -> FindingRow:
     now = time.time()
-    x, y = where or (None, None)
+    x, y, floor = (place.x, place.y, place.floor) if place else (None, None, None)
     return FindingRow(
         id=secrets.token_hex(8), fleet=fleet, kind=kind, state="open", robot=robot, what=what, x=x, y=y,
-        says=says, first=day, last=day, created=now, changed=now,
+        floor=floor, says=says, first=day, last=day, created=now, changed=now,
     )  # fmt: skip
 
 
 def _are_same(finding: FindingRow, named: FindingRow) -> bool:
     """Return whether a night names again what a finding is about: the robot, or a place as near as one."""
-    if (finding.kind, finding.robot) != (named.kind, named.robot):
+    if (finding.kind, finding.robot, finding.floor) != (named.kind, named.robot, named.floor):
         return False
     if finding.x is None or finding.y is None or named.x is None or named.y is None:
         return True

@@ -108,8 +108,9 @@ class FleetRobot(BaseModel):
 
 
 class Place(BaseModel):
-    """A bad place of the floor."""
+    """A bad place of a floor."""
 
+    floor: str = Field(description="Name of the floor; empty for the only one.")
     effect: Literal["loss", "creep"]
     says: str
     x: float
@@ -138,13 +139,22 @@ class RecordingFailed(BaseModel):
     problem: str
 
 
+class FloorAbout(BaseModel):
+    """One of a fleet's floors."""
+
+    floor: str = Field(description="Its name, by `run.toml`; empty for the only one.")
+    recordings: int = Field(description="Recordings on it within the week.")
+    roughness: float = Field(description="Beside its bad places [m/sqrt(m)].")
+
+
 class FleetNight(BaseModel):
     """The morning's list."""
 
     day: str
     recordings: int
     judged: int = Field(description="Robots with enough days to be judged.")
-    roughness: float = Field(description="Of the floor beside its bad places [m/sqrt(m)].")
+    roughness: float = Field(description="Of the first floor beside its bad places [m/sqrt(m)].")
+    floors: list[FloorAbout] = Field(description="That with most recordings first.")
     sick: list[FleetRobot]
     places: list[Place]
     asked: list[RobotAsked]
@@ -152,9 +162,10 @@ class FleetNight(BaseModel):
 
 
 class FleetFloor(BaseModel):
-    """The floor of a fleet, as of a night."""
+    """A floor of a fleet, as of a night."""
 
     day: str
+    floor: str
     cell: float = Field(description="Size of a cell [m].")
     driven: list[tuple[float, float, int]] = Field(
         description="x, y [m] of cells that were driven over, and ways over each."
@@ -201,6 +212,7 @@ class Finding(BaseModel):
     state: FindingState
     robot: str | None
     what: str = Field(description="The robot's number, or the place's effect.")
+    floor: str | None = Field(description="Of a place; empty for the only one.")
     x: float | None
     y: float | None
     says: str

@@ -28,6 +28,7 @@ from omnimate.service.fleets.models import (
     FleetNight,
     FleetRecording,
     FleetRobot,
+    FloorAbout,
     Place,
     RecordingFailed,
     RobotAsked,
@@ -84,6 +85,7 @@ def night_view(morning: Morning) -> FleetNight:
         recordings=morning.recordings,
         judged=len(morning.changes),
         roughness=morning.roughness,
+        floors=[FloorAbout.model_validate(floor, from_attributes=True) for floor in morning.floors],
         sick=[listed[change.robot] for change in morning.sick],
         places=[place_view(place) for place in morning.places],
         asked=[
@@ -100,6 +102,7 @@ def night_view(morning: Morning) -> FleetNight:
 def place_view(place: BadPlace) -> Place:
     """Return a bad place."""
     return Place(
+        floor=place.floor,
         effect=place.effect,
         says=of_place(place),
         x=place.x,
@@ -112,11 +115,19 @@ def place_view(place: BadPlace) -> Place:
     )
 
 
-def floor_view(results: Files, morning: Morning) -> FleetFloor:
-    """Return the floor as of a night."""
-    driven = [(x, y, int(count)) for x, y, count in read_floor(results, morning.day).tolist()]
-    places = [place_view(place) for place in morning.places]
-    return FleetFloor(day=morning.day, cell=CELL, driven=driven, places=places)
+def floor_view(results: Files, morning: Morning, floor: str | None) -> FleetFloor:
+    """Return a floor as of a night; by default that with most recordings.
+
+    Raises:
+        NotFoundError: the fleet has no such floor.
+    """
+    names = [each.floor for each in morning.floors]
+    name = names[0] if floor is None else floor
+    if name not in names:
+        raise NotFoundError("floor", name)
+    driven = [(x, y, int(count)) for x, y, count in read_floor(results, morning.day, name).tolist()]
+    places = [place_view(place) for place in morning.places if place.floor == name]
+    return FleetFloor(day=morning.day, floor=name, cell=CELL, driven=driven, places=places)
 
 
 def robots_view(results: Files, morning: Morning | None) -> list[FleetRobot]:

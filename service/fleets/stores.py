@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.fleet.batch.files import open_files
-from omnimate.service.errors import NotFoundError, StateError
+from omnimate.service.errors import StateError
 from omnimate.service.store.tables import FleetRow
 
 if TYPE_CHECKING:
@@ -39,18 +39,6 @@ class Stores:
     def results_of(self, fleet: str) -> Files:
         """Return the files of a fleet's results."""
         return open_files(self.results(fleet))
-
-
-def find_fleet(db: Session, name: str, *, for_change: bool = False) -> FleetRow:
-    """Return a fleet's row.
-
-    Raises:
-        NotFoundError: there is no fleet of this name.
-    """
-    row = db.get(FleetRow, name, with_for_update=for_change)
-    if row is None:
-        raise NotFoundError("fleet", name)
-    return row
 
 
 def add_fleet(db: Session, name: str, now: float) -> FleetRow:

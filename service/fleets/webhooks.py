@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select, update
 
-from omnimate.service.errors import NotFoundError
 from omnimate.service.fleets.models import Delivery, Webhook
 from omnimate.service.store.tables import DeliveryRow, WebhookRow
 
@@ -56,18 +55,6 @@ def add_webhook(db: Session, fleet: str, url: str) -> WebhookRow:
     secret = PREFIX + base64.b64encode(secrets.token_bytes(SECRET_LENGTH)).decode()
     row = WebhookRow(id=secrets.token_hex(8), fleet=fleet, url=url, secret=secret, created=time.time())
     db.add(row)
-    return row
-
-
-def find_webhook(db: Session, fleet: str, webhook_id: str) -> WebhookRow:
-    """Return a webhook of a fleet.
-
-    Raises:
-        NotFoundError: there is no such webhook.
-    """
-    row = db.get(WebhookRow, webhook_id)
-    if row is None or row.fleet != fleet:
-        raise NotFoundError("webhook", webhook_id)
     return row
 
 

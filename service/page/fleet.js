@@ -14,6 +14,7 @@ export const address = (name, ...more) => ["/v1/fleets", ...[name, ...more].map(
 
 export function setUpFleet() {
   $("fleet-name").addEventListener("change", () => (location.hash = `#fleet/${encodeURIComponent($("fleet-name").value)}`));
+  $("fleet-floor-name").addEventListener("change", async () => showFloor(await get(`${address(fleet, "nights", "latest", "floor")}?floor=${encodeURIComponent($("fleet-floor-name").value)}`)));
   $("fleet-start").addEventListener("submit", (event) => {
     event.preventDefault();
     attempt($("fleet-start-send"), $("fleet-start-message"), make);
@@ -79,8 +80,16 @@ async function showFleet() {
   $("robot-findings").replaceChildren(...named.map(findingItem), ...night.failed.map(failedItem));
   $("no-findings").hidden = named.length > 0 || night.failed.length > 0;
   $("no-findings").textContent = night.judged ? "No robot stands out." : "Robots are judged from three days on.";
+  $("fleet-floor-name").replaceChildren(...night.floors.map((each) => el("option", { value: each.floor }, each.floor || "unnamed")));
+  $("fleet-floor-name").hidden = night.floors.length < 2;
+  showFloor(floor);
+}
+
+/** Show one of the fleet's floors. */
+function showFloor(floor) {
+  $("fleet-floor-name").value = floor.floor;
   $("fleet-map").replaceChildren(floorMap(floor));
-  $("fleet-places").replaceChildren(...night.places.map(({ effect, says }) => el("li", {}, el("p", {}, el("i", { class: `shape ${effect}place`, "aria-hidden": "true" }), ` ${says}`))));
+  $("fleet-places").replaceChildren(...floor.places.map(({ effect, says }) => el("li", {}, el("p", {}, el("i", { class: `shape ${effect}place`, "aria-hidden": "true" }), ` ${says}`))));
 }
 
 async function allRobots() {

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from omnimate.logs.folder import load_recording
 from omnimate.service.recording_zip import make_row, pack
 from omnimate.service.store import vehicles
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.leases import drives_for, end_lease, renew_lease
 from omnimate.service.umbmark.samples import add_sample
 from omnimate.service.umbmark.session_views import count_samples, session_view
-from omnimate.service.umbmark.sessions import find_session
 from omnimate.service.umbmark.solving import vehicle_of
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.odometry import dead_reckon
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
     from omnimate.service.event_stream import EventStream
     from omnimate.service.store.database import Database
-    from omnimate.service.store.tables import SessionRow
     from omnimate.service.umbmark.fields import Direction
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
@@ -61,7 +61,7 @@ class SessionReporter:
             LapError: the session does not want this robot to drive any more.
         """
         with self._database.reading() as db:
-            row = find_session(db, session)
+            row = find_row(db, SessionRow, session)
             self._require_driving(row)
             counts = count_samples(db, [session])[session]
         if min(counts.cw, counts.ccw) >= row.runs:
@@ -80,7 +80,7 @@ class SessionReporter:
         recording = replace(load_recording(folder), source=f"the {direction} square")
         content = pack(folder)
         with self._database.writing() as db:
-            row = find_session(db, session, for_change=True)
+            row = find_row(db, SessionRow, session, for_change=True)
             self._require_driving(row)
             kept = make_row(f"session {session}, {direction}", content, recording)
             db.add(kept)
@@ -103,7 +103,7 @@ class SessionReporter:
     def renew(self, session: str) -> None:
         """Note that this service still drives for the session."""
         with self._database.writing() as db:
-            row = find_session(db, session, for_change=True)
+            row = find_row(db, SessionRow, session, for_change=True)
             if drives_for(row, self._instance):
                 renew_lease(row)
 
@@ -113,7 +113,7 @@ class SessionReporter:
 
     def _end(self, session: str, state: str, detail: str) -> None:
         with self._database.writing() as db:
-            row = find_session(db, session, for_change=True)
+            row = find_row(db, SessionRow, session, for_change=True)
             if drives_for(row, self._instance):
                 end_lease(row, state, detail)
         self.announce(session)
@@ -124,7 +124,7 @@ class SessionReporter:
 
     def _view(self, session: str) -> dict[str, Any]:
         with self._database.reading() as db:
-            row = find_session(db, session)
+            row = find_row(db, SessionRow, session)
             view = session_view(row, count_samples(db, [session])[session])
         return view.model_dump(exclude={"samples"})
 

@@ -24,11 +24,12 @@ from omnimate.service.fleets.results import (
     robot_view,
     robots_view,
 )
-from omnimate.service.fleets.stores import find_fleet
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.diagnoses import REPORT_HEADERS
 from omnimate.service.routes.fleets import PREFIX, FleetName
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import FleetRow
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
 Night = Annotated[
@@ -59,10 +60,20 @@ def get_night(fleet: FleetName, day: Night, call: Reading) -> FleetNight:
     response_model=FleetFloor,
     responses=documented(404),
 )
-def get_floor(fleet: FleetName, day: Night, call: Reading) -> FleetFloor:
-    """Return the floor as of a night: where robots drove, and its bad places."""
+def get_floor(
+    fleet: FleetName,
+    day: Night,
+    call: Reading,
+    floor: Annotated[
+        str | None,
+        Query(
+            max_length=64, pattern=f"^$|{PLAIN_PATTERN}", description="That with most recordings by default."
+        ),
+    ] = None,
+) -> FleetFloor:
+    """Return a floor as of a night: where robots drove, and its bad places."""
     results = _results(call, fleet)
-    return floor_view(results, morning_of(results, day))
+    return floor_view(results, morning_of(results, day), floor)
 
 
 @router.get(
@@ -148,5 +159,5 @@ def get_report(fleet: FleetName, robot: RobotName, call: Reading) -> Response:
 
 def _results(call: Call, fleet: str) -> Files:
     with call.components.database.reading() as db:
-        find_fleet(db, fleet)
+        find_row(db, FleetRow, fleet)
     return call.components.stores.results_of(fleet)

@@ -13,11 +13,9 @@ from omnimate.service.calls import Operating, Reading
 from omnimate.service.fleets.fields import FindingState
 from omnimate.service.fleets.findings import finding_view
 from omnimate.service.fleets.models import Delivery, Finding, Webhook, WebhookStart
-from omnimate.service.fleets.stores import find_fleet
 from omnimate.service.fleets.webhooks import (
     add_webhook,
     delivery_view,
-    find_webhook,
     remove_webhook,
     webhook_view,
 )
@@ -26,7 +24,8 @@ from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.routes.fleets import PREFIX, FleetName
 from omnimate.service.store.lists import read_page
-from omnimate.service.store.tables import DeliveryRow, FindingRow, WebhookRow
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
 from omnimate.service.umbmark.fields import Id
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
@@ -50,7 +49,7 @@ def list_findings(
     """Return the findings of a fleet, newest first."""
     where = [FindingRow.fleet == fleet, *([FindingRow.state == state] if state else [])]
     with call.components.database.reading() as db:
-        find_fleet(db, fleet)
+        find_row(db, FleetRow, fleet)
         rows, next_page = read_page(db, FindingRow, limit, after, *where)
         return Page(items=[finding_view(row) for row in rows], next=next_page)
 
@@ -66,7 +65,7 @@ def create(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
     """Have findings sent to an address. The answer holds the secret that signs them, this once."""
 
     def act(db: Db) -> Answer:
-        find_fleet(db, fleet)
+        find_row(db, FleetRow, fleet)
         row = add_webhook(db, fleet, body.url)
         location = {"Location": f"{PREFIX}/{fleet}/webhooks/{row.id}"}
         return Answer(webhook_view(row, whole=True), 201, location)
@@ -80,7 +79,7 @@ def create(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
 def list_webhooks(fleet: FleetName, call: Reading, limit: Limit = 50, after: After = None) -> Page[Webhook]:
     """Return the webhooks of a fleet, newest first."""
     with call.components.database.reading() as db:
-        find_fleet(db, fleet)
+        find_row(db, FleetRow, fleet)
         rows, next_page = read_page(db, WebhookRow, limit, after, WebhookRow.fleet == fleet)
         return Page(items=[webhook_view(row) for row in rows], next=next_page)
 
@@ -94,7 +93,7 @@ def list_webhooks(fleet: FleetName, call: Reading, limit: Limit = 50, after: Aft
 def get_webhook(fleet: FleetName, webhook_id: WebhookId, call: Reading) -> Webhook:
     """Return a webhook without its secret."""
     with call.components.database.reading() as db:
-        return webhook_view(find_webhook(db, fleet, webhook_id))
+        return webhook_view(find_row(db, WebhookRow, webhook_id, fleet=fleet))
 
 
 @router.delete(
@@ -107,7 +106,7 @@ def delete(fleet: FleetName, webhook_id: WebhookId, call: Operating) -> Response
     """Remove a webhook; messages that wait for it are given up."""
 
     def act(db: Db) -> Answer:
-        remove_webhook(db, find_webhook(db, fleet, webhook_id))
+        remove_webhook(db, find_row(db, WebhookRow, webhook_id, fleet=fleet))
         return Answer(Done(done=f"webhook {webhook_id} is removed"))
 
     return call.change(None, act)
@@ -128,6 +127,6 @@ def list_deliveries(
 ) -> Page[Delivery]:
     """Return the messages to a webhook, newest first: waiting, accepted or given up."""
     with call.components.database.reading() as db:
-        find_webhook(db, fleet, webhook_id)
+        find_row(db, WebhookRow, webhook_id, fleet=fleet)
         rows, next_page = read_page(db, DeliveryRow, limit, after, DeliveryRow.webhook == webhook_id)
         return Page(items=[delivery_view(row) for row in rows], next=next_page)

@@ -17,7 +17,7 @@ from omnimate.service.fleets.batches import add_batch, batch_view
 from omnimate.service.fleets.fields import PlainName
 from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, Upload
 from omnimate.service.fleets.results import fleet_view
-from omnimate.service.fleets.stores import add_fleet, find_fleet
+from omnimate.service.fleets.stores import add_fleet
 from omnimate.service.fleets.upload import store_day
 from omnimate.service.idempotency import Answer
 from omnimate.service.jobs.queue import cancel_job, find_job
@@ -25,6 +25,7 @@ from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.recordings import BINARY, IN_MEMORY, check_zip
 from omnimate.service.store.lists import read_page
+from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import FleetRow, JobRow
 from omnimate.service.umbmark.fields import Id
 
@@ -59,7 +60,7 @@ def list_fleets(call: Reading, limit: Limit = 50, after: PlainName | None = None
 def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
     """Return a fleet, with its robots by their state after the last night."""
     with call.components.database.reading() as db:
-        row = find_fleet(db, fleet)
+        row = find_row(db, FleetRow, fleet)
     return fleet_view(row, call.components.stores.results_of(fleet))
 
 
@@ -83,7 +84,7 @@ async def upload(fleet: FleetName, request: Request, call: Operating) -> Respons
 
 def _store(call: Call, fleet: str, content: bytes) -> Response:
     with call.components.database.reading() as db:
-        find_fleet(db, fleet)
+        find_row(db, FleetRow, fleet)
     # Before the transaction, which would keep all other writers waiting; the same files twice do no harm.
     stored = store_day(
         call.components.stores.recordings_of(fleet), content, call.components.settings.unpacked
@@ -119,7 +120,7 @@ def start(fleet: FleetName, body: BatchStart, call: Operating) -> Response:
 def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id | None = None) -> Page[Batch]:
     """Return the batches of a fleet, newest first."""
     with call.components.database.reading() as db:
-        find_fleet(db, fleet)
+        find_row(db, FleetRow, fleet)
         rows, next_page = read_page(db, JobRow, limit, after, JobRow.fleet == fleet)
         return Page(items=[batch_view(row) for row in rows], next=next_page)
 
@@ -130,7 +131,7 @@ def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id |
 def get_batch(fleet: FleetName, batch_id: BatchId, call: Reading) -> Batch:
     """Return the state and the progress of a batch."""
     with call.components.database.reading() as db:
-        find_fleet(db, fleet)
+        find_row(db, FleetRow, fleet)
         return batch_view(find_job(db, batch_id, "batch"))
 
 
@@ -144,7 +145,7 @@ def cancel(fleet: FleetName, batch_id: BatchId, call: Operating) -> Response:
     """Cancel a batch that has not ended. The results that it has made stay."""
 
     def act(db: Db) -> Answer:
-        find_fleet(db, fleet)
+        find_row(db, FleetRow, fleet)
         return Answer(batch_view(cancel_job(db, batch_id, "batch")))
 
     return call.change(None, act)

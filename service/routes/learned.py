@@ -16,8 +16,10 @@ from omnimate.service.learned import Learned, accept_learned, learned_view
 from omnimate.service.problems import documented
 from omnimate.service.recording_zip import load_rows
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
-from omnimate.service.routes.recordings import RecordingId, find_recording
+from omnimate.service.routes.recordings import RecordingId
 from omnimate.service.routes.vehicles import Vehicle, vehicle_view
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import RecordingRow
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
@@ -126,6 +128,6 @@ def _estimate(call: Call, recording_id: str, *, uncalibrated: bool) -> tuple[Rec
     from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL
 
     with call.components.database.reading() as db, tempfile.TemporaryDirectory() as place:
-        row = find_recording(db, recording_id)
+        row = find_row(db, RecordingRow, recording_id)
         (recording,) = load_rows([row], Path(place), call.components.settings.unpacked)
     return recording, estimate(recording, prior=NOMINAL if uncalibrated else CALIBRATED)

@@ -13,12 +13,13 @@ from sqlalchemy.orm import Session as Db
 from starlette.concurrency import run_in_threadpool
 
 from omnimate.service.calls import Call, Operating, Reading
-from omnimate.service.errors import MediaTypeError, NotFoundError
+from omnimate.service.errors import MediaTypeError
 from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.recording_zip import check_upload
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.store.lists import read_page
+from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import RecordingRow
 from omnimate.service.umbmark.fields import Id, Name
 
@@ -107,7 +108,7 @@ def list_recordings(call: Reading, limit: Limit = 50, after: After = None) -> Pa
 def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
     """Return a recording without its content."""
     with call.components.database.reading() as db:
-        return recording_view(find_recording(db, recording_id))
+        return recording_view(find_row(db, RecordingRow, recording_id))
 
 
 @router.get(
@@ -119,7 +120,7 @@ def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
 def download(recording_id: RecordingId, call: Reading) -> Response:
     """Return the zip of the recording folder."""
     with call.components.database.reading() as db:
-        content = find_recording(db, recording_id).content
+        content = find_row(db, RecordingRow, recording_id).content
     headers = {"Content-Disposition": f'attachment; filename="recording-{recording_id}.zip"'}
     return Response(content, media_type="application/zip", headers=headers)
 
@@ -131,19 +132,7 @@ def delete(recording_id: RecordingId, call: Operating) -> Response:
     """Delete a recording."""
 
     def act(db: Db) -> Answer:
-        db.delete(find_recording(db, recording_id))
+        db.delete(find_row(db, RecordingRow, recording_id))
         return Answer(Done(done=f"recording {recording_id} is deleted"))
 
     return call.change(None, act)
-
-
-def find_recording(db: Db, recording_id: str) -> RecordingRow:
-    """Return the row of a recording.
-
-    Raises:
-        NotFoundError: there is no such recording.
-    """
-    row = db.get(RecordingRow, recording_id)
-    if row is None:
-        raise NotFoundError("recording", recording_id)
-    return row

@@ -14,10 +14,12 @@ from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.requests import Accept, Solve
 from omnimate.service.umbmark.responses import Result, Session
 from omnimate.service.umbmark.session_views import samples_of, session_with_samples
-from omnimate.service.umbmark.sessions import extend_lifetime, find_session, session_for
+from omnimate.service.umbmark.sessions import extend_lifetime, session_for
 from omnimate.service.umbmark.solving import accept_result, last_result, solve_session, vehicle_of
 
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
@@ -49,7 +51,7 @@ def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> 
 def get_result(session_id: SessionId, call: Reading, response: Response) -> Result:
     """Return the result of the last solve."""
     with call.components.database.reading() as db:
-        result = last_result(find_session(db, session_id))
+        result = last_result(find_row(db, SessionRow, session_id))
     response.headers["ETag"] = etag(result.revision)
     return result
 
@@ -73,7 +75,7 @@ def plot(
     from omnimate.service.umbmark.result import cluster_panels
 
     with call.components.database.reading() as db:
-        row = find_session(db, session_id)
+        row = find_row(db, SessionRow, session_id)
         result = last_result(row)
         experiments = experiments_of(row, samples_of(db, row), vehicle_of(db, row))
     picture = rendered(cluster_figure(cluster_panels(experiments, result)), kind)

@@ -154,6 +154,7 @@ class FindingRow(Base):
     state: Mapped[str] = mapped_column(String(20))
     robot: Mapped[str | None] = mapped_column(String(100))
     what: Mapped[str] = mapped_column(String(40))
+    floor: Mapped[str | None] = mapped_column(String(64))  # of a place; empty for the only one
     x: Mapped[float | None]
     y: Mapped[float | None]
     says: Mapped[str] = mapped_column(Text)

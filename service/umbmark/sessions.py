@@ -6,8 +6,8 @@ import secrets
 import time
 from typing import TYPE_CHECKING
 
-from omnimate.service.errors import NotFoundError
 from omnimate.service.store import vehicles
+from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.session_states import require_call
 
@@ -51,18 +51,6 @@ def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) 
     return row
 
 
-def find_session(db: Db, session_id: str, *, for_change: bool = False) -> SessionRow:
-    """Return a session; `for_change` locks its row until the end of the transaction.
-
-    Raises:
-        NotFoundError: there is no session with this id.
-    """
-    row = db.get(SessionRow, session_id, with_for_update=for_change)
-    if row is None:
-        raise NotFoundError("session", session_id)
-    return row
-
-
 def session_for(db: Db, session_id: str, call: Call) -> SessionRow:
     """Return a session, locked, on which a call may be carried out.
 
@@ -71,7 +59,7 @@ def session_for(db: Db, session_id: str, call: Call) -> SessionRow:
         ExpiredError: the session has expired.
         StateError: the state of the session does not allow the call.
     """
-    row = find_session(db, session_id, for_change=True)
+    row = find_row(db, SessionRow, session_id, for_change=True)
     require_call(row, call, time.time())
     return row
 

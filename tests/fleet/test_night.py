@@ -17,14 +17,14 @@ from omnimate.fleet.kept import (
     read_judged,
     read_morning,
 )
-from omnimate.fleet.morning import Asked
-from omnimate.fleet.night import _asked, judge_night
+from omnimate.fleet.morning import Asked, FloorSummary
+from omnimate.fleet.night import _asked, _judge, _result, judge_night
 from omnimate.vcan_sim.hall.hall import draw_hall
 from omnimate.vcan_sim.hall.ills import Ill
 from omnimate.vcan_sim.hall.places import Place
 from omnimate.vcan_sim.hall.store import write_store
 
-pytest.importorskip("pyarrow")
+parquet = pytest.importorskip("pyarrow.parquet")
 DAYS = 7
 
 
@@ -73,7 +73,8 @@ def test_the_morning_that_is_read_is_the_night_that_was_judged(night):
     assert [(place.x, place.y, place.reach) for place in morning.places] == [
         (place.x, place.y, place.reach) for place in judged.places
     ]
-    assert np.array_equal(read_floor(files, judged.day), judged.driven)
+    assert morning.floors == judged.floors
+    assert np.array_equal(read_floor(files, judged.day, ""), judged.driven[""])
     states = {each.change.robot: each.state for each in morning.judged()}
     assert states["mule-0001"] == "sick"
     assert set(states.values()) <= {"sick", "drift", "fine"}
@@ -95,6 +96,49 @@ def test_an_older_night_that_is_judged_again_is_not_the_last_one(night, tmp_path
     assert last_night(files) == "2026-05-07"
     files.delete("latest/night.parquet")  # as in results of an older version
     assert last_night(files) == "2026-05-07"
+
+
+def test_robots_go_from_floor_to_floor_and_each_floor_has_its_own_places(night, tmp_path):
+    """The same laps as before on one floor, and again, on later days, on another that nobody knows yet."""
+    files, judged = night
+    paths = files.glob("recordings/robot=*/day=*/*.parquet")
+    here = [replace(_result(files, path, columns_of(files.read(path))), floor="north") for path in paths]
+    later = {day: f"2026-03-{int(day[-2:]) + DAYS:02d}" for day in {each.day for each in here}}
+    there = [replace(each, floor="south", day=later[each.day]) for each in here if each.robot != "mule-0001"]
+    known = [replace(place, floor="north") for place in judged.places]
+    both = _judge([*here, *there], judged.day, known)
+    assert list(both.floors) == ["north", "south"]
+    for floor in both.floors.values():
+        assert len(floor.places) == 1
+        assert np.hypot(floor.places[0].x - 9.0, floor.places[0].y - 7.0) < 0.3
+    assert {place.floor for floor in both.floors.values() for place in floor.places} == {"north", "south"}
+    assert {len(history.dates) for history in both.histories} == {DAYS, 2 * DAYS}
+    kept = replace(
+        judged,
+        places=tuple(place for floor in both.floors.values() for place in floor.places),
+        floors=(FloorSummary("north", 28, 6e-4), FloorSummary("south", 21, 5e-4)),
+        driven=both.driven,
+    )
+    other = open_files(str(tmp_path))
+    keep_night(other, kept)
+    read = read_morning(other)
+    assert (read.floors, [place.floor for place in read.places]) == (kept.floors, ["north", "south"])
+    assert np.array_equal(read_floor(other, judged.day, "north"), both.driven["north"])
+    assert read.roughness == 6e-4
+
+
+def test_nights_of_an_older_version_have_one_floor(night, tmp_path):
+    _, judged = night
+    other = open_files(str(tmp_path))
+    keep_night(other, judged)
+    other.delete(f"floors/day={judged.day}/night.parquet")
+    for table in ("places", "floor"):
+        path = tmp_path / table / f"day={judged.day}" / "night.parquet"
+        parquet.write_table(parquet.read_table(path).drop_columns(["floor"]), path)
+    morning = read_morning(other)
+    assert [floor.floor for floor in morning.floors] == [""]
+    assert [place.floor for place in morning.places] == [place.floor for place in judged.places]
+    assert np.array_equal(read_floor(other, judged.day, ""), judged.driven[""])
 
 
 def test_a_robots_history_keeps_the_days_that_a_night_does_not_judge_anew(night, tmp_path):

@@ -1,5 +1,6 @@
 """The results of a hall's nights, made up: 40 robots on 30 days, one sick, two that drift, two places."""
 
+from dataclasses import replace
 from datetime import date, timedelta
 
 import numpy as np
@@ -8,7 +9,7 @@ from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.tables import TABLES, parquet_bytes
 from omnimate.fleet.kept import keep_night
 from omnimate.fleet.model.histories import History
-from omnimate.fleet.morning import Asked, BadPlace, Change, Night
+from omnimate.fleet.morning import Asked, BadPlace, Change, FloorSummary, Night
 
 FIRST, DAYS = date(2026, 3, 2), 30
 DATES = tuple((FIRST + timedelta(days=day)).isoformat() for day in range(DAYS))
@@ -38,10 +39,10 @@ def change(robot):
     )  # fmt: skip
 
 
-def place(effect, x, y):
+def place(effect, x, y, floor=""):
     covariance = np.array([[0.006, 0.002], [0.002, 0.003]])
     size = np.array([0.03]) if effect == "loss" else np.array([0.01, 0.02])
-    return BadPlace(effect, x, y, 0.5, covariance, size, 0.1 * np.abs(size), 80.0, 62)
+    return BadPlace(effect, x, y, 0.5, covariance, size, 0.1 * np.abs(size), 80.0, 62, floor)
 
 
 def driven():
@@ -61,9 +62,16 @@ def night(day=DATES[-1], names=None, places=None):
     bad = (place("loss", 16.0, 12.1), place("creep", 30.2, 7.0)) if places is None else places
     return Night(
         day, 40, (("tug-0001", "060000", "can.log: no SYNC in it"),), changes, sick,
-        (Asked(ASKED, "backlash", "a.left", DATES[26]),), bad, 6e-4,
-        tuple(history(robot, chance) for robot in names or robots()), driven(),
+        (Asked(ASKED, "backlash", "a.left", DATES[26]),), bad, (FloorSummary("", 280, 6e-4),),
+        tuple(history(robot, chance) for robot in names or robots()), {"": driven()},
     )  # fmt: skip
+
+
+def night_of_two_floors():
+    floors = (FloorSummary("north", 280, 6e-4), FloorSummary("south", 20, 8e-4))
+    places = (place("loss", 16.0, 12.1, "north"), place("creep", 30.2, 7.0, "south"))
+    over = {"north": driven(), "south": driven()[:9]}
+    return replace(night(), places=places, floors=floors, driven=over)
 
 
 def write_recordings(files, robot, days):

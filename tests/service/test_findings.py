@@ -60,6 +60,13 @@ def messages(database):
         return [json.loads(row.body)["data"]["says"] for row in db.query(DeliveryRow)]
 
 
+def told(database):
+    """Return what each message tells, of which state, and as of which night."""
+    with database.reading() as db:
+        bodies = [json.loads(row.body) for row in db.query(DeliveryRow)]
+        return sorted((body["type"], body["data"]["state"], body["timestamp"]) for body in bodies)
+
+
 def test_a_finding_is_opened_once_prolonged_and_closed(fleet):
     healthy = replace(night("2026-04-02"), sick=(), places=())
     moved = (place("loss", 16.4, 12.3),)
@@ -71,12 +78,21 @@ def test_a_finding_is_opened_once_prolonged_and_closed(fleet):
         ("open", "2026-03-30", "2026-03-31"),
         ("open", "2026-03-30", "2026-03-31"),
     ]
-    assert len(messages(fleet)) == 4
+    opened = [("finding.opened", "open", f"2026-03-{day}") for day in (30, 30, 30, 31)]
+    closed = [("finding.closed", "closed", "2026-03-31")]
+    assert told(fleet) == closed + opened
     note(fleet, healthy)
     assert {finding[3] for finding in findings(fleet)} == {"closed"}
     note(fleet, night("2026-03-30"))  # an earlier night that is judged again says nothing new
     assert {finding[3] for finding in findings(fleet)} == {"closed"}
-    assert len(messages(fleet)) == 4
+    assert told(fleet) == closed + [("finding.closed", "closed", "2026-04-02")] * 3 + opened
+
+
+def test_places_at_the_same_point_of_two_floors_are_two_findings(fleet):
+    note(fleet, replace(night("2026-03-30"), sick=(), places=(place("loss", 16.0, 12.0, "north"),)))
+    note(fleet, replace(night("2026-03-31"), sick=(), places=(place("loss", 16.0, 12.0, "south"),)))
+    assert sorted(finding[3] for finding in findings(fleet)) == ["closed", "open"]
+    assert any(says.startswith("floor south, at x 16.00 m") for says in messages(fleet))
 
 
 def test_a_night_that_is_noted_twice_tells_once(fleet):

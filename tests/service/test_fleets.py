@@ -6,6 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
+from omnimate.fleet.kept import keep_night
 from omnimate.service.fleets.batches import add_batch
 from omnimate.service.fleets.models import BatchStart
 from omnimate.service.fleets.stores import add_fleet
@@ -13,7 +14,16 @@ from omnimate.service.jobs.queue import claim_job
 from omnimate.service.store.tables import JobRow
 from omnimate.vcan_sim.hall.hall import draw_hall
 from omnimate.vcan_sim.hall.store import write_store
-from tests.service.hall_results import ASKED, DATES, DRIFTS, SICK, robots, write_results
+from tests.service.hall_results import (
+    ASKED,
+    DATES,
+    DRIFTS,
+    SICK,
+    night,
+    night_of_two_floors,
+    robots,
+    write_results,
+)
 
 pytest.importorskip("pyarrow")
 PATH = "/v1/fleets"
@@ -186,6 +196,19 @@ def test_the_floor_shows_where_robots_drove_and_its_bad_places(client, hall):
     floor = client.get(f"{hall}/nights/latest/floor").json()
     assert (floor["cell"], len(floor["places"])) == (0.25, 2)
     assert len(floor["driven"]) > 500
+
+
+def test_each_floor_has_its_map_and_that_with_most_recordings_comes_first(client, hall):
+    files = client.components.stores.results_of("hall-3")
+    keep_night(files, night_of_two_floors())
+    listed = client.get(f"{hall}/nights/latest").json()
+    assert [floor["floor"] for floor in listed["floors"]] == ["north", "south"]
+    first = client.get(f"{hall}/nights/latest/floor").json()
+    south = client.get(f"{hall}/nights/latest/floor?floor=south").json()
+    assert (first["floor"], south["floor"], len(south["driven"])) == ("north", "south", 9)
+    assert [floor["places"][0]["effect"] for floor in (first, south)] == ["loss", "creep"]
+    assert client.get(f"{hall}/nights/latest/floor?floor=none").status_code == 404
+    keep_night(files, night())
 
 
 def test_the_findings_report_is_a_page_that_needs_nothing_else(client, hall):

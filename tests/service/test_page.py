@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from omnimate.calib.umbmark.exact import square_returns
+from omnimate.fleet.kept import keep_night
 from omnimate.logs.folder import save_recording
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
@@ -23,7 +24,7 @@ from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
-from tests.service.hall_results import SICK, write_results
+from tests.service.hall_results import SICK, night_of_two_floors, write_results
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 expect = playwright.expect
@@ -300,6 +301,19 @@ def test_what_the_filter_learned_is_shown_and_taken_over_by_clicking(robot_page,
     page.set_viewport_size(PHONE)
     assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
     picture(page, "phone-learned-recording")
+
+
+def test_one_of_a_fleets_floors_is_chosen(browser, tmp_path):
+    files = write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
+    keep_night(files, night_of_two_floors())
+    with serving(tmp_path) as address, opened(browser, address) as page:
+        page.locator("#tab-fleet").click()
+        page.locator("#fleet-new").fill("hall-3")
+        page.locator("#fleet-start-send").click()
+        expect(page.locator("#fleet-places")).to_contain_text("floor north", timeout=SOON)
+        page.get_by_test_id("floor-name").select_option("south")
+        expect(page.locator("#fleet-places")).to_contain_text("floor south", timeout=SOON)
+        expect(page.locator("#fleet-places li")).to_have_count(1)
 
 
 def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report(browser, tmp_path, picture):

@@ -10,13 +10,15 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from omnimate.service.errors import ExpiredError, OmnimateError, StateError
 from omnimate.service.store import vehicles
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.fields import Call, State
 from omnimate.service.umbmark.leases import drives_for, end_lease, interrupt_orphans, take_lease
 from omnimate.service.umbmark.requests import Coordinates, SampleOfFixes, SessionStart
 from omnimate.service.umbmark.samples import add_measured_sample, remove_sample
 from omnimate.service.umbmark.session_states import OPEN_STATES, possible_calls, require_call, state_of
 from omnimate.service.umbmark.session_views import session_with_samples
-from omnimate.service.umbmark.sessions import find_session, session_for, start_session
+from omnimate.service.umbmark.sessions import session_for, start_session
 from omnimate.service.umbmark.solving import accept_result, solve_session
 
 CALLS, STATES = get_args(Call), get_args(State)
@@ -79,7 +81,7 @@ class Session(RuleBasedStateMachine):
     def call(self, name, act):
         """Make a call; return whether it was allowed, which must be what the session listed."""
         with self.database.reading() as db:
-            possible = possible_calls(find_session(db, self.id), 0.0)
+            possible = possible_calls(find_row(db, SessionRow, self.id), 0.0)
         try:
             with self.database.writing() as db:
                 act(db, session_for(db, self.id, name))
@@ -123,7 +125,7 @@ class Session(RuleBasedStateMachine):
     @rule()
     def its_service_dies(self):
         with self.database.writing() as db:
-            row = find_session(db, self.id)
+            row = find_row(db, SessionRow, self.id)
             drove = drives_for(row, "this")
             if drove:
                 row.lease = 0.0
@@ -132,14 +134,14 @@ class Session(RuleBasedStateMachine):
     @rule()
     def its_robot_begins_to_drive(self):
         with self.database.writing() as db:
-            row = find_session(db, self.id)
+            row = find_row(db, SessionRow, self.id)
             if row.how == "drive" and row.state == "collecting":
                 take_lease(row, "this")
 
     @invariant()
     def what_clients_see_is_consistent(self):
         with self.database.reading() as db:
-            row = find_session(db, self.id)
+            row = find_row(db, SessionRow, self.id)
             view = session_with_samples(db, row)
         assert view.state in STATES
         assert [sample.number for sample in view.samples] == sorted(self.numbers)
