@@ -135,7 +135,8 @@ def read_floor(files: Files, day: str, floor: str) -> Array:
     """Return the cells of a floor that were driven over before a night: x, y [m], how often, `(N, 3)`."""
     columns = _columns(files, "floor", day)
     cells = np.column_stack([columns["x"], columns["y"], columns["count"]])
-    return cells[np.array(columns.get("floor", [""] * len(cells)), str) == floor]
+    on: Array = cells[np.array(columns.get("floor", [""] * len(cells)), str) == floor]
+    return on
 
 
 def read_history(files: Files, robot: str) -> list[Course]:
