@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
 # A level is known a priori within a factor of exp(1.2) = 3.3; what a file states of its poses, within 2.
-_FREEDOM = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7])
+_FREEDOM = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7, 1.2])
 # Beyond these no level is looked for [log]: no floor or sensor in use is three times better than an ordinary
 # one, and what is fifty times worse is a fault.
 _LEAST, _MOST = math.log(3.0), math.log(50.0)
@@ -51,6 +51,7 @@ class NoiseLevels:
         link: likewise [m].
         position: factor on the stated sigma of measured positions.
         heading: factor on the stated sigma of measured headings.
+        sway: of a truck on its tyres while it rolls, at each wheel and sideways [m/sqrt(s)].
     """
 
     roughness: float = START_ROUGHNESS
@@ -62,14 +63,15 @@ class NoiseLevels:
     link: float = 1e-4
     position: float = 1.0
     heading: float = 1.0
+    sway: float = 3e-5
 
     def levels(self) -> Array:
-        """Return the logarithms of the levels, `(9,)`."""
+        """Return the logarithms of the levels, `(10,)`."""
         return np.asarray(np.log(list(asdict(self).values())))
 
     def named(self) -> dict[str, float]:
         """Return the levels by name and unit."""
-        units = ("m/sqrt(m)", "m/sqrt(m)", "m", "m/sqrt(m)", "rad", "rad", "m", "1", "1")
+        units = ("m/sqrt(m)", "m/sqrt(m)", "m", "m/sqrt(m)", "rad", "rad", "m", "1", "1", "m/sqrt(s)")
         return {
             f"{name} [{unit}]": value for (name, value), unit in zip(asdict(self).items(), units, strict=True)
         }
@@ -132,7 +134,8 @@ def filter_of(windows: Windows, noise: NoiseLevels) -> Filter:
 
 def _process(windows: Windows, noise: NoiseLevels, kept: Array, mean: Array) -> Array:
     """Return the process covariances (M, n, n)."""
-    process = noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep + windows.rounding
+    process = noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep
+    process += noise.sway**2 * windows.sway + windows.rounding
     trucks = 3 * len(windows.signals.trucks)
     moving = windows.rolled.sum(axis=1) > 0.0
     process[:, range(trucks), range(trucks)] += (_TIDE**2) * moving[:, None]
@@ -249,7 +252,7 @@ def _likeliest(
 def _badness(
     windows: Sequence[Windows], columns: Sequence[tuple[Array, Array]], noise: NoiseLevels
 ) -> tuple[float, Array]:
-    """Return minus the log likelihood, nuisances integrated out, and its slopes (9,) by the log levels.
+    """Return minus the log likelihood, nuisances integrated out, and its slopes (10,) by the log levels.
 
     Levels are then not too small where nuisances take many of few readings (Harville, JASA 1977).
     """
@@ -278,7 +281,7 @@ def _badness(
 
 
 def _slopes(run: Filter, noise: NoiseLevels, white: Array) -> Array:
-    """Return the slopes (9,) of one recording's log likelihood by the logarithms of levels.
+    """Return the slopes (10,) of one recording's log likelihood by the logarithms of levels.
 
     Args:
         run: Of it.
@@ -307,6 +310,7 @@ def _slopes(run: Filter, noise: NoiseLevels, white: Array) -> Array:
     heading = np.arange(own, measured.shape[1])
     slope[7] = float(measured[:, heading[(heading - own) % 3 < 2]].sum())
     slope[8] = float(measured[:, heading[(heading - own) % 3 == 2]].sum())
+    slope[9] = 2.0 * noise.sway**2 * float(np.vdot(half, windows.sway))
     return slope
 
 
@@ -334,4 +338,5 @@ def _active(windows: Sequence[Windows]) -> list[bool]:
         linkage,
         poses,
         poses,
+        linkage or poses,
     ]

@@ -47,6 +47,7 @@ class Windows:
         stated: (M + 1, R) variance of poses as their file states it; 0 for the linkage.
         floor: (M, n, n) process covariance for a roughness of 1 m/sqrt(m).
         creep: (M, n, n) likewise of sideways motion.
+        sway: (M, n, n) likewise of trucks on their tyres, for 1 m/sqrt(s).
         rounding: (M, n, n) process covariance of the encoders' rounding.
         lever: (M, W, n) what a metre of a wheel's travel does to the state.
         rolled: (M, W) way of each wheel in each window, whatever its direction [m].
@@ -63,6 +64,7 @@ class Windows:
     stated: Array
     floor: Array
     creep: Array
+    sway: Array
     rounding: Array
     lever: Array
     rolled: Array
@@ -121,6 +123,8 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
     transition[:, :, waves] += (rolled[:, :, None] * lever).transpose(0, 2, 1)
     floor = np.einsum("mw,mwi,mwj->mij", rolled, lever, lever)
     creep = _creep(signals, ends, rolled, states)
+    rolling = np.diff(signals.time[ends])[:, None] * (rolled > 0.0)
+    sway = np.einsum("mw,mwi,mwj->mij", rolling, lever, lever) + _creep(signals, ends, rolling, states)
     measured, stated, observe = _measurements(signals, ends, states)
     stamps = tuple(_stamps(signals, ends, truck) for truck in signals.trucks)
     drift = pushed(signals, ends, signals.block.twist - twists_along(signals.path))
@@ -136,6 +140,7 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
         stated,
         floor,
         creep,
+        sway,
         rounding,
         lever,
         rolled,
