@@ -8,7 +8,6 @@ import numpy as np
 
 from omnimate.mismatch.candidates.pushes import Push
 from omnimate.mismatch.recording.folds import laps_of
-from omnimate.mismatch.recording.signals import WINDOW
 from omnimate.vcan_sim.crossing import losing
 from omnimate.vcan_sim.effects.block import wheel_number
 
@@ -42,7 +41,7 @@ def channels_of(regression: Regression, part: Array) -> tuple[str, ...]:
 def crossings(effect: Effect, signals: Sequence[Signals]) -> Intervals:
     """Return the stretches of time in which an effect acts; none for one that acts all the time."""
     if isinstance(effect, Push):
-        return ((effect.time, effect.time + WINDOW),)
+        return ((effect.time, effect.time + effect.lasting),)
     values = effect.values()
     if "intervals" in values:
         return tuple((float(start), float(end)) for start, end in values["intervals"])

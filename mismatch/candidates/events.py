@@ -13,9 +13,10 @@ import numpy as np
 
 from omnimate.mismatch.candidates.moments import SHORTEST, lasts, settled
 from omnimate.mismatch.candidates.pushes import push
-from omnimate.mismatch.candidates.terms import term
+from omnimate.mismatch.candidates.terms import BESIDE, term
 from omnimate.mismatch.noise.outliers import power
 from omnimate.mismatch.recording.signals import WINDOW
+from omnimate.vcan_sim.effects import effect_named
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 
 SEEN = 3.5  # sigma from which a place is a candidate; its odds pay for how many places there are
 PUSHED = 6.0  # sigma of what is plain: a push of three numbers that noise makes of none of a million windows
+PARTS = (0.3, 0.5, 0.7, 0.85)  # of a peak's strength, at which a push may begin and end
+LASTING = 3  # windows from which a push is a stretch: two are a moment on the edge of both
 ONSETS = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)  # of a bump, in windows after the begin of the one that shows it
 ORDERS = tuple(range(2, 41))
 _LIMITS = 24  # speeds above which counts may be lost
@@ -67,7 +70,7 @@ def _moments(regression: Regression, beside: Beside, *, nameless: bool) -> list[
     for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
         sigmas = lost_way(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
-            own = sigmas[:, number]
+            own = np.where(_rolls_on(windows, number), sigmas[:, number], 0.0)
             high = np.flatnonzero(own > SEEN)
             begins = [float(windows.time[window]) for window in _apart(high, own)[:_STRONGEST]]
             found += _begun(regression, beside, wheel, begins, tries)
@@ -75,11 +78,46 @@ def _moments(regression: Regression, beside: Beside, *, nameless: bool) -> list[
             part = slice(3 * number, 3 * number + 3)
             strength = np.sqrt(power(scores[:, part], informations[:, part, part]))
             high = np.flatnonzero(strength > PUSHED)
+            peaks = _apart(high, strength)[:_STRONGEST]
+            found += [push(truck, float(windows.time[window]), tries) for window in peaks]
             found += [
-                push(truck, float(windows.time[window]), tries)
-                for window in _apart(high, strength)[:_STRONGEST]
+                push(truck, begin, tries**2 // 2, end - begin)
+                for begin, end in _lasting(windows.time, strength, peaks)
             ]
     return found
+
+
+def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[float, float]]:
+    """Return stretches of windows (begin, end) [s] about peaks in which a truck is pushed all the time.
+
+    A displacement at a constant pace shows in each of its windows, and less in those beside it, which share
+    its readings: its bounds are where the strength has fallen to some part of the peak's.
+
+    Args:
+        time: Of the windows' ends `(M + 1,)` [s].
+        strength: By how many sigma a truck is pushed in each window, `(M,)`.
+        peaks: Windows that stand out.
+    """
+    found = set()
+    for peak in peaks:
+        for part in PARTS:
+            low = np.flatnonzero(strength < part * strength[peak])
+            at = int(np.searchsorted(low, peak))
+            first = int(low[at - 1]) + 1 if at > 0 else 0
+            last = int(low[at]) if at < len(low) else len(strength)
+            if last - first >= LASTING:
+                found.add((float(time[first]), float(time[last])))
+    return sorted(found)
+
+
+def _rolls_on(windows: Windows, wheel: int) -> NDArray[np.bool_]:
+    """Say in which windows (M,) a wheel rolls, within a second, the way that an obstacle takes.
+
+    No wheel loses more way than it rolls.
+    """
+    ahead = np.convolve(windows.rolled[:, wheel], np.ones(round(BESIDE / WINDOW)))[-len(windows.rolled) :]
+    lost = next(each for each in effect_named("bump").parameters if each.name == "lost")
+    return np.asarray(ahead > lost.scale)
 
 
 def _begun(

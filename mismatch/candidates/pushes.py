@@ -29,14 +29,16 @@ MOMENTS = "single moments"
 
 @dataclass(frozen=True, slots=True)
 class Push(Effect):
-    """A truck is displaced and turned within a window.
+    """A truck is displaced and turned within some time.
 
     Attributes:
-        time: Start of the window [s].
+        time: When it begins [s].
+        lasting: How long it lasts [s].
         moved: Way forward [m], way to the left [m], and turn [rad].
     """
 
     time: float = 0.0
+    lasting: float = WINDOW
     moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     name: ClassVar[str] = "unknown"
@@ -45,8 +47,8 @@ class Push(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Spread the push evenly over the steps of its window."""
-        inside = (block.time > self.time) & (block.time <= self.time + WINDOW)
+        """Spread the push evenly over its steps."""
+        inside = (block.time > self.time) & (block.time <= self.time + self.lasting)
         if not inside.any():
             return block, state
         truck = truck_number(self.component)
@@ -62,23 +64,31 @@ class PushTerm(Term):
     def built(self, coefficients: Array) -> Push:
         """Return the push with these coefficients `(3,)`."""
         moved = coefficients * np.array(SHOVE)
-        return Push(self.component, self.fixed["times"][0], (moved[0], moved[1], moved[2]))
+        return Push(
+            self.component, self.fixed["times"][0], self.fixed["lasting"], (moved[0], moved[1], moved[2])
+        )
+
+    @property
+    def stretches(self) -> list[tuple[float, float]]:
+        """From when to when it acts [s]."""
+        return [(time, time + self.fixed["lasting"]) for time in self.fixed["times"]]
 
     def fine(self) -> Term:
         """Return itself: a push is linear."""
         return self
 
 
-def push(truck: str, time: float, tries: int) -> PushTerm:
+def push(truck: str, time: float, tries: int, lasting: float = WINDOW) -> PushTerm:
     """Return the candidate of a push.
 
     Args:
         truck: Truck that is pushed.
-        time: Start of the window in which it is [s].
-        tries: Windows among which it was looked for.
+        time: When it begins [s].
+        tries: Windows, or stretches of them, among which it was looked for.
+        lasting: How long it lasts [s].
     """
     axes = np.diag(SHOVE).tolist()
-    probes = tuple(Push(truck, time, (axis[0], axis[1], axis[2])) for axis in axes)
+    probes = tuple(Push(truck, time, lasting, (axis[0], axis[1], axis[2])) for axis in axes)
     odds = BELIEFS["unknown"].log_odds - math.log(tries)
-    fixed = {"times": (time,), "quantity": MOMENTS, "acts_on": ""}
+    fixed = {"times": (time,), "lasting": lasting, "quantity": MOMENTS, "acts_on": ""}
     return PushTerm("unknown", truck, probes, fixed, odds, positive=False)

@@ -359,14 +359,15 @@ class Beside:
         gram, score = own.T @ own, own.T @ residual
         size = np.eye(len(columns)) / LARGEST**2
         fitted: Array = np.asarray(np.linalg.solve(gram + size, score), np.float64)
-        quiet = term.effect == "unknown" and float(fitted @ gram @ fitted) < SEEN * len(residual)
+        lasting = term.effect == "unknown" and not term.is_local
+        quiet = lasting and float(fitted @ gram @ fitted) < SEEN * len(residual)
         held = self._held_by(self._loosened(self.posterior.regression.white[:, columns]))
         with_it = self._sizes - held @ fitted
         if quiet or self._cancels(with_it):
             covariance = np.linalg.inv(gram + size).astype(np.float64)
             return Judgement(NOTHING, NOTHING, NOTHING, fitted, covariance, 1.0)
         after, loose = residual - own @ fitted, 0.0
-        if term.is_event and term.effect != "unknown":
+        if term.stretches and term.effect != "unknown":
             weight = self._inexact(term.inexact * own @ fitted, after)
             loose = 0.5 * float((residual**2 * (1.0 - weight**2)).sum()) + float(np.log(weight).sum())
             own, residual, after = own * weight[:, None], residual * weight, after * weight
