@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
-from omnimate.mismatch.candidates.events import events, merged
+from omnimate.mismatch.candidates.events import events, merged, pushes
 from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
 from omnimate.mismatch.candidates.terms import SCANNED, SKEW, is_near, mounted_terms, smooth_terms, term
@@ -194,7 +194,10 @@ def _again(signals: Sequence[Signals], noise: NoiseLevels, fit: Fitted) -> Fitte
 def _posterior(
     fit: Fitted, library: Sequence[Term], left_out: set[str], *, scan: bool = True, nameless: bool = True
 ) -> tuple[Posterior, tuple[int, ...]]:
-    """Return the candidates about a fit's effects, and the numbers of those effects among them."""
+    """Return the candidates about a fit's effects, and the numbers of those effects among them.
+
+    Where nothing is scanned, pushes are offered all the same: an event that does not stand leaves them.
+    """
     regression = fit.regression
     terms, places = list(fit.chosen.terms), list(fit.chosen.places)
     start = tuple(range(len(terms)))
@@ -205,19 +208,15 @@ def _posterior(
     places += regression.add(offered, keep=False)
     terms += offered
     posterior = with_everyday(regression, terms, places, fit.part)
-    if scan:
-        besides = [posterior.beside(start), *([posterior.beside(())] if start else [])]
-        more = [
-            single
-            for single in merged(terms, events(regression, besides, nameless=nameless))
-            if single.effect not in left_out
-        ]
-        posterior = replace(
-            posterior,
-            terms=[*terms, *more],
-            places=[*places, *regression.add(more, keep=False)],
-            known={},
-        )
+    besides = [posterior.beside(start), *([posterior.beside(())] if start else [])]
+    local = events(regression, besides, nameless=nameless) if scan else pushes(regression, besides)
+    more = [single for single in merged(terms, local) if single.effect not in left_out]
+    posterior = replace(
+        posterior,
+        terms=[*terms, *more],
+        places=[*places, *regression.add(more, keep=False)],
+        known={},
+    )
     return posterior, start
 
 

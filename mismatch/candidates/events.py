@@ -54,7 +54,8 @@ def events(regression: Regression, besides: Sequence[Beside], *, nameless: bool 
         nameless: Whether pushes are offered: not before the events that have names are where they belong.
     """
     found = [
-        *(single for beside in besides for single in _moments(regression, beside, nameless=nameless)),
+        *(single for beside in besides for single in _bumps(regression, beside)),
+        *(pushes(regression, besides) if nameless else ()),
         *spans(regression, besides),
         *_losses(regression, besides),
         *_harmonics(regression, besides),
@@ -62,29 +63,48 @@ def events(regression: Regression, besides: Sequence[Beside], *, nameless: bool 
     return merged([], found)
 
 
-def _moments(regression: Regression, beside: Beside, *, nameless: bool) -> list[Term]:
-    """Return bumps under each wheel and pushes of each truck: the windows that stand out."""
+def _bumps(regression: Regression, beside: Beside) -> list[Term]:
+    """Return bumps under each wheel: the windows that stand out."""
     found = []
-    tries = sum(len(windows.ends) for windows in regression.windows)
-    pushes = regression.shocks(beside.residual)
-    for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
+    tries = _windows(regression)
+    shocks = regression.shocks(beside.residual)
+    for windows, (scores, informations) in zip(regression.windows, shocks, strict=True):
         sigmas = lost_way(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
             own = np.where(_rolls_on(windows, number), sigmas[:, number], 0.0)
             high = np.flatnonzero(own > SEEN)
             begins = [float(windows.time[window]) for window in _apart(high, own)[:_STRONGEST]]
             found += _begun(regression, beside, wheel, begins, tries)
-        for number, truck in enumerate(windows.signals.trucks if nameless else ()):
-            part = slice(3 * number, 3 * number + 3)
-            strength = np.sqrt(power(scores[:, part], informations[:, part, part]))
-            high = np.flatnonzero(strength > PUSHED)
-            peaks = _apart(high, strength)[:_STRONGEST]
-            found += [push(truck, float(windows.time[window]), tries) for window in peaks]
-            found += [
-                push(truck, begin, tries**2 // 2, end - begin)
-                for begin, end in _lasting(windows.time, strength, peaks)
-            ]
     return found
+
+
+def pushes(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
+    """Return pushes of each truck, in one window or over a stretch, as what is left beside some sets shows.
+
+    Args:
+        regression: Whose recordings to look at.
+        besides: What is left of them.
+    """
+    found: list[Term] = []
+    tries = _windows(regression)
+    for beside in besides:
+        shocks = regression.shocks(beside.residual)
+        for windows, (scores, informations) in zip(regression.windows, shocks, strict=True):
+            for number, truck in enumerate(windows.signals.trucks):
+                part = slice(3 * number, 3 * number + 3)
+                strength = np.sqrt(power(scores[:, part], informations[:, part, part]))
+                peaks = _apart(np.flatnonzero(strength > PUSHED), strength)[:_STRONGEST]
+                found += [push(truck, float(windows.time[window]), tries) for window in peaks]
+                found += [
+                    push(truck, begin, tries**2 // 2, end - begin)
+                    for begin, end in _lasting(windows.time, strength, peaks)
+                ]
+    return merged([], found)
+
+
+def _windows(regression: Regression) -> int:
+    """Return how many windows all recordings have."""
+    return sum(len(windows.ends) for windows in regression.windows)
 
 
 def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[float, float]]:

@@ -69,6 +69,11 @@ class PushTerm(Term):
         )
 
     @property
+    def inexact(self) -> float:
+        """A push has no shape: what else is seen while it lasts says nothing of other effects."""
+        return 1.0
+
+    @property
     def stretches(self) -> list[tuple[float, float]]:
         """From when to when it acts [s]."""
         return [(time, time + self.fixed["lasting"]) for time in self.fixed["times"]]

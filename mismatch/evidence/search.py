@@ -57,6 +57,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         for single in beside.members
         for time in (*terms[single].fixed.get("times", ()), *_begin(terms[single]))
     ]
+    events = [stretch for single in beside.members for stretch in _acting(terms[single])]
     quick = {
         single: beside.quick(single)
         for single, term in enumerate(terms)
@@ -65,8 +66,28 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         and term.key not in taken
         and not (term.effect == "unknown" and not term.is_event and term.component in named)
         and not _again(term.component, term.fixed.get("times", ()), moments)
+        and not (is_push(term) and _overlaps(term, events))
     }
     return sorted((single for single in quick if quick[single] > NOTHING), key=lambda single: -quick[single])
+
+
+def is_push(term: Term) -> bool:
+    """Say whether a candidate is a push of a truck, which has no name and any shape."""
+    return term.effect == "unknown" and term.is_event
+
+
+def _acting(term: Term) -> list[tuple[float, float]]:
+    """Return the stretches (begin, end) [s] in which an event acts, or a lasting change comes about."""
+    return [*term.stretches, *((begin, begin) for begin in _begin(term))]
+
+
+def _overlaps(push: Term, events: Sequence[tuple[float, float]]) -> bool:
+    """Say whether a push is while an event acts, or shortly before or after: it is what its law leaves."""
+    return any(
+        start - APART < end and begin < stop + APART
+        for start, stop in events
+        for begin, end in push.stretches
+    )
 
 
 def _begin(term: Term) -> tuple[float, ...]:
@@ -188,7 +209,7 @@ def _thinned(posterior: Posterior, members: Members) -> Members:
 
     Of those that nobody believes in together, the likelier stay.
     """
-    members = _without_what_cancels(posterior, members)
+    members = _without_what_cancels(posterior, _without_leftovers(posterior, members))
     sure: set[int] = set()
     while members:
         judged = [single for single in members if single not in sure]
@@ -203,6 +224,17 @@ def _thinned(posterior: Posterior, members: Members) -> Members:
         # what is sure beside more than is there now is judged once: leaving others only makes it surer
         sure |= {single for single, worth in worths.items() if worth > SURE}
     return members
+
+
+def _without_leftovers(posterior: Posterior, members: Members) -> Members:
+    """Return a set without pushes beside events that have a name: no law of an event is exact."""
+    terms = posterior.terms
+    named = [
+        stretch for single in members if not is_push(terms[single]) for stretch in _acting(terms[single])
+    ]
+    return tuple(
+        single for single in members if not (is_push(terms[single]) and _overlaps(terms[single], named))
+    )
 
 
 def _without_what_cancels(posterior: Posterior, members: Members) -> Members:
