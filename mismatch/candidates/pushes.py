@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 SHOVE = (3e-3, 3e-3, 1e-2)  # [m, m, rad] forward, to the left and round, one standard deviation
+PART = 3 * WINDOW  # of a push that lasts, in which it goes on alike
+ORDINARY = 0.1  # of these, that any robot is pushed by: 0.3 mm, 1 mrad
 MOMENTS = "single moments"
 
 
@@ -34,12 +36,12 @@ class Push(Effect):
     Attributes:
         time: When it begins [s].
         lasting: How long it lasts [s].
-        moved: Way forward [m], way to the left [m], and turn [rad].
+        moved: In each of its equal parts way forward [m], way to the left [m], and turn [rad].
     """
 
     time: float = 0.0
     lasting: float = WINDOW
-    moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moved: tuple[tuple[float, float, float], ...] = ()
 
     name: ClassVar[str] = "unknown"
     stage: ClassVar[Stage] = "body"
@@ -47,30 +49,35 @@ class Push(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Spread the push evenly over its steps."""
-        inside = (block.time > self.time) & (block.time <= self.time + self.lasting)
-        if not inside.any():
-            return block, state
+        """Spread the push evenly over the steps of each of its parts."""
         truck = truck_number(self.component)
         twist = block.twist[:, truck].copy()
-        twist[inside] += np.array(self.moved) / int(inside.sum())
+        edges = self.time + np.linspace(0.0, self.lasting, len(self.moved) + 1)
+        for moved, begin, end in zip(self.moved, edges[:-1], edges[1:], strict=True):
+            inside = (block.time > begin) & (block.time <= end)
+            if inside.any():
+                twist[inside] += np.array(moved) / int(inside.sum())
         return block.with_twist(truck, twist), state
 
 
 @dataclass(frozen=True, slots=True)
 class PushTerm(Term):
-    """A push as a candidate of three columns."""
+    """A push as a candidate of three columns for each of its parts."""
 
     def built(self, coefficients: Array) -> Push:
-        """Return the push with these coefficients `(3,)`."""
-        moved = coefficients * np.array(SHOVE)
-        return Push(
-            self.component, self.fixed["times"][0], self.fixed["lasting"], (moved[0], moved[1], moved[2])
-        )
+        """Return the push with these coefficients `(3 P,)` of its P parts."""
+        parts = (coefficients.reshape(-1, 3) * np.array(SHOVE)).tolist()
+        moved = tuple((ahead, aside, yaw) for ahead, aside, yaw in parts)
+        return Push(self.component, self.fixed["times"][0], self.fixed["lasting"], moved)
+
+    @property
+    def ordinary(self) -> float:
+        """Grains, seams and castors push any robot by some tenths of a millimetre."""
+        return ORDINARY / math.sqrt(len(self.probes) / 3)
 
     @property
     def inexact(self) -> float:
-        """A push has no shape: what else is seen while it lasts says nothing of other effects."""
+        """No law says how a truck is pushed: what else is seen meanwhile says nothing of other effects."""
         return 1.0
 
     @property
@@ -92,8 +99,12 @@ def push(truck: str, time: float, tries: int, lasting: float = WINDOW) -> PushTe
         tries: Windows, or stretches of them, among which it was looked for.
         lasting: How long it lasts [s].
     """
-    axes = np.diag(SHOVE).tolist()
-    probes = tuple(Push(truck, time, lasting, (axis[0], axis[1], axis[2])) for axis in axes)
+    parts = max(1, round(lasting / PART))
+    axes = np.eye(3 * parts).reshape(-1, parts, 3) * np.array(SHOVE)
+    probes = tuple(
+        Push(truck, time, lasting, tuple((ahead, aside, yaw) for ahead, aside, yaw in axis))
+        for axis in axes.tolist()
+    )
     odds = BELIEFS["unknown"].log_odds - math.log(tries)
     fixed = {"times": (time,), "lasting": lasting, "quantity": MOMENTS, "acts_on": ""}
     return PushTerm("unknown", truck, probes, fixed, odds, positive=False)

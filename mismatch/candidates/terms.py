@@ -127,6 +127,11 @@ class Term:
         return BELIEFS[self.effect].most
 
     @property
+    def ordinary(self) -> float:
+        """What any robot meets of it at some moment, in declared sizes: no column is everyday for that."""
+        return 0.0
+
+    @property
     def inexact(self) -> float:
         """Part by which it may act otherwise than its law says, on any stretch."""
         return BELIEFS[self.effect].inexact

@@ -349,7 +349,7 @@ class Beside:
         if term.positive and np.any(score < 0.0):
             return NOTHING
         odds = self.posterior.odds(single, self.members)
-        return odds + bayes_factor(gram, score) - self.everyday({term.key})
+        return odds + bayes_factor(gram, score) - self.everyday({term.key}) - _ordinary(term, gram, score)
 
     def judge(self, single: int) -> Judgement:
         """Return what a candidate is worth, against a robot that has an everyday size of it."""
@@ -373,11 +373,12 @@ class Beside:
             own, residual, after = own * weight[:, None], residual * weight, after * weight
             gram, score = own.T @ own, own.T @ residual
         spread = self._spread(own, after, gram)
-        white = bayes_factor(gram, score) - self.everyday({term.key}) + loose
+        white = bayes_factor(gram, score) - self.everyday({term.key}) - _ordinary(term, gram, score) + loose
         gram, score = gram / spread, score / spread
         covariance = np.linalg.inv(gram + size).astype(np.float64)
         coefficients = np.asarray(covariance @ score)
         evidence = bayes_factor(gram, score) - self.everyday({term.key}, spread) + loose / spread
+        evidence -= _ordinary(term, gram, score)
         absurd = np.any(np.abs(coefficients) > LINEAR * term.most)
         if (term.positive and np.any(coefficients < 0.0)) or absurd:
             evidence = NOTHING
@@ -461,6 +462,11 @@ class Beside:
             )
             gain -= 0.5 * float(np.linalg.slogdet(after)[1] - np.linalg.slogdet(before)[1])
         return gain
+
+
+def _ordinary(term: Term, gram: Array, score: Array) -> float:
+    """Return the log Bayes factor of what any robot meets of a candidate at some moment, against none."""
+    return log_evidence(gram, score, term.ordinary) if term.ordinary > 0.0 else 0.0
 
 
 def _density(coefficients: Array) -> Array:
