@@ -141,13 +141,12 @@ class BusWatch:
         """
         if self._stop.is_set():
             raise can.CanOperationError("the watch has ended")
-        message = self.bus.recv(POLL if timeout is None else min(timeout, POLL))
         if self._order != (None if self._recorder is None else self._recorder.target):
             self._switch_recording(self._order)
-        if time.monotonic() - self._taken >= REFRESH:
+        if time.monotonic() - self._taken >= REFRESH:  # the last frame is taken by now, a next one is not
             self._taken = time.monotonic()
             self._snapshot = self._take_snapshot()
-        return message
+        return self.bus.recv(POLL if timeout is None else min(timeout, POLL))
 
     def _run(self) -> None:
         """Follow the bus until the watch ends; open it again after it was lost."""
