@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -31,7 +32,7 @@ from omnimate.mismatch.diagnosis import (
     Where,
 )
 from omnimate.mismatch.evidence.posterior import NOTHING
-from omnimate.mismatch.evidence.search import LOOKED_AT, believable, instead_of_two, ranked
+from omnimate.mismatch.evidence.search import LOOKED_AT, believable, instead_of_two, overlap, ranked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,7 +76,8 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
     itself = beside.judge(member)
     own = posterior.terms[member].key
     judged = {own: itself}
-    for single in ranked(posterior, beside)[:LOOKED_AT]:
+    offers = (single for single in ranked(posterior, beside) if not _elsewhere(posterior, single, member))
+    for single in itertools.islice(offers, LOOKED_AT):
         key, its = posterior.terms[single].key, beside.judge(single)
         if believable(posterior, single, its, member, itself) and (
             key not in judged or its.rank > judged[key].rank
@@ -98,6 +100,12 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
     shares = {key: math.exp(worth - top) / whole for key, worth in worths.items()}
     others = sorted(((key, part) for key, part in shares.items() if key != own), key=lambda pair: -pair[1])
     return Rivalry(shares[own], tuple(others), worths[own])
+
+
+def _elsewhere(posterior: Posterior, single: int, member: int) -> bool:
+    """Say whether both are events at other moments: one does not stand in the place of the other."""
+    event, its = posterior.terms[member], posterior.terms[single]
+    return event.is_event and its.is_event and not overlap(event.stretches, its.stretches)
 
 
 def _drop(fit: Fitted, number: int) -> float:

@@ -76,6 +76,11 @@ class PushTerm(Term):
         return ORDINARY / math.sqrt(len(self.probes) / 3)
 
     @property
+    def most(self) -> float:
+        """A truck may be pushed anywhere."""
+        return math.inf
+
+    @property
     def inexact(self) -> float:
         """No law says how a truck is pushed: what else is seen meanwhile says nothing of other effects."""
         return 1.0

@@ -211,6 +211,9 @@ class Beside:
         self.shrunk = shrinking(self.inside)
         self.residual = self.free(data[:, None])[:, 0]
         self._sizes = self._held_by(self._loosened(data[:, None]))[:, 0]
+        self._most = np.array(
+            [posterior.terms[single].most for single in members for _ in posterior.columns(single)]
+        )
 
     @cached_property
     def rows(self) -> Array:
@@ -264,7 +267,8 @@ class Beside:
             with_it: Sizes of the members beside the candidate, `(n,)`.
         """
         sizes = np.abs(with_it)
-        return bool(np.any((sizes > GROWN * np.abs(self._sizes)) & (sizes > CANCELLING)))
+        grown = (sizes > GROWN * np.abs(self._sizes)) & (sizes > CANCELLING)
+        return bool(np.any(grown & np.isfinite(self._most)))
 
     def _rarer(self, with_it: Array) -> float:
         """Return by how much members are less likely a priori at the sizes that a candidate drives them to.

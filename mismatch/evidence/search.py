@@ -66,7 +66,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         and term.key not in taken
         and not (term.effect == "unknown" and not term.is_event and term.component in named)
         and not _again(term.component, term.fixed.get("times", ()), moments)
-        and not (is_push(term) and _overlaps(term, events))
+        and not (is_push(term) and overlap(term.stretches, events))
     }
     return sorted((single for single in quick if quick[single] > NOTHING), key=lambda single: -quick[single])
 
@@ -81,12 +81,10 @@ def _acting(term: Term) -> list[tuple[float, float]]:
     return [*term.stretches, *((begin, begin) for begin in _begin(term))]
 
 
-def _overlaps(push: Term, events: Sequence[tuple[float, float]]) -> bool:
-    """Say whether a push is while an event acts, or shortly before or after: it is what its law leaves."""
+def overlap(events: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> bool:
+    """Say whether some stretches (begin, end) [s] are during others, or shortly before or after."""
     return any(
-        start - APART < end and begin < stop + APART
-        for start, stop in events
-        for begin, end in push.stretches
+        start - APART < end and begin < stop + APART for start, stop in events for begin, end in others
     )
 
 
@@ -233,7 +231,9 @@ def _without_leftovers(posterior: Posterior, members: Members) -> Members:
         stretch for single in members if not is_push(terms[single]) for stretch in _acting(terms[single])
     ]
     return tuple(
-        single for single in members if not (is_push(terms[single]) and _overlaps(terms[single], named))
+        single
+        for single in members
+        if not (is_push(terms[single]) and overlap(terms[single].stretches, named))
     )
 
 
