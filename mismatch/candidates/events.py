@@ -116,15 +116,19 @@ def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[f
     Args:
         time: Of the windows' ends `(M + 1,)` [s].
         strength: By how many sigma a truck is pushed in each window, `(M,)`.
-        peaks: Windows that stand out.
+        peaks: Windows that stand out, the strongest first.
     """
     found = set()
+    covered = np.zeros(len(strength), bool)
     for peak in peaks:
+        if covered[peak]:
+            continue
         for part in PARTS:
             low = np.flatnonzero(strength < part * strength[peak])
             at = int(np.searchsorted(low, peak))
             first = int(low[at - 1]) + 1 if at > 0 else 0
             last = int(low[at]) if at < len(low) else len(strength)
+            covered[first:last] = True
             if last - first >= LASTING:
                 found.add((float(time[first]), float(time[last])))
     return sorted(found)

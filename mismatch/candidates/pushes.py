@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 SHOVE = (3e-3, 3e-3, 1e-2)  # [m, m, rad] forward, to the left and round, one standard deviation
 PART = 3 * WINDOW  # of a push that lasts, in which it goes on alike
-# Of these, that any robot is pushed by: 0.6 mm and 2 mrad, by half a degree of play on a wheel of 7 cm.
-ORDINARY = 0.2
+# Of these, that any robot is pushed by: 0.3 mm and 1 mrad, a quarter of a degree of play on a wheel of 15 cm.
+ORDINARY = 0.1
 MOMENTS = "single moments"
 
 
