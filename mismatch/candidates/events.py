@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 SEEN = 3.5  # sigma from which a place is a candidate; its odds pay for how many places there are
 PUSHED = 6.0  # sigma of what is plain: a push of three numbers that noise makes of none of a million windows
-PARTS = (0.3, 0.5, 0.7, 0.85)  # of a peak's strength, at which a push may begin and end
+PARTS = (0.3, 0.5, 0.7)  # of a peak's strength, at which a push may begin and end
 LASTING = 2  # windows from which a push is a stretch: it may be a moment on the edge of both
 ONSETS = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)  # of a bump, in windows after the begin of the one that shows it
 ORDERS = tuple(range(2, 41))

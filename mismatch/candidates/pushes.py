@@ -50,14 +50,13 @@ class Push(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Spread the push evenly over the steps of each of its parts."""
+        """Push at an even pace in each part."""
         truck = truck_number(self.component)
         twist = block.twist[:, truck].copy()
         edges = self.time + np.linspace(0.0, self.lasting, len(self.moved) + 1)
         for moved, begin, end in zip(self.moved, edges[:-1], edges[1:], strict=True):
-            inside = (block.time > begin) & (block.time <= end)
-            if inside.any():
-                twist[inside] += np.array(moved) / int(inside.sum())
+            inside = slice(*np.searchsorted(block.time, (begin, end), side="right"))
+            twist[inside] += (block.period[inside] / (end - begin))[:, None] * np.array(moved)
         return block.with_twist(truck, twist), state
 
 

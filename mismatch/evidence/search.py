@@ -295,19 +295,18 @@ def instead_of_two(
 ) -> list[tuple[int, float]]:
     """Return what lasts and may stand in the place of two members, and how much likelier the set then is.
 
-    Two effects may each explain a part of what is a third one, or of what has no name and acts on the same
-    component. The likeliest come first. A name must be worth something there; what has no name, and may be
-    too small to be told, counts against the names all the same.
+    Two effects may each explain a part of what is a third one, of what has no name and acts on the same
+    component, or, while they act, of a push. The likeliest come first. A name must be worth something there;
+    what has no name, and may be too small to be told, counts against the names all the same.
     """
     terms, rest = posterior.terms, set(members) - {first, second}
-    if terms[first].is_event and terms[second].is_event:
-        return []  # what lasts is offered in the place of each of them
+    events = terms[first].is_event and terms[second].is_event  # what lasts is offered in the place of each
     taken = {terms[single].key for single in rest}
     parts = terms[first].component, terms[second].component
     offers = [
         single
         for single, term in enumerate(terms)
-        if not term.is_local
+        if (_pushes_both(term, terms[first], terms[second]) if term.is_local else not events)
         and term.key not in taken
         and single not in members
         and (term.probes or all(part.startswith(term.component) for part in parts))
@@ -320,6 +319,16 @@ def instead_of_two(
     ]
     likeliest = sorted(gains, key=lambda offer: -offer[1])[:OFFERS]
     return [offer for offer in likeliest if not terms[offer[0]].probes or beside.judge(offer[0]).worth > 0.0]
+
+
+def _pushes_both(term: Term, first: Term, second: Term) -> bool:
+    """Say whether a candidate is a push while two events with names act: they may share what is a push."""
+    return (
+        is_push(term)
+        and not (is_push(first) or is_push(second))
+        and overlap(term.stretches, first.stretches)
+        and overlap(term.stretches, second.stretches)
+    )
 
 
 def _instead(posterior: Posterior, beside: Beside, old: int) -> tuple[int, Judgement] | None:

@@ -50,7 +50,7 @@ def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:
         block = replayed(signals, effects)
         shown = block.reading - signals.block.reading
         offset = np.concatenate((shown[:1], shown)) if shown.shape[1] else 0.0
-        signals = signals_of(signals.recording, offset, block.twist)
+        signals = signals_of(signals.recording, offset, block.twist, usable=signals.poses)
     return signals
 
 

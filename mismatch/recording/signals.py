@@ -75,6 +75,7 @@ def signals_of(
     twist: Array | None = None,
     *,
     foreseen: bool = True,
+    usable: Poses | None = None,
 ) -> Signals:
     """Return a recording's signals, with all of its effects still in it.
 
@@ -84,6 +85,7 @@ def signals_of(
             of the readings without it.
         twist: (N - 1, T, 3) of the trucks, where more is known than their nominal wheels tell.
         foreseen: let effects act on the readings that odometry foresees, not on those that were read.
+        usable: measured poses without those that are outlying, where they are known already.
     """
     vehicle, time = recording.vehicle, recording.time
     period = np.diff(time)
@@ -100,7 +102,7 @@ def signals_of(
     forward = 0.5 * (travel[:, 1::2] + travel[:, 0::2])
     nominal = np.stack([forward, np.zeros_like(yaw), yaw], axis=-1)
     known = nominal if twist is None else twist
-    poses = _usable(recording, nominal)
+    poses = _usable(recording, nominal) if usable is None else usable
     path = _path(recording, known, reading - offset, poses)
     block = Block(
         time=time[1:],
