@@ -57,7 +57,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         for single in beside.members
         for time in (*terms[single].fixed.get("times", ()), *_begin(terms[single]))
     ]
-    events = [stretch for single in beside.members for stretch in _acting(terms[single])]
+    events = [terms[single] for single in beside.members]
     quick = {
         single: beside.quick(single)
         for single, term in enumerate(terms)
@@ -66,7 +66,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         and term.key not in taken
         and not (term.effect == "unknown" and not term.is_event and term.component in named)
         and not _again(term.component, term.fixed.get("times", ()), moments)
-        and not (is_push(term) and overlap(term.stretches, events))
+        and not (is_push(term) and _is_left(posterior, term, events))
     }
     return sorted((single for single in quick if quick[single] > NOTHING), key=lambda single: -quick[single])
 
@@ -85,6 +85,19 @@ def overlap(events: Sequence[tuple[float, float]], others: Sequence[tuple[float,
     """Say whether some stretches (begin, end) [s] are during others, or shortly before or after."""
     return any(
         start - APART < end and begin < stop + APART for start, stop in events for begin, end in others
+    )
+
+
+def _is_left(posterior: Posterior, push: Term, events: Iterable[Term]) -> bool:
+    """Say whether a push is what the laws of some events leave: no law is exact.
+
+    It is then of the same truck; without poses, a push of one truck shows as one of the other.
+    """
+    posed = any(windows.signals.poses is not None for windows in posterior.regression.windows)
+    return any(
+        overlap(push.stretches, _acting(event))
+        for event in events
+        if not posed or event.component.startswith(push.component)
     )
 
 
@@ -227,13 +240,11 @@ def _thinned(posterior: Posterior, members: Members) -> Members:
 def _without_leftovers(posterior: Posterior, members: Members) -> Members:
     """Return a set without pushes beside events that have a name: no law of an event is exact."""
     terms = posterior.terms
-    named = [
-        stretch for single in members if not is_push(terms[single]) for stretch in _acting(terms[single])
-    ]
+    named = [terms[single] for single in members if not is_push(terms[single])]
     return tuple(
         single
         for single in members
-        if not (is_push(terms[single]) and overlap(terms[single].stretches, named))
+        if not (is_push(terms[single]) and _is_left(posterior, terms[single], named))
     )
 
 

@@ -1,10 +1,13 @@
-from omnimate.benchmarks.fleet_hall import SAME, SOON, study
+from multiprocessing.pool import ThreadPool
+
+from omnimate.benchmarks.fleet_hall import SAME, SOON, Laps, study
 from omnimate.vcan_sim.hall.hall import draw_hall
 
 
 def test_in_a_small_hall_sick_robots_and_bad_places_are_told_apart_and_nobody_else_is_listed():
     hall = draw_hall(24, 11, sick=3, places=2, seed=3)
-    outcome, _ = study(hall, 11, 3.0, lambda _text: None)
+    with ThreadPool(1) as pool:
+        outcome, _ = study(Laps(hall, 3.0, 60.0, pool), 11, lambda _text: None)
     assert not outcome.false
     assert all(wait is not None and wait <= SOON for wait in outcome.waits.values())
     assert all(distance < SAME for _, distance in outcome.places)
