@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
-from omnimate.mismatch.candidates.events import events, merged, pushes
+from omnimate.mismatch.candidates.events import events, merged, push_terms
 from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
 from omnimate.mismatch.candidates.terms import SCANNED, SKEW, is_near, mounted_terms, smooth_terms, term
@@ -209,7 +209,11 @@ def _posterior(
     terms += offered
     posterior = with_everyday(regression, terms, places, fit.part)
     besides = [posterior.beside(start), *([posterior.beside(())] if start else [])]
-    local = events(regression, besides, nameless=nameless) if scan else pushes(regression, besides)
+    local = (
+        events(regression, besides, nameless=nameless)
+        if scan
+        else push_terms(regression, [regression.shocks(beside.residual) for beside in besides])
+    )
     more = [single for single in merged(terms, local) if single.effect not in left_out]
     posterior = replace(
         posterior,
@@ -360,8 +364,7 @@ def _happened(fit: Fitted) -> tuple[NoiseLevels, list[Array]]:
     """
     regression = fit.regression
     windows, _count = freed(regression, regression.white[:, 0])
-    stretches = [stretch for single in fit.chosen.terms for stretch in single.stretches]
-    stretches += [(single.fixed["time"],) * 2 for single in fit.chosen.terms if "time" in single.fixed]
+    stretches = [stretch for single in fit.chosen.terms for stretch in single.happening]
     counting, pushes = [], []
     for own, usual in zip(windows, regression.windows, strict=True):
         near = is_near(usual.time[:-1], stretches)[:, None, None]

@@ -6,7 +6,7 @@ window (de Jong & Penzer, JASA 1998); stretches, steps and harmonics from column
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +19,6 @@ from omnimate.mismatch.recording.signals import WINDOW
 from omnimate.vcan_sim.effects import effect_named
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from omnimate.mismatch.candidates.regression import Regression
@@ -32,7 +30,7 @@ if TYPE_CHECKING:
 
 SEEN = 3.5  # sigma from which a place is a candidate; its odds pay for how many places there are
 PUSHED = 6.0  # sigma of what is plain: a push of three numbers that noise makes of none of a million windows
-PARTS = (0.3, 0.5, 0.7)  # of a peak's strength, at which a push may begin and end
+FALLEN = (0.3, 0.5, 0.7)  # of a peak's strength, at which a push may begin and end
 LASTING = 2  # windows from which a push is a stretch: it may be a moment on the edge of both
 ONSETS = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)  # of a bump, in windows after the begin of the one that shows it
 ORDERS = tuple(range(2, 41))
@@ -43,6 +41,7 @@ _STRONGEST = 16  # windows under one wheel
 _CHUNK = 128
 
 Build = Callable[[int, "Windows", range], "Array"]
+Shocks = Sequence[tuple["Array", "Array"]]  # of each recording, as `Regression.shocks` gives them
 
 
 def events(regression: Regression, besides: Sequence[Beside], *, nameless: bool = True) -> list[Term]:
@@ -53,9 +52,14 @@ def events(regression: Regression, besides: Sequence[Beside], *, nameless: bool 
         besides: What is left of them.
         nameless: Whether pushes are offered: not before the events that have names are where they belong.
     """
+    shocks = [regression.shocks(beside.residual) for beside in besides]
     found = [
-        *(single for beside in besides for single in _bumps(regression, beside)),
-        *(pushes(regression, besides) if nameless else ()),
+        *(
+            single
+            for beside, seen in zip(besides, shocks, strict=True)
+            for single in _bumps(regression, beside, seen)
+        ),
+        *(push_terms(regression, shocks) if nameless else ()),
         *spans(regression, besides),
         *_losses(regression, besides),
         *_harmonics(regression, besides),
@@ -63,11 +67,10 @@ def events(regression: Regression, besides: Sequence[Beside], *, nameless: bool 
     return merged([], found)
 
 
-def _bumps(regression: Regression, beside: Beside) -> list[Term]:
+def _bumps(regression: Regression, beside: Beside, shocks: Shocks) -> list[Term]:
     """Return bumps under each wheel: the windows that stand out."""
     found = []
     tries = _windows(regression)
-    shocks = regression.shocks(beside.residual)
     for windows, (scores, informations) in zip(regression.windows, shocks, strict=True):
         sigmas = lost_way(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
@@ -78,18 +81,17 @@ def _bumps(regression: Regression, beside: Beside) -> list[Term]:
     return found
 
 
-def pushes(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
-    """Return pushes of each truck, in one window or over a stretch, as what is left beside some sets shows.
+def push_terms(regression: Regression, shocks: Sequence[Shocks]) -> list[Term]:
+    """Return pushes of each truck, in one window or over a stretch.
 
     Args:
         regression: Whose recordings to look at.
-        besides: What is left of them.
+        shocks: Of what is left of them beside some sets.
     """
     found: list[Term] = []
     tries = _windows(regression)
-    for beside in besides:
-        shocks = regression.shocks(beside.residual)
-        for windows, (scores, informations) in zip(regression.windows, shocks, strict=True):
+    for seen in shocks:
+        for windows, (scores, informations) in zip(regression.windows, seen, strict=True):
             for number, truck in enumerate(windows.signals.trucks):
                 part = slice(3 * number, 3 * number + 3)
                 strength = np.sqrt(power(scores[:, part], informations[:, part, part]))
@@ -123,7 +125,7 @@ def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[f
     for peak in peaks:
         if covered[peak]:
             continue
-        for part in PARTS:
+        for part in FALLEN:
             low = np.flatnonzero(strength < part * strength[peak])
             at = int(np.searchsorted(low, peak))
             first = int(low[at - 1]) + 1 if at > 0 else 0

@@ -122,6 +122,12 @@ class Term:
         return [*((time, time) for time in self.fixed.get("times", ())), *self.fixed.get("intervals", ())]
 
     @property
+    def happening(self) -> list[tuple[float, float]]:
+        """From when to when it acts, or comes about if it then lasts to the end [s]."""
+        begun = [(self.fixed["time"],) * 2] if "time" in self.fixed else []
+        return [*self.stretches, *begun]
+
+    @property
     def most(self) -> float:
         """Declared sizes beyond which nobody believes in it."""
         return BELIEFS[self.effect].most

@@ -57,7 +57,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         for single in beside.members
         for time in (*terms[single].fixed.get("times", ()), *_begin(terms[single]))
     ]
-    events = [terms[single] for single in beside.members]
+    others = [terms[single] for single in beside.members]
     quick = {
         single: beside.quick(single)
         for single, term in enumerate(terms)
@@ -66,7 +66,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         and term.key not in taken
         and not (term.effect == "unknown" and not term.is_event and term.component in named)
         and not _again(term.component, term.fixed.get("times", ()), moments)
-        and not (is_push(term) and _is_left(posterior, term, events))
+        and not (is_push(term) and _is_left(posterior, term, others))
     }
     return sorted((single for single in quick if quick[single] > NOTHING), key=lambda single: -quick[single])
 
@@ -76,15 +76,10 @@ def is_push(term: Term) -> bool:
     return term.effect == "unknown" and term.is_event
 
 
-def _acting(term: Term) -> list[tuple[float, float]]:
-    """Return the stretches (begin, end) [s] in which an event acts, or a lasting change comes about."""
-    return [*term.stretches, *((begin, begin) for begin in _begin(term))]
-
-
-def overlap(events: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> bool:
+def overlap(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> bool:
     """Say whether some stretches (begin, end) [s] are during others, or shortly before or after."""
     return any(
-        start - APART < end and begin < stop + APART for start, stop in events for begin, end in others
+        start - APART < end and begin < stop + APART for start, stop in stretches for begin, end in others
     )
 
 
@@ -95,7 +90,7 @@ def _is_left(posterior: Posterior, push: Term, events: Iterable[Term]) -> bool:
     """
     posed = any(windows.signals.poses is not None for windows in posterior.regression.windows)
     return any(
-        overlap(push.stretches, _acting(event))
+        overlap(push.stretches, event.happening)
         for event in events
         if not posed or event.component.startswith(push.component)
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.candidates.events import pushes
+from omnimate.mismatch.candidates.events import push_terms
 from omnimate.mismatch.candidates.pushes import MOMENTS, ORDINARY, PART, Push, push
 from omnimate.mismatch.evidence.search import overlap
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
@@ -42,7 +42,7 @@ def test_what_is_ordinary_of_a_push_is_shared_by_its_parts():
 
 def test_a_push_of_seconds_is_a_candidate_from_its_begin_to_its_end(drive, regression, alone):
     model = regression(drive(LEANT_ON))
-    offered = pushes(model, [alone(model)])
+    offered = push_terms(model, [model.shocks(alone(model).residual)])
     lasting = [term.stretches[0] for term in offered if term.fixed["lasting"] > WINDOW]
     assert any(
         math.isclose(begin, BEGIN, abs_tol=2 * WINDOW) and math.isclose(end, BEGIN + 2.0, abs_tol=2 * WINDOW)
