@@ -18,7 +18,7 @@ class ExactModel(RequestModel):
 
 
 class FleetStart(ExactModel):
-    """A new fleet: robots that share a floor, and the frame of their poses."""
+    """A new fleet: robots that share floors, each of which has one frame of poses."""
 
     name: PlainName
 
@@ -31,7 +31,7 @@ class Fleet(BaseModel):
     nights: int = Field(description="Nights that were judged.")
     night: str | None = Field(description="Date of the last one.")
     states: dict[State, int] = Field(description="Robots by their state after the last night.")
-    places: int = Field(description="Bad places of the floor after the last night.")
+    places: int = Field(description="Bad places of all floors after the last night.")
 
 
 class Upload(BaseModel):

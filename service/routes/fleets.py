@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from typing import Annotated
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
-from starlette.concurrency import run_in_threadpool
 
-from omnimate.service.calls import Call, Operating, Reading
+from omnimate.service.calls import Operating, Reading
 from omnimate.service.fleets.batches import add_batch, batch_view
 from omnimate.service.fleets.fields import PlainName
 from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, Upload
@@ -23,7 +21,7 @@ from omnimate.service.idempotency import Answer
 from omnimate.service.jobs.queue import cancel_job, find_job
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Limit, Page
-from omnimate.service.routes.recordings import BINARY, IN_MEMORY, check_zip
+from omnimate.service.routes.recordings import BINARY, Zip
 from omnimate.service.store.lists import read_page
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import FleetRow, JobRow
@@ -37,7 +35,7 @@ BatchId = Annotated[Id, PathParameter(description="The id of the batch.")]
 
 @router.post("", operation_id="createFleet", status_code=201, response_model=Fleet)
 def create(body: FleetStart, call: Operating) -> Response:
-    """Make a fleet: robots that share a floor, and the frame of their poses."""
+    """Make a fleet: robots that share floors, each of which has one frame of poses."""
 
     def act(db: Db) -> Answer:
         row = add_fleet(db, body.name, time.time())
@@ -72,17 +70,8 @@ def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
     responses=documented(404, 415),
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
-async def upload(fleet: FleetName, request: Request, call: Operating) -> Response:
+def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:
     """Upload a zip of folders robot=NAME/day=YYYY-MM-DD/RECORDING/. What is there already is replaced."""
-    check_zip(request)
-    with tempfile.SpooledTemporaryFile(IN_MEMORY) as spool:
-        async for block in request.stream():
-            spool.write(block)
-        spool.seek(0)
-        return await run_in_threadpool(_store, call, fleet, spool.read())
-
-
-def _store(call: Call, fleet: str, content: bytes) -> Response:
     with call.components.database.reading() as db:
         find_row(db, FleetRow, fleet)
     # Before the transaction, which would keep all other writers waiting; the same files twice do no harm.

@@ -5,14 +5,13 @@ from __future__ import annotations
 import tempfile
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Depends, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from pydantic import BaseModel
 from sqlalchemy.orm import Session as Db
-from starlette.concurrency import run_in_threadpool
 
-from omnimate.service.calls import Call, Operating, Reading
+from omnimate.service.calls import Operating, Reading
 from omnimate.service.errors import MediaTypeError
 from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
@@ -49,6 +48,31 @@ def recording_view(row: RecordingRow) -> Recording:
     return Recording.model_validate(row, from_attributes=True)
 
 
+async def zip_of(request: Request) -> bytes:
+    """Return the body of a request, which must be a zip.
+
+    Raises:
+        MediaTypeError: it is of another content type.
+    """
+    _check_zip(request)
+    with tempfile.SpooledTemporaryFile(IN_MEMORY) as spool:
+        async for block in request.stream():
+            spool.write(block)
+        spool.seek(0)
+        return spool.read()
+
+
+def _check_zip(request: Request) -> None:
+    kind = request.headers.get("content-type", ZIP_TYPES[0]).partition(";")[0].strip().lower()
+    if kind not in ZIP_TYPES:
+        raise MediaTypeError(
+            f"content type {kind!r}; expected application/zip, the zip of a recording folder"
+        )
+
+
+Zip = Annotated[bytes, Depends(zip_of)]
+
+
 @router.post(
     "",
     operation_id="uploadRecording",
@@ -57,34 +81,12 @@ def recording_view(row: RecordingRow) -> Recording:
     responses=documented(415),
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
-async def upload(
-    request: Request,
+def upload(
     call: Operating,
+    content: Zip,  # after the call: nobody's body is read who may not upload
     name: Annotated[Name | None, Query(description="The name of the recording in lists.")] = None,
 ) -> Response:
     """Upload a zip of a recording folder. The recording is read completely before it is kept."""
-    check_zip(request)
-    with tempfile.SpooledTemporaryFile(IN_MEMORY) as spool:
-        async for block in request.stream():
-            spool.write(block)
-        spool.seek(0)
-        return await run_in_threadpool(_store, call, name, spool.read())
-
-
-def check_zip(request: Request) -> None:
-    """Check that a request says that its body is a zip.
-
-    Raises:
-        MediaTypeError: it is of another content type.
-    """
-    kind = request.headers.get("content-type", ZIP_TYPES[0]).partition(";")[0].strip().lower()
-    if kind not in ZIP_TYPES:
-        raise MediaTypeError(
-            f"content type {kind!r}; expected application/zip, the zip of a recording folder"
-        )
-
-
-def _store(call: Call, name: str | None, content: bytes) -> Response:
     row = check_upload(name or "uploaded", content, call.components.settings.unpacked)
 
     def act(db: Db) -> Answer:

@@ -134,7 +134,7 @@ class AnswerRow(Base):
 
 
 class FleetRow(Base):
-    """A fleet: robots that share a floor. Its recordings and results are files."""
+    """A fleet: robots that share floors. Its recordings and results are files."""
 
     __tablename__ = "fleets"
     __table_args__ = (Index("fleets_by_age", "created", "id"),)
