@@ -171,10 +171,10 @@ class DriveWatch:
         if status & STATE_MASK == ENABLED:
             return
         what = "reports a fault" if status & FAULT_MASK == FAULT else "has left operation enabled"
-        self._report(drive, now, f"the drive {what} (status word {status:04X}h)")
+        self._report(drive, now, f"the drive {what} (status word {status:04X}h)", status)
 
-    def _report(self, drive: _Watched, now: float, what: str) -> None:
+    def _report(self, drive: _Watched, now: float, what: str, status: int | None = None) -> None:
         """Report a drive once: it is not watched any longer."""
         del self._drives[drive.source.node]
         self._events.add(now, drive.source.node, what)
-        self._troubles.append(Trouble(now, drive.source.node, what))
+        self._troubles.append(Trouble(now, drive.source.node, what, status=status))

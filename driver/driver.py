@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
 import can
@@ -182,7 +183,9 @@ class Driver:
 
     def report(self) -> DriverReport:
         """Return what has happened so far."""
-        return make_report(self.vehicle, self._monitor, self._syncs, getattr(self._clock, "skipped", 0))
+        skipped = getattr(self._clock, "skipped", 0)
+        report = make_report(self.vehicle, self._monitor, self._syncs, skipped)
+        return replace(report, troubles=self.drives.troubles)
 
     def close(self) -> None:
         """Stop and disable the drives, end dialogues, and close the bus if it was given as a URL."""

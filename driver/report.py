@@ -10,6 +10,7 @@ from omnimate.logs.canopen_words import nmt_state_in_words
 if TYPE_CHECKING:
     from omnimate.driver.event_log import Event
     from omnimate.driver.monitor import Monitor
+    from omnimate.driver.troubles import Trouble
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Gap
 
@@ -70,6 +71,7 @@ class DriverReport:
         events_dropped: Number of events that were not kept because the log was full.
         gaps: Gaps of all channels.
         unknown_frames: Identifier, description and number of frames that nothing expects, by kind.
+        troubles: What stopped all wheels since the drives were last enabled; empty where nothing did.
     """
 
     started: float
@@ -80,6 +82,7 @@ class DriverReport:
     events_dropped: int
     gaps: tuple[Gap, ...]
     unknown_frames: tuple[tuple[str, str, int], ...]
+    troubles: tuple[Trouble, ...] = ()
 
     @property
     def is_clean(self) -> bool:

@@ -101,7 +101,8 @@ class Supervision:
         if code == NO_ERROR:
             self._events.add(now, node, what)
         else:
-            self._report(now, node, what)
+            self._events.add(now, node, what)
+            self.troubles.append(Trouble(now, node, what, emergency=code))
         return True
 
     def check(self, now: float) -> None:

@@ -14,9 +14,13 @@ class Trouble:
         node: CANopen node id; None where it concerns the bus.
         what: What was seen, in words.
         has_restarted: Whether the node may have lost its configuration.
+        emergency: Error code of the EMCY frame that told it; None where it was another one.
+        status: Status word 6041h with which a drive left operation enabled; None where it was another one.
     """
 
     time: float
     node: int | None
     what: str
     has_restarted: bool = False
+    emergency: int | None = None
+    status: int | None = None

@@ -8,10 +8,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from omnimate.driver.report import DriverReport
+    from omnimate.driver.troubles import Trouble
 
 
 def vda5050(problem: str | None, report: DriverReport | None) -> dict[str, Any]:
-    """Return the `errors` of a VDA 5050 state: FATAL where the robot cannot be read, WARNING for a node.
+    """Return the `errors` of a VDA 5050 state: FATAL where it cannot be read or moved, WARNING for a node.
 
     Args:
         problem: Why the robot cannot be read; None where it can.
@@ -28,6 +29,16 @@ def vda5050(problem: str | None, report: DriverReport | None) -> dict[str, Any]:
                 "errorReferences": [],
             }
         )
+    errors += [
+        {
+            "errorType": "wheelsStopped",
+            "errorLevel": "FATAL",
+            "errorDescription": trouble.what,
+            "errorHint": "the next session enables the drives again; see docs/reference/stopping.md",
+            "errorReferences": _node_reference(trouble.node),
+        }
+        for trouble in _troubles(report)
+    ]
     for node, description in _faulty_nodes(report):
         errors.append(
             {
@@ -35,7 +46,7 @@ def vda5050(problem: str | None, report: DriverReport | None) -> dict[str, Any]:
                 "errorLevel": "WARNING",
                 "errorDescription": description,
                 "errorHint": f"check node {node}; GET /v1/bus lists what happened to it",
-                "errorReferences": [{"referenceKey": "nodeId", "referenceValue": str(node)}],
+                "errorReferences": _node_reference(node),
             }
         )
     return {"errors": errors}
@@ -46,10 +57,19 @@ def open_rmf(problem: str | None, report: DriverReport | None) -> dict[str, Any]
     issues: list[dict[str, Any]] = []
     if problem is not None:
         issues.append({"category": "odometry bus lost", "detail": problem})
+    issues += [{"category": "wheels stopped", "detail": trouble.what} for trouble in _troubles(report)]
     issues += [
         {"category": "encoder node", "detail": description} for _, description in _faulty_nodes(report)
     ]
     return {"issues": issues}
+
+
+def _troubles(report: DriverReport | None) -> tuple[Trouble, ...]:
+    return () if report is None else report.troubles
+
+
+def _node_reference(node: int | None) -> list[dict[str, str]]:
+    return [] if node is None else [{"referenceKey": "nodeId", "referenceValue": str(node)}]
 
 
 def _faulty_nodes(report: DriverReport | None) -> Iterator[tuple[int, str]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
+from omnimate.driver.drive_states import FAULT, FAULT_MASK, FAULT_REACTION
 from omnimate.service.robot.faults import vda5050
 
 if TYPE_CHECKING:
@@ -15,6 +16,14 @@ if TYPE_CHECKING:
 VERSION = "2.1.0"
 INTERFACE = "uagv/v2"  # name of the interface and major version, the first parts of each topic
 ACTIONS = ("factsheetRequest", "stateRequest")  # of the standard, that this interface carries out
+# Emergency error codes of CiA 402-2 for too low a voltage: of the mains, and of the DC link.
+LOW_VOLTAGE, LOW_VOLTAGE_MASK = (0x3120, 0x3220), 0xFFF0
+GOOD, BAD = 80.0, 20.0  # [%] of charge that VDA 5050 has for robots that know these two levels alone
+UNKNOWN = (
+    "batteryState is what the drives tell: 20 % after a low voltage, 80 % otherwise; whether it is charging "
+    "is not known. safetyState is what the drives tell: eStop where one was stopped from outside; protective "
+    "fields, and an eStop of which no drive tells, are not known"
+)
 ConnectionState = Literal["ONLINE", "OFFLINE", "CONNECTIONBROKEN"]
 
 
@@ -70,8 +79,8 @@ def state_of(
 ) -> dict[str, Any]:
     """Return the content of a state message.
 
-    The robot is in service: this interface takes no orders. What the standard requires and nobody here
-    knows (battery, safety) has placeholders, and an information that says so.
+    The robot is in service: this interface takes no orders. Battery and safety are what the drives tell of
+    them, and an information says what is not known.
 
     Args:
         seen: The last `state` event of the stream; empty before the first one.
@@ -88,15 +97,15 @@ def state_of(
         "edgeStates": [],
         "driving": bool(seen.get("driving")) or any(seen.get("wheels", ())),
         "actionStates": actions,
-        "batteryState": {"batteryCharge": 100.0, "charging": False},
+        "batteryState": battery_state(report),
         "operatingMode": "SERVICE",
         **vda5050(problem, report),
-        "safetyState": {"eStop": "NONE", "fieldViolation": False},
+        "safetyState": safety_state(report),
         "information": [
             {
-                "infoType": "placeholders",
+                "infoType": "knownFromDrives",
                 "infoLevel": "INFO",
-                "infoDescription": "batteryState and safetyState are not known to this interface",
+                "infoDescription": UNKNOWN,
                 "infoReferences": [],
             }
         ],
@@ -111,6 +120,26 @@ def state_of(
             "positionInitialized": False,
         }
     return content
+
+
+def battery_state(report: DriverReport | None) -> dict[str, Any]:
+    """Return the battery's state: good, unless a drive's emergency message told of a low voltage."""
+    codes = {trouble.emergency or 0 for trouble in report.troubles} if report is not None else set()
+    is_low = any(code & LOW_VOLTAGE_MASK in LOW_VOLTAGE for code in codes)
+    return {"batteryCharge": BAD if is_low else GOOD, "charging": False}
+
+
+def safety_state(report: DriverReport | None) -> dict[str, Any]:
+    """Return the safety state, as far as drives tell of it.
+
+    A drive that leaves operation enabled without a fault, and without a command of this driver, was stopped
+    from outside: by its input for a quick stop, or because its power was taken away (CiA 402-2, transitions
+    9 and 11). It drives again when it is enabled again, by somebody: the standard's `MANUAL`.
+    """
+    troubles = report.troubles if report is not None else ()
+    words = [trouble.status for trouble in troubles if trouble.status is not None]
+    is_stopped = any(word & FAULT_MASK not in {FAULT, FAULT_REACTION} for word in words)
+    return {"eStop": "MANUAL" if is_stopped else "NONE", "fieldViolation": False}
 
 
 def action_state(action: dict[str, Any]) -> dict[str, Any]:

@@ -101,6 +101,21 @@ def test_both_trucks_are_commanded_to_stop_within_100_ms_and_told_why(
     assert [node.status for node in drives] == [0x0207] * 3
 
 
+@pytest.mark.parametrize(
+    ("happen", "status", "emergency"),
+    [(leaves_operation_enabled, SWITCH_ON_DISABLED, None), (emcy_alone, None, 0x5000)],
+)
+def test_the_report_has_the_status_word_or_the_emergency_code_of_what_stopped_all(
+    bench, driver_on, happen, status, emergency
+):
+    driver, bus = driving(bench, driver_on, "first")
+    assert driver.report().troubles == ()
+    happen(bus.nodes[OUT])
+    until_stopped(driver, bus)
+    trouble = driver.report().troubles[0]
+    assert (trouble.status, trouble.emergency) == (status, emergency)
+
+
 def test_the_robot_of_the_report_turns_by_a_few_degrees_and_not_by_550(bench, driver_on):
     """A drive without a status word in any TPDO goes to fault: 6041h = 0008h, EMCY 5000h."""
     driver, bus = driving(bench, driver_on)

@@ -6,14 +6,15 @@ from types import SimpleNamespace
 import pytest
 
 from omnimate.driver.report import NodeReport
+from omnimate.driver.troubles import Trouble
 from omnimate.service.robot.faults import open_rmf, vda5050
 
 WELL = NodeReport(1, ("a.left",), "operational", 10, 0, 0, 0, 0, 0, 0, 0, 0)
 DRIVE = replace(WELL, node=9, names=("drive of a.left",), state="pre-operational")
 
 
-def report(*nodes):
-    return SimpleNamespace(nodes=nodes)
+def report(*nodes, troubles=()):
+    return SimpleNamespace(nodes=nodes, troubles=troubles)
 
 
 @pytest.mark.parametrize("words", [vda5050, open_rmf])
@@ -43,3 +44,14 @@ def test_a_faulty_node_is_a_warning_that_names_it(node, description):
     assert (error["errorLevel"], error["errorDescription"]) == ("WARNING", description)
     assert error["errorReferences"] == [{"referenceKey": "nodeId", "referenceValue": str(node.node)}]
     assert open_rmf(None, report(node))["issues"][0]["detail"] == description
+
+
+@pytest.mark.parametrize(
+    ("node", "references"), [(9, [{"referenceKey": "nodeId", "referenceValue": "9"}]), (None, [])]
+)
+def test_what_has_stopped_all_wheels_is_fatal(node, references):
+    stopped = report(WELL, DRIVE, troubles=(Trouble(1.0, node, "heartbeat lost"),))
+    (error,) = vda5050(None, stopped)["errors"]
+    assert (error["errorLevel"], error["errorDescription"]) == ("FATAL", "heartbeat lost")
+    assert error["errorReferences"] == references
+    assert open_rmf(None, stopped)["issues"] == [{"category": "wheels stopped", "detail": "heartbeat lost"}]

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from omnimate.driver.report import DriverReport
+from omnimate.driver.troubles import Trouble
 from omnimate.service.components import make_components
 from omnimate.service.settings import Settings
 from omnimate.service.vda5050.factsheet import REQUIRED, FactsheetError, load_factsheet
@@ -54,7 +56,12 @@ def sheet(tmp_path):
     return path
 
 
-def test_a_state_has_all_that_the_standard_requires_and_says_what_is_a_placeholder():
+def stopped_by(**trouble):
+    """A report of the driver after a drive's trouble."""
+    return DriverReport(0.0, 1, 0, (), (), 0, (), (), (Trouble(1.0, 9, "stopped", **trouble),))
+
+
+def test_a_state_has_all_that_the_standard_requires_and_says_what_is_not_known():
     seen = {
         "driving": None,
         "wheels": [0.0, 0.0],
@@ -67,6 +74,7 @@ def test_a_state_has_all_that_the_standard_requires_and_says_what_is_a_placehold
     assert abs(state["agvPosition"]["theta"]) <= 3.2
     assert (state["driving"], state["operatingMode"], state["errors"]) == (False, "SERVICE", [])
     assert "not known" in state["information"][0]["infoDescription"]
+    assert state["safetyState"]["eStop"] == "NONE"
     assert state_of(seen | {"wheels": [0.0, -1.0]}, None, None, [])["driving"]
 
 
@@ -74,6 +82,27 @@ def test_a_robot_that_cannot_be_read_has_a_fatal_error_and_no_position():
     state = state_of({}, "no adapter", None, [])
     assert "agvPosition" not in state
     assert [error["errorLevel"] for error in state["errors"]] == ["FATAL"]
+
+
+@pytest.mark.parametrize(
+    ("status", "stop"),
+    [
+        (0x0007, "MANUAL"),  # quick stop active, which this driver has not commanded
+        (0x0240, "MANUAL"),  # switch on disabled: the power was taken away
+        (0x0008, "NONE"),  # a fault of the drive itself
+        (0x000F, "NONE"),  # its reaction to one
+        (None, "NONE"),  # a lost heartbeat, an EMCY
+    ],
+)
+def test_a_drive_that_was_stopped_from_outside_is_an_emergency_stop(status, stop):
+    state = state_of({}, None, stopped_by(status=status), [])
+    assert state["safetyState"] == {"eStop": stop, "fieldViolation": False}
+    assert [error["errorLevel"] for error in state["errors"]] == ["FATAL"]
+
+
+@pytest.mark.parametrize(("code", "charge"), [(0x3220, 20.0), (0x3121, 20.0), (0x3210, 80.0), (None, 80.0)])
+def test_a_low_voltage_that_a_drive_tells_of_is_a_bad_battery(code, charge):
+    assert state_of({}, None, stopped_by(emergency=code), [])["batteryState"]["batteryCharge"] == charge
 
 
 def test_headers_count_the_messages_of_each_topic():
