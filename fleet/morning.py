@@ -71,6 +71,7 @@ class BadPlace:
         gain: Twice the gain in log likelihood over no place there.
         crossings: Number of ways over it.
         floor: Name of the floor that it is on; "" for the only one.
+        edge: Standard deviation of its edge from crossing to crossing [half cells]; stands in no table.
     """
 
     effect: PlaceEffect
@@ -83,6 +84,7 @@ class BadPlace:
     gain: float
     crossings: int
     floor: str = ""
+    edge: float = 0.0
 
     @property
     def per_crossing(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from omnimate.fleet.crossings import CELL
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -55,6 +55,20 @@ class Evidence:
         weighed = self.precision @ self.jacobian
         return self.jacobian.T @ weighed, weighed.T @ (self.residual - floor)
 
+    def less_sure(self, errors: Sequence[Array]) -> Evidence:
+        """Return the evidence with independent errors besides, one standard deviation in each column.
+
+        Args:
+            errors: Columns, `(3 S, K)` each.
+        """
+        if not errors:
+            return self
+        columns = np.concatenate(errors, axis=1)
+        weighed = self.precision @ columns
+        inner = np.eye(columns.shape[1]) + columns.T @ weighed
+        precision = self.precision - weighed @ np.linalg.solve(inner, weighed.T)
+        return replace(self, precision=precision, floor_precision=_beside(precision, self.jacobian))
+
 
 def evidence_of(
     robot: str, kind: str, day: str, segments: Segments, crossings: Crossings, roughness: float
@@ -63,27 +77,40 @@ def evidence_of(
     precision = np.linalg.inv(segments.covariance(roughness))
     precision = 0.5 * (precision + precision.T)
     jacobian = segments.jacobian.reshape(-1, 3)
-    weighed = precision @ jacobian
-    beside = precision - weighed @ np.linalg.pinv(jacobian.T @ weighed) @ weighed.T
+    beside = _beside(precision, jacobian)
     return Evidence(robot, kind, day, segments.residual.reshape(-1), jacobian, precision, beside, crossings)
+
+
+def _beside(precision: Array, jacobian: Array) -> Array:
+    """Return what of a precision is left beside any parameters of the robot."""
+    weighed = precision @ jacobian
+    return np.asarray(precision - weighed @ np.linalg.pinv(jacobian.T @ weighed) @ weighed.T, np.float64)
 
 
 class AllCrossings:
     """The crossings of many recordings together, in which those near a place are found at once.
 
     Attributes:
-        evidence: Of the recordings.
+        sure: Evidence of the recordings.
+        evidence: The same with the errors besides that `doubt` states.
         effects: What places of unit size make of their residuals, by effect, x, y and reach, as they are
             asked for.
     """
 
     def __init__(self, evidence: Sequence[Evidence]) -> None:
-        self.evidence = evidence
+        self.evidence = self.sure = evidence
         self.effects: dict[tuple[str, float, float, float], Effects] = {}
         counts = [len(single.crossings.way) for single in evidence]
         self._owner = np.repeat(np.arange(len(evidence)), counts)
         self._first = np.cumsum([0, *counts])
         self._cell = np.concatenate([single.crossings.cell for single in evidence]).astype(np.int32)
+
+    def doubt(self, errors: Mapping[int, Array]) -> None:
+        """State independent errors besides, `(3 S, K)` by recording, instead of those stated before."""
+        self.evidence = [
+            single.less_sure([errors[number]]) if number in errors else single
+            for number, single in enumerate(self.sure)
+        ]
 
     def near(self, x: float, y: float, reach: float) -> Iterator[tuple[int, NDArray[np.int64]]]:
         """Yield recordings that come nearer to a place than a reach [m], and the rows of their crossings."""

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 from omnimate.fleet.joints import NO_JOINTS, Joints
 from omnimate.fleet.model.days import Day, day_of
+from omnimate.fleet.model.edges import errors_of
+from omnimate.fleet.model.effects import floors_of
 from omnimate.fleet.model.evidence import AllCrossings, Evidence, evidence_of
-from omnimate.fleet.model.places import find_places, floors_of
+from omnimate.fleet.model.places import find_places
 from omnimate.fleet.model.roughness import roughness_of
 from omnimate.fleet.model.scores import grid_of
 
@@ -64,11 +66,12 @@ class Floor:
 
     def days(self, driven: Sequence[Driven]) -> list[Day]:
         """Return what recordings say of their robots beside this floor."""
-        evidence = [single.evidence(self.roughness) for single in driven]
-        floors = floors_of(self.places, AllCrossings(evidence))
+        crossings = AllCrossings([single.evidence(self.roughness) for single in driven])
+        crossings.doubt(errors_of(self.places, crossings))
+        floors = floors_of(self.places, crossings)
         return [
             day_of(single, floor, recording.joints)
-            for single, floor, recording in zip(evidence, floors, driven, strict=True)
+            for single, floor, recording in zip(crossings.evidence, floors, driven, strict=True)
         ]
 
 

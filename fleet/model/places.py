@@ -8,6 +8,7 @@ and against the number of candidates (Bonferroni), so that one night in a hundre
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -15,58 +16,25 @@ import numpy as np
 from scipy.stats import chi2
 
 from omnimate.fleet.crossings import CELL
+from omnimate.fleet.model.edges import edges_of, errors_of
+from omnimate.fleet.model.effects import FREEDOM, effects_of, floors_of
 from omnimate.fleet.model.evidence import AllCrossings
-from omnimate.fleet.model.scores import LARGEST, REACH, part_inside, score_map
+from omnimate.fleet.model.scores import LARGEST, REACH, score_map
 from omnimate.fleet.morning import SEPARATE, BadPlace, PlaceEffect
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from omnimate.fleet.model.evidence import Effects, Evidence
+    from omnimate.fleet.model.evidence import Evidence
     from omnimate.fleet.model.scores import Grid, ScoreMap
     from omnimate.vehicle.se2 import Array
 
-FREEDOM: dict[PlaceEffect, int] = {"loss": 1, "creep": 2}
 FALSE_NIGHT = 0.01  # probability that a night shows a place where there is none
 REACHES = (0.3, 0.5, 0.8, LARGEST)  # [m] radii of places that are told apart
 WEAKEST = 0.25  # of the gain of the strongest one, that others must have to be taken in the same round
 ROUNDS = 12
 ENOUGH = 20  # crossings, below which a place may be somewhere else along the few ways over it
-
-
-def effects_of(place: BadPlace, crossings: AllCrossings) -> Effects:
-    """Return what a place of unit size makes of the residuals of the recordings that come over it."""
-    key = place.effect, place.x, place.y, place.reach
-    if key not in crossings.effects:
-        crossings.effects[key] = _effects(place, crossings)
-    return crossings.effects[key]
-
-
-def _effects(place: BadPlace, crossings: AllCrossings) -> Effects:
-    effects = {}
-    for number, rows in crossings.near(place.x, place.y, place.reach + CELL):
-        single = crossings.evidence[number]
-        from_place = CELL * single.crossings.cell[rows] - np.array([place.x, place.y])
-        part = part_inside(np.hypot(from_place[:, 0], from_place[:, 1]), place.reach)
-        effect = np.zeros((len(single.residual) // 3, 3, FREEDOM[place.effect]))
-        way = single.crossings.way[rows]
-        if place.effect == "loss":
-            np.add.at(effect[:, :, 0], way, part[:, np.newaxis] * single.crossings.loss[rows])
-        else:
-            for axis in range(2):
-                np.add.at(effect[:, axis, axis], way, part * single.crossings.creep[rows])
-        if effect.any():
-            effects[number] = effect.reshape(-1, FREEDOM[place.effect])
-    return effects
-
-
-def floors_of(places: Sequence[BadPlace], crossings: AllCrossings) -> list[Array]:
-    """Return what known places make of the residuals of each recording, `(3 S,)`."""
-    floors = [np.zeros(len(single.residual)) for single in crossings.evidence]
-    for place in places:
-        for number, effect in effects_of(place, crossings).items():
-            floors[number] += effect @ place.size
-    return floors
+FARTHEST = REACH  # [m] standard deviation of a place's position, beyond which nobody knows where to look
 
 
 def find_places(
@@ -80,7 +48,7 @@ def find_places(
         known: Places to begin with, such as those of the night before; they are located and judged anew.
     """
     crossings = AllCrossings(evidence)
-    places = _fit(crossings, known)
+    places = _fit_with_edges(crossings, known)
     for _ in range(ROUNDS):
         new, least = _outstanding(crossings, grid, places)
         if not new:
@@ -89,13 +57,16 @@ def find_places(
         places = _fit(
             crossings, (*places[: -len(new)], *_located(places[-len(new) :], places, crossings, grid))
         )
-    places = _fit(crossings, _located(places, places, crossings, grid))
-    places = _fit(crossings, [place for place in places if place.crossings >= ENOUGH])
+        places = _fit_with_edges(crossings, places)
+    places = _fit_with_edges(crossings, _located(places, places, crossings, grid))
+    places = _fit(crossings, [place for place in places if _is_sure(place)])
     while places:
         weakest = min(places, key=lambda place: place.gain / least[place.effect])
         if weakest.gain >= least[weakest.effect]:
             break
         places = _fit(crossings, [place for place in places if place is not weakest])
+    places = _fit_with_edges(crossings, places)  # those that went had moved the others
+    places = _fit_with_edges(crossings, _located(places, places, crossings, grid))
     return tuple(sorted(places, key=lambda place: -place.gain))
 
 
@@ -139,6 +110,21 @@ def _unfitted(effect: PlaceEffect, at: tuple[float, float]) -> BadPlace:
     return BadPlace(effect, *at, REACH, CELL**2 * np.eye(2), nothing, nothing, 0.0, 0)
 
 
+def _is_sure(place: BadPlace) -> bool:
+    """Return whether a place is crossed often enough, takes way and gives none, and lies where it is said."""
+    spread = math.sqrt(float(np.linalg.eigvalsh(place.covariance)[-1]))
+    is_possible = place.effect == "creep" or place.size[0] > 0.0
+    return place.crossings >= ENOUGH and is_possible and spread <= FARTHEST
+
+
+def _fit_with_edges(crossings: AllCrossings, places: Sequence[BadPlace]) -> tuple[BadPlace, ...]:
+    """Return places fitted together, and state the errors of the crossings of their edges."""
+    crossings.doubt({})
+    places = edges_of(_fit(crossings, places), crossings)
+    crossings.doubt(errors_of(places, crossings))
+    return _fit(crossings, places)
+
+
 def _fit(crossings: AllCrossings, places: Sequence[BadPlace]) -> tuple[BadPlace, ...]:
     """Return places with their sizes, fitted together beside all robots' parameters."""
     edges = np.cumsum([0, *(len(place.size) for place in places)])
@@ -170,14 +156,16 @@ def _fit(crossings: AllCrossings, places: Sequence[BadPlace]) -> tuple[BadPlace,
 def _located(
     some: Sequence[BadPlace], places: Sequence[BadPlace], crossings: AllCrossings, grid: Grid
 ) -> list[BadPlace]:
-    """Return some of the places, each located on the map of what all others leave."""
+    """Return some of the places, each located on the map of what all others leave, with the others' edges."""
     floors = floors_of(places, crossings)
+    errors = [(place, errors_of([place], crossings)) for place in places]
     located = []
     for place in some:
         mine = effects_of(place, crossings)
         near, left = [], []
         for number, rows in crossings.near(place.x, place.y, 2.0 * REACH + LARGEST):
-            single = crossings.evidence[number]
+            others = [each[number] for other, each in errors if other is not place and number in each]
+            single = crossings.sure[number].less_sure(others)
             near.append(replace(single, crossings=single.crossings.some(rows)))
             left.append(floors[number] - (mine[number] @ place.size if number in mine else 0.0))
         located.append(_locate(place, near, left, grid))

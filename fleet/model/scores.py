@@ -63,9 +63,12 @@ class ScoreMap:
     information: Array
 
     def gain_of_loss(self) -> Array:
-        """Return twice the gain in log likelihood of the best loss, `(X, Y)`: chi-square, 1 degree."""
-        size = self.information[..., 0]
-        return np.where(size > 0.0, self.score[..., 0] ** 2 / np.where(size > 0.0, size, 1.0), 0.0)
+        """Return twice the gain in log likelihood of the best loss, `(X, Y)`: chi-square, 1 degree.
+
+        It is 0 where wheels would gain way, which no place does.
+        """
+        size, score = self.information[..., 0], self.score[..., 0]
+        return np.where((size > 0.0) & (score > 0.0), score**2 / np.where(size > 0.0, size, 1.0), 0.0)
 
     def gain_of_creep(self) -> Array:
         """Return twice the gain in log likelihood of the best creep, `(X, Y)`: chi-square, 2 degrees."""

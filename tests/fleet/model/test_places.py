@@ -2,9 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
+from omnimate.fleet.model.effects import effects_of, floors_of
 from omnimate.fleet.model.evidence import AllCrossings
-from omnimate.fleet.model.places import BadPlace, effects_of, find_places, floors_of
+from omnimate.fleet.model.places import BadPlace, find_places
 from omnimate.fleet.model.roughness import roughness_of
 from omnimate.fleet.model.scores import REACH, grid_of, score_map
 from omnimate.fleet.segments import segments_of
@@ -37,7 +39,9 @@ def found(evidence):
 def test_an_oily_patch_and_a_slope_are_found_where_they_are_as_what_they_are(found, bad_hall):
     assert [place.effect for place in found] == ["loss", "creep"]
     for place, true in zip(found, bad_hall.places, strict=True):
-        assert np.hypot(place.x - true.x, place.y - true.y) < 0.3
+        away = np.array([place.x - true.x, place.y - true.y])
+        assert away @ np.linalg.solve(place.covariance, away) < chi2.isf(0.01, 2)
+        assert np.sqrt(np.linalg.eigvalsh(place.covariance)[-1]) < 0.3
 
 
 def test_their_sizes_come_out(found):
