@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from omnimate.fleet.batch.files import Files
 
-RESULTS = 1  # number of the results' format; a larger one makes all results anew
+RESULTS = 2  # number of the results' format; a larger one makes all results anew
 _FILES = (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN)
 
 

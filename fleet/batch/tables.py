@@ -32,7 +32,10 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "effect": ("string", "that comes closest"),
         "component": ("string", "on which"),
         "says": ("string", "triage in a sentence"),
-        "diagnosis": ("string", "the whole diagnosis as JSON; null where triage did not ask for it"),
+        "diagnosis": (
+            "string",
+            "the whole one, of a minute with a linkage, as JSON; null where triage did not ask",
+        ),
     },
     "numbers": {
         "recording": ("string", "name"),

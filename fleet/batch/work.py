@@ -10,6 +10,7 @@ import numpy as np
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.fleet.batch.files import open_files
+from omnimate.fleet.batch.part import part_of
 from omnimate.fleet.batch.store import folder_of
 from omnimate.fleet.batch.tables import TABLES, parquet_bytes
 from omnimate.fleet.crossings import crossings_of
@@ -124,7 +125,7 @@ def _asked(recording: Recording, *, diagnosed: bool) -> Columns:
     closest = answer.closest[0] if answer.closest else None
     whole = None
     if diagnosed and answer.verdict == "mismatch":
-        found = diagnose([recording]).as_json()
+        found = diagnose([part_of(recording, answer.where)]).as_json()
         whole = json.dumps(found, sort_keys=True).replace(
             recording.source, recording.source.rpartition("/")[2]
         )
