@@ -6,6 +6,7 @@ moment, work may be done twice, and the batch may be started again; the results 
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -136,6 +137,7 @@ def _cluster(workers: Workers) -> dict[str, object]:
         "processes": True,
         "memory_limit": workers.memory,
         "dashboard_address": "127.0.0.1:0",  # any free port: the usual one may be taken
+        "silence_logs": logging.CRITICAL,  # what goes wrong comes back with its recording
     }
 
 
