@@ -63,7 +63,7 @@ class Outcome:
     """What came out.
 
     Attributes:
-        places: Places found, each with the distance to the nearest true one [m].
+        places: Places found, each with the distance to the true one that it is taken for [m]; inf for none.
         missed: True places with none found near, each with the number of ways over it within the week.
         judged: Robot-days judged.
         false: Robots listed that are healthy, with the night.
@@ -237,11 +237,10 @@ def outcome(
                 waits[name] = None if found is None else max(0, found - strong[0])
                 if change is not None:
                     named[name] = change.name == (*PARAMETERS, *JOINT_NUMBERS)[number]
-    nearest = distances.min(axis=1) if len(hall.places) and len(places) else np.full(len(places), np.inf)
     far = distances.min(axis=0) >= SAME if len(places) else np.ones(len(hall.places), bool)
     pairs = zip(hall.places, crossed.tolist(), far.tolist(), strict=True)
     missed = [(place, ways) for place, ways, is_far in pairs if is_far]
-    located = list(zip(places, nearest.tolist(), strict=True))
+    located = list(zip(places, taken(distances).tolist(), strict=True))
     return Outcome(located, missed, judged, false, waits, named, unseen)
 
 
@@ -285,6 +284,22 @@ def main() -> int:
     return report(result, hall)
 
 
+def taken(distances: Array) -> Array:
+    """Return how far each found place is from the true one that it is taken for, `(F,)`; inf for none.
+
+    A true place is taken once, by the nearest one found.
+
+    Args:
+        distances: Of each found place from each true one [m], `(F, T)`.
+    """
+    left, away = distances.copy(), np.full(len(distances), np.inf)
+    while left.size and left.min() < SAME:
+        found, true = np.unravel_index(int(np.argmin(left)), left.shape)
+        away[found] = left[found, true]
+        left[found], left[:, true] = np.inf, np.inf
+    return away
+
+
 def report(result: Outcome, hall: Hall) -> int:
     right = [distance for _, distance in result.places if distance < SAME]
     near = sum(distance <= NEAR for distance in right)
@@ -294,8 +309,9 @@ def report(result: Outcome, hall: Hall) -> int:
     )
     for place, distance in result.places:
         spread = float(np.sqrt(np.trace(place.covariance) / 2.0))
+        off = f"off by {distance:.2f}" if distance < SAME else "where none is"
         print(
-            f"  {place.effect:5} at {place.x:6.2f} {place.y:6.2f} +- {spread:.2f} m, off by {distance:.2f}, "
+            f"  {place.effect:5} at {place.x:6.2f} {place.y:6.2f} +- {spread:.2f} m, {off}, "
             f"{1e3 * place.per_crossing:5.1f} mm a crossing, {place.crossings} crossings"
         )
     for missed, ways in result.missed:

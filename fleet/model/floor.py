@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 ROUNDS = 4
 SETTLED = 0.05  # part by which roughness changes no more
+SAMPLE = 1000  # recordings from which roughness and strong places are estimated in turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,22 +80,30 @@ def floor_under(driven: Sequence[Driven], known: Sequence[BadPlace] = ()) -> Flo
     """Return the floor under recordings of a fleet.
 
     Bad places that are not known yet look like a rough floor, on which they stand out less: both are
-    estimated in turn until they settle.
+    estimated in turn until they settle. Strong places and roughness need not all recordings for it, which
+    then show the weak ones.
 
     Args:
         driven: The recordings.
         known: Places to begin with.
     """
-    segments = [single.segments for single in driven]
+    some = driven[:: -(-len(driven) // SAMPLE)]
     places = tuple(known)
-    roughness = _roughness(driven, places, roughness_of(segments))
+    roughness = _roughness(some, places, roughness_of([single.segments for single in some]))
     for _ in range(ROUNDS):
-        evidence = [single.evidence(roughness) for single in driven]
-        places = find_places(evidence, grid_of(evidence), places)
-        before, roughness = roughness, _roughness(driven, places, roughness)
+        places = _places(some, roughness, places)
+        before, roughness = roughness, _roughness(some, places, roughness)
         if abs(roughness - before) < SETTLED * before:
             break
-    return Floor(places, roughness)
+    if len(some) == len(driven):
+        return Floor(places, roughness)
+    places = _places(driven, roughness, places)
+    return Floor(places, _roughness(driven, places, roughness))
+
+
+def _places(driven: Sequence[Driven], roughness: float, known: Sequence[BadPlace]) -> tuple[BadPlace, ...]:
+    evidence = [single.evidence(roughness) for single in driven]
+    return find_places(evidence, grid_of(evidence), known)
 
 
 def _roughness(driven: Sequence[Driven], places: Sequence[BadPlace], before: float) -> float:

@@ -114,7 +114,7 @@ def _is_sure(place: BadPlace) -> bool:
     """Return whether a place is crossed often enough, takes way and gives none, and lies where it is said."""
     spread = math.sqrt(float(np.linalg.eigvalsh(place.covariance)[-1]))
     is_possible = place.effect == "creep" or place.size[0] > 0.0
-    return place.crossings >= ENOUGH and is_possible and spread <= FARTHEST
+    return place.crossings >= ENOUGH and is_possible and spread < FARTHEST
 
 
 def _fit_with_edges(crossings: AllCrossings, places: Sequence[BadPlace]) -> tuple[BadPlace, ...]:
