@@ -57,7 +57,7 @@ def frozen_in_words(frozen: FrozenChannel, vehicle: VehicleParameters) -> str:
 
 
 def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to_stdout: bool) -> None:
-    """Print the last poses, what the filter has learned of the encoders, and what contradicts it."""
+    """Print the last poses, what the filter has learned, what contradicts it, and what is not told yet."""
     from omnimate.calib.linkage.learned import advice_of
 
     console = out if to_stdout else err
@@ -71,8 +71,7 @@ def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to
         table.add_row(*_learned(learned))
     console.print(table)
     for advice in advice_of(said):
-        if advice.severity != "note":
-            console.print(str(advice), markup=False, soft_wrap=True)
+        console.print(str(advice), markup=False, soft_wrap=True)
 
 
 def _learned(learned: LearnedValue) -> tuple[str, str, str]:

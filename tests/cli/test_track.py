@@ -70,6 +70,13 @@ def test_a_recording_shows_the_poses_and_each_bump_with_its_wheel(folder):
     assert "lost 3." in result.stderr
 
 
+def test_what_the_drive_has_not_told_and_what_to_drive_is_printed(folder):
+    said = call(folder).stdout
+    assert "encoders alone cannot tell the mean diameter of all wheels" in said
+    assert "does not tell whether these are wrong" in said
+    assert "drive rounded corners" in said
+
+
 def test_json_lines_on_standard_output_are_nothing_but_json(folder):
     result = call(folder, "--jsonl", "-", "--every", 1.0)
     rows = [json.loads(line) for line in result.stdout.splitlines()]
