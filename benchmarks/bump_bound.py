@@ -20,7 +20,7 @@ from benchmarks.ipec_accuracy import LEFT_BEHIND, lap, return_error, show
 from omnimate.ipec.corrector import correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.step import advance_filter
+from omnimate.ipec.filter.step import follow_live, go_live
 from omnimate.ipec.readings import table_of
 from omnimate.vcan_sim.bumps import Bump, bumps_under
 
@@ -53,12 +53,14 @@ def told(recording: Recording, seed: int) -> Array:
     counts, present = table_of(recording)
     filter_ = Filter(recording.vehicle, prior=LEFT_BEHIND)
     filter_.settings["gate"] = np.inf
-    state = filter_.start().record.copy()
+    begun = filter_.start()
+    state, filters = begun.record.copy(), begun.filters.copy()
     path = np.empty((len(counts), 3))
     for sample in range(len(counts)):
         if near[sample]:
-            state["alert"][0, :, wheel] = 1e-3
-        advance_filter(filter_.settings, state, counts[sample], present[sample])
+            filters["alert"][:, wheel] = 1e-3
+        todo = go_live(filter_.settings, state, counts[sample], present[sample])
+        follow_live(filter_.settings, state, filters, todo)
         mean = state["mean"][0]
         path[sample] = mean[0], mean[1], mean[2] + mean[3]
     return path

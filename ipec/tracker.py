@@ -130,7 +130,7 @@ class Tracker:
     @property
     def findings(self) -> Findings:
         """What seems wrong with the description of the robot, or with the model of its motion."""
-        return findings(self._filter.settings, self._states[2].record)
+        return findings(self._filter.settings, self._states[2].record, self._states[2].filters)
 
     def take_disturbances(self) -> tuple[Disturbance, ...]:
         """Return the disturbances that have ended since the last call."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from omnimate.calib.advice import Advice
 from omnimate.calib.linkage.calibration import without_biases
-from omnimate.vehicle.parameters import JOINTS, Truck
+from omnimate.vehicle.parameters import JOINTS, WHEELS, Truck
 
 if TYPE_CHECKING:
     from omnimate.ipec.filter.findings import Findings
@@ -89,9 +89,11 @@ def advice_of(said: Findings) -> tuple[Advice, ...]:
     wrong += [
         Advice(
             "warning",
-            f"the model is contradicted (probability {probability:.2f}): {name} read more than an angle "
-            "and a bias",
-            "look for play, eccentricity, a late reading",
+            f"the model is contradicted (probability {probability:.2f}): {name} read more than "
+            f"{'a travel' if name in WHEELS else 'an angle and a bias'}",
+            "look for a late reading, and for slip while it speeds up and brakes"
+            if name in WHEELS
+            else "look for play, eccentricity, a late reading",
         )
         for name, probability in said.misread
     ]

@@ -14,6 +14,7 @@ from omnimate.ipec.filter.prediction import returns_to
 from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, WANDER, Step
 from omnimate.vehicle.compiled import Array, compiled
 
+ERRING = (WANDER, WANDER + 1)
 MOVING = JOINT_BIAS - LINK  # states that the next step depends on, from the link's heading on
 
 
@@ -21,18 +22,18 @@ class Adjoint:
     """What runs backward.
 
     Attributes:
-        vector: Adjoint r, shape `(18,)`.
-        information: Information L of the adjoint, shape `(18, 18)`.
-        change: Transition without its unit matrix, shape `(6, 13)`; working memory.
-        drawn: Product of `change` and the information, shape `(13, 18)`; working memory.
-        carried: One row of a product, shape `(18,)`; working memory.
+        vector: Adjoint r, shape `(19,)`.
+        information: Information L of the adjoint, shape `(19, 19)`.
+        change: Transition without its unit matrix, shape `(6, 14)`; working memory.
+        drawn: Product of `change` and the information, shape `(14, 19)`; working memory.
+        carried: One row of a product, shape `(19,)`; working memory.
     """
 
-    vector: Annotated[Array, 18]
-    information: Annotated[Array, (18, 18)]
-    change: Annotated[Array, (6, 13)]
-    drawn: Annotated[Array, (13, 18)]
-    carried: Annotated[Array, 18]
+    vector: Annotated[Array, 19]
+    information: Annotated[Array, (19, 19)]
+    change: Annotated[Array, (6, 14)]
+    drawn: Annotated[Array, (14, 19)]
+    carried: Annotated[Array, 19]
 
 
 @compiled
@@ -41,8 +42,8 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
     Args:
         adjoint: Adjoint after the update; changed to that before it.
-        row: Derivative of the reading by the states, shape `(18,)`.
-        gain: Gain of the update as in `FilterState`, shape `(20,)`.
+        row: Derivative of the reading by the states, shape `(19,)`.
+        gain: Gain of the update as in `OpenFilter`, shape `(21,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information = adjoint.vector, adjoint.information
@@ -65,14 +66,14 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
 
 @compiled
-def undo_reading(adjoint: Adjoint, number: int, wanders: bool, gain: Array) -> None:
-    """Take the adjoint back through an update by the linkage: it reads true value, bias and wander.
+def undo_reading(adjoint: Adjoint, number: int, share: Array, gain: Array) -> None:
+    """Take the adjoint back through an update by the linkage: it reads true value, bias and what errs.
 
     Args:
         adjoint: Adjoint after the update; changed to that before it.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        wanders: Whether the reading wanders.
-        gain: Gain of the update as in `FilterState`, shape `(20,)`.
+        share: By what joint_a, joint_b and link change per unit of each error, shape `(2, 3)`.
+        gain: Gain of the update as in `OpenFilter`, shape `(21,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
@@ -85,16 +86,18 @@ def undo_reading(adjoint: Adjoint, number: int, wanders: bool, gain: Array) -> N
         along += gain[i] * vector[i]
         total += gain[i] * carried[i]
     total = weight * (1.0 + total)
-    for read in (JOINT_A + number, JOINT_BIAS + number, WANDER):
-        if read == WANDER and not wanders:
+    for read in (JOINT_A + number, JOINT_BIAS + number, WANDER, WANDER + 1):
+        by = share[read - WANDER, number] if read in ERRING else 1.0
+        if by == 0.0:
             continue
-        vector[read] += push - weight * along
+        vector[read] += by * (push - weight * along)
         for j in range(STATES):
-            information[read, j] -= carried[j]
-            information[j, read] -= carried[j]
-        for other in (JOINT_A + number, JOINT_BIAS + number, WANDER):
-            if other != WANDER or wanders:
-                information[read, other] += total
+            information[read, j] -= by * carried[j]
+            information[j, read] -= by * carried[j]
+        for other in (JOINT_A + number, JOINT_BIAS + number, WANDER, WANDER + 1):
+            information[read, other] += (
+                total * by * (share[other - WANDER, number] if other in ERRING else 1.0)
+            )
 
 
 @compiled
@@ -102,7 +105,7 @@ def undo_linkage(adjoint: Adjoint, step: Step) -> None:
     """Take the adjoint back through the updates by link, joint_b and joint_a."""
     for number in range(2, -1, -1):
         if step.updated[number]:
-            undo_reading(adjoint, number, step.reading == number, step.gain[number])
+            undo_reading(adjoint, number, step.share, step.gain[number])
 
 
 @compiled
@@ -111,8 +114,8 @@ def undo_wander(adjoint: Adjoint, lasting: float, reading: int) -> None:
 
     Args:
         adjoint: Adjoint after the step; changed to that before it.
-        lasting: Share of the wander that outlasts the step.
-        reading: What wanders, a number in `hypotheses.READINGS`; -1 for nothing.
+        lasting: Share of the error that outlasts the step.
+        reading: What errs, a number in `hypotheses.READINGS`; -1 for nothing.
     """
     vector, information, row = adjoint.vector, adjoint.information, WANDER
     if reading < 0:
@@ -135,7 +138,7 @@ def undo_step(adjoint: Adjoint, transition: Array) -> None:
 
     Args:
         adjoint: Adjoint after the prediction; changed to that before it.
-        transition: First rows of F, shape `(6, 18)`.
+        transition: First rows of F, shape `(6, 19)`.
     """
     vector, information = adjoint.vector, adjoint.information
     change, drawn, pull = adjoint.change, adjoint.drawn, adjoint.carried

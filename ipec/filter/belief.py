@@ -27,15 +27,16 @@ from omnimate.ipec.filter.records import (
     SUSPECTS,
     FilterSettings,
     FilterState,
+    OpenFilter,
 )
-from omnimate.vehicle.compiled import Array, compiled
+from omnimate.vehicle.compiled import Array, Record, compiled
 
 # More things wrong at once than that are less probable than physics that the model does not have.
 ADMITTED = 2
 SCALES = 3  # sizes of a suspect, each a third of the one before, that are as probable as each other
 TURNED = 0.5  # probability that what looks like a joint's bias is an axle that is turned in its truck
 CHANGE = -math.log(1e6)  # odds of a change in a step: a joint comes loose once in 50 km
-NEGLIGIBLE = 0.01  # probability below which a hypothesis does not count
+NEGLIGIBLE = 0.03  # of the most probable hypothesis, below which another one does not count
 HOPELESS = -3.0  # logarithm of the odds below which a suspect is not looked at
 
 
@@ -50,15 +51,14 @@ def chances(settings: FilterSettings, number: int, sparsity: float, quality: flo
         quality: Pull of what was seen towards it, their q.
     """
     best, likely, total = -1e300, 0.0, 0.0
-    scores = np.empty(SCALES)
     for scale in range(SCALES):
         variance = (settings.size[number] / 3.0**scale) ** 2
         gain = variance * sparsity
-        scores[scale] = 0.5 * (variance * quality * quality / (1.0 + gain) - math.log1p(gain))
-        if scores[scale] > best:
-            best, likely = scores[scale], variance
-    for scale in range(SCALES):
-        total += math.exp(scores[scale] - best) / SCALES
+        score = 0.5 * (variance * quality * quality / (1.0 + gain) - math.log1p(gain))
+        if score > best:
+            total *= math.exp(best - score)
+            best, likely = score, variance
+        total += math.exp(score - best) / SCALES
     return settings.odds[number] + best + math.log(total), likely
 
 
@@ -138,14 +138,14 @@ def forget_scale(told: Array, pull: Array, variance: float) -> None:
 
 @compiled
 def learn(
-    settings: FilterSettings, state: FilterState, hypothesis: int, seen: Array, told: Array, pull: Array
+    settings: FilterSettings, state: FilterState, opened: OpenFilter, seen: Array, told: Array, pull: Array
 ) -> None:
     """Fill what the readings say of the slow states.
 
     Args:
         settings: Settings of the filter.
         state: Estimate.
-        hypothesis: Number of the hypothesis.
+        opened: Open filter of the hypothesis.
         seen: Inverse covariance of the slow states of its open filter, shape `(11, 11)`.
         told: Filled with their inverse covariance by the readings alone, shape `(11, 11)`.
         pull: Filled with the product of `told` and their mean, shape `(11,)`.
@@ -153,7 +153,7 @@ def learn(
     pull[:] = 0.0
     for row in range(SLOW):
         for column in range(SLOW):
-            mean = state.mean[FAST + column] + state.offset[hypothesis, FAST + column]
+            mean = state.mean[FAST + column] + opened.offset[FAST + column]
             pull[row] += settings.independent * seen[row, column] * mean
             told[row, column] = settings.independent * seen[row, column]
         told[row, row] -= settings.independent / settings.open[row]
@@ -165,7 +165,7 @@ def learn(
 def average(
     settings: FilterSettings,
     state: FilterState,
-    hypothesis: int,
+    opened: OpenFilter,
     seen: Array,
     mean: Array,
     spread: Array,
@@ -176,7 +176,7 @@ def average(
     Args:
         settings: Settings of the filter.
         state: Estimate.
-        hypothesis: Number of the hypothesis.
+        opened: Open filter of the hypothesis.
         seen: Inverse covariance of the slow states of its open filter, shape `(11, 11)`.
         mean: Filled.
         spread: Filled.
@@ -185,7 +185,7 @@ def average(
     suspicion[:] = 0.0
     pull, guess = np.zeros(SLOW), np.empty(SLOW)
     prior, now = np.empty((SLOW, SLOW)), np.empty((SLOW, SLOW))
-    learn(settings, state, hypothesis, seen, now, pull)
+    learn(settings, state, opened, seen, now, pull)
     prior[:] = settings.usual
     for row in range(SLOW):
         for column in range(SLOW):
@@ -245,21 +245,22 @@ def weigh(settings: FilterSettings, state: FilterState) -> None:
 
 
 @compiled
-def settle(settings: FilterSettings, state: FilterState, moves: Array) -> None:
+def settle(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
     """Move the estimate to what is believed now, or was believed when a part of a drive ran before.
 
     Args:
         settings: Settings of the filter.
         state: Estimate, changed in place.
+        filters: Open filters, changed in place.
         moves: Way to what is believed, each time that it is decided, and whether the next step is short,
-            `(D, 19)`; read where a part of a drive runs again, else filled. With `(0, 19)` nothing is kept.
+            `(D, 20)`; read where a part of a drive runs again, else filled. With `(0, 20)` nothing is kept.
     """
     if state.repeated:
         state.move[:] = moves[state.decided, :STATES]
         state.bumpy = int(moves[state.decided, STATES])
     else:
-        believe(settings, state)
-        state.bumpy = 1 if state.alert[state.weight.argmax(), :SIDES].max() > 0.0 else 0
+        believe(settings, state, filters)
+        state.bumpy = 1 if filters[state.weight.argmax()].alert[:SIDES].max() > 0.0 else 0
         if state.decided < len(moves):
             moves[state.decided, :STATES] = state.move
             moves[state.decided, STATES] = state.bumpy
@@ -267,9 +268,10 @@ def settle(settings: FilterSettings, state: FilterState, moves: Array) -> None:
     for row in range(STATES):
         state.mean[row] += state.move[row]
     for hypothesis in range(BELIEFS):
-        if state.followed[hypothesis]:
+        opened = filters[hypothesis]
+        if opened.followed:
             for row in range(STATES):
-                state.offset[hypothesis, row] -= state.move[row]
+                opened.offset[row] -= state.move[row]
     for row in range(POSE):
         state.shift[row] += state.move[row]
     if not state.repeated:
@@ -279,7 +281,7 @@ def settle(settings: FilterSettings, state: FilterState, moves: Array) -> None:
 
 
 @compiled
-def believe(settings: FilterSettings, state: FilterState) -> None:
+def believe(settings: FilterSettings, state: FilterState, filters: Record) -> None:
     """Fill the way to what is believed now, its covariance and the suspicions."""
     weigh(settings, state)
     state.suspicion[:] = 0.0
@@ -291,7 +293,7 @@ def believe(settings: FilterSettings, state: FilterState) -> None:
         weight = state.weight[hypothesis]
         if weight == 0.0:
             continue
-        believe_under(settings, state, hypothesis, moves[hypothesis], known, suspicion)
+        believe_under(settings, state, filters[hypothesis], moves[hypothesis], known, suspicion)
         move += weight * moves[hypothesis]
         state.suspicion[:] += weight * suspicion
     for hypothesis in range(BELIEFS):
@@ -304,7 +306,7 @@ def believe(settings: FilterSettings, state: FilterState) -> None:
 def believe_under(
     settings: FilterSettings,
     state: FilterState,
-    hypothesis: int,
+    opened: OpenFilter,
     move: Array,
     known: Array,
     suspicion: Array,
@@ -314,21 +316,21 @@ def believe_under(
     Args:
         settings: Settings of the filter.
         state: Estimate.
-        hypothesis: Number of the hypothesis.
-        move: Filled with the way from the estimate to what is believed, shape `(18,)`.
-        known: Covariance of what is believed, shape `(18, 18)`, is added to it with the hypothesis' weight.
+        opened: Open filter of the hypothesis.
+        move: Filled with the way from the estimate to what is believed, shape `(19,)`.
+        known: Covariance of what is believed, shape `(19, 19)`, is added to it with the hypothesis' weight.
         suspicion: Filled with the probability that each suspect is at work, shape `(15,)`.
     """
-    covariance, offset = state.covariance[hypothesis], state.offset[hypothesis]
+    covariance, offset = opened.covariance, opened.offset
     seen, mean, spread = np.empty((SLOW, SLOW)), np.empty(SLOW), np.empty((SLOW, SLOW))
     seen[:] = covariance[FAST:, FAST:]
     invert(seen)
-    average(settings, state, hypothesis, seen, mean, spread, suspicion)
+    average(settings, state, opened, seen, mean, spread, suspicion)
     gains, crosses = np.empty((FAST, SLOW)), np.empty((FAST, SLOW))
     for row in range(FAST):
         multiply(gains[row], seen, covariance[row, FAST:])
         multiply(crosses[row], spread, gains[row])
-    _spread(covariance, gains, crosses, spread, known, state.weight[hypothesis])
+    _spread(covariance, gains, crosses, spread, known, state.weight[opened.number])
     for row in range(SLOW):
         move[FAST + row] = mean[row] - state.mean[FAST + row]
     for row in range(POSE):
@@ -344,11 +346,11 @@ def _spread(
     """Add the weighted covariance of what is believed under one hypothesis.
 
     Args:
-        covariance: Covariance of its open filter, shape `(18, 18)`.
+        covariance: Covariance of its open filter, shape `(19, 19)`.
         gains: How the fast states follow the slow ones, shape `(7, 11)`.
         crosses: Their covariance with the slow ones, shape `(7, 11)`.
         spread: Covariance of the slow states, shape `(11, 11)`.
-        known: What it is added to, shape `(18, 18)`.
+        known: What it is added to, shape `(19, 19)`.
         weight: Weight of the hypothesis.
     """
     for row in range(SLOW):
@@ -358,9 +360,11 @@ def _spread(
         for column in range(SLOW):
             known[row, FAST + column] += weight * crosses[row, column]
             known[FAST + column, row] += weight * crosses[row, column]
-        for column in range(FAST):
+        for column in range(row + 1):
             rest = covariance[row, column]
             for middle in range(SLOW):
                 rest -= gains[row, middle] * covariance[column, FAST + middle]
                 rest += crosses[row, middle] * gains[column, middle]
             known[row, column] += weight * rest
+            if column < row:
+                known[column, row] += weight * rest

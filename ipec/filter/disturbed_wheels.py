@@ -8,12 +8,18 @@ linkage and the other inputs determine the estimate.
 
 import math
 
-import numpy as np
-
 from omnimate.ipec.filter.inverse import multiply
 from omnimate.ipec.filter.measurement import innovation, spread
 from omnimate.ipec.filter.prediction import add_input, level_of
-from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterSettings, FilterState
+from omnimate.ipec.filter.records import (
+    AHEAD,
+    INPUTS,
+    JOINT_A,
+    SIDES,
+    FilterSettings,
+    FilterState,
+    OpenFilter,
+)
 from omnimate.vehicle.compiled import Array, compiled
 
 STEP = 0.05  # [m] of a wheel's travel, after which the covariance is carried on and readings are taken
@@ -21,15 +27,15 @@ AMBIGUOUS = 4.0  # [squared standard deviations] within which two inputs explain
 ATTEMPTS, FOR_WHEELS = 4, 2  # to explain an innovation, at first by wheels alone
 PUSHED = math.log(1e3)  # odds of a bump, one in a metre (O 3), against a push, one in a kilometre
 CLEARLY = 3.0  # times as much must be explained where it is not by a wheel
+BRAKES = 0.95  # of the speed in the step before, below which a wheel may slip on: 0.5 m/s^2 at 0.7 m/s
 FREEDOM = 4.0  # degrees of freedom of the heavy tails of innovations
 
 
 @compiled
-def inverted(matrix: Array) -> Array:
-    """Return the inverse of a symmetric positive matrix `(3, 3)`."""
+def invert_into(out: Array, matrix: Array) -> None:
+    """Fill the inverse of a symmetric positive matrix, both `(3, 3)`."""
     a, b, c = matrix[0, 0], matrix[0, 1], matrix[0, 2]
     d, e, f = matrix[1, 1], matrix[1, 2], matrix[2, 2]
-    out = np.empty((3, 3))
     out[0, 0], out[0, 1], out[0, 2] = d * f - e * e, c * e - b * f, b * e - c * d
     out[1, 1], out[1, 2], out[2, 2] = a * f - c * c, b * c - a * e, a * d - b * b
     determinant = a * out[0, 0] + b * out[0, 1] + c * out[0, 2]
@@ -37,7 +43,6 @@ def inverted(matrix: Array) -> Array:
         for column in range(row, 3):
             out[row, column] /= determinant
             out[column, row] = out[row, column]
-    return out
 
 
 @compiled
@@ -68,20 +73,23 @@ def by_input(state: FilterState, number: int, information: Array, pull: Array) -
 
 
 @compiled
-def explain(state: FilterState, hypothesis: int, number: int, information: Array, pull: Array) -> float:
-    """Return how much of the squared innovation an input explains; 0 where a wheel would have to gain.
+def explain(state: FilterState, opened: OpenFilter, number: int, information: Array, pull: Array) -> float:
+    """Return how much of the squared innovation an input explains.
+
+    It is 0 where a wheel would have to gain travel, but for one that brakes: rubber slips on.
 
     Args:
         state: Predicted estimate.
-        hypothesis: Number of the hypothesis.
+        opened: Open filter.
         number: Number of the input.
         information: Inverse covariance of the innovations, shape `(3, 3)`.
         pull: Product of `information` and the innovations, shape `(3,)`.
     """
-    if state.alert[hypothesis, number] > 0.0:
+    if opened.alert[number] > 0.0:
         return 0.0
     along, weight = by_input(state, number, information, pull)
-    if number < 4 and along * state.way[number] >= 0.0:
+    gains = number < 4 and along * state.way[number] >= 0.0
+    if gains and abs(state.speed[number]) > BRAKES * abs(state.speed_before[number]):
         return 0.0
     return along * along / weight if weight > 0.0 else 0.0
 
@@ -121,48 +129,49 @@ def looked_at(settings: FilterSettings, attempt: int, left: float, scores: Array
 
 
 @compiled
-def find_disturbed(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
+def find_disturbed(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
     """Distrust the inputs that explain what noise does not explain, and judge the hypothesis.
 
     The innovations' size is kept as `nis`, the logarithm of their density is added to the score.
     """
-    offsets, scores = np.empty(3), np.zeros(INPUTS)
+    offsets, scores, information, pull = state.innovations, state.explained, state.information, state.pull
     for number in range(3):
-        offsets[number] = innovation(settings, state, hypothesis, number)
-    information = inverted(spread(settings, state, hypothesis))
-    pull = np.empty(3)
+        offsets[number] = innovation(state, opened, number)
+    spread(settings, state, opened)
+    invert_into(information, state.spread)
     left = square(information, offsets, pull)
-    state.nis[hypothesis] = left
+    opened.nis = left
     share = min(1.0, state.rolled.max() / STEP)  # of what a whole step tells
-    state.score[hypothesis] += share * settings.independent * density(left, information)
+    state.score[opened.number] += share * settings.independent * density(left, information)
     for attempt in range(ATTEMPTS):
         if left < settings.gate:
             break
         for number in range(INPUTS):
-            scores[number] = explain(state, hypothesis, number, information, pull)
+            scores[number] = explain(state, opened, number, information, pull)
         first, last = looked_at(settings, attempt, left, scores)
         best = scores[first:last].max()
         if best < (settings.gate if first == 0 else CLEARLY * settings.gate):
             continue
         for number in range(first, last):
             if scores[number] >= best - AMBIGUOUS and scores[number] > 0.0:
-                _distrust(settings, state, hypothesis, number)
-        information = inverted(spread(settings, state, hypothesis))
+                _distrust(settings, state, opened, number)
+        spread(settings, state, opened)
+        invert_into(information, state.spread)
         left = square(information, offsets, pull)
-    learn(settings, state, hypothesis, information, pull, left)
+    learn(settings, state, opened, information, pull, left)
     if left > settings.gate:  # nothing of these: all inputs scattered more than they do
         more = (left - 3.0) / FREEDOM
         for number in range(INPUTS):
-            variance = more * state.input_variance[hypothesis, number]
-            state.input_variance[hypothesis, number] += variance
-            add_input(state, hypothesis, number, variance)
+            variance = more * opened.input_variance[number]
+            opened.input_variance[number] += variance
+            add_input(state, opened, number, variance)
 
 
 @compiled
 def learn(
     settings: FilterSettings,
     state: FilterState,
-    hypothesis: int,
+    opened: OpenFilter,
     information: Array,
     pull: Array,
     left: float,
@@ -173,7 +182,7 @@ def learn(
     distribution, so that a single disturbance teaches little.
     """
     weight = (FREEDOM + 3.0) / (FREEDOM + left)
-    way, learned = 0.25 * state.rolled.sum(), state.learned[hypothesis]
+    way, learned = 0.25 * state.rolled.sum(), opened.learned
     fade = math.exp(-way / settings.memory)
     for level in range(4):
         learned[level, 0] *= fade
@@ -181,8 +190,8 @@ def learn(
     for number in range(INPUTS):
         level = level_of(number)
         rolled = state.rolled[number] if number < 4 else way
-        variance = state.input_variance[hypothesis, number]
-        if rolled <= 0.0 or variance <= 0.0 or state.alert[hypothesis, number] > 0.0:
+        variance = opened.input_variance[number]
+        if rolled <= 0.0 or variance <= 0.0 or opened.alert[number] > 0.0:
             continue
         along, seen = by_input(state, number, information, pull)
         likely = variance + variance * variance * (weight * along * along - seen)
@@ -193,19 +202,17 @@ def learn(
 
 
 @compiled
-def levels(settings: FilterSettings, state: FilterState, hypothesis: int) -> Array:
-    """Return the variance per metre of the inputs [m]: wheels of a, wheels of b, sideways, slack; `(4,)`."""
-    out, learned = np.empty(4), state.learned[hypothesis]
+def find_levels(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
+    """Fill the variance per metre of the inputs [m]: wheels of a, wheels of b, sideways, slack; `(4,)`."""
     for level in range(4):
-        known = settings.noise[level] * settings.trust + learned[level, 0]
-        out[level] = known / (settings.trust + learned[level, 1])
-    return out
+        known = settings.noise[level] * settings.trust + opened.learned[level, 0]
+        state.levels[level] = known / (settings.trust + opened.learned[level, 1])
 
 
 @compiled
-def _distrust(settings: FilterSettings, state: FilterState, hypothesis: int, number: int) -> None:
-    state.alert[hypothesis, number] = settings.hold
+def _distrust(settings: FilterSettings, state: FilterState, opened: OpenFilter, number: int) -> None:
+    opened.alert[number] = settings.hold
     way = state.rolled[number] if number < 4 else 0.25 * state.rolled.sum()
     variance = (settings.distrust * way) ** 2
-    state.input_variance[hypothesis, number] += variance
-    add_input(state, hypothesis, number, variance)
+    opened.input_variance[number] += variance
+    add_input(state, opened, number, variance)

@@ -40,8 +40,9 @@ class Findings:
     untold: tuple[str, ...]
 
 
-def findings(settings: Record, state: Record) -> Findings:
-    """Return what a state of the filter, a record `(1,)`, says beside its pose."""
+def findings(settings: Record, state: Record, filters: Record) -> Findings:
+    """Return what a state of the filter, a record `(1,)`, and its open filters say beside its pose."""
+    likely = filters[state["weight"][0].argmax()]
     probable = state["suspicion"][0].tolist()
     suspects = tuple(
         (name, value) for name, value in zip(SUSPECTED, probable, strict=True) if value >= LIKELY
@@ -49,22 +50,22 @@ def findings(settings: Record, state: Record) -> Findings:
     expected, trust, learned = (
         settings["noise"][0],
         settings["trust"][0],
-        state["learned"][0, state["weight"][0].argmax()],
+        likely["learned"],
     )
     level = (expected * trust + learned[:, 0]) / (trust + learned[:, 1])
     factors = np.sqrt(np.divide(level, expected, out=np.zeros(4), where=expected > 0.0)).tolist()
     scatter = tuple(
         (name, value) for name, value in zip(LEVELS, factors, strict=True) if value >= CONTRADICTED
     )
-    return Findings(suspects, _misread(state["weight"][0]), scatter, _untold(state))
+    return Findings(suspects, _misread(state["weight"][0]), scatter, _untold(likely))
 
 
-def _untold(state: Record) -> tuple[str, ...]:
+def _untold(likely: np.void) -> tuple[str, ...]:
     """Return what the readings have not told, by the open filter of the most probable hypothesis.
 
     Single wheels and both wheels of a truck are left out: beside the mean of all, their ratios say the same.
     """
-    covariance = state["covariance"][0, state["weight"][0].argmax(), FAST:, FAST:]
+    covariance = likely["covariance"][FAST:, FAST:]
     wheels = WHEELBASE - FAST
     common = covariance[:, :wheels].mean(axis=1)
     known = covariance - np.outer(common, common) / common[:wheels].mean()

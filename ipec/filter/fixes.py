@@ -10,7 +10,7 @@ import numpy as np
 from omnimate.ipec.filter.belief import settle
 from omnimate.ipec.filter.disturbed_wheels import FREEDOM
 from omnimate.ipec.filter.poses import fill_pose_rows, look
-from omnimate.ipec.filter.records import BELIEFS, STATES, FilterSettings, FilterState
+from omnimate.ipec.filter.records import BELIEFS, STATES, FilterSettings, FilterState, OpenFilter
 from omnimate.ipec.filter.step import finish
 from omnimate.vehicle.compiled import Array, Record, compiled, layout
 from omnimate.vehicle.compiled_se2 import wrap
@@ -30,15 +30,15 @@ class Fix:
         pose: Measured pose [m, m, rad]; nan for a coordinate that was not measured.
         sigma: Standard deviations of the pose [m, m, rad].
         row: Derivative of each coordinate by the states, at the mean at which the filter took it.
-        gain: Gain of each coordinate under each hypothesis, as in `FilterState`.
+        gain: Gain of each coordinate under each hypothesis, as in `OpenFilter`.
     """
 
     sample: int
     truck: int
     pose: Annotated[Array, 3]
     sigma: Annotated[Array, 3]
-    row: Annotated[Array, (3, 18)]
-    gain: Annotated[Array, (BELIEFS, 3, 20)]
+    row: Annotated[Array, (3, 19)]
+    gain: Annotated[Array, (BELIEFS, 3, 21)]
 
 
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
@@ -57,21 +57,21 @@ def fix_records(recording: Recording, fixes: Poses | None) -> Record:
 
 @compiled
 def fix_coordinate(
-    state: FilterState, hypothesis: int, truck: int, axis: int, value: float, sigma: float, gain: Array
+    state: FilterState, opened: OpenFilter, truck: int, axis: int, value: float, sigma: float, gain: Array
 ) -> None:
     """Take one coordinate of an absolute pose, a scalar Kalman update.
 
     Args:
         state: Estimate, changed in place.
-        hypothesis: Number of the hypothesis.
+        opened: Open filter, changed in place.
         truck: 0 for truck a, 1 for truck b.
         axis: 0 for x, 1 for y, 2 for the heading.
         value: Measured coordinate [m] or [rad]; with nan nothing changes.
         sigma: Its standard deviation [m] or [rad]; with nan nothing changes.
-        gain: Filled with the gain as in `FilterState`, shape `(20,)`; all zero where nothing changed.
+        gain: Filled with the gain as in `OpenFilter`, shape `(21,)`; all zero where nothing changed.
     """
     row, pose, sigmas = np.empty((3, STATES)), np.empty(3), np.empty(3)
-    covariance, ahead = state.covariance[hypothesis], state.offset[hypothesis]
+    covariance, ahead = opened.covariance, opened.offset
     look(state.mean, covariance, truck, pose, sigmas)
     fill_pose_rows(state.mean, truck, row)
     offset = value - pose[axis]
@@ -88,8 +88,8 @@ def fix_coordinate(
     variance = sigma * sigma
     for i in range(STATES):
         variance += row[axis, i] * gain[i]
-    state.score[hypothesis] -= 0.5 * math.log(variance)
-    state.score[hypothesis] -= 0.5 * (FREEDOM + 1.0) * math.log1p(offset * offset / variance / FREEDOM)
+    state.score[opened.number] -= 0.5 * math.log(variance)
+    state.score[opened.number] -= 0.5 * (FREEDOM + 1.0) * math.log1p(offset * offset / variance / FREEDOM)
     gain[STATES], gain[STATES + 1] = offset / variance, 1.0 / variance
     for i in range(STATES):
         ahead[i] += gain[i] * offset / variance
@@ -98,35 +98,49 @@ def fix_coordinate(
 
 
 @compiled
-def take_fix(settings: Record, states: Record, truck: int, pose: Array, sigma: Array) -> None:
+def take_fix(
+    settings: Record, states: Record, filters: Record, truck: int, pose: Array, sigma: Array
+) -> None:
     """Take an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
     gain, moves = np.empty(STATES + 2), np.empty((0, STATES + 1))
-    finish(settings[0], states[0], moves)
+    finish(settings[0], states[0], filters, moves)
     for hypothesis in range(BELIEFS):
         for axis in range(3):
-            fix_coordinate(states[0], hypothesis, truck, axis, pose[axis], sigma[axis], gain)
+            fix_coordinate(states[0], filters[hypothesis], truck, axis, pose[axis], sigma[axis], gain)
     states[0].fixed = 1
-    settle(settings[0], states[0], moves)
+    settle(settings[0], states[0], filters, moves)
 
 
 @compiled
 def take_fixes(
-    settings: FilterSettings, state: FilterState, fixes: Record, sample: int, following: int, moves: Array
+    settings: FilterSettings,
+    state: FilterState,
+    filters: Record,
+    fixes: Record,
+    sample: int,
+    following: int,
+    moves: Array,
 ) -> int:
     """Take the fixes of a sample, in order; return the number of the next fix. `moves` as in `settle`."""
     while following < len(fixes) and fixes[following].sample <= sample:
         fix = fixes[following]
-        finish(settings, state, moves)
+        finish(settings, state, filters, moves)
         fill_pose_rows(state.mean, fix.truck, fix.row)
         for hypothesis in range(BELIEFS):
-            if not state.followed[hypothesis]:
+            if not filters[hypothesis].followed:
                 continue
             gain = fix.gain[hypothesis]
             for axis in range(3):
                 fix_coordinate(
-                    state, hypothesis, fix.truck, axis, fix.pose[axis], fix.sigma[axis], gain[axis]
+                    state,
+                    filters[hypothesis],
+                    fix.truck,
+                    axis,
+                    fix.pose[axis],
+                    fix.sigma[axis],
+                    gain[axis],
                 )
         state.fixed = 1
-        settle(settings, state, moves)
+        settle(settings, state, filters, moves)
         following += 1
     return following

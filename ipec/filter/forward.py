@@ -11,7 +11,7 @@ from omnimate.ipec.filter.disturbances import Disturbance, find_disturbances
 from omnimate.ipec.filter.findings import Findings, findings
 from omnimate.ipec.filter.fixes import fix_records
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.records import POSE, STATES, FilterState
+from omnimate.ipec.filter.records import BELIEFS, POSE, STATES, FilterState
 from omnimate.ipec.filter.slow_parameters import SlowParameters, slow_parameters
 from omnimate.ipec.filter.trace import BLOCK, trace_filter
 from omnimate.ipec.linkage_check import check_linkage
@@ -67,9 +67,11 @@ class ForwardRun:
         present: Whether each count was read, shape `(N, 7)`.
         fixes: Absolute poses as the compiled loops take them, `(K,)` records of `Fix`.
         marks: The filter's state before each block of `BLOCK` samples, records of `FilterState`.
+        filter_marks: The open filters before each block, records `(B, H)` of `OpenFilter`.
         means: First six states at each sample, shape `(N, 6)`.
-        moves: Way to what is believed, each time that it was decided, shape `(D, 19)`.
+        moves: Way to what is believed, each time that it was decided, shape `(D, 20)`.
         last: The state after the last sample, one record `(1,)`.
+        filters: The open filters after it, records `(H,)`.
     """
 
     estimate: Estimate
@@ -78,9 +80,11 @@ class ForwardRun:
     present: NDArray[np.bool_]
     fixes: Record
     marks: Record
+    filter_marks: Record
     means: Array
     moves: Array
     last: Record
+    filters: Record
 
 
 def run_forward(
@@ -95,19 +99,37 @@ def run_forward(
     check_linkage(recording)
     counts, present = table_of(recording)
     filter_ = Filter(recording.vehicle, noise, prior)
-    state = filter_.start(start, sigma).record.copy()
+    begun = filter_.start(start, sigma)
+    state, filters = begun.record.copy(), begun.filters.copy()
     count, taken = len(counts), fix_records(recording, fixes)
-    marks = np.zeros(-(-count // BLOCK), layout(FilterState))
+    blocks = -(-count // BLOCK)
+    marks, filter_marks = np.zeros(blocks, layout(FilterState)), np.zeros((blocks, BELIEFS), filters.dtype)
     poses, sigmas = np.empty((2, count, 3)), np.empty((2, count, 3))
     lost, alert, nis = np.empty((count, 4)), np.empty((count, 4)), np.empty(count)
     means, moves = np.empty((count, POSE)), np.empty((count + 2 * len(taken), STATES + 1))
     trace_filter(
-        filter_.settings, state, counts, present, taken, marks, poses, sigmas, lost, alert, nis, means, moves
+        filter_.settings,
+        state,
+        filters,
+        counts,
+        present,
+        taken,
+        marks,
+        filter_marks,
+        poses,
+        sigmas,
+        lost,
+        alert,
+        nis,
+        means,
+        moves,
     )
     disturbances = find_disturbances(recording.time, alert, lost)
     slow = slow_parameters(state["mean"][0], state["known"][0])
-    said = findings(filter_.settings, state)
+    said = findings(filter_.settings, state, filters)
     result = Estimate(
         recording.time, poses[0], poses[1], sigmas[0], sigmas[1], lost, nis, disturbances, slow, said
     )
-    return ForwardRun(result, filter_.settings, counts, present, taken, marks, means, moves, state)
+    return ForwardRun(
+        result, filter_.settings, counts, present, taken, marks, filter_marks, means, moves, state, filters
+    )

@@ -1,8 +1,9 @@
 """What else may be at work than a floor: the hypotheses under which the filter runs, side by side.
 
-An encoder of the linkage may read what is neither its angle nor a constant bias: its joint has play or lies
-off its centre, its slider sticks, its reading is late. The error stays alike while the linkage moves as much
-as a way of its own length moves it, or as long as a side of the robot's path lasts.
+An encoder may read what is neither its angle nor a constant bias. Where the error has a form that the motion
+gives, such as that of a joint off its centre or of a reading that is late, its size alone is unknown, and
+stays. Else it wanders: it stays alike while the linkage moves as much as a way of its own length moves it, or
+as long as a side of the robot's path lasts.
 """
 
 from __future__ import annotations
@@ -11,35 +12,60 @@ import itertools
 import math
 from dataclasses import dataclass
 
-READINGS = ("joint_a", "joint_b", "link", "wheels of a", "wheels of b")
+READINGS = (
+    *("joint_a", "joint_b", "link", "wheels of a", "wheels of b"),
+    *("a.left", "a.right", "b.left", "b.right"),
+)
+TRUCKS, ENCODERS = 3, 5  # the first truck and the first single wheel in `READINGS`
+# The forms of an error: none; off the centre, in proportion to the sine and the cosine of the joint's angle
+# (of joint_a for the link), the same with a zero set while the linkage was straight; in proportion to what
+# the link is longer than at rest; play; late, or for a wheel also slip in proportion to its acceleration.
+WANDERS, OFF_CENTRE, ZEROED, STRETCH, PLAY, LATE = range(6)
 
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """What a reading may do.
+    """What a reading, or a truck's heading by its wheels, may do.
 
     Attributes:
-        reading: Number in `READINGS` of what wanders; -1 for nothing.
-        wander: Standard deviation of what it wanders from its bias [rad] or [m].
+        reading: Number in `READINGS` of what errs; -1 for nothing.
+        sizes: Standard deviations of the sizes of the error: [rad] or [m]; of a stretch [1]; of a delay
+            [periods of SYNC] and of slip [s^2/m].
         alike: Way over which that error stays alike [lengths of the link].
+        form: Its form.
     """
 
     reading: int = -1
-    wander: float = 0.0
-    alike: float = 1.0
+    sizes: tuple[float, float] = (0.0, 0.0)
+    alike: float = math.inf
+    form: int = WANDERS
 
 
 # Largest error of each: a loose joint, 0.9 degrees; 3 mm, C 6 states of its linear encoder. The smallest is a
-# 27th of it, a tenth of what a rotary encoder of 1024 steps resolves; what is smaller is lost in the floor.
+# 25th of it, a tenth of what a rotary encoder of 1024 steps resolves; what is smaller is lost in the floor.
 LARGEST = (math.radians(0.9), math.radians(0.9), 0.003, math.radians(0.9), math.radians(0.9))
+TAKEN_UP = LARGEST[0] / 3.0  # by which a joint moves from the middle of its play to a side
+# Off the centre: a disc of 50 mm by 0.4 mm; a pivot by 10 mm, as the link's length by a tape.
+OFF = (math.radians(0.9), math.radians(0.9), 0.01)
+# The drum of a draw-wire. A device that answers three periods of SYNC late. Rubber that slips a tenth of the
+# way at 1 m/s^2.
+DRUM, DELAY, SLIP = 0.1, 3.0, 0.1
 HYPOTHESES = (
     Hypothesis(),
     *(
-        Hypothesis(reading, LARGEST[reading] / 3.0**scale, alike)
-        for reading, scale, alike in itertools.product(range(5), range(4), (1.0, 4.0))
+        Hypothesis(reading, (LARGEST[reading] / 5.0**scale, 0.0), alike)
+        for reading, scale, alike in itertools.product(range(ENCODERS), range(3), (1.0, 4.0))
     ),
+    *(
+        Hypothesis(reading, (OFF[reading], OFF[reading]), form=form)
+        for reading, form in itertools.product(range(TRUCKS), (OFF_CENTRE, ZEROED))
+    ),
+    Hypothesis(2, (DRUM, 0.0), form=STRETCH),
+    *(Hypothesis(joint, (LARGEST[joint], 0.0), form=PLAY) for joint in (0, 1)),
+    *(Hypothesis(joint, (DELAY, 0.0), form=LATE) for joint in (0, 1)),
+    *(Hypothesis(wheel, (DELAY, SLIP), form=LATE) for wheel in range(ENCODERS, len(READINGS))),
 )
-"""What is compared: all is well, or one reading wanders. Ways of 1 and 4 link lengths are a motion of the
+"""What is compared: all is well, or one reading errs. Ways of 1 and 4 link lengths are a motion of the
 linkage, and a side of the papers' squares and laps."""
 
 
@@ -47,9 +73,11 @@ def chances_before(wrong: float) -> list[float]:
     """Return the logarithm of each hypothesis' probability before a drive.
 
     Args:
-        wrong: Probability that a given reading wanders.
+        wrong: Probability that a given reading errs; its forms are as probable as each other.
     """
-    others = [hypothesis.reading for hypothesis in HYPOTHESES[1:]]
     right = math.log(1.0 - wrong)
     alone = math.log(wrong) + (len(READINGS) - 1) * right
-    return [len(READINGS) * right, *(alone - math.log(others.count(reading)) for reading in others)]
+    kinds = [(hypothesis.reading, hypothesis.form) for hypothesis in HYPOTHESES[1:]]
+    forms = [len({form for reading, form in kinds if reading == number}) for number in range(len(READINGS))]
+    each = [alone - math.log(forms[kind[0]] * kinds.count(kind)) for kind in kinds]
+    return [len(READINGS) * right, *each]

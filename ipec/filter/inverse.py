@@ -28,12 +28,13 @@ def invert(matrix: Array) -> None:
 
 @compiled
 def multiply(out: Array, matrix: Array, vector: Array) -> None:
-    """Write the product of a matrix `(n, m)` and a vector `(m,)`."""
-    for row in range(len(matrix)):
-        total = 0.0
-        for column in range(len(vector)):
-            total += matrix[row, column] * vector[column]
-        out[row] = total
+    """Write the product of a symmetric matrix `(n, n)` and a vector `(n,)`."""
+    out[:] = 0.0
+    for row in range(len(vector)):
+        factor = vector[row]
+        if factor != 0.0:
+            for column in range(len(vector)):
+                out[column] += factor * matrix[row, column]
 
 
 @compiled
@@ -42,6 +43,8 @@ def along(matrix: Array, vector: Array) -> float:
     total = 0.0
     for row in range(len(vector)):
         if vector[row] != 0.0:
+            drawn = 0.0
             for column in range(len(vector)):
-                total += vector[row] * matrix[row, column] * vector[column]
+                drawn += matrix[row, column] * vector[column]
+            total += vector[row] * drawn
     return total

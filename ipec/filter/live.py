@@ -9,14 +9,14 @@ import numpy as np
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.disturbed_wheels import STEP
 from omnimate.ipec.filter.fixes import take_fix
-from omnimate.ipec.filter.hypotheses import HYPOTHESES, chances_before
+from omnimate.ipec.filter.hypotheses import HYPOTHESES, LATE, chances_before
 from omnimate.ipec.filter.noise import FilterNoise
 from omnimate.ipec.filter.prior import CALIBRATED, OPEN, SIZES, Prior, directions
-from omnimate.ipec.filter.records import FAST, LINK, FilterSettings, FilterState, X, Y
+from omnimate.ipec.filter.records import BELIEFS, FAST, LINK, FilterSettings, FilterState, OpenFilter, X, Y
 from omnimate.ipec.filter.state import FilteredState
-from omnimate.ipec.filter.step import advance_filter
+from omnimate.ipec.filter.step import NOTHING, follow_live, go_live
 from omnimate.ipec.readings import SampleReader, scales_of
-from omnimate.vehicle.compiled import Record, record
+from omnimate.vehicle.compiled import Record, layout, record
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -51,26 +51,35 @@ class Filter:
             pose_a: Pose of truck a [m, m, rad], shape `(3,)`.
             sigma: Standard deviations of that pose [m, m, rad], shape `(3,)`.
         """
-        states = record(FilterState)
+        period = self.settings["period"][0]
+        states, filters = record(FilterState), np.zeros(BELIEFS, layout(OpenFilter))
         state = states[0]
         state["mean"][[X, Y, LINK]] = pose_a
         state["known"][[X, Y, LINK], [X, Y, LINK]] = np.square(sigma)
-        state["covariance"][:] = state["known"]
-        state["covariance"][:, FAST:, FAST:] = np.diag(self.settings["open"][0])
+        filters["covariance"] = state["known"]
+        filters["covariance"][:, FAST:, FAST:] = np.diag(self.settings["open"][0])
+        filters["number"], filters["followed"], filters["nis"] = np.arange(BELIEFS), 1, np.nan
+        filters["reading"] = [hypothesis.reading for hypothesis in HYPOTHESES]
+        filters["form"] = [hypothesis.form for hypothesis in HYPOTHESES]
+        sizes = [hypothesis.sizes for hypothesis in HYPOTHESES]
+        units = [(period, 1.0) if hypothesis.form == LATE else (1.0, 1.0) for hypothesis in HYPOTHESES]
+        filters["variance"] = np.square(np.multiply(sizes, units))
+        filters["alike"] = [hypothesis.alike * self.settings["length"][0] for hypothesis in HYPOTHESES]
         state["known"][FAST:, FAST:] = self.prior.covariance
         state["blur"] = self.settings["half"][0] ** 2 / 3.0
         state["origin"] = state["mean"][[X, Y]]
-        states["nis"] = np.nan
         states["weight"] = np.exp(self.settings["credit"])
-        states["followed"] = 1
-        return _frozen(states)
+        return _frozen(states, filters)
 
     def step(self, state: FilteredState, sample: Sample) -> FilteredState:
         """Return the state after a sample; `state` stays as it is."""
         counts, present = self._reader.read(sample)
-        following = state.record.view(np.uint8).copy().view(state.record.dtype)
-        advance_filter(self.settings, following, counts, present)
-        return _frozen(following)
+        following, filters = _copy(state.record), state.filters
+        todo = go_live(self.settings, following, counts, present)
+        if todo != NOTHING:  # the open filters are large: most samples leave them as they are
+            filters = _copy(filters)
+            follow_live(self.settings, following, filters, todo)
+        return _frozen(following, filters)
 
     def fix(
         self, state: FilteredState, pose: ArrayLike, sigma: ArrayLike, truck: TruckName = "a"
@@ -85,10 +94,10 @@ class Filter:
             sigma: Standard deviations of the measured pose [m, m, rad], shape `(3,)`.
             truck: Truck whose pose was measured.
         """
-        following = state.record.view(np.uint8).copy().view(state.record.dtype)
+        following, filters = _copy(state.record), _copy(state.filters)
         measured, sigmas = np.asarray(pose, np.float64), np.asarray(sigma, np.float64)
-        take_fix(self.settings, following, 0 if truck == "a" else 1, measured, sigmas)
-        return _frozen(following)
+        take_fix(self.settings, following, filters, 0 if truck == "a" else 1, measured, sigmas)
+        return _frozen(following, filters)
 
 
 def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior) -> Record:
@@ -108,9 +117,6 @@ def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior
     settings["trust"], settings["memory"] = noise.trust, noise.memory
     settings["resolution"] = steps[:4] ** 2 / 6.0  # two readings, each off by up to a count
     settings["half"] = 0.5 * steps[4:]
-    for number, hypothesis in enumerate(HYPOTHESES):
-        settings["reading"][number], settings["wander"][number] = hypothesis.reading, hypothesis.wander**2
-    settings["alike"] = [hypothesis.alike * settings["length"] for hypothesis in HYPOTHESES]
     settings["credit"] = chances_before(prior.wrong)
     settings["drift"], settings["gate"] = noise.drift**2, noise.gate**2
     settings["hold"], settings["distrust"] = noise.hold, noise.distrust
@@ -120,6 +126,10 @@ def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior
     return records
 
 
-def _frozen(record: Record) -> FilteredState:
-    record.flags.writeable = False
-    return FilteredState(record)
+def _copy(records: Record) -> Record:
+    return np.ndarray(records.shape, records.dtype, records.view(np.uint8).copy())
+
+
+def _frozen(record: Record, filters: Record) -> FilteredState:
+    record.flags.writeable = filters.flags.writeable = False
+    return FilteredState(record, filters)

@@ -8,15 +8,15 @@ are kept; where almost nothing lies outside, the reading changes nothing.
 
 import math
 
-import numpy as np
-
 from omnimate.ipec.filter.records import (
+    ERRORS,
     JOINT_A,
     JOINT_BIAS,
     STATES,
     WANDER,
     FilterSettings,
     FilterState,
+    OpenFilter,
 )
 from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.compiled_se2 import wrap
@@ -65,7 +65,7 @@ def cut(offset: float, variance: float, half: float) -> tuple[float, float]:
 
 @compiled
 def expected_reading(mean: Array, number: int) -> float:
-    """Return what joint_a (0), joint_b (1) or the link (2) reads with a mean `(18,)`, but for its wander."""
+    """Return what joint_a (0), joint_b (1) or the link (2) reads with a mean `(19,)`, but for its wander."""
     expected: float = mean[JOINT_A + number] + mean[JOINT_BIAS + number]
     return expected
 
@@ -80,12 +80,13 @@ def compare(state: FilterState, number: int) -> float:
 
 
 @compiled
-def innovation(settings: FilterSettings, state: FilterState, hypothesis: int, number: int) -> float:
+def innovation(state: FilterState, opened: OpenFilter, number: int) -> float:
     """Return the mean reading of a step minus what an open filter predicts [rad] or [m]."""
     mean: float = state.missed[number] / state.seen
-    offset = state.offset[hypothesis]
-    wander: float = offset[WANDER] if settings.reading[hypothesis] == number else 0.0
-    return mean - expected_reading(offset, number) - wander
+    offset = opened.offset
+    for error in range(ERRORS):
+        mean -= opened.share[error, number] * offset[WANDER + error]
+    return mean - expected_reading(offset, number)
 
 
 @compiled
@@ -102,58 +103,68 @@ def scatter(settings: FilterSettings, state: FilterState, number: int) -> tuple[
 
 
 @compiled
-def update(settings: FilterSettings, state: FilterState, hypothesis: int, number: int, shares: Array) -> None:
-    """Take one reading of the linkage; keep its gain and the estimates of the lost travel in the state.
+def update(settings: FilterSettings, state: FilterState, opened: OpenFilter, number: int) -> None:
+    """Take one reading of the linkage; keep its gain and the estimates of the lost travel.
 
     Args:
         settings: Settings of the filter.
-        state: Predicted estimate; changed in place.
-        hypothesis: Number of the hypothesis.
+        state: Predicted estimate; its `shares` are changed.
+        opened: Open filter, changed in place.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        shares: Covariance of each wheel's lost travel with the states, shape `(4, 18)`; changed in place.
     """
     true, bias = JOINT_A + number, JOINT_BIAS + number
-    wander = 1.0 if settings.reading[hypothesis] == number else 0.0
-    covariance, gain = state.covariance[hypothesis], state.gain[hypothesis, number]
+    first, second = opened.share[0, number], opened.share[1, number]
+    covariance, gain, shares = opened.covariance, opened.gain[number], state.shares
     for row in range(STATES):
-        gain[row] = covariance[row, true] + covariance[row, bias] + wander * covariance[row, WANDER]
+        gain[row] = covariance[row, true] + covariance[row, bias]
+        gain[row] += first * covariance[row, WANDER] + second * covariance[row, WANDER + 1]
     blur, half = scatter(settings, state, number)
-    variance = gain[true] + gain[bias] + wander * gain[WANDER] + blur
-    push, information = cut(innovation(settings, state, hypothesis, number), variance, half)
+    variance = gain[true] + gain[bias] + first * gain[WANDER] + second * gain[WANDER + 1] + blur
+    push, information = cut(innovation(state, opened, number), variance, half)
     gain[STATES], gain[STATES + 1] = push, information
-    state.updated[hypothesis, number] = 1 if information > 0.0 else 0
+    opened.updated[number] = 1 if information > 0.0 else 0
     if information <= 0.0:
         return
     for row in range(STATES):
-        state.offset[hypothesis, row] += gain[row] * push
+        opened.offset[row] += gain[row] * push
         factor = gain[row] * information
         for column in range(STATES):
             covariance[row, column] -= factor * gain[column]
     for wheel in range(4):
-        if state.alert[hypothesis, wheel] > 0.0:
-            share = shares[wheel, true] + shares[wheel, bias] + wander * shares[wheel, WANDER]
-            state.lost[hypothesis, wheel] += share * push
+        if opened.alert[wheel] > 0.0:
+            share = shares[wheel, true] + shares[wheel, bias]
+            share += first * shares[wheel, WANDER] + second * shares[wheel, WANDER + 1]
+            opened.lost[wheel] += share * push
             for row in range(STATES):
                 shares[wheel, row] -= share * information * gain[row]
 
 
 @compiled
-def spread(settings: FilterSettings, state: FilterState, hypothesis: int) -> Array:
-    """Return the covariance `(3, 3)` of the three innovations, with each step taken as uniform noise."""
-    out, covariance = np.empty((3, 3)), state.covariance[hypothesis]
-    wanders = settings.reading[hypothesis]
+def _by_error(opened: OpenFilter, error: int, i: int, j: int) -> float:
+    """Return what one size of what errs adds to the covariance of two innovations."""
+    covariance, row = opened.covariance, WANDER + error
+    mine, other = opened.share[error, i], opened.share[error, j]
+    total = 0.0
+    if mine != 0.0:
+        total += mine * (covariance[row, JOINT_A + j] + covariance[row, JOINT_BIAS + j])
+        for column in range(ERRORS):
+            total += mine * opened.share[column, j] * covariance[row, WANDER + column]
+    if other != 0.0:
+        total += other * (covariance[JOINT_A + i, row] + covariance[JOINT_BIAS + i, row])
+    return total
+
+
+@compiled
+def spread(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
+    """Fill the covariance `(3, 3)` of the three innovations, with each step taken as uniform noise."""
+    out, covariance = state.spread, opened.covariance
     for i in range(3):
         for j in range(3):
             out[i, j] = 0.0
             for row in (JOINT_A + i, JOINT_BIAS + i):
                 for column in (JOINT_A + j, JOINT_BIAS + j):
                     out[i, j] += covariance[row, column]
-            if wanders == i:
-                out[i, j] += covariance[WANDER, JOINT_A + j] + covariance[WANDER, JOINT_BIAS + j]
-            if wanders == j:
-                out[i, j] += covariance[JOINT_A + i, WANDER] + covariance[JOINT_BIAS + i, WANDER]
-            if wanders == i == j:
-                out[i, j] += covariance[WANDER, WANDER]
+            for error in range(ERRORS):
+                out[i, j] += _by_error(opened, error, i, j)
         blur, half = scatter(settings, state, i)
         out[i, i] += half * half / 3.0 + blur
-    return out

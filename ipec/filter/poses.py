@@ -73,7 +73,7 @@ def turn(covariance: Array, mean: Array, origin: Array, variance: float) -> None
 
 @compiled
 def fill_pose_rows(mean: Array, truck: int, rows: Array) -> None:
-    """Fill the derivatives `(3, 18)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
+    """Fill the derivatives `(3, 19)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
     rows[:] = 0.0
     rows[0, X] = rows[1, Y] = rows[2, LINK] = rows[2, JOINT_A + truck] = 1.0
     if truck == 1:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from omnimate.ipec.filter.hypotheses import ENCODERS, TRUCKS
 from omnimate.ipec.filter.records import (
     CREEP,
     INPUTS,
@@ -18,6 +19,7 @@ from omnimate.ipec.filter.records import (
     WHEELBASE,
     FilterSettings,
     FilterState,
+    OpenFilter,
     X,
     Y,
 )
@@ -124,71 +126,69 @@ def level_of(number: int) -> int:
 
 
 @compiled
-def find_input_variance(settings: FilterSettings, state: FilterState, hypothesis: int, levels: Array) -> None:
+def find_input_variance(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
     """Fill the variance of the inputs of the step.
 
     It grows with the travel, Chong & Kleeman (1997); that of a distrusted input with what was rolled.
 
     Args:
         settings: Settings of the filter.
-        state: Estimate; its `input_variance` is filled.
-        hypothesis: Number of the hypothesis.
-        levels: Variance per metre of wheels of a, wheels of b, sideways slip and slack [m], shape `(4,)`.
+        state: Estimate with the levels of noise.
+        opened: Open filter; its `input_variance` is filled.
     """
-    way, out = 0.25 * state.rolled.sum(), state.input_variance[hypothesis]
+    way, out = 0.25 * state.rolled.sum(), opened.input_variance
     for number in range(INPUTS):
         by = state.rolled[number] if number < 4 else way
-        out[number] = levels[level_of(number)] * by
+        out[number] = state.levels[level_of(number)] * by
         if number < 4 and by > 0.0:
             out[number] += settings.resolution[number]
-        if state.alert[hypothesis, number] > 0.0:
+        if opened.alert[number] > 0.0:
             out[number] += (settings.distrust * by) ** 2
 
 
 @compiled
-def predict_covariance(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
+def predict_covariance(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
     """Propagate offset and covariance: F P F' + G Q G' and the drift of the slow factors, in place."""
-    covariance, transition = state.covariance[hypothesis], state.transition
-    carried = carry(transition, covariance)
+    covariance, transition, carried = opened.covariance, state.transition, state.carried
+    carry(transition, covariance, carried)
     for row in range(POSE):
         for column in range(row + 1):
             total = 0.0
             for middle in range(JOINT_BIAS):
-                factor = transition[column, middle]
-                if factor != 0.0:
-                    total += carried[row, middle] * factor
+                total += carried[row, middle] * transition[column, middle]
             covariance[row, column] = covariance[column, row] = total
         for column in range(POSE, STATES):
             covariance[row, column] = covariance[column, row] = carried[row, column]
     for number in range(INPUTS):
-        add_input(state, hypothesis, number, state.input_variance[hypothesis, number])
+        add_input(state, opened, number, opened.input_variance[number])
     way = 0.25 * state.rolled.sum()
     for number in range(WHEEL, CREEP):
         covariance[number, number] += settings.drift * way
-    moved = np.zeros(POSE)
+    offset, moved = opened.offset, carried[0]
     for row in range(POSE):
+        moved[row] = 0.0
         for middle in range(JOINT_BIAS):
-            moved[row] += transition[row, middle] * state.offset[hypothesis, middle]
-    state.offset[hypothesis, :POSE] = moved
+            moved[row] += transition[row, middle] * offset[middle]
+    for row in range(POSE):
+        offset[row] = moved[row]
 
 
 @compiled
-def carry(transition: Array, covariance: Array) -> Array:
-    """Return F P `(6, 18)`; the biases, which come last, move nothing."""
-    out = np.zeros((POSE, STATES))
+def carry(transition: Array, covariance: Array, out: Array) -> None:
+    """Fill F P `(6, 19)`; the biases, which come last, move nothing."""
+    out[:] = 0.0
     for row in range(POSE):
         for middle in range(JOINT_BIAS):
             factor = transition[row, middle]
             if factor != 0.0:
                 for column in range(STATES):
                     out[row, column] += factor * covariance[middle, column]
-    return out
 
 
 @compiled
-def add_input(state: FilterState, hypothesis: int, number: int, variance: float) -> None:
+def add_input(state: FilterState, opened: OpenFilter, number: int, variance: float) -> None:
     """Add the effect of an input's variance [m^2] on the covariance of the first six states."""
-    covariance = state.covariance[hypothesis]
+    covariance = opened.covariance
     if variance == 0.0:
         return
     for row in range(POSE):
@@ -198,18 +198,18 @@ def add_input(state: FilterState, hypothesis: int, number: int, variance: float)
 
 
 @compiled
-def wander(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
+def wander(state: FilterState, opened: OpenFilter) -> None:
     """Let fade what wanders under a hypothesis, and wander anew, in place.
 
     A heading by wheels that comes back takes the truck's joint with it.
     """
     way = 0.25 * state.rolled.sum()
-    lasting = state.lasting[hypothesis] = math.exp(-way / settings.alike[hypothesis])
-    covariance, offset, row = state.covariance[hypothesis], state.offset[hypothesis], WANDER
-    variance = (1.0 - lasting * lasting) * settings.wander[hypothesis]
+    lasting = opened.lasting = math.exp(-way / opened.alike)
+    covariance, offset, row = opened.covariance, opened.offset, WANDER
+    variance = (1.0 - lasting * lasting) * opened.variance[0]
     if variance == 0.0:
         return
-    joint = returns_to(settings.reading[hypothesis])
+    joint = returns_to(opened.reading)
     if joint >= 0:
         offset[joint] += (1.0 - lasting) * offset[row]
         for column in range(STATES):
@@ -230,4 +230,4 @@ def wander(settings: FilterSettings, state: FilterState, hypothesis: int) -> Non
 @compiled
 def returns_to(reading: int) -> int:
     """Return the state that takes what comes back of one of `hypotheses.READINGS`; -1 for none."""
-    return JOINT_A + reading - 3 if reading >= 3 else -1
+    return JOINT_A + reading - TRUCKS if TRUCKS <= reading < ENCODERS else -1

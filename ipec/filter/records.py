@@ -13,10 +13,11 @@ from omnimate.vehicle.compiled import Array, IntArray
 
 X, Y, LINK, JOINT_A, JOINT_B, LENGTH = range(6)  # place of a [m], heading of the link [rad], linkage
 POSE = 6  # states above
-WANDER = 6  # what a reading, or a heading by wheels, wanders under a hypothesis
-FAST = 7  # pose and wander
-WHEEL, WHEELBASE, CREEP, JOINT_BIAS, LENGTH_BIAS = 7, 11, 13, 15, 17  # the first of each kind
-STATES = 18
+WANDER = 6  # what a reading, or a heading by wheels, errs by under a hypothesis: the first of `ERRORS` sizes
+ERRORS = 2
+FAST = 8  # pose and errors
+WHEEL, WHEELBASE, CREEP, JOINT_BIAS, LENGTH_BIAS = 8, 12, 14, 16, 18  # the first of each kind
+STATES = 19
 SLOW = STATES - FAST  # what makes the encoders err
 INPUTS = 8  # travel of the four wheels, sideways slip of the two trucks, their slip ahead
 SIDES, AHEAD = 4, 6  # the first of each kind
@@ -34,9 +35,6 @@ class FilterSettings(Scales):
         memory: Way after which what was learned of noise has faded [m].
         resolution: Variance of each wheel's travel in a step from its resolution [m^2].
         half: Half a count of joint_a, joint_b and link [rad, rad, m].
-        reading: What wanders under each hypothesis: number in `hypotheses.READINGS`, or -1, shape `(H,)`.
-        wander: Variance of what it wanders [rad^2] or [m^2], shape `(H,)`.
-        alike: Way over which it wanders alike [m], shape `(H,)`.
         credit: Logarithm of the probability of each hypothesis before the drive, shape `(H,)`.
         drift: Variance per metre that the factor of each wheel and wheelbase gains [1/m].
         gate: Limit of the test for disturbed wheels [squared standard deviations].
@@ -56,9 +54,6 @@ class FilterSettings(Scales):
     memory: float
     resolution: Annotated[Array, 4]
     half: Annotated[Array, 3]
-    reading: Annotated[IntArray, BELIEFS]
-    wander: Annotated[Array, BELIEFS]
-    alike: Annotated[Array, BELIEFS]
     credit: Annotated[Array, BELIEFS]
     drift: float
     gate: float
@@ -73,37 +68,39 @@ class FilterSettings(Scales):
 
 
 class Step:
-    """What the smoother needs of a step under one hypothesis; its fields are those of `FilterState`.
+    """What the smoother needs of a step under one hypothesis; fields of `FilterState` and `OpenFilter`.
 
     Attributes:
         predicted: 1 where a step was closed; 0 for a first reading or a fix.
         mean: Estimate of the first six states, shape `(6,)`.
         offset: What the open filter would add to them, shape `(6,)`.
-        covariance: Covariance of the open filter, shape `(18, 18)`.
+        covariance: Covariance of the open filter, shape `(19, 19)`.
         shift: How far the first six states moved to what is believed, shape `(6,)`.
         way: Travel of the wheels [m], shape `(4,)`.
-        lasting: Share of the wander that outlasts the step.
-        reading: What wanders, a number in `hypotheses.READINGS`; -1 for nothing.
-        transition: Derivative of the first six states by the states before the step, shape `(6, 18)`.
+        lasting: Share of the error that outlasts the step.
+        reading: What errs, a number in `hypotheses.READINGS`; -1 for nothing.
+        share: By what joint_a, joint_b and link change per unit of each error, shape `(2, 3)`.
+        transition: Derivative of the first six states by the states before the step, shape `(6, 19)`.
         inputs: Derivative of the first six states by the inputs, shape `(6, 8)`.
         input_variance: Variance of the inputs [m^2], shape `(8,)`.
         updated: 1 for joint_a, joint_b, link where the reading said something new, shape `(3,)`.
-        gain: Covariance of the states with each reading, push and information, shape `(3, 20)`.
+        gain: Covariance of the states with each reading, push and information, shape `(3, 21)`.
     """
 
     predicted: int
     mean: Annotated[Array, 6]
     offset: Annotated[Array, 6]
-    covariance: Annotated[Array, (18, 18)]
+    covariance: Annotated[Array, (19, 19)]
     shift: Annotated[Array, 6]
     way: Annotated[Array, 4]
     lasting: float
     reading: int
-    transition: Annotated[Array, (6, 18)]
+    share: Annotated[Array, (2, 3)]
+    transition: Annotated[Array, (6, 19)]
     inputs: Annotated[Array, (6, 8)]
     input_variance: Annotated[Array, 8]
     updated: Annotated[IntArray, 3]
-    gain: Annotated[Array, (3, 20)]
+    gain: Annotated[Array, (3, 21)]
 
 
 class FilterState(Reading):
@@ -112,18 +109,15 @@ class FilterState(Reading):
     Attributes:
         placed: 1 since the linkage has been read.
         predicted: 1 where this sample closed a step.
-        mean: Estimate of the states, shape `(18,)`: reading = true + wander + bias,
+        mean: Estimate of the states, shape `(19,)`: reading = true + wander + bias,
             travel = rolled x (1 + factor). What wanders has no mean of all hypotheses; it is 0 here.
-        known: Covariance of the estimate's error, shape `(18, 18)`.
+        known: Covariance of the estimate's error, shape `(19, 19)`.
         score: Logarithm of the probability density of what was read, under each hypothesis, shape `(H,)`.
         weight: Probability of each hypothesis, shape `(H,)`.
-        followed: 1 for each hypothesis that is carried on, shape `(H,)`; where a drive runs again, a few.
         repeated: 1 where a part of a drive runs again, with what was believed then.
         decided: How many times it was decided what is believed.
         bumpy: 1 while a wheel is distrusted.
-        move: Way from the estimate to what was believed last, shape `(18,)`.
-        offset: What the open filter of each hypothesis would add to `mean`, shape `(H, 18)`.
-        covariance: Covariance of each open filter, shape `(H, 18, 18)`.
+        move: Way from the estimate to what was believed last, shape `(19,)`.
         origin: Place of truck a at the start [m], shape `(2,)`.
         fixed: 1 since an absolute pose was taken.
         turned: Variance of the angle between body and wheels of truck a [rad^2].
@@ -132,6 +126,9 @@ class FilterState(Reading):
         begun: Heading of the link, joint angles and length at the start of the step, shape `(4,)`.
         way: Travel of the wheels since the start of the step [m], shape `(4,)`.
         went: Travel of the wheels in the step that was closed last [m], shape `(4,)`.
+        speed: Mean speed of the wheels in the step that was closed last [m/s], shape `(4,)`.
+        speed_before: The same of the step before it [m/s], shape `(4,)`.
+        side: Side to which each joint has moved, from -1 to 1, see `forms`, shape `(2,)`.
         rolled: What `way` would be without signs, shape `(4,)`.
         samples: Samples since then.
         seen: Samples since then in which the linkage was read.
@@ -140,32 +137,29 @@ class FilterState(Reading):
         jump: Its change from the sample before, shape `(3,)`.
         jumps: Sum of squared changes since the start of the step, shape `(3,)`.
         blur: Variance of the readings from sample to sample, as learned [rad^2, rad^2, m^2], shape `(3,)`.
-        learned: Sums from which the noise is learned: variance x way, way; shape `(H, 4, 2)`.
-        alert: Travel for which each input stays distrusted [m], shape `(H, 8)`.
-        lost: Travel that each distrusted wheel lost in this sample [m], shape `(H, 4)`.
-        nis: Normalised innovation squared of this step, 3 degrees of freedom, `(H,)`; nan without one.
-        lasting: Share of the readings' wander that outlasts this step, shape `(H,)`.
-        transition: Derivative of the first six states by the states before the step, shape `(6, 18)`.
+        transition: Derivative of the first six states by the states before the step, shape `(6, 19)`.
         inputs: Derivative of the first six states by the inputs, shape `(6, 8)`.
-        input_variance: Variance of the inputs in this step [m^2], shape `(H, 8)`.
-        updated: 1 for joint_a, joint_b, link where the reading said something new, shape `(H, 3)`.
-        gain: Covariance of the states with each reading `(18,)`, then the push and the information of `cut`,
-            shape `(H, 3, 20)`.
+        levels: Variance per metre of wheels of a, of b, sides and slack [m], shape `(4,)`; this and what
+            follows is working memory for one open filter after the other.
+        carried: Product of transition and covariance, shape `(6, 19)`.
+        shares: Covariance of each wheel's lost travel with the states, shape `(4, 19)`.
+        spread: Covariance of the innovations, shape `(3, 3)`.
+        information: Its inverse, shape `(3, 3)`.
+        pull: Product of the information and the innovations, shape `(3,)`.
+        innovations: Mean readings minus what is predicted, shape `(3,)`.
+        explained: What each input explains of the squared innovation, shape `(8,)`.
     """
 
     placed: int
     predicted: int
-    mean: Annotated[Array, 18]
-    known: Annotated[Array, (18, 18)]
+    mean: Annotated[Array, 19]
+    known: Annotated[Array, (19, 19)]
     score: Annotated[Array, BELIEFS]
     weight: Annotated[Array, BELIEFS]
-    followed: Annotated[IntArray, BELIEFS]
     repeated: int
     decided: int
     bumpy: int
-    move: Annotated[Array, 18]
-    offset: Annotated[Array, (BELIEFS, 18)]
-    covariance: Annotated[Array, (BELIEFS, 18, 18)]
+    move: Annotated[Array, 19]
     origin: Annotated[Array, 2]
     fixed: int
     turned: float
@@ -174,6 +168,9 @@ class FilterState(Reading):
     begun: Annotated[Array, 4]
     way: Annotated[Array, 4]
     went: Annotated[Array, 4]
+    speed: Annotated[Array, 4]
+    speed_before: Annotated[Array, 4]
+    side: Annotated[Array, 2]
     rolled: Annotated[Array, 4]
     samples: int
     seen: int
@@ -182,13 +179,58 @@ class FilterState(Reading):
     jump: Annotated[Array, 3]
     jumps: Annotated[Array, 3]
     blur: Annotated[Array, 3]
-    learned: Annotated[Array, (BELIEFS, 4, 2)]
-    alert: Annotated[Array, (BELIEFS, 8)]
-    lost: Annotated[Array, (BELIEFS, 4)]
-    nis: Annotated[Array, BELIEFS]
-    lasting: Annotated[Array, BELIEFS]
-    transition: Annotated[Array, (6, 18)]
+    transition: Annotated[Array, (6, 19)]
     inputs: Annotated[Array, (6, 8)]
-    input_variance: Annotated[Array, (BELIEFS, 8)]
-    updated: Annotated[IntArray, (BELIEFS, 3)]
-    gain: Annotated[Array, (BELIEFS, 3, 20)]
+    levels: Annotated[Array, 4]
+    carried: Annotated[Array, (6, 19)]
+    shares: Annotated[Array, (4, 19)]
+    spread: Annotated[Array, (3, 3)]
+    information: Annotated[Array, (3, 3)]
+    pull: Annotated[Array, 3]
+    innovations: Annotated[Array, 3]
+    explained: Annotated[Array, 8]
+
+
+class OpenFilter:
+    """The open filter under one hypothesis. It changes where a step ends or a fix is taken, and else not.
+
+    Attributes:
+        number: Number of the hypothesis.
+        reading: What errs, a number in `hypotheses.READINGS`; -1 for nothing.
+        form: Form of the error, see `omnimate.ipec.filter.hypotheses`.
+        variance: Variance of the sizes of what it errs by, in the units of its form, shape `(2,)`.
+        alike: Way over which it errs alike [m].
+        share: By what joint_a, joint_b and link change per unit of each size in this step, shape `(2, 3)`.
+        gained: By what the wheel's travel changes per unit of each size in this step, shape `(2,)`.
+        followed: 1 where the hypothesis is carried on; 0 for most where a drive runs again.
+        offset: What it would add to the mean, shape `(19,)`.
+        covariance: Its covariance, shape `(19, 19)`.
+        learned: Sums from which the noise is learned: variance x way, way; shape `(4, 2)`.
+        alert: Travel for which each input stays distrusted [m], shape `(8,)`.
+        lost: Travel that each distrusted wheel lost in the last step [m], shape `(4,)`.
+        nis: Normalised innovation squared of the last step, 3 degrees of freedom; nan without one.
+        lasting: Share of the error that outlasts this step.
+        input_variance: Variance of the inputs in this step [m^2], shape `(8,)`.
+        updated: 1 for joint_a, joint_b, link where the reading said something new, shape `(3,)`.
+        gain: Covariance of the states with each reading `(19,)`, then the push and the information of `cut`,
+            shape `(3, 21)`.
+    """
+
+    number: int
+    reading: int
+    form: int
+    variance: Annotated[Array, 2]
+    alike: float
+    share: Annotated[Array, (2, 3)]
+    gained: Annotated[Array, 2]
+    followed: int
+    offset: Annotated[Array, 19]
+    covariance: Annotated[Array, (19, 19)]
+    learned: Annotated[Array, (4, 2)]
+    alert: Annotated[Array, 8]
+    lost: Annotated[Array, 4]
+    nis: float
+    lasting: float
+    input_variance: Annotated[Array, 8]
+    updated: Annotated[IntArray, 3]
+    gain: Annotated[Array, (3, 21)]

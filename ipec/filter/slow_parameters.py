@@ -42,7 +42,7 @@ class SlowParameters:
 
 
 def slow_parameters(mean: Array, covariance: Array) -> SlowParameters:
-    """Return the slow parameters in a filter's mean `(18,)` and covariance `(18, 18)`."""
+    """Return the slow parameters in a filter's mean `(19,)` and covariance `(19, 19)`."""
     return SlowParameters(
         np.array(mean[WHEEL:WHEELBASE]),
         np.array(mean[WHEELBASE:CREEP]),

@@ -52,7 +52,7 @@ def smooth(
     weight = run.last["weight"][0]
     likely = np.flatnonzero(weight > 0.0)
     buffer, adjoints = np.zeros((len(likely), BLOCK), layout(Step)), np.zeros(len(likely), layout(Adjoint))
-    begin_adjoints(run.settings, run.last, likely, adjoints)
+    begin_adjoints(run.settings, run.last, run.filters, likely, adjoints)
     ends = np.empty(BLOCK, np.int64)
     blocks: list[list[_Block]] = [[] for _ in likely]
     for number in range(len(run.marks) - 1, -1, -1):
@@ -61,6 +61,7 @@ def smooth(
         kept = run_block(
             run.settings,
             mark,
+            run.filter_marks[number],
             run.counts,
             run.present,
             run.fixes,

@@ -16,9 +16,21 @@ import numpy as np
 from omnimate.ipec.filter.adjoint import Adjoint, undo_linkage, undo_step, undo_update, undo_wander
 from omnimate.ipec.filter.belief import average
 from omnimate.ipec.filter.fixes import take_fixes
+from omnimate.ipec.filter.forms import move_by_error
 from omnimate.ipec.filter.inverse import invert, multiply
 from omnimate.ipec.filter.poses import look, turn
-from omnimate.ipec.filter.records import FAST, POSE, SLOW, STATES, SUSPECTS, FilterSettings, FilterState, Step
+from omnimate.ipec.filter.records import (
+    BELIEFS,
+    FAST,
+    POSE,
+    SLOW,
+    STATES,
+    SUSPECTS,
+    FilterSettings,
+    FilterState,
+    OpenFilter,
+    Step,
+)
 from omnimate.ipec.filter.step import advance
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 
@@ -30,6 +42,7 @@ if TYPE_CHECKING:
 def run_block(
     settings: Record,
     mark: Record,
+    filters: Record,
     counts: IntArray,
     present: NDArray[np.bool_],
     fixes: Record,
@@ -45,10 +58,11 @@ def run_block(
     Args:
         settings: One record `(1,)` of `FilterSettings`.
         mark: State before the block, one record `(1,)` of `FilterState`; changed in place.
+        filters: Open filters before the block, `(H,)` records of `OpenFilter`; changed in place.
         counts: Counts of the whole recording in the order of `CHANNELS`, shape `(N, 7)`.
         present: Whether each count was read, shape `(N, 7)`.
         fixes: Absolute poses of the whole recording, `(K,)` records of `Fix`; their gains are filled again.
-        moves: Way to what was believed, each time that it was decided, shape `(D, 19)`.
+        moves: Way to what was believed, each time that it was decided, shape `(D, 20)`.
         hypotheses: Numbers of the hypotheses that run again and are kept, shape `(C,)`.
         steps: Filled with what was known of them where the linkage was read first, after each step, and after
             fixes, `(C, M)` records of `Step`.
@@ -58,45 +72,47 @@ def run_block(
     """
     following, kept = 0, 0
     mark[0].repeated = 1
-    mark[0].followed[:] = 0
+    for hypothesis in range(BELIEFS):
+        filters[hypothesis].followed = 0
     for hypothesis in hypotheses:
-        mark[0].followed[hypothesis] = 1
+        filters[hypothesis].followed = 1
     while following < len(fixes) and fixes[following].sample < first:
         following += 1
     for sample in range(first, last):
         placed, fixed = mark[0].placed, following
-        advance(settings[0], mark[0], counts[sample], present[sample], moves)
-        following = take_fixes(settings[0], mark[0], fixes, sample, following, moves)
+        advance(settings[0], mark[0], filters, counts[sample], present[sample], moves)
+        following = take_fixes(settings[0], mark[0], filters, fixes, sample, following, moves)
         if mark[0].predicted or following > fixed or (mark[0].placed and not placed):
             for place in range(len(hypotheses)):
-                keep(mark[0], settings[0], hypotheses[place], steps[place, kept])
+                keep(mark[0], filters[hypotheses[place]], steps[place, kept])
             samples[kept] = sample
             kept += 1
     return kept
 
 
 @compiled
-def keep(state: FilterState, settings: FilterSettings, hypothesis: int, step: Step) -> None:
+def keep(state: FilterState, opened: OpenFilter, step: Step) -> None:
     """Fill what the smoother needs of a step under one hypothesis."""
-    step.predicted, step.lasting = state.predicted, state.lasting[hypothesis]
-    step.mean[:], step.offset[:] = state.mean[:POSE], state.offset[hypothesis, :POSE]
-    step.covariance[:] = state.covariance[hypothesis]
+    step.predicted, step.lasting = state.predicted, opened.lasting
+    step.mean[:], step.offset[:] = state.mean[:POSE], opened.offset[:POSE]
+    step.covariance[:] = opened.covariance
     step.shift[:], step.way[:] = state.shift, state.went
     step.transition[:], step.inputs[:] = state.transition, state.inputs
-    step.input_variance[:] = state.input_variance[hypothesis]
-    step.updated[:], step.gain[:] = state.updated[hypothesis], state.gain[hypothesis]
-    step.reading = settings.reading[hypothesis]
+    step.input_variance[:] = opened.input_variance
+    step.updated[:], step.gain[:] = opened.updated, opened.gain
+    step.reading, step.share[:] = opened.reading, opened.share
+    move_by_error(step.inputs, opened, step.transition)
 
 
 @compiled
-def begin_adjoint(settings: FilterSettings, state: FilterState, hypothesis: int, adjoint: Adjoint) -> None:
+def begin_adjoint(settings: FilterSettings, state: FilterState, opened: OpenFilter, adjoint: Adjoint) -> None:
     """Fill the adjoint at the end: what is believed of the slow states beside what the open filter says."""
-    covariance, offset = state.covariance[hypothesis], state.offset[hypothesis]
+    covariance, offset = opened.covariance, opened.offset
     seen, known, pull = np.empty((SLOW, SLOW)), np.empty((SLOW, SLOW)), np.empty(SLOW)
     mean, suspicion = np.empty(SLOW), np.empty(SUSPECTS)
     seen[:] = covariance[FAST:, FAST:]
     invert(seen)
-    average(settings, state, hypothesis, seen, mean, known, suspicion)
+    average(settings, state, opened, seen, mean, known, suspicion)
     for row in range(SLOW):
         mean[row] -= state.mean[FAST + row] + offset[FAST + row]
     multiply(pull, seen, mean)
@@ -113,10 +129,12 @@ def begin_adjoint(settings: FilterSettings, state: FilterState, hypothesis: int,
 
 
 @compiled
-def begin_adjoints(settings: Record, states: Record, hypotheses: IntArray, adjoints: Record) -> None:
+def begin_adjoints(
+    settings: Record, states: Record, filters: Record, hypotheses: IntArray, adjoints: Record
+) -> None:
     """Fill the adjoint of each of some hypotheses, records `(C,)`, at the end."""
     for place in range(len(hypotheses)):
-        begin_adjoint(settings[0], states[0], hypotheses[place], adjoints[place])
+        begin_adjoint(settings[0], states[0], filters[hypotheses[place]], adjoints[place])
 
 
 @compiled

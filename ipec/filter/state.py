@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,9 +22,12 @@ class FilteredState:
 
     Attributes:
         record: The estimate as one read-only record `(1,)` of `omnimate.ipec.filter.records.FilterState`.
+        filters: The open filters as read-only records `(H,)` of `omnimate.ipec.filter.records.OpenFilter`;
+            states between which no step has ended share them.
     """
 
     record: Record
+    filters: Record
 
     def pose(self, truck: TruckName = "a") -> Array:
         """Return the pose x, y, heading of a truck [m, m, rad], shape `(3,)`.
@@ -45,24 +49,30 @@ class FilteredState:
         return pose, sigma
 
     @property
-    def _likely(self) -> int:
-        """Number of the most probable hypothesis."""
-        return int(self.record["weight"][0].argmax())
+    def _likely(self) -> np.void:
+        """The open filter of the most probable hypothesis."""
+        likely: np.void = self.filters[self.record["weight"][0].argmax()]
+        return likely
+
+    @property
+    def _ended(self) -> bool:
+        """Whether the last sample has ended a step."""
+        return bool(self.record["predicted"][0])
 
     @property
     def nis(self) -> float:
         """Normalised innovation squared of the last sample, 3 degrees of freedom; nan without one."""
-        return float(self.record["nis"][0, self._likely])
+        return float(self._likely["nis"]) if self._ended else math.nan
 
     @property
     def disturbed(self) -> tuple[bool, ...]:
         """Whether each wheel is distrusted, in the order of `WHEELS`."""
-        return tuple((self.record["alert"][0, self._likely, :4] > 0.0).tolist())
+        return tuple((self._likely["alert"][:4] > 0.0).tolist())
 
     @property
     def lost(self) -> tuple[float, ...]:
         """Travel that each distrusted wheel lost in the last sample [m], in the order of `WHEELS`."""
-        return tuple(self.record["lost"][0, self._likely].tolist())
+        return tuple(self._likely["lost"].tolist()) if self._ended else (0.0,) * 4
 
     @property
     def slow(self) -> SlowParameters:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.ipec.filter.belief import settle
-from omnimate.ipec.filter.disturbed_wheels import STEP, find_disturbed, levels
+from omnimate.ipec.filter.disturbed_wheels import STEP, find_disturbed, find_levels
+from omnimate.ipec.filter.forms import follow_motion, shape_error
 from omnimate.ipec.filter.measurement import compare, expected_reading, update
 from omnimate.ipec.filter.prediction import (
     differentiate,
@@ -19,6 +20,7 @@ from omnimate.ipec.filter.prediction import (
 )
 from omnimate.ipec.filter.records import (
     BELIEFS,
+    ERRORS,
     INPUTS,
     JOINT_A,
     JOINT_BIAS,
@@ -28,6 +30,7 @@ from omnimate.ipec.filter.records import (
     WANDER,
     FilterSettings,
     FilterState,
+    OpenFilter,
 )
 from omnimate.ipec.readings import sense
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
@@ -36,45 +39,59 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SHORT = 0.0125  # [m], the same on a bump, which a wheel rolls over in 0.05 m
+NOTHING, PLACE, CLOSE = range(3)  # what the open filters have to do after a sample
 STEADY = 1.0 / 200.0  # share of a sample in the learned scatter of the readings
 
 
 @compiled
-def place(settings: FilterSettings, state: FilterState) -> None:
+def place(settings: FilterSettings, state: FilterState, filters: Record) -> None:
     """Read the linkage for the first time; until then the heading of truck a stands for the link's."""
-    _place(settings, state, state.known, 0)
-    for hypothesis in range(BELIEFS):
-        _place(settings, state, state.covariance[hypothesis], hypothesis)
     for number in range(3):
         reading = state.joint[number] if number < 2 else state.length
         state.mean[JOINT_A + number] = reading - state.mean[JOINT_BIAS + number]
+    begin(state)
+    _place(settings, state, state.known, np.zeros(ERRORS), np.zeros((ERRORS, 3)))
+    for hypothesis in range(BELIEFS):
+        opened = filters[hypothesis]
+        shape_error(settings, state, opened)
+        _place(settings, state, opened.covariance, opened.variance, opened.share)
     state.mean[LINK] -= state.mean[JOINT_A]
     state.placed = 1
     begin(state)
 
 
 @compiled
-def _place(settings: FilterSettings, state: FilterState, covariance: Array, hypothesis: int) -> None:
-    """Fill what a first reading leaves open in a covariance `(18, 18)`."""
-    covariance[WANDER, WANDER] = settings.wander[hypothesis]
-    wanders = settings.reading[hypothesis]
+def _place(
+    settings: FilterSettings, state: FilterState, covariance: Array, variance: Array, shares: Array
+) -> None:
+    """Fill what a first reading leaves open in a covariance `(19, 19)`.
+
+    Args:
+        settings: Settings of the filter.
+        state: Estimate.
+        covariance: Filled.
+        variance: Variance of the sizes of what errs, shape `(2,)`.
+        shares: By what joint_a, joint_b and link change per unit of them, shape `(2, 3)`.
+    """
+    for error in range(ERRORS):
+        covariance[WANDER + error, WANDER + error] = variance[error]
     for number in range(3):
         true = JOINT_A + number
         covariance[true, true] = settings.half[number] ** 2 / 3.0 + state.blur[number]
-        _read(covariance, true, JOINT_BIAS + number)
-        if wanders == number:
-            _read(covariance, true, WANDER)
+        _read(covariance, true, JOINT_BIAS + number, 1.0)
+        for error in range(ERRORS):
+            _read(covariance, true, WANDER + error, shares[error, number])
     covariance[LINK, LINK] += covariance[JOINT_A, JOINT_A]
     covariance[LINK, JOINT_A] = covariance[JOINT_A, LINK] = -covariance[JOINT_A, JOINT_A]
-    for error in (JOINT_BIAS, WANDER):
+    for error in (JOINT_BIAS, WANDER, WANDER + 1):
         covariance[LINK, error] = covariance[error, LINK] = -covariance[JOINT_A, error]
 
 
 @compiled
-def _read(covariance: Array, true: int, error: int) -> None:
-    """Let a true value be what was read minus an error, in a covariance `(18, 18)`."""
-    covariance[true, true] += covariance[error, error]
-    covariance[true, error] = covariance[error, true] = -covariance[error, error]
+def _read(covariance: Array, true: int, error: int, share: float) -> None:
+    """Let a true value be what was read minus a share of an error, in a covariance `(19, 19)`."""
+    covariance[true, true] += share * share * covariance[error, error]
+    covariance[true, error] = covariance[error, true] = -share * covariance[error, error]
 
 
 @compiled
@@ -112,81 +129,80 @@ def has_ended(state: FilterState) -> bool:
 
 
 @compiled
-def take(settings: FilterSettings, state: FilterState, hypothesis: int) -> None:
+def take(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
     """Carry an open filter over a step, and let it take the readings."""
-    find_input_variance(settings, state, hypothesis, levels(settings, state, hypothesis))
-    predict_covariance(settings, state, hypothesis)
-    wander(settings, state, hypothesis)
-    rolled, alert = 0.25 * state.rolled.sum(), state.alert[hypothesis]
+    opened.nis = math.nan
+    opened.lost[:] = 0.0
+    opened.updated[:] = 0
+    shape_error(settings, state, opened)
+    find_levels(settings, state, opened)
+    find_input_variance(settings, state, opened)
+    predict_covariance(settings, state, opened)
+    wander(state, opened)
+    rolled, alert = 0.25 * state.rolled.sum(), opened.alert
     for number in range(INPUTS):
         alert[number] = max(0.0, alert[number] - rolled)
     if state.seen == 0:
         return
-    find_disturbed(settings, state, hypothesis)
-    shares = np.zeros((4, STATES))
+    find_disturbed(settings, state, opened)
+    shares = state.shares
+    shares[:] = 0.0
     for wheel in range(4):
         if alert[wheel] > 0.0:
             for row in range(POSE):
-                shares[wheel, row] = state.input_variance[hypothesis, wheel] * state.inputs[row, wheel]
+                shares[wheel, row] = opened.input_variance[wheel] * state.inputs[row, wheel]
     for number in range(3):
-        update(settings, state, hypothesis, number, shares)
+        update(settings, state, opened, number)
     for wheel in range(4):
-        state.lost[hypothesis, wheel] *= -math.copysign(1.0, state.way[wheel])
+        opened.lost[wheel] *= -math.copysign(1.0, state.way[wheel])
 
 
 @compiled
-def close(settings: FilterSettings, state: FilterState, moves: Array) -> None:
+def close(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
     """End a step: carry the covariance on, take the readings, and move the estimate to what is believed.
 
-    `moves` `(D, 19)` is what `settle` takes.
+    `moves` `(D, 20)` is what `settle` takes.
     """
     state.predicted = 1
     state.went[:] = state.way
     differentiate(settings, state)
+    follow_motion(settings, state)
     for hypothesis in range(BELIEFS):
-        if state.followed[hypothesis]:
-            take(settings, state, hypothesis)
+        if filters[hypothesis].followed:
+            take(settings, state, filters[hypothesis])
     before = np.empty(3)
     for number in range(3):
         before[number] = expected_reading(state.mean, number)
-    settle(settings, state, moves)
+    settle(settings, state, filters, moves)
     for number in range(3):
         state.late[number] -= expected_reading(state.mean, number) - before[number]
     begin(state)
 
 
 @compiled
-def advance(
-    settings: FilterSettings,
-    state: FilterState,
-    counts: IntArray,
-    present: NDArray[np.bool_],
-    moves: Array,
-) -> None:
-    """Take one sample in place; the trucks move only where all four wheels were read.
+def go(settings: FilterSettings, state: FilterState, counts: IntArray, present: NDArray[np.bool_]) -> int:
+    """Take one sample in place, but for the open filters; return what they have to do now.
+
+    The trucks move only where all four wheels were read.
 
     Args:
         settings: Settings of the filter.
         state: Estimate before the sample; changed to the estimate after it.
         counts: Counts in the order of `CHANNELS`, shape `(7,)`.
         present: Whether each count was read, shape `(7,)`.
-        moves: Way to what is believed after each step, `(D, 19)`, see `settle`.
+
+    Returns:
+        `NOTHING`, `PLACE` or `CLOSE`.
     """
-    state.nis[:] = math.nan
-    state.lost[:] = 0.0
-    state.updated[:] = 0
     state.shift[:] = 0.0
-    state.input_variance[:] = 0.0
     state.predicted = 0
     if not (present[0] and present[1] and present[2] and present[3]):
-        return
+        return NOTHING
     sense(settings, state, counts, present)
     if not state.placed:
-        if state.linked:
-            place(settings, state)
-        return
+        return PLACE if state.linked else NOTHING
     if not state.moved[0]:
-        return
+        return NOTHING
     predict_mean(settings, state)
     state.samples += 1
     for wheel in range(4):
@@ -194,18 +210,54 @@ def advance(
         state.rolled[wheel] += abs(state.travel[wheel])
     if state.linked:
         watch(settings, state)
-    if has_ended(state):
-        close(settings, state, moves)
+    return CLOSE if has_ended(state) else NOTHING
 
 
 @compiled
-def finish(settings: FilterSettings, state: FilterState, moves: Array) -> None:
+def follow(settings: FilterSettings, state: FilterState, filters: Record, todo: int, moves: Array) -> None:
+    """Let the open filters do what `go` has returned; `moves` as in `close`."""
+    if todo == PLACE:
+        place(settings, state, filters)
+    elif todo == CLOSE:
+        close(settings, state, filters, moves)
+
+
+@compiled
+def advance(
+    settings: FilterSettings,
+    state: FilterState,
+    filters: Record,
+    counts: IntArray,
+    present: NDArray[np.bool_],
+    moves: Array,
+) -> None:
+    """Take one sample in place.
+
+    Args:
+        settings: Settings of the filter.
+        state: Estimate before the sample; changed to the estimate after it.
+        filters: Open filters, changed as well, `(H,)` records of `OpenFilter`.
+        counts: Counts in the order of `CHANNELS`, shape `(7,)`.
+        present: Whether each count was read, shape `(7,)`.
+        moves: Way to what is believed after each step, `(D, 20)`, see `settle`.
+    """
+    follow(settings, state, filters, go(settings, state, counts, present), moves)
+
+
+@compiled
+def finish(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
     """End the step that is under way, if the robot has moved in it; `moves` as in `close`."""
     if state.rolled.sum() > 0.0:
-        close(settings, state, moves)
+        close(settings, state, filters, moves)
 
 
 @compiled
-def advance_filter(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> None:
-    """Take one sample `(7,)` of a live stream, in place; `settings` and `states` are records `(1,)`."""
-    advance(settings[0], states[0], counts, present, np.empty((0, STATES + 1)))
+def go_live(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> int:
+    """Take one sample `(7,)` of a live stream, in place, as `go`; both are records `(1,)`."""
+    return go(settings[0], states[0], counts, present)
+
+
+@compiled
+def follow_live(settings: Record, states: Record, filters: Record, todo: int) -> None:
+    """Let the open filters do what `go_live` has returned, in place."""
+    follow(settings[0], states[0], filters, todo, np.empty((0, STATES + 1)))

@@ -17,7 +17,7 @@ from omnimate.ipec.errors import LinkageChannelError, NoLinkageError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.tracker import Tracker
 from omnimate.logs.folder import save_recording
-from omnimate.motion.paths import rounded_rectangle
+from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.motion.paths import umbmark as squares
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
@@ -70,8 +70,11 @@ def test_a_recording_shows_the_poses_and_each_bump_with_its_wheel(folder):
     assert "lost 3." in result.stderr
 
 
-def test_what_the_drive_has_not_told_and_what_to_drive_is_printed(folder):
-    said = call(folder).stdout
+def test_what_the_drive_has_not_told_and_what_to_drive_is_printed(tmp_path):
+    """A way straight out and back turns no joint by an angle that tells a wheelbase."""
+    robot = reference_vehicle()
+    save_recording(simulate(robot, Truth(robot), out_and_back(2.0, 1, link_length=1.0)), tmp_path / "drive")
+    said = call(tmp_path / "drive").stdout
     assert "encoders alone cannot tell the mean diameter of all wheels" in said
     assert "does not tell whether these are wrong" in said
     assert "drive rounded corners" in said

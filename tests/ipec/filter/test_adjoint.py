@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.ipec.filter.adjoint import Adjoint, undo_reading, undo_step, undo_update, undo_wander
-from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, WANDER
+from omnimate.ipec.filter.records import ERRORS, JOINT_A, JOINT_BIAS, LINK, POSE, STATES, WANDER
 from omnimate.vehicle.compiled import compiled, record
 
 
@@ -21,8 +21,8 @@ def wander_back(adjoints, lasting, reading):
 
 
 @compiled
-def reading_back(adjoints, number, wanders, gain):
-    undo_reading(adjoints[0], number, wanders, gain)
+def reading_back(adjoints, number, share, gain):
+    undo_reading(adjoints[0], number, share, gain)
 
 
 @compiled
@@ -53,11 +53,11 @@ def test_a_step_back_is_the_product_of_whole_matrices(seed):
 
 
 @settings(max_examples=30)
-@given(seed=st.integers(0, 2**32 - 1), number=st.integers(0, 4), lasting=st.floats(0.0, 1.0))
+@given(seed=st.integers(0, 2**32 - 1), number=st.integers(0, 8), lasting=st.floats(0.0, 1.0))
 def test_what_wandered_goes_back_as_the_product_of_whole_matrices(seed, number, lasting):
     adjoint, whole = adjoint_by(np.random.default_rng(seed)), np.eye(STATES)
     whole[WANDER, WANDER] = lasting
-    if number >= 3:
+    if 3 <= number < 5:
         whole[JOINT_A + number - 3, WANDER] = 1.0 - lasting
     vector = whole.T @ adjoint["vector"][0]
     information = whole.T @ adjoint["information"][0] @ whole
@@ -67,14 +67,15 @@ def test_what_wandered_goes_back_as_the_product_of_whole_matrices(seed, number, 
 
 
 @settings(max_examples=30)
-@given(seed=st.integers(0, 2**32 - 1), number=st.integers(0, 2), wanders=st.booleans())
-def test_a_reading_back_is_an_update_by_its_whole_row(seed, number, wanders):
+@given(seed=st.integers(0, 2**32 - 1), number=st.integers(0, 2), errs=st.booleans())
+def test_a_reading_back_is_an_update_by_its_whole_row(seed, number, errs):
     chance = np.random.default_rng(seed)
+    share = errs * chance.normal(size=(ERRORS, 3))
     short = adjoint_by(chance)
     long, gain, row = short.copy(), chance.normal(size=STATES + 2), np.zeros(STATES)
     row[[JOINT_A + number, JOINT_BIAS + number]] = 1.0
-    row[WANDER] = float(wanders)
-    reading_back(short, number, wanders, gain)
+    row[WANDER : WANDER + ERRORS] = share[:, number]
+    reading_back(short, number, share, gain)
     update_back(long, row, gain)
     assert short["vector"] == pytest.approx(long["vector"], rel=1e-9, abs=1e-9)
     assert short["information"] == pytest.approx(long["information"], rel=1e-9, abs=1e-9)

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.disturbed_wheels import explain, inverted, looked_at
+from omnimate.ipec.filter.disturbed_wheels import explain, invert_into, looked_at
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterState
+from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterState, OpenFilter
 from omnimate.vehicle.compiled import compiled, record
 
 many = settings(max_examples=60)
@@ -15,8 +15,14 @@ seeds, wheels = st.integers(0, 2**32 - 1), st.integers(0, 3)
 
 
 @compiled
-def explained(states, wheel, information, pull):
-    return explain(states[0], 0, wheel, information, pull)
+def by_wheel(states, filters, wheel, information, pull):
+    return explain(states[0], filters[0], wheel, information, pull)
+
+
+def explained(states, wheel, information, pull, alert=0.0):
+    filters = record(OpenFilter)
+    filters["alert"] = alert
+    return by_wheel(states, filters, wheel, information, pull)
 
 
 @compiled
@@ -33,15 +39,17 @@ def predicted(chance, travel=0.01):
     states = record(FilterState)
     states["inputs"][0] = chance.normal(size=(6, 8))
     states["way"][0] = travel * np.sign(chance.normal(size=4))
+    states["speed"] = states["speed_before"] = 0.3
     return states
 
 
 @many
 @given(seeds)
 def test_the_inverse_of_a_covariance_is_its_inverse_and_symmetric(seed):
-    matrix = positive(np.random.default_rng(seed))
-    assert inverted(matrix) @ matrix == pytest.approx(np.eye(3), abs=1e-8)
-    assert np.array_equal(inverted(matrix), inverted(matrix).T)
+    matrix, inverse = positive(np.random.default_rng(seed)), np.empty((3, 3))
+    invert_into(inverse, matrix)
+    assert inverse @ matrix == pytest.approx(np.eye(3), abs=1e-8)
+    assert np.array_equal(inverse, inverse.T)
 
 
 @many
@@ -72,10 +80,23 @@ def test_a_wheel_that_stands_or_is_distrusted_already_explains_nothing(seed, whe
     chance = np.random.default_rng(seed)
     information = positive(chance)
     pull = information @ chance.normal(size=3)
-    standing, distrusted = predicted(chance, travel=0.0), predicted(chance)
-    distrusted["alert"] = 0.05
+    standing = predicted(chance, travel=0.0)
     assert explained(standing, wheel, information, pull) == 0.0
-    assert explained(distrusted, wheel, information, pull) == 0.0
+    assert explained(predicted(chance), wheel, information, pull, alert=0.05) == 0.0
+
+
+@many
+@given(seeds, wheels, st.floats(0.0, 0.9))
+def test_a_wheel_that_brakes_may_gain_what_it_would_else_have_to_lose(seed, wheel, slower):
+    chance = np.random.default_rng(seed)
+    states, information = predicted(chance), positive(chance)
+    gain = np.sign(states["way"][0, wheel]) * states["inputs"][0, JOINT_A : JOINT_A + 3, wheel]
+    pull = information @ gain
+    states["speed_before"] = 0.3
+    states["speed"] = 0.3 * slower
+    assert explained(states, wheel, information, pull) == pytest.approx(gain @ pull, rel=1e-9)
+    states["speed"] = 0.3
+    assert explained(states, wheel, information, pull) == 0.0
 
 
 def test_a_push_that_explains_alone_what_no_wheel_does_comes_before_two_wheels(robot):

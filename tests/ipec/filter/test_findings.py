@@ -10,8 +10,14 @@ from omnimate.ipec.filter.prior import SUSPECTED
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.effects.joint_backlash import JointBacklash
+from omnimate.vcan_sim.effects.joint_eccentricity import JointEccentricity
+from omnimate.vcan_sim.effects.latency import Latency
+from omnimate.vcan_sim.effects.link_eccentricity import LinkEccentricity
+from omnimate.vcan_sim.effects.traction_slip import TractionSlip
+from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.se2 import between
 
 
 def drive(robot, truth):
@@ -45,6 +51,26 @@ def test_a_joint_with_play_is_named_and_the_wheels_are_believed_instead(robot):
 
 def test_a_drive_tells_what_its_bends_move_and_a_robot_that_stands_tells_nothing(robot):
     assert drive(robot, Truth(robot, seed=3)).findings.untold == ()
-    nothing = Filter(robot).start().record
-    untold = findings(Filter(robot).settings, nothing).untold
+    nothing = Filter(robot).start()
+    untold = findings(Filter(robot).settings, nothing.record, nothing.filters).untold
     assert set(untold) == {name for name in SUSPECTED if not name.startswith(("diameter", "both"))}
+
+
+@pytest.mark.parametrize(
+    ("effect", "name"),
+    [
+        (JointEccentricity("joint_a", np.radians(0.7), 0.8), "joint_a"),
+        (LinkEccentricity("link", 0.006, 2.0), "link"),
+        (Latency("a.left", 0.03), "a.left"),
+        (TractionSlip("a.right", 0.1), "a.right"),
+    ],
+    ids=["joint off its centre", "pivot off its centre", "late wheel", "slip of a wheel"],
+)
+def test_an_error_of_a_known_form_is_named_and_the_pose_is_within_its_uncertainty(robot, effect, name):
+    truth = Truth(robot, effects=(effect,), floor=Floor(), seed=3)
+    recording = simulate(robot, truth, rounded_rectangle(6.0, 3.25, ["ccw", "cw"]))
+    result = estimate(recording)
+    assert [each for each, _ in result.findings.misread] == [name]
+    true = recording.poses.of("a").pose
+    error = between(true[0], true[-1]) - between(result.pose_a[0], result.pose_a[-1])
+    assert np.all(np.abs(error[:2]) < 3.0 * result.sigma_a[-1, :2])

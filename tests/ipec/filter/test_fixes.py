@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from omnimate.ipec.filter.fixes import fix_records, take_fix
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.poses import fill_pose_rows, look
-from omnimate.ipec.filter.records import LENGTH, STATES, FilterState
+from omnimate.ipec.filter.records import BELIEFS, LENGTH, STATES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vehicle.compiled import record
+from omnimate.vehicle.compiled import layout, record
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import wrap
 
@@ -23,50 +23,50 @@ def state_by(seed):
     states, root = record(FilterState), chance.normal(size=(STATES, STATES))
     states["mean"][0] = 0.1 * chance.normal(size=STATES)
     states["mean"][0, LENGTH] = 1.0
-    states["covariance"][0, :] = 1e-3 * root @ root.T
-    states["weight"][0, 0] = 1.0
-    states["followed"] = states["placed"] = 1
-    return states
+    states["weight"][0, 0] = states["placed"] = 1.0
+    filters = np.zeros(BELIEFS, layout(OpenFilter))
+    filters["covariance"] = 1e-3 * root @ root.T
+    filters["number"], filters["followed"] = np.arange(BELIEFS), 1
+    return states, filters
 
 
-def pose_of(states, truck):
-    pose, sigma = np.empty(3), np.empty(3)
-    look(states["mean"][0] + states["offset"][0, 0], states["covariance"][0, 0], truck, pose, sigma)
+def pose_of(both, truck):
+    (states, filters), pose, sigma = both, np.empty(3), np.empty(3)
+    look(states["mean"][0] + filters["offset"][0], filters["covariance"][0], truck, pose, sigma)
     return pose, sigma
 
 
-def fix(states, truck, pose, sigma):
-    after = states.copy()
-    take_fix(
-        Filter(reference_vehicle()).settings, after, truck, np.asarray(pose, float), np.asarray(sigma, float)
-    )
-    return after
+def fix(both, truck, pose, sigma):
+    states, filters = both[0].copy(), both[1].copy()
+    settings = Filter(reference_vehicle()).settings
+    take_fix(settings, states, filters, truck, np.asarray(pose, float), np.asarray(sigma, float))
+    return states, filters
 
 
 @many
 @given(seeds, trucks, st.integers(0, 2))
 def test_one_coordinate_is_kalmans_update(seed, truck, axis):
-    states = state_by(seed)
-    pose, _ = pose_of(states, truck)
+    states, filters = state_by(seed)
+    pose, _ = pose_of((states, filters), truck)
     rows = np.empty((3, STATES))
     fill_pose_rows(states["mean"][0], truck, rows)
     measured, sigma = np.full(3, np.nan), np.full(3, 0.02)
     measured[axis] = pose[axis] + 0.01
-    after = fix(states, truck, measured, sigma)
-    covariance, row = states["covariance"][0, 0], rows[axis]
+    after, after_filters = fix((states, filters), truck, measured, sigma)
+    covariance, row = filters["covariance"][0], rows[axis]
     gain = covariance @ row / (row @ covariance @ row + 0.02**2)
-    open_mean = after["mean"][0] + after["offset"][0, 0]
+    open_mean = after["mean"][0] + after_filters["offset"][0]
     assert open_mean == pytest.approx(states["mean"][0] + 0.01 * gain, abs=1e-9)
     updated = covariance - np.outer(gain, row @ covariance)
-    assert after["covariance"][0, 0] == pytest.approx(updated, rel=1e-6, abs=1e-12)
+    assert after_filters["covariance"][0] == pytest.approx(updated, rel=1e-6, abs=1e-12)
 
 
 @many
 @given(seeds, trucks)
 def test_a_fix_never_makes_a_state_less_certain_and_keeps_the_covariance_symmetric(seed, truck):
-    states = state_by(seed)
-    after = fix(states, truck, (0.0, 0.0, 0.0), (0.01, 0.01, 0.01))
-    before, covariance = states["covariance"][0, 0], after["covariance"][0, 0]
+    start = state_by(seed)
+    after = fix(start, truck, (0.0, 0.0, 0.0), (0.01, 0.01, 0.01))
+    before, covariance = start[1]["covariance"][0], after[1]["covariance"][0]
     assert np.all(np.diag(covariance) <= np.diag(before) * (1.0 + 1e-9))
     assert covariance == pytest.approx(covariance.T, abs=1e-12)
     assert np.linalg.eigvalsh(covariance).min() > -1e-9
@@ -75,11 +75,11 @@ def test_a_fix_never_makes_a_state_less_certain_and_keeps_the_covariance_symmetr
 @many
 @given(seeds, trucks)
 def test_a_fix_without_a_measurement_changes_nothing(seed, truck):
-    states = state_by(seed)
+    states, filters = state_by(seed)
     for pose, sigma in (([np.nan] * 3, [0.1] * 3), ([0.0] * 3, [np.nan] * 3)):
-        after = fix(states, truck, pose, sigma)
-        assert after["mean"] + after["offset"][:, 0] == pytest.approx(states["mean"], abs=1e-12)
-        assert np.array_equal(after["covariance"], states["covariance"])
+        after, after_filters = fix((states, filters), truck, pose, sigma)
+        assert after["mean"][0] + after_filters["offset"][0] == pytest.approx(states["mean"][0], abs=1e-12)
+        assert np.array_equal(after_filters["covariance"], filters["covariance"])
 
 
 @many
@@ -87,8 +87,8 @@ def test_a_fix_without_a_measurement_changes_nothing(seed, truck):
 def test_a_heading_is_the_same_after_whole_turns(seed, turns):
     states = state_by(seed)
     measured = np.array([np.nan, np.nan, 0.3])
-    here = fix(states, 0, measured, [0.1] * 3)
-    there = fix(states, 0, measured + 2.0 * np.pi * turns, [0.1] * 3)
+    here, _ = fix(states, 0, measured, [0.1] * 3)
+    there, _ = fix(states, 0, measured + 2.0 * np.pi * turns, [0.1] * 3)
     assert there["mean"] == pytest.approx(here["mean"], abs=1e-6)
 
 

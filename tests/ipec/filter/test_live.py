@@ -46,7 +46,8 @@ def test_at_the_last_sample_filter_and_smoother_agree(drive, fixes):
     taken = drive.poses if fixes else None
     filtered, smoothed = estimate(drive, fixes=taken), smooth(drive, fixes=taken)
     assert smoothed.pose_a[-1] == pytest.approx(filtered.pose_a[-1], abs=1e-9)
-    assert smoothed.pose_b[-1] == pytest.approx(filtered.pose_b[-1], abs=1e-9)
+    # The smoother averages the poses under several hypotheses, the filter its states.
+    assert smoothed.pose_b[-1] == pytest.approx(filtered.pose_b[-1], abs=1e-7)
     assert smoothed.sigma_a[-1] == pytest.approx(filtered.sigma_a[-1])
 
 
@@ -69,7 +70,7 @@ def test_whatever_the_encoders_read_the_estimate_stays_finite_and_its_covariance
         present = tuple(index == 0 or bool(mask >> column & 1) for column in range(7))
         state = filter_.step(state, Sample(index, 0.015 * index, tuple(counts.tolist()), present, NAN, NAN))
         assert np.isfinite(state.record["mean"]).all()
-        covariance = state.record["covariance"][0]
+        covariance = state.filters["covariance"]
         assert covariance == pytest.approx(covariance.transpose(0, 2, 1), abs=1e-12)
         assert np.linalg.eigvalsh(covariance).min() > -1e-9
 

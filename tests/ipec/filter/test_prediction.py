@@ -12,7 +12,7 @@ from omnimate.vehicle.linkage import follower, linkage_of
 from omnimate.vehicle.se2 import compose
 
 SLOW = 1e-3, -2e-3, 5e-4, 2e-3, 4e-3, -3e-3, 0.0, 0.0, 1e-3, 2e-3, 1e-3
-MEAN = np.array([1.0, -2.0, 0.7, 0.9, -0.4, 1.05, 0.0, *SLOW])
+MEAN = np.array([1.0, -2.0, 0.7, 0.9, -0.4, 1.05, 0.0, 0.0, *SLOW])
 TRAVEL = np.array([0.021, 0.030, 0.027, 0.018])
 
 

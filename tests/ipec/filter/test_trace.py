@@ -38,13 +38,18 @@ def test_there_is_a_mark_before_each_block_and_the_first_is_the_start(run):
 
 
 def again(run, number):
-    """Return the steps of a block that runs again, the numbers of their samples, and the state behind."""
+    """Return the steps of a block that runs again, the numbers of their samples, and what is behind."""
     steps, samples = np.zeros((1, BLOCK), layout(Step)), np.empty(BLOCK, np.int64)
-    mark, first = run.marks[number : number + 1].copy(), number * BLOCK
+    mark, filters, first = (
+        run.marks[number : number + 1].copy(),
+        run.filter_marks[number].copy(),
+        number * BLOCK,
+    )
     likely = run.last["weight"][0].argmax(keepdims=True)
     kept = run_block(
         run.settings,
         mark,
+        filters,
         run.counts,
         run.present,
         run.fixes,
@@ -55,16 +60,16 @@ def again(run, number):
         first,
         first + BLOCK,
     )
-    return steps[0, :kept], samples[:kept], mark[0], likely
+    return steps[0, :kept], samples[:kept], (mark[0], filters), likely
 
 
 def test_each_block_runs_again_to_the_mark_behind_it(run):
     for number in range(len(run.marks) - 1):
-        _, _, behind, likely = again(run, number)
+        _, _, (behind, filters), likely = again(run, number)
         for name in ("mean", "counts", "decided"):
             assert np.array_equal(behind[name], run.marks[number + 1][name])
         for name in ("offset", "covariance", "alert", "learned"):
-            assert np.array_equal(behind[name][likely], run.marks[number + 1][name][likely])
+            assert np.array_equal(filters[name][likely], run.filter_marks[number + 1][name][likely])
 
 
 def test_a_block_runs_again_to_the_poses_of_the_estimate(run):

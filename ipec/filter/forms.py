@@ -1,0 +1,85 @@
+"""How an error of a known form enters the readings and the travel of a step; compiled.
+
+Its sizes are the states from `WANDER` on. They enter a reading of the linkage with a share, and the travel
+of a wheel with what a unit of them adds to the step. A wheel whose reading is late by tau has read tau times
+its speed too little: over a step that is tau times the change of its speed. One that slips by c times its
+acceleration has lost c times the change of half its squared speed. A joint with play reads the middle of it
+less the half that its last motion has taken up, to the side to which it has moved.
+"""
+
+import math
+
+from omnimate.ipec.filter.hypotheses import (
+    ENCODERS,
+    LATE,
+    OFF_CENTRE,
+    PLAY,
+    STRETCH,
+    TAKEN_UP,
+    TRUCKS,
+    ZEROED,
+)
+from omnimate.ipec.filter.records import (
+    ERRORS,
+    JOINT_A,
+    POSE,
+    WANDER,
+    FilterSettings,
+    FilterState,
+    OpenFilter,
+)
+from omnimate.vehicle.compiled import Array, compiled
+
+
+@compiled
+def follow_motion(settings: FilterSettings, state: FilterState) -> None:
+    """Fill the mean speeds of the wheels in the step that ends here, and the sides to which joints moved."""
+    for wheel in range(4):
+        state.speed_before[wheel] = state.speed[wheel]
+        state.speed[wheel] = state.way[wheel] / (settings.period * state.samples)
+    for joint in range(2):
+        moved = state.mean[JOINT_A + joint] - state.begun[1 + joint]
+        state.side[joint] = min(max(state.side[joint] + moved / TAKEN_UP, -1.0), 1.0)
+
+
+@compiled
+def share_in_reading(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> tuple[float, float]:
+    """Return by what a reading of the linkage changes per unit of each size, in the middle of a step."""
+    number, form = opened.reading, opened.form
+    if form == STRETCH:
+        return state.begun[3] - settings.length, 0.0  # the length before the wheels' errors in this step
+    if form == LATE:
+        moved = state.mean[JOINT_A + number] - state.begun[1 + number]
+        return -moved / (settings.period * max(state.samples, 1)), 0.0
+    if form == PLAY:
+        return -state.side[number], 0.0
+    if form in (OFF_CENTRE, ZEROED):
+        joint = number if number < 2 else 0
+        angle = 0.5 * (state.mean[JOINT_A + joint] + state.begun[1 + joint])
+        return math.sin(angle), math.cos(angle) - (1.0 if form == ZEROED else 0.0)
+    return 1.0, 0.0
+
+
+@compiled
+def shape_error(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
+    """Fill how what errs under a hypothesis enters the readings and the motion of the step that ends here."""
+    opened.share[:] = 0.0
+    opened.gained[:] = 0.0
+    if 0 <= opened.reading < TRUCKS:
+        first, second = share_in_reading(settings, state, opened)
+        opened.share[0, opened.reading], opened.share[1, opened.reading] = first, second
+    elif opened.reading >= ENCODERS:
+        wheel = opened.reading - ENCODERS
+        now, before = state.speed[wheel], state.speed_before[wheel]
+        opened.gained[0] = now - before
+        opened.gained[1] = 0.5 * (before * abs(before) - now * abs(now))
+    move_by_error(state.inputs, opened, state.transition)
+
+
+@compiled
+def move_by_error(inputs: Array, opened: OpenFilter, transition: Array) -> None:
+    """Fill the derivative of the first six states by what errs, in a transition `(6, 19)`."""
+    wheel = max(opened.reading - ENCODERS, 0)
+    for row in range(POSE):
+        for error in range(ERRORS):
+            transition[row, WANDER + error] = opened.gained[error] * inputs[row, wheel]

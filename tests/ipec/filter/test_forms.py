@@ -1,0 +1,85 @@
+"""How errors of a known form enter a step: what a late or slipping wheel gains comes to nothing at a stop."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omnimate.ipec.filter.forms import follow_motion, shape_error
+from omnimate.ipec.filter.hypotheses import (
+    ENCODERS,
+    HYPOTHESES,
+    LATE,
+    OFF_CENTRE,
+    PLAY,
+    TAKEN_UP,
+    ZEROED,
+)
+from omnimate.ipec.filter.live import Filter
+from omnimate.ipec.filter.records import JOINT_A, LINK
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.compiled import compiled
+
+
+@compiled
+def step_by(settings, states, filters, number):
+    follow_motion(settings[0], states[0])
+    shape_error(settings[0], states[0], filters[number])
+
+
+def number_of(reading, form):
+    return next(
+        number for number, each in enumerate(HYPOTHESES) if (each.reading, each.form) == (reading, form)
+    )
+
+
+@pytest.fixture(scope="module")
+def start():
+    filter_ = Filter(reference_vehicle())
+    return filter_.settings, filter_.start()
+
+
+def step(start, states, filters, number, *, way=(0.0,) * 4, joint=(0.0, 0.0)):
+    states["begun"][0] = states["mean"][0, LINK : LINK + 4]
+    states["mean"][0, JOINT_A : JOINT_A + 2] += joint
+    states["way"][0], states["samples"] = way, 5
+    step_by(start[0], states, filters, number)
+    return filters[number]
+
+
+speeds = st.lists(st.floats(-0.05, 0.05), min_size=1, max_size=10)
+
+
+@settings(max_examples=50)
+@given(ways=speeds, wheel=st.integers(0, 3))
+def test_what_a_late_or_slipping_wheel_has_gained_depends_on_its_speed_alone(start, ways, wheel):
+    states, filters = start[1].record.copy(), start[1].filters.copy()
+    number, gained = number_of(ENCODERS + wheel, LATE), np.zeros(2)
+    for way in ways:
+        gained += step(start, states, filters, number, way=np.eye(4)[wheel] * way)["gained"]
+    speed = ways[-1] / (5 * start[0]["period"][0])
+    assert gained == pytest.approx([speed, -0.5 * speed * abs(speed)], abs=1e-12)
+
+
+@settings(max_examples=50)
+@given(angle=st.floats(-1.0, 1.0), joint=st.integers(0, 1), turn=st.floats(-0.1, 0.1))
+def test_off_the_centre_is_any_phase_and_a_zero_set_on_the_straight_is_right_there(start, angle, joint, turn):
+    states, filters = start[1].record.copy(), start[1].filters.copy()
+    states["mean"][0, JOINT_A + joint] = angle
+    moved = np.eye(2)[joint] * turn
+    free = step(start, states, filters, number_of(joint, OFF_CENTRE), joint=moved)["share"][:, joint]
+    middle = angle + 0.5 * turn
+    assert free == pytest.approx([np.sin(middle), np.cos(middle)])
+    zeroed = step(start, states, filters, number_of(joint, ZEROED))["share"][:, joint]
+    assert zeroed == pytest.approx([np.sin(angle + turn), np.cos(angle + turn) - 1.0])
+
+
+@settings(max_examples=50)
+@given(turns=st.lists(st.floats(-0.02, 0.02), max_size=10), side=st.sampled_from([-1.0, 1.0]))
+def test_a_joint_that_moved_by_its_play_reads_it_to_that_side(start, turns, side):
+    states, filters = start[1].record.copy(), start[1].filters.copy()
+    number = number_of(0, PLAY)
+    for turn in [*turns, side * 2.0 * TAKEN_UP]:
+        share = step(start, states, filters, number, joint=(turn, 0.0))["share"][0, 0]
+        assert -1.0 <= share <= 1.0
+    assert share == pytest.approx(-side)
