@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -82,6 +83,7 @@ def crossing_of(shape: Shape, radius: float, height: float) -> Crossing:
     return Crossing(reach, math.acos((radius - 0.5 * height) / reach), way)
 
 
+@lru_cache(maxsize=1024)
 def losing(radius: float, lost: float) -> Crossing:
     """Return the crossing of the sharp edge over which a wheel loses this much, 2 R (q - sin q) = lost.
 

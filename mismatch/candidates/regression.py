@@ -13,7 +13,7 @@ import numpy as np
 
 from omnimate.mismatch.noise.levels import filter_of
 from omnimate.mismatch.noise.whitening import adjoint
-from omnimate.mismatch.recording.response import column, data, response
+from omnimate.mismatch.recording.response import brief_column, column, data, response
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -151,11 +151,18 @@ class Regression:
 
     def _raw_of(self, terms: Sequence[Term]) -> list[Columns]:
         probes = [(probe, single.size) for single in terms for probe in single.probes]
-        found = []
-        for windows, base in zip(self.windows, self.responses, strict=True):
-            pairs = [column(base, response(windows, [*self.base, probe]), size) for probe, size in probes]
-            found.append(_stacked(pairs, windows))
-        return found
+        return [
+            _stacked([self._column(number, probe, size) for probe, size in probes], windows)
+            for number, windows in enumerate(self.windows)
+        ]
+
+    def _column(self, number: int, probe: Effect, size: float) -> Columns:
+        """Return the column of a probe of a size, in one recording."""
+        windows = self.windows[number]
+        during = probe.acts_during(windows.signals.block)
+        if during is not None:
+            return brief_column(windows, self.base, probe, size, during)
+        return column(self.responses[number], response(windows, [*self.base, probe]), size)
 
     def add(self, terms: Sequence[Term], *, keep: bool = True) -> list[slice]:
         """Add the columns of terms; return where each one's columns are.

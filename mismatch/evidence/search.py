@@ -103,11 +103,10 @@ def _begin(term: Term) -> tuple[float, ...]:
 
 def _again(component: str, times: Sequence[float], moments: Sequence[tuple[str, float]]) -> bool:
     """Say whether an event of a component, or of its truck or one of its wheels, is already in a set."""
-    return any(
-        abs(time - moment) < APART and (component.startswith(other) or other.startswith(component))
-        for time in times
-        for other, moment in moments
-    )
+    if not times or not moments:
+        return False
+    same = [moment for other, moment in moments if component.startswith(other) or other.startswith(component)]
+    return any(abs(time - moment) < APART for time in times for moment in same)
 
 
 def best(posterior: Posterior, beside: Beside, count: int = LOOKED_AT) -> tuple[int, Judgement] | None:
@@ -289,8 +288,8 @@ def _exchanged(posterior: Posterior, members: Members) -> Members:
 def _joined(posterior: Posterior, members: Members) -> Members:
     """Return a set with two members exchanged for a single candidate, if the set is then likelier."""
     for first, second in itertools.combinations(members, 2):
-        beside = posterior.beside(set(members) - {first, second})
         for single, gain in instead_of_two(posterior, members, first, second):
+            beside = posterior.beside(set(members) - {first, second})
             if gain > 0.0 and beside.judge(single).worth > 0.0:
                 return tuple(sorted({*beside.members, single}))
     return members
@@ -317,6 +316,8 @@ def instead_of_two(
         and single not in members
         and (term.probes or all(part.startswith(term.component) for part in parts))
     ]
+    if not offers:
+        return []
     beside, whole = posterior.beside(rest), posterior.evidence(members)
     gains = [
         (single, posterior.evidence({*rest, single}) - whole)

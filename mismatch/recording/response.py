@@ -100,6 +100,33 @@ def data(windows: Windows, base: Response) -> Columns:
     return base.inputs, windows.measured - base.offset
 
 
+def brief_column(
+    windows: Windows, base: Sequence[Effect], effect: Effect, step: float, during: tuple[float, float]
+) -> Columns:
+    """Return the column of an effect that changes the motion for some time only, as `column` does.
+
+    Only the steps in which it acts are replayed.
+
+    Args:
+        windows: Of the recording.
+        base: Effects beside which it acts.
+        effect: Of which the column is.
+        step: Of its parameter.
+        during: From when to when it acts [s].
+    """
+    signals = windows.signals
+    first = max(int(np.searchsorted(windows.time, during[0], side="right")) - 1, 0)
+    last = int(np.searchsorted(windows.time, during[1], side="left")) + 1  # beside others it may end later
+    last = min(last, len(windows.ends) - 1)
+    inputs = np.zeros(windows.drift.shape)
+    if last > first:
+        ends = windows.ends[first : last + 1]
+        block = signals.block.between(int(ends[0]), int(ends[-1]))
+        more = replay(block, [*base, effect]).twist - replay(block, base).twist
+        inputs[first:last] = -pushed(signals, ends, more) / step
+    return inputs, np.zeros(windows.measured.shape)
+
+
 def column(base: Response, changed: Response, step: float) -> Columns:
     """Return an effect's column, by the difference to the base over a step of its parameter."""
     return (base.inputs - changed.inputs) / step, (changed.offset - base.offset) / step

@@ -194,11 +194,18 @@ def _sparse(times: Array, span: float) -> bool:
 
 
 def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
-    """Return the inputs `(M, 3 T)`, of the poses, that additional twists `(N - 1, T, 3)` are.
+    """Return the inputs `(M, 3 T)`, of the poses, that additional twists `(K, T, 3)` are.
 
     Each yaw turns what follows it in its window.
+
+    Args:
+        signals: Of the recording.
+        ends: Samples at which M windows begin and end, shape `(M + 1,)`.
+        twist: In the K steps from the first to the last of these samples.
     """
-    return _pushed(signals.path, signals.facing, ends, np.ascontiguousarray(twist))
+    first, last = int(ends[0]), int(ends[-1])
+    path, facing = signals.path[first : last + 1], signals.facing[first:last]
+    return _pushed(path, facing, ends - first, np.ascontiguousarray(twist))
 
 
 @compiled

@@ -58,6 +58,24 @@ class Block:
     def __len__(self) -> int:
         return len(self.time)
 
+    def between(self, first: int, last: int) -> Self:
+        """Return the steps from one number to another, the latter not among them."""
+        steps = slice(first, last)
+        return replace(
+            self,
+            time=self.time[steps],
+            period=self.period[steps],
+            angle=self.angle[steps],
+            turned=self.turned[steps],
+            speed=self.speed[steps],
+            acceleration=self.acceleration[steps],
+            heading=self.heading[steps],
+            place=self.place[steps],
+            travel=self.travel[steps],
+            twist=self.twist[steps],
+            reading=self.reading[steps],
+        )
+
     def with_travel(self, wheel: int, travel: Array) -> Self:
         """Return the block with another travel `(K,)` of one wheel [m]."""
         changed = self.travel.copy()

@@ -57,19 +57,32 @@ class BumpEvents(Effect):
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Lose way as each crossing goes on; remember the way rolled since each onset."""
         wheel = wheel_number(self.component)
-        way = np.abs(block.travel[:, wheel])
+        travel, radius = block.travel[:, wheel], self.radius(block, wheel)
+        gone = np.concatenate(([0.0], np.cumsum(np.abs(travel))))
         since = np.zeros(len(self.times)) if state is None else state
         after, lost = since.copy(), np.zeros(len(block))
         for number, (time, loss) in enumerate(zip(self.times, self.lost, strict=True)):
-            rolled = since[number] + np.cumsum(np.where(block.time > time, way, 0.0))
-            after[number] = rolled[-1]
-            radius = self.radius(block, wheel)
-            under_way = since[number] < rolled[-1] and since[number] < loss + 2.0 * radius  # 2 R q at most
-            if loss > 0.0 and under_way:
-                way_lost = losing(radius, loss).lost_after(np.append(since[number], rolled))
-                lost += np.diff(way_lost)
-        sign = np.sign(block.travel[:, wheel])
-        return block.with_travel(wheel, block.travel[:, wheel] - sign * lost), after
+            first = int(np.searchsorted(block.time, time, side="right"))
+            before = gone[first] - since[number]  # on which the crossing began
+            after[number] = gone[-1] - before
+            if loss > 0.0 and since[number] < after[number]:
+                crossing = losing(radius, loss)
+                last = int(np.searchsorted(gone, before + crossing.rolled)) + 1
+                lost[first : last - 1] += np.diff(crossing.lost_after(gone[first:last] - before))
+        return block.with_travel(wheel, travel - np.sign(travel) * lost), after
+
+    def acts_during(self, block: Block) -> tuple[float, float] | None:
+        """Return from its first crossing's begin to its last one's end [s]."""
+        wheel = wheel_number(self.component)
+        gone = np.cumsum(np.abs(block.travel[:, wheel]))
+        ends = [self.times[0]] if self.times else []
+        for time, loss in zip(self.times, self.lost, strict=True):
+            first = int(np.searchsorted(block.time, time, side="right"))
+            begun = gone[first - 1] if first > 0 else 0.0
+            rolled = losing(self.radius(block, wheel), loss).rolled if loss > 0.0 else 0.0
+            last = min(int(np.searchsorted(gone, begun + rolled)), len(block) - 1)
+            ends.append(float(block.time[last]))
+        return (min(self.times), max(ends)) if ends else None
 
     @staticmethod
     def radius(block: Block, wheel: int) -> float:

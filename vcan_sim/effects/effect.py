@@ -113,6 +113,16 @@ class Effect:
         """
         return block, state
 
+    def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  few have an end
+        """Return from when to when the effect changes the motion of wheels and trucks at most [s].
+
+        None if it does so all the time, or changes anything else.
+
+        Args:
+            block: Steps of the robot.
+        """
+        return None
+
     def values(self) -> dict[str, Any]:
         """Return the parameters by name."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "component"}

@@ -54,3 +54,9 @@ class SlipPatch(Effect):
             inside |= (block.time > start) & (block.time <= end)
         factor = np.where(inside, 1.0 - self.fraction, 1.0)
         return block.with_travel(wheel, factor * block.travel[:, wheel]), state
+
+    def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  it is told by time
+        """Return from the first interval's start to the last one's end [s]."""
+        if not self.intervals:
+            return None
+        return min(start for start, _ in self.intervals), max(end for _, end in self.intervals)

@@ -88,6 +88,17 @@ def test_an_effect_changes_the_signal_of_its_stage_and_no_other(kind, component,
 
 
 @every_effect
+def test_what_acts_for_some_time_changes_nothing_before_and_after_it(kind, component, block, acted):
+    effect = strong(kind, component)
+    during = effect.acts_during(block)
+    begin, end = (-np.inf, np.inf) if during is None else during
+    outside = (block.time <= begin) | (block.time > end)
+    assert outside.any() == (kind.name in {"bump", "slip_patch"})
+    for name, after in acted(effect, block).items():
+        assert after[outside] == pytest.approx(getattr(block, name)[outside], abs=1e-12)
+
+
+@every_effect
 def test_blocks_of_one_step_give_the_same_as_one_block(kind, component, block, acted):
     effect = strong(kind, component)
     whole, stepwise = acted(effect, block), acted(effect, block, range(len(block)))
