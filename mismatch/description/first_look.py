@@ -32,6 +32,9 @@ GROSS = 0.05  # of the way driven, by which odometry may miss before the descrip
 HELPS = 0.7  # of the miss, that may be left on held-out stretches by what explains it
 FAR = 0.05  # by which a number is far off; the search is for what is nearer
 SURE = 3.0  # standard deviations, likewise
+# Factor by which nobody mistakes a number: a radius for a diameter is 2, an inch for a centimetre 2.54. What
+# fits best beyond it is something else: late readings of a wheel, for example.
+MISTAKEN = 3.0
 AS_GOOD = 1.0  # log odds, closer than which two wirings are told as equal
 _FAULTY = 1.5  # log odds against each further wheel that is exchanged or backwards
 _GROUPS = 6  # of stretches that are held out in turn
@@ -72,8 +75,9 @@ class Look:
 
     @property
     def explains(self) -> bool:
-        """Whether what was found leads near the poses on stretches that no ratio has seen."""
-        return self.heldout < HELPS * self.nominal
+        """Whether what was found leads near the poses on unseen stretches, by numbers that one mistakes."""
+        mistakable = bool(np.all(np.abs(np.log(self.ratios)) < math.log(MISTAKEN)))
+        return mistakable and self.heldout < HELPS * self.nominal
 
     @property
     def far(self) -> NDArray[np.bool_]:

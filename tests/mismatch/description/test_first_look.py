@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.importers import husky, labyrinth
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.description.first_look import first_look
+from omnimate.mismatch.description.first_look import Look, first_look
 from omnimate.mismatch.description.wiring import WIRINGS, Wiring
 from omnimate.mismatch.report import render
 from omnimate.motion.paths import figure_eight
@@ -85,6 +85,13 @@ def test_a_wheelbase_far_off_is_named_with_its_size_and_no_wheel_beside_it(drive
     assert [(one.effect, one.component) for one in diagnosis.findings] == [("wheelbase", "a")]
     assert diagnosis.findings[0].parameters[0].value == pytest.approx(ratio, rel=0.01)
     assert diagnosis.fit.heldout.after < 1.5 < diagnosis.fit.heldout.before
+
+
+def test_a_number_that_nobody_mistakes_explains_nothing_however_near_it_leads():
+    look = Look("a", WIRINGS[0], (), 0.99, 0.0, np.ones(3), np.zeros(3), 0.02, 0.002, 0.002, np.ones(4))
+    assert replace(look, ratios=np.array([1.0, 1.0, 2.6])).wrong
+    assert not replace(look, ratios=np.array([1.07, 0.94, 12.2])).wrong
+    assert not replace(look, ratios=np.array([1.0, 0.3, 1.0])).wrong
 
 
 def test_the_answer_has_its_report_and_its_json(drive):
