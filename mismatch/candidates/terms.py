@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
-from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, grid, is_dense
+from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, grid, is_dense, is_turned
 from omnimate.vcan_sim.effects import EFFECTS, effect_named
 from omnimate.vcan_sim.effects.block import LINKAGE
 from omnimate.vcan_sim.effects.effect import POSES
@@ -225,16 +225,21 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
 
 
 def mounted_terms(signals: Sequence[Signals]) -> list[Term]:
-    """Return the terms of how references are mounted, on every truck whose whole pose is measured often."""
-    return [term(SETUP, truck) for truck in _followed(signals)]
+    """Return the terms of how references are mounted, on every truck whose whole pose is measured.
+
+    Nobody mounts a reference on the middle of an axle to a millimetre. What it then shows in turns is no
+    fault, however seldom it is measured.
+    """
+    return [term(SETUP, truck) for truck in _measured(signals, often=False)]
 
 
 def calibrated_terms(signals: Sequence[Signals]) -> list[Term]:
-    """Return the terms of what is calibrated in any case, of every truck whose whole pose is measured often.
+    """Return the terms of what is calibrated in any case.
 
-    They are how its reference is mounted, its wheelbase and its diameters.
+    They are how references are mounted, and, of every truck whose whole pose is measured often, its wheelbase
+    and its diameters.
     """
-    trucks = _followed(signals)
+    trucks = _measured(signals, often=True)
     return [
         *mounted_terms(signals),
         *(term("wheelbase", truck) for truck in trucks),
@@ -242,12 +247,15 @@ def calibrated_terms(signals: Sequence[Signals]) -> list[Term]:
     ]
 
 
-def _followed(signals: Sequence[Signals]) -> list[TruckName]:
-    """Return the trucks whose whole pose is measured often."""
+def _measured(signals: Sequence[Signals], *, often: bool) -> list[TruckName]:
+    """Return the trucks whose whole pose is measured often, or at least in several directions."""
     return [
         truck
         for truck in signals[0].trucks
-        if any(one.poses is not None and is_dense(one.poses.of(truck)) for one in signals)
+        if any(
+            is_dense(own) or (is_turned(own) and not often)
+            for own in (one.poses.of(truck) for one in signals if one.poses is not None)
+        )
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 WINDOW = 0.25  # [s] shorter than any manoeuvre; what happens in one shows in the next reading
 SMOOTHING = 0.06, 0.2  # [s] over which a wheel's speed is taken, at least and at most
+TURNED = math.radians(30.0)  # by which half of what a reference is off shows as a change of place: 2 sin 15
 FINE = 5e-4  # [m/s] of speed that a count may make; what is smoothed longer loses its sharp accelerations
 # [m/sqrt(m)] a floor's roughness before the noise of a recording is estimated: where that search starts
 START_ROUGHNESS = 3e-4
@@ -222,6 +224,16 @@ def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | Non
         return lead[:, None, :]
     behind = between(lead, follower(lead, reading[:, 0], reading[:, 1], reading[:, 2]))
     return np.stack([lead, follow_linkage(lead, twist[:, 1].copy(), time, behind)], axis=1)
+
+
+def is_turned(poses: Poses) -> bool:
+    """Say whether positions are measured together with headings, and these differ.
+
+    Where a reference sits on a truck does not show in a single direction.
+    """
+    known = np.isfinite(poses.pose).all(axis=1)
+    headings = poses.pose[known, 2]
+    return len(headings) > 2 and bool(np.any(np.abs(wrap(headings - headings[0])) > TURNED))
 
 
 def is_dense(poses: Poses) -> bool:

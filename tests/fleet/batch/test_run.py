@@ -108,8 +108,8 @@ def test_results_are_the_same_bytes_when_processes_of_dask_are_killed_while_they
             for files in (1, 9, 17):
                 while len(contents(mine)) < files and not over.wait(0.01):
                     pass
-                nanny = cluster.workers[len(killed) % 2]
-                if nanny.pid is not None and not over.is_set():
+                nanny = cluster.workers.get(len(killed) % 2)  # none while another takes its place
+                if nanny is not None and nanny.pid is not None and not over.is_set():
                     os.kill(nanny.pid, signal.SIGKILL)
                     killed.append(nanny.pid)
 
