@@ -227,13 +227,14 @@ def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | Non
 
 
 def is_turned(poses: Poses) -> bool:
-    """Say whether positions are measured together with headings, and these differ.
+    """Say whether positions are measured together with headings that differ, and often enough.
 
-    Where a reference sits on a truck does not show in a single direction.
+    Where a reference sits on a truck does not show in a single direction. With where the truck began it is
+    six numbers: twice as many have to be measured.
     """
     known = np.isfinite(poses.pose).all(axis=1)
     headings = poses.pose[known, 2]
-    return len(headings) > 2 and bool(np.any(np.abs(wrap(headings - headings[0])) > TURNED))
+    return headings.size >= 4 and bool(np.any(np.abs(wrap(headings - headings[0])) > TURNED))
 
 
 def is_dense(poses: Poses) -> bool:
