@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.calib.apply import corrected_truck
+from omnimate.calib.errors import CalibrationError
+from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.calib.umbmark.bootstrap import weighted_factors
 from omnimate.calib.umbmark.bound import factor_bound
 from omnimate.calib.umbmark.exact import square_returns
@@ -18,6 +20,10 @@ from omnimate.calib.umbmark.roughness import Roughness, square_covariance
 from omnimate.calib.umbmark.scatter import MIRROR, weights_of
 from omnimate.calib.umbmark.square_fit import fit_factors
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:
@@ -131,3 +137,31 @@ def coverage(trial: Trial, count: int, method: Method, confidence: float = 0.95,
         e_b, e_d = known.e_b, known.e_d
         held.append((e_b.low <= trial.e_b <= e_b.high, e_d.low <= trial.e_d <= e_d.high))
     return np.asarray(np.mean(held, axis=0), np.float64)
+
+
+def free_coverage(trial: Trial, count: int, seed: int = 0) -> tuple[float, int]:
+    """Return how often the interval of a wheelbase that is fitted with everything free holds the truth.
+
+    The robot drives the squares on the simulator's floor, and its sonar gives a fix at each start and return.
+    The fit has the wheelbase, both diameters, the reference's pose on the robot, its delay, the floor's
+    roughness and the fixes' noise; what the drive does not tell, the fit itself holds.
+
+    Args:
+        trial: The robot's factors, its runs and its square; the scatter is the simulator's.
+        count: Number of experiments.
+        seed: Seed of the first experiment; the others follow it.
+
+    Returns:
+        Share of the 95 % intervals that contain the truth, and the number of fits: some find no solution.
+    """
+    robot = reference_single()
+    true = with_errors(robot, {"a": trial.e_b}, {"a": trial.e_d})
+    wheelbase, held = true.trucks["a"].wheelbase, []
+    for number in range(seed, seed + count):
+        recording = simulate(robot, Truth(true, seed=number), umbmark(trial.side, trial.runs))
+        try:
+            fitted = calibrate_truck([recording], with_offset=True, with_time=True).quantities[0]
+        except CalibrationError:
+            continue
+        held.append(fitted.low <= wheelbase <= fitted.high)
+    return float(np.mean(held)), len(held)
