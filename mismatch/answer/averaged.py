@@ -72,4 +72,4 @@ def _needed(fit: Fitted, numbers: list[int]) -> float:
 def _evidence(gram: Array, score: Array, prior: Array) -> float:
     """Return the log evidence of coefficients with products (k, k) and (k,) and a prior precision (k, k)."""
     root = np.linalg.inv(np.linalg.cholesky(prior))
-    return log_evidence(root @ gram @ root.T, root @ score, 1.0)
+    return float(log_evidence(root @ gram @ root.T, root @ score, 1.0))

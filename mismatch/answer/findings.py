@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.heldout import HELD, METRIC, held_out, size
 from omnimate.mismatch.answer.rerun import rerun
+from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
 from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at, row_names
 from omnimate.mismatch.answer.words import drives_for, part, regime, sentence, separating
@@ -31,13 +31,13 @@ from omnimate.mismatch.diagnosis import (
     Parameter,
     Where,
 )
-from omnimate.mismatch.evidence.posterior import NOTHING
-from omnimate.mismatch.evidence.search import LOOKED_AT, believable, instead_of_two, overlap, ranked
+from omnimate.mismatch.evidence.search import LOOKED_AT, ranked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.mismatch.answer.heldout import HeldOut
+    from omnimate.mismatch.answer.rivals import Rivalry
     from omnimate.mismatch.diagnosis import Verdict
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.fit import Acting, Fitted
@@ -45,67 +45,11 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 _SHOWN = 6  # alternatives of a finding
-POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 SUREST = 0.999  # no probability above it is printed: the model itself is no surer
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
 _SEEN = 0.7
 _NEEDED = ("wheelbase", "wheel_diameter")
-
-
-@dataclass(frozen=True, slots=True)
-class Rivalry:
-    """What a member of the best set is held against.
-
-    Attributes:
-        probability: That it is there.
-        rivals: What may stand in its place, likeliest first.
-        worth: Log posterior odds against nothing.
-    """
-
-    probability: float
-    rivals: tuple[tuple[Key, float], ...]
-    worth: float
-
-
-def rivalry(found: Investigation, member: int) -> Rivalry:
-    """Return the probabilities of a member and of its rivals, beside the other members."""
-    posterior = found.posterior
-    rest = set(found.members) - {member}
-    beside = posterior.beside(rest)
-    itself = beside.judge(member)
-    own = posterior.terms[member].key
-    judged = {own: itself}
-    offers = (single for single in ranked(posterior, beside) if not _elsewhere(posterior, single, member))
-    for single in itertools.islice(offers, LOOKED_AT):
-        key, its = posterior.terms[single].key, beside.judge(single)
-        if believable(posterior, single, its, member, itself) and (
-            key not in judged or its.rank > judged[key].rank
-        ):
-            judged[key] = its
-    first = max(judged.values(), key=lambda each: (each.worth > 0.0, each.rank))
-    worths = {
-        key: first.worth + (each.rank - first.rank) / first.spread if each.worth > 0.0 else each.worth
-        for key, each in judged.items()
-    }
-    # a third effect may stand in the place of this member and of another
-    for other in rest:
-        for single, gain in instead_of_two(posterior, found.members, member, other):
-            key = posterior.terms[single].key
-            if key == own:
-                continue
-            worths[key] = max(worths.get(key, NOTHING), worths[own] + gain / itself.spread)
-    top = max(0.0, *worths.values())
-    whole = math.exp(-top) + sum(math.exp(worth - top) for worth in worths.values())
-    shares = {key: math.exp(worth - top) / whole for key, worth in worths.items()}
-    others = sorted(((key, part) for key, part in shares.items() if key != own), key=lambda pair: -pair[1])
-    return Rivalry(shares[own], tuple(others), worths[own])
-
-
-def _elsewhere(posterior: Posterior, single: int, member: int) -> bool:
-    """Say whether both are events at other moments: one does not stand in the place of the other."""
-    event, its = posterior.terms[member], posterior.terms[single]
-    return event.is_event and its.is_event and not overlap(event.stretches, its.stretches)
 
 
 def _drop(fit: Fitted, number: int) -> float:

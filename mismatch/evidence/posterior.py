@@ -69,6 +69,7 @@ class Judgement:
         spread: Factor by which squares of noise are larger than they should be.
         rank: What it is worth against rivals, as log odds: they share the noise, and none may widen it for
             itself, so that it counts as white.
+        support: Of that what the data say: without the prior odds.
     """
 
     worth: float
@@ -78,6 +79,7 @@ class Judgement:
     covariance: Array
     spread: float
     rank: float = NOTHING
+    support: float = NOTHING
 
 
 @dataclass(slots=True)
@@ -144,7 +146,30 @@ class Posterior:
         gram, score = beside.products(chosen)
         odds = sum(self.odds(single, chosen[:number]) for number, single in enumerate(chosen))
         everyday = beside.everyday({self.terms[single].key for single in chosen})
-        return log_evidence(gram, score, LARGEST) - everyday + odds
+        return float(log_evidence(gram, score, LARGEST)) - everyday + odds
+
+    def redrawn(self, members: Iterable[int], draws: Array) -> Array:
+        """Return by how much likelier a set is against none of it, (n,), with stretches drawn anew.
+
+        Args:
+            members: The set.
+            draws: How often each stretch is drawn, `(n, stretches)`.
+        """
+        columns = [at for single in sorted(members) for at in self.columns(single)]
+        if not columns:
+            return np.zeros(len(draws))
+        beside = self.beside(())
+        gram, score = self.by_stretch(beside.columns(columns), beside.residual)
+        drawn = log_evidence(np.tensordot(draws, gram, 1), draws @ score, LARGEST)
+        return drawn - log_evidence(gram.sum(axis=0), score.sum(axis=0), LARGEST)
+
+    def by_stretch(self, columns: Array, data: Array) -> tuple[Array, Array]:
+        """Return by stretch products of columns (V, k) with each other (n, k, k) and with data (n, k)."""
+        count, width = int(self.stretch.max()) + 1, columns.shape[1]
+        gram, score = np.zeros((count, width, width)), np.zeros((count, width))
+        np.add.at(gram, self.stretch, columns[:, :, None] * columns[:, None, :])
+        np.add.at(score, self.stretch, columns * data[:, None])
+        return gram, score
 
     def bar(self, candidates: Iterable[int]) -> None:
         """Let candidates be none any more."""
@@ -339,7 +364,7 @@ class Beside:
             inside, score = rows.T @ rows, rows.T @ self.residual
         away = np.linalg.inv((1.0 + 1e-9) * np.eye(len(same)) - sizes[:, None] * inside * sizes)
         score = away @ (sizes * score)
-        return log_evidence((away - np.eye(len(same))) / spread, score / spread, 1.0)
+        return float(log_evidence((away - np.eye(len(same))) / spread, score / spread, 1.0))
 
     def quick(self, single: int) -> float:
         """Return a candidate's log posterior odds if noise is white and its law holds everywhere."""
@@ -353,7 +378,8 @@ class Beside:
         if term.positive and np.any(score < 0.0):
             return NOTHING
         odds = self.posterior.odds(single, self.members)
-        return odds + bayes_factor(gram, score) - self.everyday({term.key}) - _ordinary(term, gram, score)
+        supported = float(bayes_factor(gram, score)) - self.everyday({term.key})
+        return odds + supported - _ordinary(term, gram, score)
 
     def judge(self, single: int) -> Judgement:
         """Return what a candidate is worth, against a robot that has an everyday size of it."""
@@ -377,11 +403,12 @@ class Beside:
             own, residual, after = own * weight[:, None], residual * weight, after * weight
             gram, score = own.T @ own, own.T @ residual
         spread = self._spread(own, after, gram)
-        white = bayes_factor(gram, score) - self.everyday({term.key}) - _ordinary(term, gram, score) + loose
+        white = float(bayes_factor(gram, score)) - self.everyday({term.key}) + loose
+        white -= _ordinary(term, gram, score)
         gram, score = gram / spread, score / spread
         covariance = np.linalg.inv(gram + size).astype(np.float64)
         coefficients = np.asarray(covariance @ score)
-        evidence = bayes_factor(gram, score) - self.everyday({term.key}, spread) + loose / spread
+        evidence = float(bayes_factor(gram, score)) - self.everyday({term.key}, spread) + loose / spread
         evidence -= _ordinary(term, gram, score)
         absurd = np.any(np.abs(coefficients) > LINEAR * term.most)
         if (term.positive and np.any(coefficients < 0.0)) or absurd:
@@ -394,11 +421,12 @@ class Beside:
                 earned = min(earned, self._earned_in(outlying, own, residual, spread))
         odds = self.posterior.odds(single, self.members)
         prior = odds + self._rarer(with_it)
-        least, rank = min(evidence, earned), NOTHING
+        least, support = min(evidence, earned), NOTHING
         if least > NOTHING:
             unspread = earned if spread == 1.0 else self._earned(own, residual, 1.0) + loose
-            rank = prior + min(white, unspread)
-        return Judgement(prior + least, evidence, earned, coefficients, covariance, spread, rank)
+            support = min(white, unspread)
+        rank = prior + support
+        return Judgement(prior + least, evidence, earned, coefficients, covariance, spread, rank, support)
 
     def _apart(self, columns: Sequence[int], key: tuple[str, str]) -> tuple[Array, Array]:
         """Return columns (V, k) and data (V,) for a robot without any everyday size of what has a name."""
@@ -407,6 +435,23 @@ class Beside:
         if len(same):
             rows = narrowed(rows, self.columns(same) * sizes)
         return rows[:, 1:], rows[:, 0]
+
+    def redrawn(self, single: int, draws: Array) -> Array:
+        """Return by how much more a candidate is supported, (n,), with stretches drawn anew.
+
+        Args:
+            single: The candidate.
+            draws: How often each stretch is drawn, `(n, stretches)`.
+        """
+        term = self.posterior.terms[single]
+        own, residual = self._apart(list(self.posterior.columns(single)), term.key)
+        gram, score = self.posterior.by_stretch(own, residual)
+        whole = bayes_factor(gram.sum(axis=0), score.sum(axis=0))
+        scores = draws @ score
+        supported = bayes_factor(np.tensordot(draws, gram, 1), scores)
+        if term.positive:
+            supported[np.any(scores < 0.0, axis=1)] = NOTHING
+        return supported - whole
 
     def _inexact(self, part: Array, after: Array) -> Array:
         """Return the weights (V,) of rows if an event is likelier not exactly of its shape; ones if it is.
@@ -470,7 +515,7 @@ class Beside:
 
 def _ordinary(term: Term, gram: Array, score: Array) -> float:
     """Return the log Bayes factor of what any robot meets of a candidate at some moment, against none."""
-    return log_evidence(gram, score, term.ordinary) if term.ordinary > 0.0 else 0.0
+    return float(log_evidence(gram, score, term.ordinary)) if term.ordinary > 0.0 else 0.0
 
 
 def _density(coefficients: Array) -> Array:
@@ -480,23 +525,23 @@ def _density(coefficients: Array) -> Array:
     return np.asarray(np.logaddexp.reduce(parts, axis=0) - wide)
 
 
-def bayes_factor(gram: Array, score: Array) -> float:
-    """Return the log Bayes factor of a fault against none.
+def bayes_factor(gram: Array, score: Array) -> Array:
+    """Return the log Bayes factor (...) of a fault against none.
 
     Args:
-        gram: Products of its columns with each other, shape `(k, k)`.
-        score: Products of its columns with the data, shape `(k,)`.
+        gram: Products of its columns with each other, shape `(..., k, k)`.
+        score: Products of its columns with the data, shape `(..., k)`.
     """
-    return float(
-        np.logaddexp.reduce([math.log(share) + log_evidence(gram, score, size) for size, share in TAILS])
-    )
+    parts = [math.log(share) + log_evidence(gram, score, size) for size, share in TAILS]
+    return np.asarray(np.logaddexp.reduce(parts, axis=0))
 
 
-def log_evidence(gram: Array, score: Array, size: float) -> float:
-    """Return the log Bayes factor of coefficients of a normal prior of a size against none."""
-    precision = size**2 * gram + np.eye(len(gram))
-    solved = float(score @ np.linalg.solve(precision, score))
-    return 0.5 * size**2 * solved - 0.5 * float(np.linalg.slogdet(precision)[1])
+def log_evidence(gram: Array, score: Array, size: float) -> Array:
+    """Return the log Bayes factor (...) of coefficients of a normal prior of a size against none."""
+    precision = size**2 * gram + np.eye(gram.shape[-1])
+    solved = np.linalg.solve(precision, score[..., None])[..., 0]
+    determinant = np.linalg.slogdet(precision)[1]
+    return np.asarray(0.5 * size**2 * (score * solved).sum(axis=-1) - 0.5 * determinant)
 
 
 def shrinking(inside: Array) -> Array:

@@ -22,7 +22,7 @@ MOST = 10  # members of a set: a floor with more events than that is a floor, no
 OFFERS = 3  # in the place of two members, the likeliest, that are judged in full
 APART = 1.0  # [s] between two events that are added at once
 PASSES = 3
-BETTER = 5.0  # log density of unseen data, odds of 150, by which what has no name must predict better
+BETTER = 5.0  # log odds of 150 by which the data must support what has no name more than a name
 SURE = 25.0  # log odds
 DELAY = "latency"
 
@@ -128,11 +128,11 @@ def _first(judged: Sequence[tuple[int, Judgement]]) -> tuple[int, Judgement] | N
 def believable(posterior: Posterior, rival: int, its: Judgement, member: int, own: Judgement) -> bool:
     """Say whether a rival may stand in a member's place at all.
 
-    What has no name fits anything: in the place of a name it has to predict better, and not only fit as well.
+    What has no name fits anything: in the place of a name the data must support it better, by the same noise.
     """
     terms = posterior.terms
     nameless = terms[rival].effect == "unknown" != terms[member].effect
-    return not nameless or its.earned > own.earned + BETTER
+    return not nameless or its.support > own.support + BETTER
 
 
 def _grown(posterior: Posterior, members: Members) -> Members:

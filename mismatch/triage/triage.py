@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.answer import words
-from omnimate.mismatch.answer.findings import POSSIBLE, SUREST, blind, unseen_in_words
+from omnimate.mismatch.answer.findings import SUREST, blind, unseen_in_words
+from omnimate.mismatch.answer.rivals import POSSIBLE
 from omnimate.mismatch.candidates.events import SEEN, lost_way, spans
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.regression import Regression

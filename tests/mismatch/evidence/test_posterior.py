@@ -241,3 +241,26 @@ def test_a_barred_candidate_is_worth_nothing_beside_any_set(judged):
     assert posterior.beside(()).judge(0).worth > 0.0
     posterior.bar((0,))
     assert posterior.beside(()).judge(0).worth == posterior.beside((1,)).judge(0).worth == -np.inf
+
+
+@settings(max_examples=20)
+@given(seed=SEEDS)
+def test_a_recording_drawn_as_it_is_supports_a_candidate_and_a_set_as_it_does(drawn, waves, candidate, seed):
+    terms = [candidate(*key) for key in EFFECTS]
+    posterior = drawn(waves([300.0] * 4, seed), terms, np.array([1.0, 0.0, 0.5, 0.0]), seed)
+    draws = np.stack([np.ones(int(posterior.stretch.max()) + 1)] * 2)
+    np.testing.assert_allclose(posterior.redrawn((0, 2), draws), 0.0, atol=1e-9)
+    np.testing.assert_allclose(posterior.beside((0,)).redrawn(2, draws), 0.0, atol=1e-9)
+
+
+@settings(max_examples=20)
+@given(seed=SEEDS)
+def test_a_recording_drawn_twice_over_supports_a_candidate_as_twice_the_information_does(
+    drawn, waves, candidate, seed
+):
+    posterior = drawn(waves([300.0], seed), [candidate(*EFFECTS[0])], np.array([1.0]), seed)
+    beside = posterior.beside(())
+    gram, score = beside.products([0])
+    draws = np.full((1, int(posterior.stretch.max()) + 1), 2.0)
+    expected = bayes_factor(2.0 * gram, 2.0 * score) - bayes_factor(gram, score)
+    np.testing.assert_allclose(beside.redrawn(0, draws), expected, atol=1e-8)

@@ -1,0 +1,124 @@
+"""What a finding is held against: the probabilities of its rivals, over recordings drawn anew."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.evidence.posterior import NOTHING
+from omnimate.mismatch.evidence.search import LOOKED_AT, believable, instead_of_two, overlap, ranked
+
+if TYPE_CHECKING:
+    from omnimate.mismatch.diagnosis import Key
+    from omnimate.mismatch.evidence.posterior import Beside, Judgement, Posterior
+    from omnimate.mismatch.investigate import Investigation
+    from omnimate.vehicle.se2 import Array
+
+DRAWS = 200  # recordings drawn anew: a probability of 0.9 is then known to 0.02
+POSSIBLE = 0.01  # probability below which an alternative is not worth a word
+
+
+@dataclass(frozen=True, slots=True)
+class Rivalry:
+    """What a member of the best set is held against.
+
+    Attributes:
+        probability: That it is there.
+        rivals: What may stand in its place, likeliest first.
+    """
+
+    probability: float
+    rivals: tuple[tuple[Key, float], ...]
+
+
+def rivalry(found: Investigation, member: int) -> Rivalry:
+    """Return the probabilities of a member and of its rivals, beside the other members.
+
+    They are means over recordings drawn anew from the stretches of this one (Huggins and Miller, Bayesian
+    Analysis 2023): of two models, neither exact, the posterior of a single recording is sure of either by
+    chance.
+    What happened once, at some moment, cannot be drawn again.
+    """
+    posterior = found.posterior
+    rest = set(found.members) - {member}
+    beside, own = posterior.beside(rest), posterior.terms[member].key
+    judged = _judged(posterior, beside, member)
+    itself = judged[own][member]
+    draws = _draws(posterior, member)
+    likeliest = max(
+        (its for variants in judged.values() for its in variants.values()),
+        key=lambda its: (its.worth > 0.0, its.rank),
+    )
+    worths = {
+        key: np.logaddexp.reduce(
+            [
+                _against(its, likeliest) + beside.redrawn(single, draws) / likeliest.spread
+                for single, its in variants.items()
+            ]
+        )
+        for key, variants in judged.items()
+    }
+    # a third effect may stand in the place of this member and of another
+    for other in rest:
+        for single, gain in instead_of_two(posterior, found.members, member, other):
+            key = posterior.terms[single].key
+            if key == own:
+                continue
+            redrawn = posterior.redrawn({*rest, single} - {other}, draws)
+            more = redrawn - posterior.redrawn(found.members, draws)
+            instead = worths[own] + (gain + more) / itself.spread
+            worths[key] = np.maximum(worths.get(key, NOTHING), instead)
+    every = np.stack([np.zeros(len(draws)), *worths.values()])
+    shares = np.exp(every - np.logaddexp.reduce(every)).mean(axis=1)[1:]
+    others = sorted(
+        ((key, float(share)) for key, share in zip(worths, shares, strict=True) if key != own),
+        key=lambda pair: -pair[1],
+    )
+    return Rivalry(float(shares[list(worths).index(own)]), tuple(others))
+
+
+def _judged(posterior: Posterior, beside: Beside, member: int) -> dict[Key, dict[int, Judgement]]:
+    """Return by name the judgements of a member and of what may stand in its place.
+
+    Variants of a name share its prior odds, and count together: a size, a moment or a limit was looked for.
+    """
+    itself, name = beside.judge(member), posterior.terms[member].key
+    judged, best = {name: {member: itself}}, {name: beside.quick(member)}
+    for single in ranked(posterior, beside):
+        if _elsewhere(posterior, single, member):
+            continue
+        key, quick = posterior.terms[single].key, beside.quick(single)
+        if quick < best.setdefault(key, quick) + math.log(POSSIBLE):
+            continue
+        if len(best) > LOOKED_AT:
+            break
+        its = beside.judge(single)
+        if believable(posterior, single, its, member, itself):
+            judged.setdefault(key, {})[single] = its
+    return judged
+
+
+def _draws(posterior: Posterior, member: int) -> Array:
+    """Return how often each stretch is in each of some recordings drawn anew, `(n, stretches)`."""
+    count = int(posterior.stretch.max()) + 1
+    if posterior.terms[member].is_local:
+        return np.ones((1, count))
+    chance = np.random.default_rng(0)
+    return chance.multinomial(count, np.full(count, 1.0 / count), size=DRAWS).astype(float)
+
+
+def _against(each: Judgement, likeliest: Judgement) -> float:
+    """Return the log posterior odds of a candidate, given the likeliest: rivals share the noise."""
+    if each.worth <= 0.0:
+        return each.worth
+    odds = (each.rank - each.support) - (likeliest.rank - likeliest.support)
+    return likeliest.worth + odds + (each.support - likeliest.support) / likeliest.spread
+
+
+def _elsewhere(posterior: Posterior, single: int, member: int) -> bool:
+    """Say whether both are events at other moments: one does not stand in the place of the other."""
+    event, its = posterior.terms[member], posterior.terms[single]
+    return event.is_event and its.is_event and not overlap(event.stretches, its.stretches)
