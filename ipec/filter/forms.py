@@ -1,10 +1,12 @@
 """How an error of a known form enters the readings and the travel of a step; compiled.
 
 Its sizes are the states from `WANDER` on. They enter a reading of the linkage with a share, and the travel
-of a wheel with what a unit of them adds to the step. A wheel whose reading is late by tau has read tau times
-its speed too little: over a step that is tau times the change of its speed. One that slips by c times its
-acceleration has lost c times the change of half its squared speed. A joint with play reads the middle of it
-less the half that its last motion has taken up, to the side to which it has moved.
+of a wheel, or of a truck, with what a unit of them adds to the step. A wheel whose reading is late by tau
+has read tau times its speed too little: over a step that is tau times the change of its speed. One that
+slips by c times its acceleration has lost c times the change of half its squared speed. A truck that creeps
+on a slope goes by a part of its way towards one direction of the floor, ahead and to the side. A joint with
+play reads the middle of it less the half that its last motion has taken up, to the side to which it has
+moved.
 """
 
 import math
@@ -14,15 +16,20 @@ from omnimate.ipec.filter.hypotheses import (
     LATE,
     OFF_CENTRE,
     PLAY,
+    SLOPE,
     STRETCH,
     TAKEN_UP,
     TRUCKS,
     ZEROED,
 )
 from omnimate.ipec.filter.records import (
+    AHEAD,
     ERRORS,
+    INPUTS,
     JOINT_A,
+    LINK,
     POSE,
+    SIDES,
     WANDER,
     FilterSettings,
     FilterState,
@@ -68,18 +75,40 @@ def shape_error(settings: FilterSettings, state: FilterState, opened: OpenFilter
     if 0 <= opened.reading < TRUCKS:
         first, second = share_in_reading(settings, state, opened)
         opened.share[0, opened.reading], opened.share[1, opened.reading] = first, second
-    elif opened.reading >= ENCODERS:
-        wheel = opened.reading - ENCODERS
-        now, before = state.speed[wheel], state.speed_before[wheel]
-        opened.gained[0] = now - before
-        opened.gained[1] = 0.5 * (before * abs(before) - now * abs(now))
+    elif opened.form == LATE:
+        first, last = wheels_of(opened.reading)
+        for wheel in range(first, last):
+            now, before = state.speed[wheel], state.speed_before[wheel]
+            opened.gained[wheel, 0] = now - before
+            opened.gained[wheel, 1] = 0.5 * (before * abs(before) - now * abs(now))
+    elif opened.form == SLOPE:
+        truck = opened.reading - TRUCKS
+        begun, joint = state.begun, JOINT_A + truck
+        heading = 0.5 * (begun[0] + begun[1 + truck] + state.mean[LINK] + state.mean[joint])
+        way = 0.5 * abs(state.way[2 * truck] + state.way[2 * truck + 1])
+        cos, sin = way * math.cos(heading), way * math.sin(heading)
+        opened.gained[SIDES + truck, 0], opened.gained[SIDES + truck, 1] = -sin, cos
+        opened.gained[AHEAD + truck, 0], opened.gained[AHEAD + truck, 1] = cos, sin
     move_by_error(state.inputs, opened, state.transition)
+
+
+@compiled
+def wheels_of(reading: int) -> tuple[int, int]:
+    """Return the first wheel that a reading of wheels stands for, and that after the last."""
+    if reading >= ENCODERS:
+        return reading - ENCODERS, reading - ENCODERS + 1
+    return 2 * (reading - TRUCKS), 2 * (reading - TRUCKS) + 2
 
 
 @compiled
 def move_by_error(inputs: Array, opened: OpenFilter, transition: Array) -> None:
     """Fill the derivative of the first six states by what errs, in a transition `(6, 19)`."""
-    wheel = max(opened.reading - ENCODERS, 0)
     for row in range(POSE):
         for error in range(ERRORS):
-            transition[row, WANDER + error] = opened.gained[error] * inputs[row, wheel]
+            transition[row, WANDER + error] = 0.0
+    for number in range(INPUTS):
+        for error in range(ERRORS):
+            gained = opened.gained[number, error]
+            if gained != 0.0:
+                for row in range(POSE):
+                    transition[row, WANDER + error] += gained * inputs[row, number]

@@ -19,8 +19,9 @@ READINGS = (
 TRUCKS, ENCODERS = 3, 5  # the first truck and the first single wheel in `READINGS`
 # The forms of an error: none; off the centre, in proportion to the sine and the cosine of the joint's angle
 # (of joint_a for the link), the same with a zero set while the linkage was straight; in proportion to what
-# the link is longer than at rest; play; late, or for a wheel also slip in proportion to its acceleration.
-WANDERS, OFF_CENTRE, ZEROED, STRETCH, PLAY, LATE = range(6)
+# the link is longer than at rest; play; late, or for a wheel also slip in proportion to its acceleration;
+# creep of a truck towards one direction of the floor.
+WANDERS, OFF_CENTRE, ZEROED, STRETCH, PLAY, LATE, SLOPE = range(7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,7 @@ class Hypothesis:
     Attributes:
         reading: Number in `READINGS` of what errs; -1 for nothing.
         sizes: Standard deviations of the sizes of the error: [rad] or [m]; of a stretch [1]; of a delay
-            [periods of SYNC] and of slip [s^2/m].
+            [periods of SYNC] and of slip [s^2/m]; of creep along x and y [1].
         alike: Way over which that error stays alike [lengths of the link].
         form: Its form.
     """
@@ -50,6 +51,9 @@ OFF = (math.radians(0.9), math.radians(0.9), 0.01)
 # The drum of a draw-wire. A device that answers three periods of SYNC late. Rubber that slips a tenth of the
 # way at 1 m/s^2.
 DRUM, DELAY, SLIP = 0.1, 3.0, 0.1
+# A tyre whose cornering stiffness is six times its load (Pacejka 2012, chapter 1) on a ramp of 6 %. Encoders
+# see it where the tyres of one truck yield and those of the other do not.
+CREEP = 0.01
 HYPOTHESES = (
     Hypothesis(),
     *(
@@ -63,7 +67,9 @@ HYPOTHESES = (
     Hypothesis(2, (DRUM, 0.0), form=STRETCH),
     *(Hypothesis(joint, (LARGEST[joint], 0.0), form=PLAY) for joint in (0, 1)),
     *(Hypothesis(joint, (DELAY, 0.0), form=LATE) for joint in (0, 1)),
-    *(Hypothesis(wheel, (DELAY, SLIP), form=LATE) for wheel in range(ENCODERS, len(READINGS))),
+    # A truck's two wheels report together and drive together; or a single one of them errs.
+    *(Hypothesis(wheels, (DELAY, SLIP), form=LATE) for wheels in range(TRUCKS, len(READINGS))),
+    *(Hypothesis(truck, (CREEP, CREEP), form=SLOPE) for truck in range(TRUCKS, ENCODERS)),
 )
 """What is compared: all is well, or one reading errs. Ways of 1 and 4 link lengths are a motion of the
 linkage, and a side of the papers' squares and laps."""

@@ -201,7 +201,7 @@ class OpenFilter:
         variance: Variance of the sizes of what it errs by, in the units of its form, shape `(2,)`.
         alike: Way over which it errs alike [m].
         share: By what joint_a, joint_b and link change per unit of each size in this step, shape `(2, 3)`.
-        gained: By what the wheel's travel changes per unit of each size in this step, shape `(2,)`.
+        gained: By what each input changes per unit of each size in this step, shape `(8, 2)`.
         followed: 1 where the hypothesis is carried on; 0 for most where a drive runs again.
         offset: What it would add to the mean, shape `(19,)`.
         covariance: Its covariance, shape `(19, 19)`.
@@ -222,7 +222,7 @@ class OpenFilter:
     variance: Annotated[Array, 2]
     alike: float
     share: Annotated[Array, (2, 3)]
-    gained: Annotated[Array, 2]
+    gained: Annotated[Array, (8, 2)]
     followed: int
     offset: Annotated[Array, 19]
     covariance: Annotated[Array, (19, 19)]

@@ -12,11 +12,13 @@ from omnimate.ipec.filter.hypotheses import (
     LATE,
     OFF_CENTRE,
     PLAY,
+    SLOPE,
     TAKEN_UP,
+    TRUCKS,
     ZEROED,
 )
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.records import JOINT_A, LINK
+from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, LINK, SIDES, WANDER
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.compiled import compiled
 
@@ -54,11 +56,26 @@ speeds = st.lists(st.floats(-0.05, 0.05), min_size=1, max_size=10)
 @given(ways=speeds, wheel=st.integers(0, 3))
 def test_what_a_late_or_slipping_wheel_has_gained_depends_on_its_speed_alone(start, ways, wheel):
     states, filters = start[1].record.copy(), start[1].filters.copy()
-    number, gained = number_of(ENCODERS + wheel, LATE), np.zeros(2)
+    number, gained = number_of(ENCODERS + wheel, LATE), np.zeros((INPUTS, 2))
     for way in ways:
         gained += step(start, states, filters, number, way=np.eye(4)[wheel] * way)["gained"]
     speed = ways[-1] / (5 * start[0]["period"][0])
-    assert gained == pytest.approx([speed, -0.5 * speed * abs(speed)], abs=1e-12)
+    assert gained[wheel] == pytest.approx([speed, -0.5 * speed * abs(speed)], abs=1e-12)
+    assert not np.delete(gained, wheel, axis=0).any()
+
+
+@pytest.mark.parametrize("truck", [0, 1])
+def test_a_truck_that_slips_moves_as_its_two_wheels_together(start, truck):
+    """With unequal speeds each wheel errs by its own; a step is moved by the sum of both."""
+    ways = np.array([0.04, 0.05, 0.03, 0.02])
+    moved = np.zeros((6, 2))
+    for reading in (TRUCKS + truck, ENCODERS + 2 * truck, ENCODERS + 2 * truck + 1):
+        states, filters = start[1].record.copy(), start[1].filters.copy()
+        states["inputs"][0] = np.random.default_rng(0).normal(size=(6, 8))
+        step(start, states, filters, number_of(reading, LATE), way=ways)
+        moved += (1.0 if reading < ENCODERS else -1.0) * states["transition"][0, :, WANDER : WANDER + 2]
+    assert moved == pytest.approx(np.zeros((6, 2)), abs=1e-12)
+    assert np.abs(states["transition"][0, :, WANDER : WANDER + 2]).max() > 0.1
 
 
 @settings(max_examples=50)
@@ -83,3 +100,17 @@ def test_a_joint_that_moved_by_its_play_reads_it_to_that_side(start, turns, side
         share = step(start, states, filters, number, joint=(turn, 0.0))["share"][0, 0]
         assert -1.0 <= share <= 1.0
     assert share == pytest.approx(-side)
+
+
+@settings(max_examples=50)
+@given(heading=st.floats(-4.0, 4.0), turn=st.floats(-0.05, 0.05), truck=st.integers(0, 1), back=st.booleans())
+def test_a_truck_on_a_slope_creeps_by_its_way_along_x_and_along_y(start, heading, turn, truck, back):
+    """Ahead and to the side together are the floor's direction, whichever way the truck looks and drives."""
+    states, filters = start[1].record.copy(), start[1].filters.copy()
+    states["mean"][0, LINK], states["mean"][0, JOINT_A + truck] = heading, 0.3
+    way = (-0.04 if back else 0.04,) * 4
+    number, moved = number_of(TRUCKS + truck, SLOPE), np.eye(2)[truck] * turn
+    gained = step(start, states, filters, number, way=way, joint=moved)["gained"]
+    angle = heading + 0.3 + 0.5 * turn
+    axes = np.array([[-np.sin(angle), np.cos(angle)], [np.cos(angle), np.sin(angle)]])  # to the side, ahead
+    assert axes.T @ gained[[SIDES + truck, AHEAD + truck]] == pytest.approx(0.04 * np.eye(2), abs=1e-12)
