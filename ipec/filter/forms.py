@@ -4,9 +4,10 @@ Its sizes are the states from `WANDER` on. They enter a reading of the linkage w
 of a wheel, or of a truck, with what a unit of them adds to the step. A wheel whose reading is late by tau
 has read tau times its speed too little: over a step that is tau times the change of its speed. One that
 slips by c times its acceleration has lost c times the change of half its squared speed. A truck that creeps
-on a slope goes by a part of its way towards one direction of the floor, ahead and to the side. A joint with
-play reads the middle of it less the half that its last motion has taken up, to the side to which it has
-moved.
+on a slope goes by a part of its way towards one direction of the floor, ahead and to the side. Two
+trucks that push each other, because the slider sticks, creep along the link and away from each other: truck a
+by 1 + s, and truck b by 1 - s of the first size, where s is the second. A joint with play reads the middle of
+it less the half that its last motion has taken up, to the side to which it has moved.
 """
 
 import math
@@ -16,6 +17,7 @@ from omnimate.ipec.filter.hypotheses import (
     LATE,
     OFF_CENTRE,
     PLAY,
+    PUSH,
     SLOPE,
     STRETCH,
     TAKEN_UP,
@@ -72,7 +74,14 @@ def shape_error(settings: FilterSettings, state: FilterState, opened: OpenFilter
     """Fill how what errs under a hypothesis enters the readings and the motion of the step that ends here."""
     opened.share[:] = 0.0
     opened.gained[:] = 0.0
-    if 0 <= opened.reading < TRUCKS:
+    if opened.form == PUSH:
+        way, creep = 0.25 * state.rolled.sum(), opened.offset[WANDER]
+        for truck in range(2):
+            angle = 0.5 * (state.begun[1 + truck] + state.mean[JOINT_A + truck])
+            aside, ahead, away = -way * math.sin(angle), way * math.cos(angle), 1.0 - 2.0 * truck
+            opened.gained[SIDES + truck, 0], opened.gained[SIDES + truck, 1] = away * aside, creep * aside
+            opened.gained[AHEAD + truck, 0], opened.gained[AHEAD + truck, 1] = away * ahead, creep * ahead
+    elif 0 <= opened.reading < TRUCKS:
         first, second = share_in_reading(settings, state, opened)
         opened.share[0, opened.reading], opened.share[1, opened.reading] = first, second
     elif opened.form == LATE:

@@ -20,8 +20,9 @@ TRUCKS, ENCODERS = 3, 5  # the first truck and the first single wheel in `READIN
 # The forms of an error: none; off the centre, in proportion to the sine and the cosine of the joint's angle
 # (of joint_a for the link), the same with a zero set while the linkage was straight; in proportion to what
 # the link is longer than at rest; play; late, or for a wheel also slip in proportion to its acceleration;
-# creep of a truck towards one direction of the floor.
-WANDERS, OFF_CENTRE, ZEROED, STRETCH, PLAY, LATE, SLOPE = range(7)
+# creep of a truck towards one direction of the floor; creep of both trucks that push each other by the link,
+# which wanders.
+WANDERS, OFF_CENTRE, ZEROED, STRETCH, PLAY, LATE, SLOPE, PUSH = range(8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +32,8 @@ class Hypothesis:
     Attributes:
         reading: Number in `READINGS` of what errs; -1 for nothing.
         sizes: Standard deviations of the sizes of the error: [rad] or [m]; of a stretch [1]; of a delay
-            [periods of SYNC] and of slip [s^2/m]; of creep along x and y [1].
+            [periods of SYNC] and of slip [s^2/m]; of creep along x and y [1]; of creep along the link and of
+            the trucks' difference in it [1].
         alike: Way over which that error stays alike [lengths of the link].
         form: Its form.
     """
@@ -54,6 +56,9 @@ DRUM, DELAY, SLIP = 0.1, 3.0, 0.1
 # A tyre whose cornering stiffness is six times its load (Pacejka 2012, chapter 1) on a ramp of 6 %. Encoders
 # see it where the tyres of one truck yield and those of the other do not.
 CREEP = 0.01
+# A slider that jams or has friction, by a fifth of a truck's weight, on the same tyres. Two trucks that weigh
+# 2 to 1 creep by a third of the mean less and more.
+PUSHED, UNLIKE = 0.03, 1.0 / 3.0
 HYPOTHESES = (
     Hypothesis(),
     *(
@@ -70,6 +75,7 @@ HYPOTHESES = (
     # A truck's two wheels report together and drive together; or a single one of them errs.
     *(Hypothesis(wheels, (DELAY, SLIP), form=LATE) for wheels in range(TRUCKS, len(READINGS))),
     *(Hypothesis(truck, (CREEP, CREEP), form=SLOPE) for truck in range(TRUCKS, ENCODERS)),
+    *(Hypothesis(2, (PUSHED / 5.0**scale, UNLIKE), 1.0, PUSH) for scale in range(3)),
 )
 """What is compared: all is well, or one reading errs. Ways of 1 and 4 link lengths are a motion of the
 linkage, and a side of the papers' squares and laps."""

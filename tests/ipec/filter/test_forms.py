@@ -12,6 +12,7 @@ from omnimate.ipec.filter.hypotheses import (
     LATE,
     OFF_CENTRE,
     PLAY,
+    PUSH,
     SLOPE,
     TAKEN_UP,
     TRUCKS,
@@ -41,10 +42,10 @@ def start():
     return filter_.settings, filter_.start()
 
 
-def step(start, states, filters, number, *, way=(0.0,) * 4, joint=(0.0, 0.0)):
+def step(start, states, filters, number, *, way=(0.0,) * 4, rolled=(0.0,) * 4, joint=(0.0, 0.0)):
     states["begun"][0] = states["mean"][0, LINK : LINK + 4]
     states["mean"][0, JOINT_A : JOINT_A + 2] += joint
-    states["way"][0], states["samples"] = way, 5
+    states["way"][0], states["rolled"][0], states["samples"] = way, rolled, 5
     step_by(start[0], states, filters, number)
     return filters[number]
 
@@ -114,3 +115,19 @@ def test_a_truck_on_a_slope_creeps_by_its_way_along_x_and_along_y(start, heading
     angle = heading + 0.3 + 0.5 * turn
     axes = np.array([[-np.sin(angle), np.cos(angle)], [np.cos(angle), np.sin(angle)]])  # to the side, ahead
     assert axes.T @ gained[[SIDES + truck, AHEAD + truck]] == pytest.approx(0.04 * np.eye(2), abs=1e-12)
+
+
+@settings(max_examples=50)
+@given(angles=st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), creep=st.floats(-0.05, 0.05))
+def test_trucks_that_push_each_other_creep_along_the_link_by_opposite_ways(start, angles, creep):
+    """In the link's frame: a along the link, b as much back; the second size moves both alike."""
+    states, filters = start[1].record.copy(), start[1].filters.copy()
+    states["mean"][0, JOINT_A : JOINT_A + 2] = angles
+    number = number_of(2, PUSH)
+    filters[number]["offset"][WANDER] = creep
+    gained = step(start, states, filters, number, way=(0.04,) * 4, rolled=(0.04,) * 4)["gained"]
+    for truck, away in enumerate((1.0, -1.0)):
+        ahead, aside = gained[AHEAD + truck], gained[SIDES + truck]
+        cos, sin = np.cos(angles[truck]), np.sin(angles[truck])
+        assert ahead * cos - aside * sin == pytest.approx([0.04 * away, 0.04 * creep], abs=1e-12)
+        assert ahead * sin + aside * cos == pytest.approx([0.0, 0.0], abs=1e-12)
