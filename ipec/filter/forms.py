@@ -20,7 +20,6 @@ from omnimate.ipec.filter.hypotheses import (
     PUSH,
     SLOPE,
     STRETCH,
-    TAKEN_UP,
     TRUCKS,
     ZEROED,
 )
@@ -42,13 +41,25 @@ from omnimate.vehicle.compiled import Array, compiled
 
 @compiled
 def follow_motion(settings: FilterSettings, state: FilterState) -> None:
-    """Fill the mean speeds of the wheels in the step that ends here, and the sides to which joints moved."""
+    """Fill the mean speeds of the wheels in the step that ends here."""
     for wheel in range(4):
         state.speed_before[wheel] = state.speed[wheel]
         state.speed[wheel] = state.way[wheel] / (settings.period * state.samples)
-    for joint in range(2):
-        moved = state.mean[JOINT_A + joint] - state.begun[1 + joint]
-        state.side[joint] = min(max(state.side[joint] + moved / TAKEN_UP, -1.0), 1.0)
+
+
+@compiled
+def take_up(state: FilterState, opened: OpenFilter) -> None:
+    """Move a joint within its play, whose half is at most its size and a standard deviation of it.
+
+    Until the joint has gone through the play, its reading may err by anything up to that half.
+    """
+    moved = state.mean[JOINT_A + opened.reading] - state.begun[1 + opened.reading]
+    half = abs(opened.offset[WANDER]) + math.sqrt(opened.covariance[WANDER, WANDER])
+    before = opened.touched
+    if half > 0.0:
+        opened.touched = min(max(before + moved / half, -1.0), 1.0)
+    opened.side = 0.5 * (before + opened.touched)
+    opened.vague = half * half * (1.0 - opened.side * opened.side)
 
 
 @compiled
@@ -61,7 +72,7 @@ def share_in_reading(settings: FilterSettings, state: FilterState, opened: OpenF
         moved = state.mean[JOINT_A + number] - state.begun[1 + number]
         return -moved / (settings.period * max(state.samples, 1)), 0.0
     if form == PLAY:
-        return -state.side[number], 0.0
+        return -opened.side, 0.0
     if form in (OFF_CENTRE, ZEROED):
         joint = number if number < 2 else 0
         angle = 0.5 * (state.mean[JOINT_A + joint] + state.begun[1 + joint])
@@ -82,6 +93,8 @@ def shape_error(settings: FilterSettings, state: FilterState, opened: OpenFilter
             opened.gained[SIDES + truck, 0], opened.gained[SIDES + truck, 1] = away * aside, creep * aside
             opened.gained[AHEAD + truck, 0], opened.gained[AHEAD + truck, 1] = away * ahead, creep * ahead
     elif 0 <= opened.reading < TRUCKS:
+        if opened.form == PLAY:
+            take_up(state, opened)
         first, second = share_in_reading(settings, state, opened)
         opened.share[0, opened.reading], opened.share[1, opened.reading] = first, second
     elif opened.form == LATE:

@@ -47,7 +47,6 @@ class Hypothesis:
 # Largest error of each: a loose joint, 0.9 degrees; 3 mm, C 6 states of its linear encoder. The smallest is a
 # 25th of it, a tenth of what a rotary encoder of 1024 steps resolves; what is smaller is lost in the floor.
 LARGEST = (math.radians(0.9), math.radians(0.9), 0.003, math.radians(0.9), math.radians(0.9))
-TAKEN_UP = LARGEST[0] / 3.0  # by which a joint moves from the middle of its play to a side
 # Off the centre: a disc of 50 mm by 0.4 mm; a pivot by 10 mm, as the link's length by a tape.
 OFF = (math.radians(0.9), math.radians(0.9), 0.01)
 # The drum of a draw-wire. A device that answers three periods of SYNC late. Rubber that slips a tenth of the

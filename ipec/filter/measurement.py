@@ -119,6 +119,8 @@ def update(settings: FilterSettings, state: FilterState, opened: OpenFilter, num
         gain[row] = covariance[row, true] + covariance[row, bias]
         gain[row] += first * covariance[row, WANDER] + second * covariance[row, WANDER + 1]
     blur, half = scatter(settings, state, number)
+    if number == opened.reading:
+        blur += opened.vague
     variance = gain[true] + gain[bias] + first * gain[WANDER] + second * gain[WANDER + 1] + blur
     push, information = cut(innovation(state, opened, number), variance, half)
     gain[STATES], gain[STATES + 1] = push, information
@@ -168,3 +170,5 @@ def spread(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> 
                 out[i, j] += _by_error(opened, error, i, j)
         blur, half = scatter(settings, state, i)
         out[i, i] += half * half / 3.0 + blur
+        if i == opened.reading:
+            out[i, i] += opened.vague

@@ -128,7 +128,6 @@ class FilterState(Reading):
         went: Travel of the wheels in the step that was closed last [m], shape `(4,)`.
         speed: Mean speed of the wheels in the step that was closed last [m/s], shape `(4,)`.
         speed_before: The same of the step before it [m/s], shape `(4,)`.
-        side: Side to which each joint has moved, from -1 to 1, see `forms`, shape `(2,)`.
         rolled: What `way` would be without signs, shape `(4,)`.
         samples: Samples since then.
         seen: Samples since then in which the linkage was read.
@@ -170,7 +169,6 @@ class FilterState(Reading):
     went: Annotated[Array, 4]
     speed: Annotated[Array, 4]
     speed_before: Annotated[Array, 4]
-    side: Annotated[Array, 2]
     rolled: Annotated[Array, 4]
     samples: int
     seen: int
@@ -200,6 +198,9 @@ class OpenFilter:
         form: Form of the error, see `omnimate.ipec.filter.hypotheses`.
         variance: Variance of the sizes of what it errs by, in the units of its form, shape `(2,)`.
         alike: Way over which it errs alike [m].
+        touched: Side of its play to which a joint has moved, from -1 to 1, see `omnimate.ipec.filter.forms`.
+        side: The same in the mean of this step.
+        vague: Variance that the reading has more in this step, because the joint is within its play [rad^2].
         share: By what joint_a, joint_b and link change per unit of each size in this step, shape `(2, 3)`.
         gained: By what each input changes per unit of each size in this step, shape `(8, 2)`.
         followed: 1 where the hypothesis is carried on; 0 for most where a drive runs again.
@@ -221,6 +222,9 @@ class OpenFilter:
     form: int
     variance: Annotated[Array, 2]
     alike: float
+    touched: float
+    side: float
+    vague: float
     share: Annotated[Array, (2, 3)]
     gained: Annotated[Array, (8, 2)]
     followed: int

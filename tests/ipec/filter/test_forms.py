@@ -14,7 +14,6 @@ from omnimate.ipec.filter.hypotheses import (
     PLAY,
     PUSH,
     SLOPE,
-    TAKEN_UP,
     TRUCKS,
     ZEROED,
 )
@@ -95,12 +94,20 @@ def test_off_the_centre_is_any_phase_and_a_zero_set_on_the_straight_is_right_the
 @settings(max_examples=50)
 @given(turns=st.lists(st.floats(-0.02, 0.02), max_size=10), side=st.sampled_from([-1.0, 1.0]))
 def test_a_joint_that_moved_by_its_play_reads_it_to_that_side(start, turns, side):
+    """Within its play it may read anything up to the half of it; at a side nothing is added."""
     states, filters = start[1].record.copy(), start[1].filters.copy()
-    number = number_of(0, PLAY)
-    for turn in [*turns, side * 2.0 * TAKEN_UP]:
-        share = step(start, states, filters, number, joint=(turn, 0.0))["share"][0, 0]
-        assert -1.0 <= share <= 1.0
-    assert share == pytest.approx(-side)
+    number, half = number_of(0, PLAY), 0.01
+    filters[number]["covariance"][WANDER, WANDER] = half**2
+    for turn in turns:
+        opened = step(start, states, filters, number, joint=(turn, 0.0))
+        assert -1.0 <= opened["share"][0, 0] <= 1.0
+        assert 0.0 <= opened["vague"] <= half**2
+    for _ in range(2):
+        opened = step(start, states, filters, number, joint=(side * 2.0 * half, 0.0))
+    assert opened["share"][0, 0] == pytest.approx(-side)
+    assert opened["vague"] == pytest.approx(0.0, abs=1e-12)
+    opened = step(start, states, filters, number, joint=(-side * 2.0 * half, 0.0))
+    assert opened["vague"] == pytest.approx(half**2)
 
 
 @settings(max_examples=50)
