@@ -41,10 +41,14 @@ from omnimate.vehicle.compiled import Array, compiled
 
 @compiled
 def follow_motion(settings: FilterSettings, state: FilterState) -> None:
-    """Fill the mean speeds of the wheels in the step that ends here."""
+    """Fill the mean speeds of wheels and joints in the step that ends here."""
     for wheel in range(4):
         state.speed_before[wheel] = state.speed[wheel]
         state.speed[wheel] = state.way[wheel] / (settings.period * state.samples)
+    for joint in range(2):
+        state.rate_before[joint] = state.rate[joint]
+        moved = state.mean[JOINT_A + joint] - state.begun[1 + joint]
+        state.rate[joint] = moved / (settings.period * state.samples)
 
 
 @compiled
@@ -63,14 +67,27 @@ def take_up(state: FilterState, opened: OpenFilter) -> None:
 
 
 @compiled
+def lag(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> float:
+    """Return the rate of a joint at which its late reading lags behind in a step [rad/s].
+
+    A reading that is late by a part of the step's time has turned for that part at the rate of the step
+    before. Where in the two steps the rate has changed is not known.
+    """
+    now, change = state.rate[opened.reading], state.rate[opened.reading] - state.rate_before[opened.reading]
+    delay, time = opened.offset[WANDER], settings.period * max(state.samples, 1)
+    most = (abs(delay) + math.sqrt(opened.covariance[WANDER, WANDER])) * change
+    opened.vague = most * most / 12.0
+    return now - 0.5 * min(max(delay / time, 0.0), 2.0) * change
+
+
+@compiled
 def share_in_reading(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> tuple[float, float]:
     """Return by what a reading of the linkage changes per unit of each size, in the middle of a step."""
     number, form = opened.reading, opened.form
     if form == STRETCH:
         return state.begun[3] - settings.length, 0.0  # the length before the wheels' errors in this step
     if form == LATE:
-        moved = state.mean[JOINT_A + number] - state.begun[1 + number]
-        return -moved / (settings.period * max(state.samples, 1)), 0.0
+        return -lag(settings, state, opened), 0.0
     if form == PLAY:
         return -opened.side, 0.0
     if form in (OFF_CENTRE, ZEROED):

@@ -128,6 +128,8 @@ class FilterState(Reading):
         went: Travel of the wheels in the step that was closed last [m], shape `(4,)`.
         speed: Mean speed of the wheels in the step that was closed last [m/s], shape `(4,)`.
         speed_before: The same of the step before it [m/s], shape `(4,)`.
+        rate: Mean rate of the two joints in the step that was closed last [rad/s], shape `(2,)`.
+        rate_before: The same of the step before it [rad/s], shape `(2,)`.
         rolled: What `way` would be without signs, shape `(4,)`.
         samples: Samples since then.
         seen: Samples since then in which the linkage was read.
@@ -169,6 +171,8 @@ class FilterState(Reading):
     went: Annotated[Array, 4]
     speed: Annotated[Array, 4]
     speed_before: Annotated[Array, 4]
+    rate: Annotated[Array, 2]
+    rate_before: Annotated[Array, 2]
     rolled: Annotated[Array, 4]
     samples: int
     seen: int
@@ -200,7 +204,7 @@ class OpenFilter:
         alike: Way over which it errs alike [m].
         touched: Side of its play to which a joint has moved, from -1 to 1, see `omnimate.ipec.filter.forms`.
         side: The same in the mean of this step.
-        vague: Variance that the reading has more in this step, because the joint is within its play [rad^2].
+        vague: Variance that the reading has more in this step, because its form is not known so well [rad^2].
         share: By what joint_a, joint_b and link change per unit of each size in this step, shape `(2, 3)`.
         gained: By what each input changes per unit of each size in this step, shape `(8, 2)`.
         followed: 1 where the hypothesis is carried on; 0 for most where a drive runs again.

@@ -138,3 +138,18 @@ def test_trucks_that_push_each_other_creep_along_the_link_by_opposite_ways(start
         cos, sin = np.cos(angles[truck]), np.sin(angles[truck])
         assert ahead * cos - aside * sin == pytest.approx([0.04 * away, 0.04 * creep], abs=1e-12)
         assert ahead * sin + aside * cos == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+@settings(max_examples=50)
+@given(rates=st.tuples(*[st.floats(-0.05, 0.05)] * 2), delay=st.floats(0.0, 10.0))
+def test_a_late_joint_lags_at_a_rate_between_those_of_the_last_two_steps(start, rates, delay):
+    """The earlier rate counts by half the delay's share of a step; at a steady rate nothing is unsure."""
+    states, filters = start[1].record.copy(), start[1].filters.copy()
+    number, time = number_of(1, LATE), 5 * start[0]["period"][0]
+    filters[number]["offset"][WANDER] = delay * time
+    for turn in rates:
+        opened = step(start, states, filters, number, joint=(0.0, turn))
+    before, now = np.array(rates) / time
+    part = min(0.5 * delay, 1.0)
+    assert opened["share"][0, 1] == pytest.approx(-(part * before + (1.0 - part) * now), abs=1e-12)
+    assert opened["vague"] == pytest.approx((delay * time * (now - before)) ** 2 / 12.0, abs=1e-15)
