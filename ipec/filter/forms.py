@@ -77,7 +77,8 @@ def lag(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> flo
     delay, time = opened.offset[WANDER], settings.period * max(state.samples, 1)
     most = (abs(delay) + math.sqrt(opened.covariance[WANDER, WANDER])) * change
     opened.vague = most * most / 12.0
-    return now - 0.5 * min(max(delay / time, 0.0), 2.0) * change
+    lagging: float = now - 0.5 * min(max(delay / time, 0.0), 2.0) * change
+    return lagging
 
 
 @compiled
