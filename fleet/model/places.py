@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import label
 from scipy.stats import chi2
 
 from omnimate.fleet.crossings import CELL
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
 FALSE_NIGHT = 0.01  # probability that a night shows a place where there is none
 REACHES = (0.3, 0.5, 0.8, LARGEST)  # [m] radii of places that are told apart
 WEAKEST = 0.25  # of the gain of the strongest one, that others must have to be taken in the same round
-ROUNDS = 12
+ROUNDS = 30  # of places that stand out; in the last one nothing does
+WINDOW = 0.5 * SEPARATE  # [m] around a place, in which it and no other is located
 ENOUGH = 20  # crossings, below which a place may be somewhere else along the few ways over it
 FARTHEST = REACH  # [m] standard deviation of a place's position, beyond which nobody knows where to look
 
@@ -54,12 +56,11 @@ def find_places(
         if not new:
             break
         places = _fit(crossings, (*places, *new))
-        places = _fit(
-            crossings, (*places[: -len(new)], *_located(places[-len(new) :], places, crossings, grid))
-        )
+        located = _located(places[-len(new) :], places, crossings, grid)
+        places = _fit(crossings, (*places[: -len(new)], *located))
         places = _fit_with_edges(crossings, places)
     places = _fit_with_edges(crossings, _located(places, places, crossings, grid))
-    places = _fit(crossings, [place for place in places if _is_sure(place)])
+    places = _fit(crossings, _sure(places))
     while places:
         weakest = min(places, key=lambda place: place.gain / least[place.effect])
         if weakest.gain >= least[weakest.effect]:
@@ -67,13 +68,19 @@ def find_places(
         places = _fit(crossings, [place for place in places if place is not weakest])
     places = _fit_with_edges(crossings, places)  # those that went had moved the others
     places = _fit_with_edges(crossings, _located(places, places, crossings, grid))
+    places = _fit(crossings, _sure(places))
     return tuple(sorted(places, key=lambda place: -place.gain))
 
 
 def _outstanding(
     crossings: AllCrossings, grid: Grid, known: Sequence[BadPlace]
 ) -> tuple[list[BadPlace], dict[PlaceEffect, float]]:
-    """Return the places that stand out most beside known ones, and the gain that each effect needs for it."""
+    """Return the places that stand out most beside known ones, and the gain that each effect needs for it.
+
+    Where ways of few directions cross a place, what stands out is a ridge along them, metres long. All that
+    stands out together may be the same place: it gives one place, and whether there is another one shows when
+    that is located and fitted.
+    """
     gains = _gains(score_map(crossings.evidence, floors_of(known, crossings), grid))
     least = _least(gains)
     surplus = {effect: gain / least[effect] for effect, gain in gains.items()}
@@ -81,11 +88,12 @@ def _outstanding(
     for place in known:
         best[grid.around(place.x, place.y, SEPARATE)] = 0.0
     strongest, new = max(1.0, WEAKEST * float(best.max())), []
+    together, _ = label(best >= strongest, np.ones((3, 3)))
     while best.max() >= strongest:
         x, y = (int(at) for at in np.unravel_index(int(np.argmax(best)), best.shape))
         effect: PlaceEffect = "loss" if surplus["loss"][x, y] >= surplus["creep"][x, y] else "creep"
         new.append(_unfitted(effect, grid.place((x, y))))
-        best[grid.around(new[-1].x, new[-1].y, SEPARATE)] = 0.0
+        best[(together == together[x, y]) | grid.around(new[-1].x, new[-1].y, SEPARATE)] = 0.0
     return new, least
 
 
@@ -108,6 +116,19 @@ def _least(gains: dict[PlaceEffect, Array]) -> dict[PlaceEffect, float]:
 def _unfitted(effect: PlaceEffect, at: tuple[float, float]) -> BadPlace:
     nothing = np.zeros(FREEDOM[effect])
     return BadPlace(effect, *at, REACH, CELL**2 * np.eye(2), nothing, nothing, 0.0, 0)
+
+
+def _sure(places: Sequence[BadPlace]) -> list[BadPlace]:
+    """Return the places that are no part of a stronger one, and of which is known where and what they are."""
+    sure = [place for place in places if _is_sure(place)]
+    return [
+        place
+        for place in sure
+        if not any(
+            other.gain > place.gain and math.hypot(other.x - place.x, other.y - place.y) < WINDOW
+            for other in sure
+        )
+    ]
 
 
 def _is_sure(place: BadPlace) -> bool:
@@ -163,7 +184,7 @@ def _located(
     for place in some:
         mine = effects_of(place, crossings)
         near, left = [], []
-        for number, rows in crossings.near(place.x, place.y, 2.0 * REACH + LARGEST):
+        for number, rows in crossings.near(place.x, place.y, WINDOW + 2.0 * CELL + LARGEST):
             others = [each[number] for other, each in errors if other is not place and number in each]
             single = crossings.sure[number].less_sure(others)
             near.append(replace(single, crossings=single.crossings.some(rows)))
@@ -182,7 +203,7 @@ def _locate(place: BadPlace, near: Sequence[Evidence], left: Sequence[Array], gr
         grid: Cells of the floor.
     """
     maps = {reach: _gains(score_map(near, left, grid, reach))[place.effect] for reach in REACHES}
-    window = grid.around(place.x, place.y, REACH)
+    window = grid.around(place.x, place.y, WINDOW)
     reach = max(maps, key=lambda reach: float(maps[reach][window].max()))
     gain = np.where(window, maps[reach], -np.inf)
     top = np.array(np.unravel_index(int(np.argmax(gain)), gain.shape))
