@@ -10,7 +10,7 @@ from omnimate.fleet.model.places import BadPlace, find_places
 from omnimate.fleet.model.roughness import roughness_of
 from omnimate.fleet.model.scores import REACH, grid_of, score_map
 from omnimate.fleet.segments import segments_of
-from omnimate.vcan_sim.hall.hall import hall_lap
+from omnimate.vcan_sim.hall.hall import draw_hall, hall_lap
 from omnimate.vcan_sim.hall.ills import Ill
 from omnimate.vcan_sim.hall.places import Place
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
@@ -63,6 +63,19 @@ def test_a_good_floor_with_sick_robots_shows_no_place(plain_hall):
     robots = [replace(robot, ills=(ill,)) for robot, ill in zip(plain_hall.robots, ills, strict=False)]
     laps = [evidence_of_lap(plain_hall, robot, day) for day in range(DAYS) for robot in robots]
     assert find_places(laps, grid_of(laps)) == ()
+
+
+def test_a_slope_that_ways_of_few_directions_cross_is_not_taken_for_a_place_elsewhere():
+    """It stands out along these ways for metres: it is named near where it is, or not at all."""
+    slope = Place("slope", 18.0, 15.0, reach=0.8, size=0.008, direction=1.2)
+    chance = np.random.default_rng(1)
+    sides = np.where(np.arange(12) % 2, 32.0, 4.0) + chance.uniform(-1.0, 1.0, 12)
+    docks = np.column_stack([sides, 15.0 + chance.uniform(-5.0, 5.0, 12), np.zeros(12)])
+    hall = draw_hall(6, 60, sick=0, places=0, sync_period=0.04, seed=3)
+    hall = replace(hall, docks=docks, places=(slope,))
+    laps = [evidence_of_lap(hall, robot, day) for day in range(25) for robot in hall.robots]
+    for place in find_places(laps, grid_of(laps)):
+        assert np.hypot(place.x - slope.x, place.y - slope.y) < 1.0
 
 
 def test_the_score_of_a_candidate_is_that_of_the_place_at_its_cell(evidence):
