@@ -18,7 +18,7 @@ from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
 from omnimate.mismatch.fit import Fitted, fitted
 from omnimate.mismatch.learn.law_terms import learned
-from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, FINE, ROUGH, WAVES, estimate_noise
+from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, ROUGH, WAVES, estimate_noise
 from omnimate.mismatch.noise.outliers import freed
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.vcan_sim.effects import effect_named
@@ -335,17 +335,23 @@ def usual(library: Sequence[Term], signals: Sequence[Signals]) -> list[Term]:
 def noise_beside(regression: Regression, *, roughly: bool = False) -> NoiseLevels:
     """Return the levels of noise of a robot of which nothing is known yet, and whiten with them.
 
-    Windows in which something happened do not count.
+    Windows in which something happened do not count; but first they all do, as what happened is what stands
+    out of all the noise that there is.
 
     Args:
         regression: Of the nominal robot, with the columns of nuisances.
         roughly: Whether one length of waves and levels near the likeliest ones will do.
     """
-    noise = regression.noise
-    for waves in ((noise.wave,),) if roughly else ((noise.wave,), WAVES):
+    noise, windows = regression.noise, regression.windows
+    if roughly:
         windows, _count = freed(regression, _without(regression))
-        noise = estimate_noise(windows, regression.raw, noise, waves, ROUGH if roughly else FINE)
+        noise = estimate_noise(windows, regression.raw, noise, (noise.wave,), ROUGH)
         regression.whiten(noise)
+        return noise
+    for waves in ((noise.wave,), WAVES):
+        noise = estimate_noise(windows, regression.raw, noise, waves)
+        regression.whiten(noise)
+        windows, _count = freed(regression, _without(regression))
     return noise
 
 

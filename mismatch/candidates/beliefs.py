@@ -55,7 +55,8 @@ BELIEFS: dict[str, Belief] = {
     "traction_slip": Belief(FAULT, 0.05, 0.2),
     "turn_scrub": Belief(RARE, 0.01, 0.1),
     "lateral_slip": Belief(RARE, 0.05, 0.2),
-    "floor_slope": Belief(FAULT, 0.03, 0.1, most=3.0),
+    # 3 %: a ramp of 1 in 12 (ADA Standards 405.2), of which soft tyres creep by a third
+    "floor_slope": Belief(FAULT, 0.03, 0.1, most=6.0),
     "castor_kick": Belief(FAULT, 0.1, 0.3),
     "joint_eccentricity": Belief(FAULT, 0.05, 0.05, most=6.0),
     "joint_backlash": Belief(FAULT, 0.05, 0.3),

@@ -1,14 +1,19 @@
 """Windows in which something happened to a truck: its noise is not to be taken for the floor's.
 
-A dozen obstacles make a floor look ten times as rough as it is, and are then not seen on it.
+A dozen obstacles make a floor look ten times as rough as it is, and are then not seen on it. But levels that
+were estimated without whatever exceeds them are too small, more exceeds these, and so on. So a window is left
+out only if a push of the truck there is likelier than none, by Occam's factor and an event's odds.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from omnimate.mismatch.evidence.posterior import log_evidence
 
 if TYPE_CHECKING:
     from omnimate.mismatch.candidates.regression import Regression
@@ -16,6 +21,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 HAPPENED = 16.27  # chi-square with three degrees of freedom that noise exceeds in one window of a thousand
+EVENT = math.log(1.0 / 50.0)  # log odds, in a window: once in a dozen seconds, as on a floor of slabs
 SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck in one window, one standard deviation
 _MOST = 0.2  # of all windows, and of what is measured: what happens more often is how the floor is
 
@@ -33,13 +39,22 @@ def freed(regression: Regression, rows: Array) -> tuple[list[Windows], int]:
         share = _MOST * min(1.0, np.isfinite(windows.measured).sum() / (3.0 * len(covariance)))
         for number in range(len(windows.signals.trucks)):
             own = slice(3 * number, 3 * number + 3)
-            chi_square = power(scores[:, own], informations[:, own, own])
-            least = max(HAPPENED, float(np.quantile(chi_square, 1.0 - share)))
-            pushed = np.flatnonzero(chi_square > least)
+            worth = EVENT + _likelier(scores[:, own], informations[:, own, own])
+            pushed = np.flatnonzero(worth > max(0.0, float(np.quantile(worth, 1.0 - share))))
             covariance[pushed, own, own] += np.diag(SHOVE**2)
             count += len(pushed)
         loose.append(replace(windows, rounding=covariance))
     return loose, count
+
+
+def _likelier(scores: Array, informations: Array) -> Array:
+    """Return the log Bayes factors (M,) of pushes of usual size against none.
+
+    Args:
+        scores: Of a push in each window, `(M, 3)`.
+        informations: Likewise, `(M, 3, 3)`.
+    """
+    return log_evidence(SHOVE[:, None] * informations * SHOVE, SHOVE * scores, 1.0)
 
 
 def power(scores: Array, informations: Array) -> Array:
