@@ -282,9 +282,10 @@ def unseen_in_words(unseen: Sequence[Key]) -> tuple[str, tuple[str, ...]]:
 
 def blind(posterior: Posterior) -> list[Key]:
     """Return which of an owner's numbers this drive would not show to be wrong, were they."""
-    left = posterior.beside(()).left
+    beside = posterior.beside(())
     return [
         term.key
         for term, place in zip(posterior.terms, posterior.places, strict=True)
-        if term.effect in _NEEDED and 1.0 / math.sqrt(left[place.start, place.start] + 1.0) > _SEEN
+        if term.effect in _NEEDED
+        and 1.0 / math.sqrt(float(beside.left([place.start])[0][0, 0]) + 1.0) > _SEEN
     ]

@@ -236,7 +236,7 @@ def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) 
 
         cells = columns_of(regression, build, count)
         for beside in besides:
-            score, gram = beside.scores(cells)
+            gram, score = beside.scores(cells)
             offers = _steps(wheel, np.concatenate([own[:-1] for own in edges]), score, gram, places)
             for owner, own in enumerate(edges):
                 mine = slice(int(firsts[owner]), int(firsts[owner + 1]))

@@ -106,6 +106,7 @@ class Posterior:
     moments: NDArray[np.int64] = field(init=False)
     moment: NDArray[np.int64] = field(init=False)
     second: NDArray[np.int64] = field(init=False)
+    called: dict[tuple[str, str], list[int]] = field(init=False)
     known: dict[frozenset[int], Beside] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -127,6 +128,9 @@ class Posterior:
             owner * 10**6 + np.floor(time - starts[owner]).astype(np.int64), return_inverse=True
         )
         self.moments = (np.floor(along).astype(np.int64)) % 2
+        self.called = {}
+        for place, column in enumerate(self.everyday[0].tolist()):
+            self.called.setdefault(self.names[column], []).append(place)
 
     def beside(self, members: Iterable[int]) -> Beside:
         """Return what is left beside a set."""
@@ -159,17 +163,9 @@ class Posterior:
         if not columns:
             return np.zeros(len(draws))
         beside = self.beside(())
-        gram, score = self.by_stretch(beside.columns(columns), beside.residual)
+        gram, score = products(self.stretch, beside.columns(columns), beside.residual)
         drawn = log_evidence(np.tensordot(draws, gram, 1), draws @ score, LARGEST)
         return drawn - log_evidence(gram.sum(axis=0), score.sum(axis=0), LARGEST)
-
-    def by_stretch(self, columns: Array, data: Array) -> tuple[Array, Array]:
-        """Return by stretch products of columns (V, k) with each other (n, k, k) and with data (n, k)."""
-        count, width = int(self.stretch.max()) + 1, columns.shape[1]
-        gram, score = np.zeros((count, width, width)), np.zeros((count, width))
-        np.add.at(gram, self.stretch, columns[:, :, None] * columns[:, None, :])
-        np.add.at(score, self.stretch, columns * data[:, None])
-        return gram, score
 
     def bar(self, candidates: Iterable[int]) -> None:
         """Let candidates be none any more."""
@@ -201,7 +197,7 @@ class Posterior:
     def same(self, keys: set[tuple[str, str]]) -> tuple[NDArray[np.int64], Array]:
         """Return the everyday columns of what has one of some names, and their sizes."""
         everyday, sizes = self.everyday
-        mine = np.array([self.names[int(column)] in keys for column in everyday], bool)
+        mine = [place for key in sorted(keys) for place in self.called.get(key, ())]
         return everyday[mine], sizes[mine]
 
     def columns(self, single: int) -> range:
@@ -241,21 +237,23 @@ class Beside:
         )
 
     @cached_property
-    def rows(self) -> Array:
-        """What is left of all columns, the data first, `(V, C)`."""
-        rows = self.free(self.posterior.regression.white)
-        rows[:, 0] = self.residual
-        return rows
+    def _white(self) -> Array:
+        """All columns, the data first, with members being noise where their laws are not exact, `(V, C)`."""
+        return self._loosened(self.posterior.regression.white)
 
     @cached_property
-    def left(self) -> Array:
-        """Products of what is left of all columns with each other, `(C, C)`."""
-        return np.asarray(self.rows.T @ self.rows)
+    def _taken(self) -> tuple[Array, Array]:
+        """What all columns share with the nuisances (n, C), and what is taken of them for it (n, C)."""
+        shared = self.nuisance.T @ self._white
+        return shared, self.shrunk @ shared
+
+    def left(self, columns: Sequence[int] | NDArray[np.int64]) -> tuple[Array, Array]:
+        """Return products of what is left of some columns with each other (k, k), and with the data (k,)."""
+        shared, taken = (part[:, columns] for part in self._taken)
+        return self._products(self._white[:, columns], shared, taken)
 
     def columns(self, columns: Sequence[int] | NDArray[np.int64]) -> Array:
         """Return what is left of some columns, `(V, k)`."""
-        if "rows" in self.__dict__:
-            return np.asarray(self.rows[:, columns])
         return self.free(self.posterior.regression.white[:, columns])
 
     def _loosened(self, rows: Array) -> Array:
@@ -266,9 +264,13 @@ class Beside:
         """Return what of whitened rows (V, k) the members hold, in their coefficients, `(n, k)`."""
         if not self.members:
             return np.zeros((0, rows.shape[1]))
+        return np.asarray(self._holding @ (self.nuisance.T @ rows))
+
+    @cached_property
+    def _holding(self) -> Array:
+        """What the members hold of products (n,) of rows with nuisances, in their coefficients, `(k, n)`."""
         count = len(self.posterior.everyday[0])
-        held = np.linalg.solve(self.inside + np.eye(len(self.inside)), self.nuisance.T @ rows)
-        return np.asarray(LARGEST * held[count:])
+        return np.asarray(LARGEST * np.linalg.inv(self.inside + np.eye(len(self.inside)))[count:])
 
     def _discrepancy(self, data: Array) -> Array:
         """Return what members may do otherwise than their laws say, `(V, k)`."""
@@ -315,7 +317,7 @@ class Beside:
 
     def strength(self, added: Array) -> Array:
         """Return by how many sigma (C,) each of added columns (V, C) would be estimated, signed."""
-        score, gram = self.scores(added)
+        gram, score = self.scores(added)
         return np.asarray(score / np.sqrt(np.maximum(np.diagonal(gram), 1e-12)))
 
     def free(self, added: Array) -> Array:
@@ -323,29 +325,40 @@ class Beside:
         return free(self._loosened(added), self.nuisance, self.shrunk)
 
     def scores(self, added: Array) -> tuple[Array, Array]:
-        """Return products of added columns (V, C) with the data (C,) and with each other (C, C)."""
+        """Return products of added columns (V, C) with each other (C, C), and with the data (C,)."""
         added = self._loosened(added)
         shared = self.nuisance.T @ added
-        taken = self.shrunk @ shared
-        score = self.residual @ added - (self.residual @ self.nuisance) @ taken
+        return self._products(added, shared, self.shrunk @ shared)
+
+    def _products(self, columns: Array, shared: Array, taken: Array) -> tuple[Array, Array]:
+        """Return products of what is left of columns (V, k) with each other (k, k), and with the data (k,).
+
+        Args:
+            columns: With members being noise.
+            shared: Their products with the nuisances, `(n, k)`.
+            taken: What of the nuisances is taken away of them, `(n, k)`.
+        """
+        score = self.residual @ columns - (self.residual @ self.nuisance) @ taken
         across = shared.T @ taken
-        return score, added.T @ added - across - across.T + taken.T @ self.inside @ taken
+        return columns.T @ columns - across - across.T + taken.T @ self.inside @ taken, score
 
     def products(self, candidates: Sequence[int]) -> tuple[Array, Array]:
         """Return products of candidates' columns with each other (k, k) and with the data (k,).
 
         They are for a robot without any everyday size of what the candidates are called.
         """
-        posterior, left = self.posterior, self.left
+        posterior = self.posterior
         columns = [at for single in candidates for at in posterior.columns(single)]
         same, sizes = posterior.same({posterior.terms[single].key for single in candidates})
-        both = [0, *columns]
-        gram = left[both][:, both]
-        if len(same):
-            shared = sizes[:, None] * left[same][:, both]
-            inside = sizes[:, None] * left[np.ix_(same, same)] * sizes
-            gram = gram + shared.T @ np.linalg.solve((1.0 + 1e-9) * np.eye(len(same)) - inside, shared)
-        return gram[1:, 1:], gram[1:, 0]
+        gram, score = self.left([*columns, *same])
+        if not len(same):
+            return gram, score
+        count = len(columns)
+        both = np.column_stack([score, gram])
+        shared = sizes[:, None] * both[count:, : count + 1]
+        inside = sizes[:, None] * gram[count:, count:] * sizes
+        more = shared.T @ np.linalg.solve((1.0 + 1e-9) * np.eye(len(same)) - inside, shared)
+        return gram[:count, :count] + more[1:, 1:], score[:count] + more[1:, 0]
 
     def everyday(self, keys: set[tuple[str, str]], spread: float = 1.0) -> float:
         """Return the log Bayes factor of the everyday sizes of some names against none of them.
@@ -357,11 +370,10 @@ class Beside:
         same, sizes = self.posterior.same(keys)
         if not len(same):
             return 0.0
-        if "left" in self.__dict__:
-            inside, score = self.left[np.ix_(same, same)], self.left[same, 0]
-        else:
-            rows = self.columns(same)
-            inside, score = rows.T @ rows, rows.T @ self.residual
+        if "_taken" in self.__dict__:
+            inside, score = self.left(same)
+        else:  # a judgement of one candidate needs no other column
+            inside, score = self.scores(self.posterior.regression.white[:, same])
         away = np.linalg.inv((1.0 + 1e-9) * np.eye(len(same)) - sizes[:, None] * inside * sizes)
         score = away @ (sizes * score)
         return float(log_evidence((away - np.eye(len(same))) / spread, score / spread, 1.0))
@@ -413,20 +425,20 @@ class Beside:
         absurd = np.any(np.abs(coefficients) > LINEAR * term.most)
         if (term.positive and np.any(coefficients < 0.0)) or absurd:
             evidence = NOTHING
-        earned = self._earned(own, residual, spread) + loose / spread if evidence > NOTHING else NOTHING
-        if earned > 0.0 and not term.is_local:
+        folds = self._by_fold(own, residual)
+        gained = earned(*folds, spread) + loose / spread if evidence > NOTHING else NOTHING
+        if gained > 0.0 and not term.is_local:
             gain = residual**2 - after**2
             outlying = self._outlying(gain)
             if gain @ outlying > CONCENTRATED * gain.sum():
-                earned = min(earned, self._earned_in(outlying, own, residual, spread))
+                gained = min(gained, earned(*products(outlying, own, residual), spread))
         odds = self.posterior.odds(single, self.members)
         prior = odds + self._rarer(with_it)
-        least, support = min(evidence, earned), NOTHING
+        least, support = min(evidence, gained), NOTHING
         if least > NOTHING:
-            unspread = earned if spread == 1.0 else self._earned(own, residual, 1.0) + loose
-            support = min(white, unspread)
+            support = min(white, gained if spread == 1.0 else earned(*folds, 1.0) + loose)
         rank = prior + support
-        return Judgement(prior + least, evidence, earned, coefficients, covariance, spread, rank, support)
+        return Judgement(prior + least, evidence, gained, coefficients, covariance, spread, rank, support)
 
     def _apart(self, columns: Sequence[int], key: tuple[str, str]) -> tuple[Array, Array]:
         """Return columns (V, k) and data (V,) for a robot without any everyday size of what has a name."""
@@ -445,7 +457,7 @@ class Beside:
         """
         term = self.posterior.terms[single]
         own, residual = self._apart(list(self.posterior.columns(single)), term.key)
-        gram, score = self.posterior.by_stretch(own, residual)
+        gram, score = products(self.posterior.stretch, own, residual)
         whole = bayes_factor(gram.sum(axis=0), score.sum(axis=0))
         scores = draws @ score
         supported = bayes_factor(np.tensordot(draws, gram, 1), scores)
@@ -489,28 +501,48 @@ class Beside:
         gains = np.bincount(moment, weights=gain)
         return np.isin(moment, np.argsort(-gains)[:MOMENTS]).astype(np.int64)
 
-    def _earned(self, own: Array, residual: Array, spread: float) -> float:
-        """Return the gain in log predictive density of folds that are held out in turn."""
+    def _by_fold(self, own: Array, residual: Array) -> tuple[Array, Array]:
+        """Return products of columns (V, k) with each other (F, k, k) and the data (F, k), in each fold."""
         inside = np.bincount(self.posterior.fold, weights=(own**2).sum(axis=1))
         fold = self.posterior.fold
         if inside.max() > CONCENTRATED * inside.sum():
             fold = self.posterior.moments
-        return self._earned_in(fold, own, residual, spread)
+        return products(fold, own, residual)
 
-    def _earned_in(self, fold: NDArray[np.int64], own: Array, residual: Array, spread: float) -> float:
-        """Return the gain in log predictive density of given folds (V,) that are held out in turn."""
-        gain, prior = 0.0, np.eye(own.shape[1]) / LARGEST**2
-        for number in range(int(fold.max()) + 1):
-            mine = fold == number
-            before = prior + own[~mine].T @ own[~mine] / spread
-            known = own[~mine].T @ residual[~mine] / spread
-            after = before + own[mine].T @ own[mine] / spread
-            whole = known + own[mine].T @ residual[mine] / spread
-            gain += 0.5 * float(
-                whole @ np.linalg.solve(after, whole) - known @ np.linalg.solve(before, known)
-            )
-            gain -= 0.5 * float(np.linalg.slogdet(after)[1] - np.linalg.slogdet(before)[1])
-        return gain
+
+def products(group: NDArray[np.int64], columns: Array, data: Array) -> tuple[Array, Array]:
+    """Return products of columns (V, k) with each other (G, k, k) and the data (G, k), in each group of rows.
+
+    Args:
+        group: Number of each row's group, `(V,)`.
+        columns: The columns.
+        data: The data, `(V,)`.
+    """
+    count, width = int(group.max()) + 1, columns.shape[1]
+    gram, score = np.empty((count, width, width)), np.empty((count, width))
+    for first in range(width):
+        score[:, first] = np.bincount(group, weights=columns[:, first] * data, minlength=count)
+        for other in range(first, width):
+            inside = np.bincount(group, weights=columns[:, first] * columns[:, other], minlength=count)
+            gram[:, first, other] = gram[:, other, first] = inside
+    return gram, score
+
+
+def earned(gram: Array, score: Array, spread: float) -> float:
+    """Return the gain in log predictive density of folds that are held out in turn.
+
+    Args:
+        gram: Products of columns with each other in each fold, `(F, k, k)`.
+        score: Products with the data, `(F, k)`.
+        spread: Factor by which squares of noise are larger than they should be.
+    """
+    prior = np.eye(gram.shape[-1]) / LARGEST**2
+    others = (score.sum(axis=0) - score) / spread
+    before = prior + (gram.sum(axis=0) - gram) / spread
+    every, after = score.sum(axis=0) / spread, prior + gram.sum(axis=0) / spread
+    known = (others * np.linalg.solve(before, others[..., None])[..., 0]).sum(axis=-1)
+    gain = every @ np.linalg.solve(after, every) - np.linalg.slogdet(after)[1]
+    return 0.5 * float((gain - known + np.linalg.slogdet(before)[1]).sum())
 
 
 def _ordinary(term: Term, gram: Array, score: Array) -> float:

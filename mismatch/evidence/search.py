@@ -183,7 +183,7 @@ def _pair(posterior: Posterior, beside: Beside, least: float) -> tuple[int, int]
         return None
     columns = [posterior.places[single].start for single in alone]
     odds = np.array([terms[single].odds for single in alone])
-    gram, score = beside.left[np.ix_(columns, columns)], beside.left[columns, 0]
+    gram, score = beside.left(columns)
     precision = gram + np.eye(len(alone)) / LARGEST**2
     own = np.diagonal(precision)
     area = np.maximum(own[:, None] * own[None, :] - precision**2, 1e-12)

@@ -82,7 +82,7 @@ def triage(recordings: Sequence[Recording]) -> Triage:
         part, gain = beside.residual, 0.0
         if closest:
             best, its = max(judged, key=lambda pair: pair[1].worth)
-            part, gain = beside.rows[:, posterior.places[best]] @ its.coefficients, its.earned
+            part, gain = beside.columns(posterior.columns(best)) @ its.coefficients, its.earned
         seen = where(posterior.regression, beside.residual, part)
         says = _says(seen, closest)
         return Triage("mismatch", says, robot, names, probability, seen, closest, gain)

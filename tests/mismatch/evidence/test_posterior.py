@@ -131,11 +131,11 @@ def test_no_nuisance_and_no_member_ever_raises_the_information(drawn, waves, can
     columns, truth = waves([400.0] * 4, seed), np.array([1.5, -1.0, 0.5, 0.0])
     plain = drawn(columns, terms, truth, seed)
     beside = drawn(columns, terms, truth, seed, (np.array([2, 3]), np.array([0.1, 1.0])))
-    last, before = 4, float(plain.beside(()).left[4, 4])
+    last, before = 4, float(plain.beside(()).left([4])[0][0, 0])
     assert before == pytest.approx(400.0)
     for posterior, members in ((beside, ()), (plain, (1,)), (beside, (1,)), (beside, (0, 1))):
-        assert posterior.beside(members).left[last, last] <= before * (1.0 + 1e-9)
-    nested = [beside.beside(members).left[last, last] for members in ((), (2,))]
+        assert posterior.beside(members).left([last])[0][0, 0] <= before * (1.0 + 1e-9)
+    nested = [beside.beside(members).left([last])[0][0, 0] for members in ((), (2,))]
     assert nested[1] <= nested[0] * (1.0 + 1e-9)
 
 
@@ -145,10 +145,13 @@ def test_columns_that_come_later_are_freed_as_those_that_are_there(judged, seed,
     posterior = judged(seed)
     beside = posterior.beside(members)
     later = posterior.regression.white[:, 3:]
-    np.testing.assert_allclose(beside.free(later), beside.rows[:, 3:], atol=1e-6)
-    score, gram = beside.scores(later)
-    np.testing.assert_allclose(score, beside.left[3:, 0], rtol=1e-4, atol=1e-3)
-    np.testing.assert_allclose(gram, beside.left[3:, 3:], rtol=1e-4, atol=1e-3)
+    there = range(3, posterior.regression.white.shape[1])
+    np.testing.assert_allclose(beside.free(later), beside.columns(there), atol=1e-6)
+    for gram, score in (beside.scores(later), beside.left(there)):
+        np.testing.assert_allclose(score, beside.columns(there).T @ beside.residual, rtol=1e-4, atol=1e-3)
+        np.testing.assert_allclose(
+            gram, beside.columns(there).T @ beside.columns(there), rtol=1e-4, atol=1e-3
+        )
 
 
 def test_coefficients_are_as_far_from_the_truth_as_their_covariance_says(judged):
