@@ -137,7 +137,7 @@ def find_disturbed(settings: FilterSettings, state: FilterState, opened: OpenFil
     offsets, scores, information, pull = state.innovations, state.explained, state.information, state.pull
     for number in range(3):
         offsets[number] = innovation(state, opened, number)
-    spread(settings, state, opened)
+    spread(state, opened)
     invert_into(information, state.spread)
     left = square(information, offsets, pull)
     opened.nis = left
@@ -155,7 +155,7 @@ def find_disturbed(settings: FilterSettings, state: FilterState, opened: OpenFil
         for number in range(first, last):
             if scores[number] >= best - AMBIGUOUS and scores[number] > 0.0:
                 _distrust(settings, state, opened, number)
-        spread(settings, state, opened)
+        spread(state, opened)
         invert_into(information, state.spread)
         left = square(information, offsets, pull)
     learn(settings, state, opened, information, pull, left)

@@ -21,6 +21,7 @@ from omnimate.ipec.filter.hypotheses import (
     SLOPE,
     STRETCH,
     TRUCKS,
+    WANDERS,
     ZEROED,
 )
 from omnimate.ipec.filter.records import (
@@ -115,6 +116,9 @@ def shape_error(settings: FilterSettings, state: FilterState, opened: OpenFilter
             take_up(state, opened)
         first, second = share_in_reading(settings, state, opened)
         opened.share[0, opened.reading], opened.share[1, opened.reading] = first, second
+    elif opened.form == WANDERS and opened.reading >= ENCODERS:
+        wheel = opened.reading - ENCODERS
+        opened.gained[wheel, 0] = state.way[wheel]
     elif opened.form == LATE:
         first, last = wheels_of(opened.reading)
         for wheel in range(first, last):

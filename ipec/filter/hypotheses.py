@@ -55,6 +55,8 @@ DRUM, DELAY, SLIP = 0.1, 3.0, 0.1
 # A tyre whose cornering stiffness is six times its load (Pacejka 2012, chapter 1) on a ramp of 6 %. Encoders
 # see it where the tyres of one truck yield and those of the other do not.
 CREEP = 0.01
+# A tyre whose load or air changes: half of what a tyre and its load are expected to differ by.
+CHANGES = 0.005
 # A slider that jams or has friction, by a fifth of a truck's weight, on the same tyres. Two trucks that weigh
 # 2 to 1 creep by a third of the mean less and more.
 PUSHED, UNLIKE = 0.03, 1.0 / 3.0
@@ -73,6 +75,7 @@ HYPOTHESES = (
     *(Hypothesis(joint, (DELAY, 0.0), form=LATE) for joint in (0, 1)),
     # A truck's two wheels report together and drive together; or a single one of them errs.
     *(Hypothesis(wheels, (DELAY, SLIP), form=LATE) for wheels in range(TRUCKS, len(READINGS))),
+    *(Hypothesis(wheel, (CHANGES, 0.0), 4.0) for wheel in range(ENCODERS, len(READINGS))),
     *(Hypothesis(truck, (CREEP, CREEP), form=SLOPE) for truck in range(TRUCKS, ENCODERS)),
     *(Hypothesis(2, (PUSHED / 5.0**scale, UNLIKE), 1.0, PUSH) for scale in range(3)),
 )
@@ -89,6 +92,10 @@ def chances_before(wrong: float) -> list[float]:
     right = math.log(1.0 - wrong)
     alone = math.log(wrong) + (len(READINGS) - 1) * right
     kinds = [(hypothesis.reading, hypothesis.form) for hypothesis in HYPOTHESES[1:]]
+    both = math.log(wrong)  # a truck creeps alone where the floor slopes and its tyres are unlike the others
     forms = [len({form for reading, form in kinds if reading == number}) for number in range(len(READINGS))]
-    each = [alone - math.log(forms[kind[0]] * kinds.count(kind)) for kind in kinds]
+    each = [
+        alone - math.log(forms[kind[0]] * kinds.count(kind)) + (both if kind[1] == SLOPE else 0.0)
+        for kind in kinds
+    ]
     return [len(READINGS) * right, *each]

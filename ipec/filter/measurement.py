@@ -90,24 +90,25 @@ def innovation(state: FilterState, opened: OpenFilter, number: int) -> float:
 
 
 @compiled
-def scatter(settings: FilterSettings, state: FilterState, number: int) -> tuple[float, float]:
-    """Return the variance of a step's mean reading, and half the step that it is still sure within.
+def find_scatter(settings: FilterSettings, state: FilterState) -> None:
+    """Fill the variance of a step's mean readings, and half the steps that they are still sure within.
 
     Readings that change from sample to sample average their resolution away, as dither does: what is left of
     half a step falls by exp(-2 pi^2 variance / step^2), Widrow & Kollar, Quantization Noise (2008), ch. 19.
     """
-    half = settings.half[number]
-    dither = 0.5 * state.jumps[number] / state.seen
-    kept = math.exp(-0.5 * math.pi * math.pi * dither / (half * half))
-    return state.blur[number] / state.seen + (FLOOR * half) ** 2, half * kept
+    for number in range(3):
+        half = settings.half[number]
+        dither = 0.5 * state.jumps[number] / state.seen
+        kept = math.exp(-0.5 * math.pi * math.pi * dither / (half * half))
+        state.scatter[number] = state.blur[number] / state.seen + (FLOOR * half) ** 2
+        state.sure[number] = half * kept
 
 
 @compiled
-def update(settings: FilterSettings, state: FilterState, opened: OpenFilter, number: int) -> None:
+def update(state: FilterState, opened: OpenFilter, number: int) -> None:
     """Take one reading of the linkage; keep its gain and the estimates of the lost travel.
 
     Args:
-        settings: Settings of the filter.
         state: Predicted estimate; its `shares` are changed.
         opened: Open filter, changed in place.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
@@ -118,7 +119,7 @@ def update(settings: FilterSettings, state: FilterState, opened: OpenFilter, num
     for row in range(STATES):
         gain[row] = covariance[row, true] + covariance[row, bias]
         gain[row] += first * covariance[row, WANDER] + second * covariance[row, WANDER + 1]
-    blur, half = scatter(settings, state, number)
+    blur, half = state.scatter[number], state.sure[number]
     if number == opened.reading:
         blur += opened.vague
     variance = gain[true] + gain[bias] + first * gain[WANDER] + second * gain[WANDER + 1] + blur
@@ -157,7 +158,7 @@ def _by_error(opened: OpenFilter, error: int, i: int, j: int) -> float:
 
 
 @compiled
-def spread(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
+def spread(state: FilterState, opened: OpenFilter) -> None:
     """Fill the covariance `(3, 3)` of the three innovations, with each step taken as uniform noise."""
     out, covariance = state.spread, opened.covariance
     for i in range(3):
@@ -168,7 +169,6 @@ def spread(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> 
                     out[i, j] += covariance[row, column]
             for error in range(ERRORS):
                 out[i, j] += _by_error(opened, error, i, j)
-        blur, half = scatter(settings, state, i)
-        out[i, i] += half * half / 3.0 + blur
+        out[i, i] += state.sure[i] ** 2 / 3.0 + state.scatter[i]
         if i == opened.reading:
             out[i, i] += opened.vague

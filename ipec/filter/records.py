@@ -138,6 +138,8 @@ class FilterState(Reading):
         jump: Its change from the sample before, shape `(3,)`.
         jumps: Sum of squared changes since the start of the step, shape `(3,)`.
         blur: Variance of the readings from sample to sample, as learned [rad^2, rad^2, m^2], shape `(3,)`.
+        scatter: Variance of the mean readings of this step [rad^2, rad^2, m^2], shape `(3,)`.
+        sure: Half the steps that they are still sure within [rad, rad, m], shape `(3,)`.
         transition: Derivative of the first six states by the states before the step, shape `(6, 19)`.
         inputs: Derivative of the first six states by the inputs, shape `(6, 8)`.
         levels: Variance per metre of wheels of a, of b, sides and slack [m], shape `(4,)`; this and what
@@ -181,6 +183,8 @@ class FilterState(Reading):
     jump: Annotated[Array, 3]
     jumps: Annotated[Array, 3]
     blur: Annotated[Array, 3]
+    scatter: Annotated[Array, 3]
+    sure: Annotated[Array, 3]
     transition: Annotated[Array, (6, 19)]
     inputs: Annotated[Array, (6, 8)]
     levels: Annotated[Array, 4]

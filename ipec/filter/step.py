@@ -10,7 +10,7 @@ import numpy as np
 from omnimate.ipec.filter.belief import settle
 from omnimate.ipec.filter.disturbed_wheels import STEP, find_disturbed, find_levels
 from omnimate.ipec.filter.forms import follow_motion, shape_error
-from omnimate.ipec.filter.measurement import compare, expected_reading, update
+from omnimate.ipec.filter.measurement import compare, expected_reading, find_scatter, update
 from omnimate.ipec.filter.prediction import (
     differentiate,
     find_input_variance,
@@ -152,7 +152,7 @@ def take(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> No
             for row in range(POSE):
                 shares[wheel, row] = opened.input_variance[wheel] * state.inputs[row, wheel]
     for number in range(3):
-        update(settings, state, opened, number)
+        update(state, opened, number)
     for wheel in range(4):
         opened.lost[wheel] *= -math.copysign(1.0, state.way[wheel])
 
@@ -167,6 +167,8 @@ def close(settings: FilterSettings, state: FilterState, filters: Record, moves: 
     state.went[:] = state.way
     differentiate(settings, state)
     follow_motion(settings, state)
+    if state.seen > 0:
+        find_scatter(settings, state)
     for hypothesis in range(BELIEFS):
         if filters[hypothesis].followed:
             take(settings, state, filters[hypothesis])

@@ -15,6 +15,7 @@ from omnimate.ipec.filter.hypotheses import (
     PUSH,
     SLOPE,
     TRUCKS,
+    WANDERS,
     ZEROED,
 )
 from omnimate.ipec.filter.live import Filter
@@ -153,3 +154,12 @@ def test_a_late_joint_lags_at_a_rate_between_those_of_the_last_two_steps(start, 
     part = min(0.5 * delay, 1.0)
     assert opened["share"][0, 1] == pytest.approx(-(part * before + (1.0 - part) * now), abs=1e-12)
     assert opened["vague"] == pytest.approx((delay * time * (now - before)) ** 2 / 12.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("wheel", range(4))
+def test_a_wheel_whose_size_changes_gains_a_part_of_its_way(start, wheel):
+    states, filters = start[1].record.copy(), start[1].filters.copy()
+    ways = np.array([0.04, -0.05, 0.03, 0.02])
+    gained = step(start, states, filters, number_of(ENCODERS + wheel, WANDERS), way=ways)["gained"]
+    assert gained[wheel] == pytest.approx([ways[wheel], 0.0])
+    assert not np.delete(gained, wheel, axis=0).any()
