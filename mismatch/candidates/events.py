@@ -32,7 +32,9 @@ SEEN = 3.5  # sigma from which a place is a candidate; its odds pay for how many
 PUSHED = 6.0  # sigma of what is plain: a push of three numbers that noise makes of none of a million windows
 FALLEN = (0.3, 0.5, 0.7)  # of a peak's strength, at which a push may begin and end
 LASTING = 2  # windows from which a push is a stretch: it may be a moment on the edge of both
-ONSETS = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)  # of a bump, in windows after the begin of the one that shows it
+# Onsets of a bump, in windows after the begin of the one that shows it: a slow wheel takes half a second to
+# pass an obstacle, and shows it best at the end.
+ONSETS = tuple(0.25 * quarter for quarter in range(-6, 4))
 ORDERS = tuple(range(2, 41))
 _LIMITS = 24  # speeds above which counts may be lost
 CELLS = 240  # of a recording, however long that is
