@@ -248,7 +248,7 @@ def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) 
 
 
 def _bounded(regression: Regression, beside: Beside, offers: Sequence[Term]) -> list[Term]:
-    """Return stretches and steps, the plain ones with their bounds where they are seen best.
+    """Return stretches, steps and losses, the plain ones with their bounds where they are seen best.
 
     What a plain one leaves by bounds that are off by a part of a cell is far more than noise, and would count
     against it.
@@ -329,13 +329,15 @@ def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
         return gained
 
     found = []
-    for own in strengths(regression, besides, build, len(limits) * len(wheels)):
-        sigmas = own.reshape(len(limits), len(wheels))
+    every = strengths(regression, besides, build, len(limits) * len(wheels))
+    for beside, own in zip(besides, every, strict=True):
+        sigmas, offers = own.reshape(len(limits), len(wheels)), []
         for number, wheel in enumerate(wheels):
             at = int(np.argmax(sigmas[:, number]))
             if sigmas[at, number] > SEEN and limits[at, number] > 0.0:
                 above = round(float(limits[at, number]), 4)
-                found.append(term("count_loss", wheel, len(limits), above=above))
+                offers.append(term("count_loss", wheel, len(limits), above=above))
+        found += _bounded(regression, beside, offers)
     return found
 
 
