@@ -18,7 +18,7 @@ from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
 from omnimate.mismatch.fit import Fitted, fitted
 from omnimate.mismatch.learn.law_terms import learned
-from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, ROUGH, WAVES, estimate_noise
+from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, FINE, ROUGH, WAVES, estimate_noise
 from omnimate.mismatch.noise.outliers import freed
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.vcan_sim.effects import effect_named
@@ -342,16 +342,14 @@ def noise_beside(regression: Regression, *, roughly: bool = False) -> NoiseLevel
         regression: Of the nominal robot, with the columns of nuisances.
         roughly: Whether one length of waves and levels near the likeliest ones will do.
     """
-    noise, windows = regression.noise, regression.windows
-    if roughly:
-        windows, _count = freed(regression, _without(regression))
-        noise = estimate_noise(windows, regression.raw, noise, (noise.wave,), ROUGH)
+    noise = regression.noise
+    waves, tolerance = ((noise.wave,), ROUGH) if roughly else (WAVES, FINE)
+    if not roughly:
+        noise = estimate_noise(regression.windows, regression.raw, noise, (noise.wave,))
         regression.whiten(noise)
-        return noise
-    for waves in ((noise.wave,), WAVES):
-        noise = estimate_noise(windows, regression.raw, noise, waves)
-        regression.whiten(noise)
-        windows, _count = freed(regression, _without(regression))
+    windows, _count = freed(regression, _without(regression))
+    noise = estimate_noise(windows, regression.raw, noise, waves, tolerance)
+    regression.whiten(noise)
     return noise
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -282,10 +281,9 @@ def unseen_in_words(unseen: Sequence[Key]) -> tuple[str, tuple[str, ...]]:
 
 def blind(posterior: Posterior) -> list[Key]:
     """Return which of an owner's numbers this drive would not show to be wrong, were they."""
-    beside = posterior.beside(())
+    needed = [number for number, term in enumerate(posterior.terms) if term.effect in _NEEDED]
+    gram, _ = posterior.beside(()).left([posterior.places[number].start for number in needed])
+    spreads = 1.0 / np.sqrt(np.diagonal(gram) + 1.0)
     return [
-        term.key
-        for term, place in zip(posterior.terms, posterior.places, strict=True)
-        if term.effect in _NEEDED
-        and 1.0 / math.sqrt(float(beside.left([place.start])[0][0, 0]) + 1.0) > _SEEN
+        posterior.terms[number].key for number, spread in zip(needed, spreads, strict=True) if spread > _SEEN
     ]

@@ -62,13 +62,13 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
         for key, variants in judged.items()
     }
     # a third effect may stand in the place of this member and of another
+    whole = posterior.redrawn(found.members, draws)
     for other in rest:
         for single, gain in instead_of_two(posterior, found.members, member, other):
             key = posterior.terms[single].key
             if key == own:
                 continue
-            redrawn = posterior.redrawn({*rest, single} - {other}, draws)
-            more = redrawn - posterior.redrawn(found.members, draws)
+            more = posterior.redrawn({*rest, single} - {other}, draws) - whole
             instead = worths[own] + (gain + more) / itself.spread
             worths[key] = np.maximum(worths.get(key, NOTHING), instead)
     every = np.stack([np.zeros(len(draws)), *worths.values()])

@@ -163,7 +163,7 @@ class Posterior:
         if not columns:
             return np.zeros(len(draws))
         beside = self.beside(())
-        gram, score = products(self.stretch, beside.columns(columns), beside.residual)
+        gram, score = products_by_group(self.stretch, beside.columns(columns), beside.residual)
         drawn = log_evidence(np.tensordot(draws, gram, 1), draws @ score, LARGEST)
         return drawn - log_evidence(gram.sum(axis=0), score.sum(axis=0), LARGEST)
 
@@ -431,7 +431,7 @@ class Beside:
             gain = residual**2 - after**2
             outlying = self._outlying(gain)
             if gain @ outlying > CONCENTRATED * gain.sum():
-                gained = min(gained, earned(*products(outlying, own, residual), spread))
+                gained = min(gained, earned(*products_by_group(outlying, own, residual), spread))
         odds = self.posterior.odds(single, self.members)
         prior = odds + self._rarer(with_it)
         least, support = min(evidence, gained), NOTHING
@@ -457,7 +457,7 @@ class Beside:
         """
         term = self.posterior.terms[single]
         own, residual = self._apart(list(self.posterior.columns(single)), term.key)
-        gram, score = products(self.posterior.stretch, own, residual)
+        gram, score = products_by_group(self.posterior.stretch, own, residual)
         whole = bayes_factor(gram.sum(axis=0), score.sum(axis=0))
         scores = draws @ score
         supported = bayes_factor(np.tensordot(draws, gram, 1), scores)
@@ -507,10 +507,10 @@ class Beside:
         fold = self.posterior.fold
         if inside.max() > CONCENTRATED * inside.sum():
             fold = self.posterior.moments
-        return products(fold, own, residual)
+        return products_by_group(fold, own, residual)
 
 
-def products(group: NDArray[np.int64], columns: Array, data: Array) -> tuple[Array, Array]:
+def products_by_group(group: NDArray[np.int64], columns: Array, data: Array) -> tuple[Array, Array]:
     """Return products of columns (V, k) with each other (G, k, k) and the data (G, k), in each group of rows.
 
     Args:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
-HAPPENED = 16.27  # chi-square with three degrees of freedom that noise exceeds in one window of a thousand
 EVENT = math.log(1.0 / 50.0)  # log odds, in a window: once in a dozen seconds, as on a floor of slabs
 SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck in one window, one standard deviation
 _MOST = 0.2  # of all windows, and of what is measured: what happens more often is how the floor is

@@ -28,7 +28,7 @@ from omnimate.mismatch.diagnosis import ASSERTED, Alternative
 from omnimate.mismatch.evidence.search import ranked
 from omnimate.mismatch.investigate import noise_beside, usual, with_everyday
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS
-from omnimate.mismatch.noise.outliers import HAPPENED, power
+from omnimate.mismatch.noise.outliers import power
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
 from omnimate.mismatch.recording.validate import check, too_little
 from omnimate.mismatch.recording.windows import windows_of
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
 
 
+HAPPENED = 16.27  # chi-square with three degrees of freedom that noise exceeds in one window of a thousand
 JUDGED = 8  # candidates of the largest evidence that are judged in full
 COARSE = 16  # cells of a recording, of which stretches are made
 # Times the noise, from which on what is left is no noise, whether or not a candidate comes near: the levels
