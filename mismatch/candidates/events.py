@@ -369,10 +369,10 @@ def _harmonics(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
 
 def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:
     """Return the new candidates that are not among the known."""
-    seen, fresh = [(single.key, single.fixed) for single in known], []
+    seen, fresh = [(single.key, single.fixed, single.size) for single in known], []
     for single in new:
-        if (single.key, single.fixed) not in seen:
-            seen.append((single.key, single.fixed))
+        if (single.key, single.fixed, single.size) not in seen:
+            seen.append((single.key, single.fixed, single.size))
             fresh.append(single)
     return fresh
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
+from omnimate.mismatch.candidates.events import merged
 from omnimate.mismatch.candidates.terms import smooth_terms, term
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.vcan_sim.effects import EFFECTS, effect_named
@@ -33,6 +34,11 @@ def test_a_wide_play_is_met_by_the_column_of_its_own_size(shown):
     np.testing.assert_allclose(np.ptp(truth[:, 1]), np.ptp(shown(narrow)[0] * 8.0), rtol=0.2)
     assert np.std(truth - 8.0 * shown(narrow)[0]) > 0.05 * 8.0 * scale
     assert wide.built(np.array([8.0])).width == pytest.approx(8.0 * scale)
+
+
+def test_every_size_of_what_bends_is_a_candidate_of_its_own():
+    narrow, wide = (term("gear_backlash", "a.left", size=size) for size in (1.0, 6.0))
+    assert merged([narrow], [narrow, wide]) == [wide]
 
 
 def test_what_does_not_bend_has_the_same_column_at_every_size(shown):
