@@ -5,7 +5,7 @@ Peer: the simulation of the same drive, in the same process.
 Usage: python -m benchmarks.diagnose_speed [--samples 20000] [--doublings 2]
 
 Each length has a process of its own, in which a short drive is diagnosed first, so that nothing is compiled
-while the time is measured.
+while the time is measured. For 20,000 samples 2 s of one processor and 500 MiB are wanted.
 """
 
 import argparse
@@ -35,6 +35,7 @@ class Measured:
     samples: int
     simulation: float  # [s]
     diagnosis: float  # [s]
+    processor: float  # [s] of it
     memory: float  # [MiB] at most
     findings: str
 
@@ -52,12 +53,12 @@ def measured(samples: int) -> Measured:
     began = time.perf_counter()
     recording = simulated(1 + samples // len(lap))
     simulation = time.perf_counter() - began
-    began = time.perf_counter()
+    began, used = time.perf_counter(), time.process_time()
     diagnosis = diagnose([recording])
-    seconds = time.perf_counter() - began
+    seconds, processor = time.perf_counter() - began, time.process_time() - used
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     findings = ", ".join(f"{finding.effect} {finding.component}" for finding in diagnosis.findings)
-    return Measured(len(recording), simulation, seconds, memory, findings)
+    return Measured(len(recording), simulation, seconds, processor, memory, findings)
 
 
 def main() -> None:
@@ -72,8 +73,8 @@ def main() -> None:
     for line in lines:
         ratio = line.diagnosis / line.simulation
         print(
-            f"{line.samples} samples: {line.diagnosis:.1f} s, {ratio:.0f} times the simulation of the drive, "
-            f"{line.memory:.0f} MiB at most: {line.findings}"
+            f"{line.samples} samples: {line.diagnosis:.1f} s (processor {line.processor:.1f} s), "
+            f"{ratio:.0f} times the simulation of the drive, {line.memory:.0f} MiB at most: {line.findings}"
         )
 
 

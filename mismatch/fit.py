@@ -11,7 +11,8 @@ import numpy as np
 from omnimate.mismatch.candidates.nuisances import nuisances
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import SETUP, calibrated_terms
-from omnimate.mismatch.evidence.posterior import LARGEST, free
+from omnimate.mismatch.evidence.density import LARGEST
+from omnimate.mismatch.evidence.rows import free
 from omnimate.mismatch.recording.response import data, relinearised, response
 from omnimate.mismatch.recording.windows import windows_of
 

@@ -14,6 +14,7 @@ from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
 from omnimate.mismatch.candidates.terms import SCANNED, SKEW, is_near, mounted_terms, smooth_terms, term
 from omnimate.mismatch.candidates.unknown import add_unknown
+from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
 from omnimate.mismatch.fit import Fitted, fitted
@@ -215,19 +216,15 @@ def _posterior(
         else push_terms(regression, [regression.shocks(beside.residual) for beside in besides])
     )
     more = [single for single in merged(terms, local) if single.effect not in left_out]
-    posterior = replace(
-        posterior,
-        terms=[*terms, *more],
-        places=[*places, *regression.add(more, keep=False)],
-        known={},
-    )
-    return posterior, start
+    return posterior.with_more(more, regression.add(more, keep=False)), start
 
 
 def with_everyday(
     regression: Regression, terms: Sequence[Term], places: Sequence[slice], shift: Array
 ) -> Posterior:
     """Return candidates beside what every robot has a little of, whose columns are added.
+
+    The data are then those of the nominal robot.
 
     Args:
         regression: With the candidates' columns.
@@ -256,8 +253,9 @@ def with_everyday(
         sizes.append(ECHO)
         names[column] = "noise", "linkage"
     regression.white = np.hstack([regression.white, echoes])
+    regression.white[:, 0] += shift
     everyday = np.array(numbers, np.int64), np.array(sizes)
-    return Posterior(regression, list(terms), list(places), everyday, names, shift)
+    return Posterior(Candidates(regression, list(terms), list(places), everyday, names))
 
 
 def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
@@ -265,9 +263,7 @@ def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
     regression = posterior.regression
     first = regression.white.shape[1]
     offered, where = add_unknown(regression)
-    every = replace(
-        posterior, terms=[*posterior.terms, *offered], places=[*posterior.places, *where], known={}
-    )
+    every = posterior.with_more(offered, where)
     count = len(posterior.terms)
     best: list[int] = []
     for beside in (every.beside(start), *([every.beside(())] if start else [])):
@@ -276,15 +272,8 @@ def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
     columns = [column for at in best for column in range(where[at].start, where[at].stop)]
     edges = first + np.cumsum([0, *(where[at].stop - where[at].start for at in best)])
     regression.white = np.hstack([regression.white[:, :first], regression.white[:, columns]])
-    return replace(
-        posterior,
-        terms=[*posterior.terms, *(offered[at] for at in best)],
-        places=[
-            *posterior.places,
-            *(slice(int(start), int(end)) for start, end in itertools.pairwise(edges)),
-        ],
-        known={},
-    )
+    places = [slice(int(start), int(end)) for start, end in itertools.pairwise(edges)]
+    return posterior.with_more([offered[at] for at in best], places)
 
 
 def _everyday(single: Term) -> float:

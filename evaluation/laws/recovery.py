@@ -23,7 +23,8 @@ from omnimate.vcan_sim.effects.file import format_effects
 
 if TYPE_CHECKING:
     from omnimate.evaluation.laws.drives import Pair
-    from omnimate.mismatch.evidence.posterior import Beside, Posterior
+    from omnimate.mismatch.evidence.beside import Beside
+    from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.noise.levels import NoiseLevels
     from omnimate.mismatch.recording.response import Columns, Response
     from omnimate.mismatch.recording.windows import Windows
@@ -66,7 +67,11 @@ def recovered_from(drives: Pair) -> Recovery:
         for way in ways:
             variables, columns = observed(posterior, beside, effect.component, way)
             learned = method(
-                variables, columns, beside.residual, posterior.fold, sizes_of(effect.component, way)
+                variables,
+                columns,
+                beside.residual,
+                posterior.candidates.fold,
+                sizes_of(effect.component, way),
             )
             fitted = _gain(beside, columns(learned(variables)[:, None])[:, 0])
             there, shown = observed(unseen, held_out, effect.component, way)

@@ -10,7 +10,6 @@ import numpy as np
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.fleet.batch.files import open_files
-from omnimate.fleet.batch.memory import give_back
 from omnimate.fleet.batch.part import part_of
 from omnimate.fleet.batch.store import folder_of
 from omnimate.fleet.batch.tables import TABLES, parquet_bytes
@@ -130,8 +129,6 @@ def _asked(recording: Recording, *, diagnosed: bool) -> Columns:
         whole = json.dumps(found, sort_keys=True).replace(
             recording.source, recording.source.rpartition("/")[2]
         )
-    if recording.vehicle.linkage is not None:  # a single truck takes little
-        give_back()
     return {
         "triage": answer.verdict,
         "probability": answer.probability,

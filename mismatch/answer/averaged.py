@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import expit, logsumexp
 
 from omnimate.mismatch.candidates.terms import SETUP
-from omnimate.mismatch.evidence.posterior import log_evidence
+from omnimate.mismatch.evidence.density import log_evidence
 from omnimate.mismatch.fit import prior_of
 
 if TYPE_CHECKING:

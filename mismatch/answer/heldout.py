@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.evidence.posterior import free
+from omnimate.mismatch.evidence.rows import free
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.evidence.posterior import NOTHING
+from omnimate.mismatch.evidence.beside import NOTHING
 from omnimate.mismatch.evidence.search import LOOKED_AT, believable, instead_of_two, overlap, ranked
 
 if TYPE_CHECKING:
     from omnimate.mismatch.diagnosis import Key
-    from omnimate.mismatch.evidence.posterior import Beside, Judgement, Posterior
+    from omnimate.mismatch.evidence.beside import Beside, Judgement
+    from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.investigate import Investigation
     from omnimate.vehicle.se2 import Array
 
@@ -103,7 +104,7 @@ def _judged(posterior: Posterior, beside: Beside, member: int) -> dict[Key, dict
 
 def _draws(posterior: Posterior, member: int) -> Array:
     """Return how often each stretch is in each of some recordings drawn anew, `(n, stretches)`."""
-    count = int(posterior.stretch.max()) + 1
+    count = int(posterior.candidates.stretch.max()) + 1
     if posterior.terms[member].is_local:
         return np.ones((1, count))
     chance = np.random.default_rng(0)

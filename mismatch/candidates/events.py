@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.candidates.terms import Term
-    from omnimate.mismatch.evidence.posterior import Beside
+    from omnimate.mismatch.evidence.beside import Beside
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.parameters import Channel
     from omnimate.vehicle.se2 import Array

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.mismatch.candidates.regression import Regression
-    from omnimate.mismatch.evidence.posterior import Beside
+    from omnimate.mismatch.evidence.beside import Beside
 
 SHORTEST = 1.2  # [s] of a stretch: a robot's length at its pace; what is shorter is a bump
 _PATIENCE = 4  # moves in one direction

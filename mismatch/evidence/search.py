@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.evidence.posterior import LARGEST, NOTHING
+from omnimate.mismatch.evidence.beside import NOTHING
+from omnimate.mismatch.evidence.density import LARGEST
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from omnimate.mismatch.candidates.terms import Term
-    from omnimate.mismatch.evidence.posterior import Beside, Judgement, Posterior
+    from omnimate.mismatch.evidence.beside import Beside, Judgement
+    from omnimate.mismatch.evidence.posterior import Posterior
 
 LOOKED_AT = 12  # candidates of the highest evidence that are judged in full
 PAIRED = 40  # candidates, likewise, whose pairs are looked at
@@ -111,7 +113,8 @@ def _again(component: str, times: Sequence[float], moments: Sequence[tuple[str, 
 
 def best(posterior: Posterior, beside: Beside, count: int = LOOKED_AT) -> tuple[int, Judgement] | None:
     """Return the candidate that is worth most beside a set, judged in full."""
-    judged = [(single, beside.judge(single)) for single in ranked(posterior, beside)[:count]]
+    offers = ranked(posterior, beside)[:count]
+    judged = list(zip(offers, beside.judge_all(offers), strict=True))
     first = _first(judged)
     named = [pair for pair in judged if posterior.terms[pair[0]].effect != "unknown" and pair[1].worth > 0.0]
     other = _first(named)
@@ -350,4 +353,4 @@ def _instead(posterior: Posterior, beside: Beside, old: int) -> tuple[int, Judge
         and len(term.fixed["times"]) == len(times)
         and all(abs(time - own) < APART for time, own in zip(times, term.fixed["times"], strict=True))
     ]
-    return _first([(single, beside.judge(single)) for single in near])
+    return _first(list(zip(near, beside.judge_all(near), strict=True)))

@@ -16,7 +16,8 @@ from omnimate.vcan_sim.effects.variables import Motion, known
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from omnimate.mismatch.evidence.posterior import Beside, Posterior
+    from omnimate.mismatch.evidence.beside import Beside
+    from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.learn.learned import LearnedLaw
     from omnimate.vehicle.se2 import Array
 
@@ -74,7 +75,7 @@ def law_of(posterior: Posterior, beside: Beside, component: str, acts_on: str) -
     return learn(
         *observed(posterior, beside, component, acts_on),
         beside.residual,
-        posterior.fold,
+        posterior.candidates.fold,
         component=component,
         acts_on=acts_on,
         scale=sizes_of(component, acts_on),

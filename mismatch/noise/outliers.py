@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.evidence.posterior import log_evidence
+from omnimate.mismatch.evidence.density import log_evidence
 
 if TYPE_CHECKING:
     from omnimate.mismatch.candidates.regression import Regression

@@ -10,7 +10,6 @@ Recordings are thinned, levels of noise are found roughly, and nothing is search
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,7 +40,8 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.diagnosis import Key, Where
-    from omnimate.mismatch.evidence.posterior import Judgement, Posterior
+    from omnimate.mismatch.evidence.beside import Judgement
+    from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.recording import Recording
 
@@ -75,7 +75,8 @@ def triage(recordings: Sequence[Recording]) -> Triage:
         return Triage("mismatch", wrong.says, robot, names, SUREST, wrong.findings[0].where, closest)
     posterior = _candidates([signals_of(thinned(single)) for single in recordings])
     beside = posterior.beside(())
-    judged = [(single, beside.judge(single)) for single in ranked(posterior, beside)[:JUDGED]]
+    offers = ranked(posterior, beside)[:JUDGED]
+    judged = list(zip(offers, beside.judge_all(offers), strict=True))
     probability, closest = _shares(posterior, judged)
     if float((beside.residual**2).mean()) > FAR**2:
         probability = SUREST
@@ -83,7 +84,7 @@ def triage(recordings: Sequence[Recording]) -> Triage:
         part, gain = beside.residual, 0.0
         if closest:
             best, its = max(judged, key=lambda pair: pair[1].worth)
-            part, gain = beside.columns(posterior.columns(best)) @ its.coefficients, its.earned
+            part, gain = beside.columns(posterior.candidates.columns(best)) @ its.coefficients, its.earned
         seen = where(posterior.regression, beside.residual, part)
         says = _says(seen, closest)
         return Triage("mismatch", says, robot, names, probability, seen, closest, gain)
@@ -110,12 +111,7 @@ def _candidates(signals: Sequence[Signals]) -> Posterior:
     events = [*_moments(posterior), *spans(regression, [posterior.beside(())], COARSE)]
     if not events:
         return posterior
-    return replace(
-        posterior,
-        terms=[*posterior.terms, *events],
-        places=[*posterior.places, *regression.add(events, keep=False)],
-        known={},
-    )
+    return posterior.with_more(events, regression.add(events, keep=False))
 
 
 def _moments(posterior: Posterior) -> list[Term]:

@@ -11,6 +11,7 @@ import pytest
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import Term
+from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.noise.levels import NoiseLevels
 from omnimate.mismatch.recording.signals import signals_of
@@ -95,7 +96,7 @@ def alone():
 
     def beside(regression):
         nothing = np.zeros(0, np.int64), np.zeros(0)
-        return Posterior(regression, [], [], nothing, {}, np.zeros(len(regression.white))).beside(())
+        return Posterior(Candidates(regression, [], [], nothing, {})).beside(())
 
     return beside
 
@@ -147,7 +148,7 @@ def drawn():
             for term, place in zip(terms, places, strict=True)
             for column in range(place.start, place.stop)
         }
-        return Posterior(regression, list(terms), places, everyday, names, np.zeros(count))
+        return Posterior(Candidates(regression, list(terms), places, everyday, names))
 
     return posterior
 

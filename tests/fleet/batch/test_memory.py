@@ -8,7 +8,7 @@ from omnimate.mismatch.recording.windows import Windows
 
 @pytest.fixture
 def no_collector():
-    """Let nothing be collected but where the batch asks for it."""
+    """Let nothing be collected that refers to itself."""
     gc.collect()
     gc.disable()
     yield

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from omnimate.logs.folder import load_recording
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.nuisances import BEFORE, SKEW, _unforeseen, is_merged, nuisances
-from omnimate.mismatch.evidence.posterior import free
+from omnimate.mismatch.evidence.rows import free
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.motion.paths import out_and_back
 from omnimate.proof.cases import Case

@@ -9,17 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from omnimate.mismatch.evidence.posterior import (
-    AGAIN,
-    LARGEST,
-    TAILS,
-    bayes_factor,
-    log_evidence,
-    loosened,
-    loosening,
-    narrowed,
-    shrinking,
-)
+from omnimate.mismatch.evidence.candidates import AGAIN
+from omnimate.mismatch.evidence.density import LARGEST, TAILS, bayes_factor, log_evidence
+from omnimate.mismatch.evidence.rows import loosened, loosening, narrowed, shrinking
 
 SEEDS = st.integers(0, 10**6)
 EFFECTS = (
@@ -227,16 +219,21 @@ def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel(drawn, waves
     keys = [("a.left", 20.0), ("a.left", 40.0), ("a.left", 60.0), ("a.right", 60.0)]
     terms = [candidate("bump", wheel, odds=1e-5, positive=True, times=(time,)) for wheel, time in keys]
     posterior = drawn(waves([400.0] * 4, 1), terms, np.zeros(4), 1)
-    assert posterior.odds(2, (0, 1)) == AGAIN > posterior.odds(2, (0,)) == posterior.odds(2, (0, 3))
+    assert (
+        posterior.candidates.odds(2, (0, 1))
+        == AGAIN
+        > posterior.candidates.odds(2, (0,))
+        == posterior.candidates.odds(2, (0, 3))
+    )
 
 
 def test_a_truck_with_one_wrong_number_was_not_calibrated(drawn, waves, candidate):
     keys = [("wheel_diameter", "a.left"), ("wheelbase", "a"), ("wheelbase", "b"), ("latency", "a.left")]
     terms = [candidate(*key, odds=0.03) for key in keys]
-    posterior = drawn(waves([400.0] * 4, 1), terms, np.zeros(4), 1)
-    assert posterior.odds(1, (0,)) > posterior.odds(1, ()) == terms[1].odds
-    assert posterior.odds(2, (0,)) == terms[2].odds
-    assert posterior.odds(1, (3,)) == terms[1].odds
+    candidates = drawn(waves([400.0] * 4, 1), terms, np.zeros(4), 1).candidates
+    assert candidates.odds(1, (0,)) > candidates.odds(1, ()) == terms[1].odds
+    assert candidates.odds(2, (0,)) == terms[2].odds
+    assert candidates.odds(1, (3,)) == terms[1].odds
 
 
 def test_a_barred_candidate_is_worth_nothing_beside_any_set(judged):
@@ -251,7 +248,7 @@ def test_a_barred_candidate_is_worth_nothing_beside_any_set(judged):
 def test_a_recording_drawn_as_it_is_supports_a_candidate_and_a_set_as_it_does(drawn, waves, candidate, seed):
     terms = [candidate(*key) for key in EFFECTS]
     posterior = drawn(waves([300.0] * 4, seed), terms, np.array([1.0, 0.0, 0.5, 0.0]), seed)
-    draws = np.stack([np.ones(int(posterior.stretch.max()) + 1)] * 2)
+    draws = np.stack([np.ones(int(posterior.candidates.stretch.max()) + 1)] * 2)
     np.testing.assert_allclose(posterior.redrawn((0, 2), draws), 0.0, atol=1e-9)
     np.testing.assert_allclose(posterior.beside((0,)).redrawn(2, draws), 0.0, atol=1e-9)
 
@@ -264,6 +261,6 @@ def test_a_recording_drawn_twice_over_supports_a_candidate_as_twice_the_informat
     posterior = drawn(waves([300.0], seed), [candidate(*EFFECTS[0])], np.array([1.0]), seed)
     beside = posterior.beside(())
     gram, score = beside.products([0])
-    draws = np.full((1, int(posterior.stretch.max()) + 1), 2.0)
+    draws = np.full((1, int(posterior.candidates.stretch.max()) + 1), 2.0)
     expected = bayes_factor(2.0 * gram, 2.0 * score) - bayes_factor(gram, score)
     np.testing.assert_allclose(beside.redrawn(0, draws), expected, atol=1e-8)

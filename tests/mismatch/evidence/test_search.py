@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.mismatch.evidence.posterior import NOTHING, Judgement
+from omnimate.mismatch.evidence.beside import NOTHING, Judgement
 from omnimate.mismatch.evidence.search import _first, _thinned, _without_what_cancels, instead_of_two, search
 
 NUMBERS = [("wheel_diameter", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")] + [
