@@ -133,7 +133,11 @@ def fitted(
     prior = prior_of(every, count)
     for turn in range(turns + 1):
         effects = tuple(single.built(known[at]) for single, at in zip(every, own, strict=True))
-        windows = [windows_of(relinearised(single, effects)) for single in signals]
+        if turn == 0 and start is not None and start.regression.base == effects:
+            trajectories = [own.signals for own in start.regression.windows]
+        else:
+            trajectories = [relinearised(single, effects) for single in signals]
+        windows = [windows_of(single) for single in trajectories]
         if pushes is not None:
             windows = [
                 replace(own, rounding=own.rounding + push) for own, push in zip(windows, pushes, strict=True)

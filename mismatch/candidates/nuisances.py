@@ -136,12 +136,12 @@ def _unforeseen(values: Array) -> Array:
 def _drifts(windows: Windows) -> list[Columns]:
     """Return the columns of wheels whose radius changes slowly."""
     phase = np.linspace(0.0, np.pi, len(windows.signals.block))
-    wheels = len(windows.signals.recording.vehicle.wheels)
-    return [
-        wheels_roll(windows, (wheel,), DRIFT * np.cos(mode * phase))
-        for wheel in range(wheels)
-        for mode in range(1, MODES + 1)
-    ]
+    waves = DRIFT * np.cos(np.outer(phase, range(1, MODES + 1)))
+    found = []
+    for wheel in range(len(windows.signals.recording.vehicle.wheels)):
+        push, seen = wheels_roll(windows, (wheel,), waves)
+        found += [(push[:, :, mode], seen[:, :, mode]) for mode in range(MODES)]
+    return found
 
 
 def _gears(windows: Windows) -> list[Columns]:

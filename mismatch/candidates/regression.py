@@ -97,7 +97,7 @@ class Regression:
         return answers
 
     def echoes(self, count: int) -> Array:
-        """Return the data's rows of each of the R channels again, some windows later, `(V, R count)`.
+        """Return the data's rows of each of c measured channels again, some windows later, `(V, c count)`.
 
         They are what noise that is not quite white, and a robot that steers against its errors, make of them.
 
@@ -105,13 +105,14 @@ class Regression:
             count: Windows by which the rows are late, 1 to so many.
         """
         channels = self.windows[0].measured.shape[1]
-        found = np.zeros((len(self.owner), channels * count))
+        measured, place = np.unique(self.channel, return_inverse=True)
+        found = np.zeros((len(self.owner), len(measured) * count))
         for number, windows in enumerate(self.windows):
             grid = np.zeros((len(windows.ends) + count, channels))
             mine = np.flatnonzero(self.owner == number)
             grid[self.moment[mine] + count, self.channel[mine]] = self.white[mine, 0]
             for late in range(1, count + 1):
-                column = self.channel[mine] * count + late - 1
+                column = place[mine] * count + late - 1
                 found[mine, column] = grid[self.moment[mine] + count - late, self.channel[mine]]
         return found
 

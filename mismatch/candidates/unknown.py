@@ -10,14 +10,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.terms import Term, moving_channels, turns
-from omnimate.mismatch.recording.windows import pushed
+from omnimate.mismatch.recording.windows import pushed_by_curves
 from omnimate.vehicle.parameters import JOINTS
 
 if TYPE_CHECKING:
@@ -45,7 +44,7 @@ class Error:
     Attributes:
         component: Component that has it.
         acts_on: Quantity that it changes, as in an effect `law`; empty where no law can be written down.
-        build: Function from a curve `(N - 1,)` of the error to its column.
+        build: Function from curves `(N - 1, B)` of the error to their columns.
         curves: Quantities on which only this error may depend.
     """
 
@@ -60,18 +59,12 @@ def add_unknown(regression: Regression) -> tuple[list[Term], list[slice]]:
 
     What the drive hardly changes is noise, of which no curve may be made.
     """
-    names: list[tuple[str, str, str]] = []
-    raw, signals = [], [windows.signals for windows in regression.windows]
+    signals = [windows.signals for windows in regression.windows]
     moving = moving_channels(signals)
     still = {quantity for channel, quantity in READ.items() if channel not in moving}
     still |= set() if turns(signals) else {"turn rate"}
-    for windows in regression.windows:
-        offered = [column for column in _columns(windows) if column[0][2] not in still]
-        names = [name for name, _ in offered]
-        push = np.stack([column[0] for _, column in offered], axis=2)
-        seen = np.stack([column[1] for _, column in offered], axis=2)
-        raw.append((push, seen))
-    groups = [(name, len(list(own))) for name, own in groupby(names)]
+    offered = [_columns(windows, still) for windows in regression.windows]
+    groups, raw = offered[0][0], [columns for _, columns in offered]
     places = regression.extend(raw, [width for _, width in groups], keep=False)
     odds = BELIEFS["unknown"].log_odds - math.log(QUANTITIES)
     terms = [
@@ -81,16 +74,26 @@ def add_unknown(regression: Regression) -> tuple[list[Term], list[slice]]:
     return terms, places
 
 
-def _columns(windows: Windows) -> list[tuple[tuple[str, str, str], Columns]]:
-    """Return columns, each with its component, what it acts on, and its quantity, in groups."""
+def _columns(windows: Windows, still: set[str]) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
+    """Return columns of all errors, and how many are of each component, what it acts on, and quantity.
+
+    Args:
+        windows: Of the recording.
+        still: Quantities on which nothing may depend.
+    """
     shared = quantities(windows)
     level = np.ones(len(windows.signals.block))
-    found = []
+    groups, pushes, seen = [], [], []
     for error in errors(windows):
+        curves = []
         for quantity, values in {**shared, **error.curves}.items():
-            name = error.component, error.acts_on, quantity
-            found += [(name, error.build(value)) for value in (level, *values)]
-    return found
+            if quantity not in still:
+                groups.append(((error.component, error.acts_on, quantity), 1 + len(values)))
+                curves += [level, *values]
+        push, shown = error.build(np.stack(curves, axis=1))
+        pushes.append(push)
+        seen.append(shown)
+    return groups, (np.concatenate(pushes, axis=2), np.concatenate(seen, axis=2))
 
 
 def quantities(windows: Windows) -> Curves:
@@ -158,47 +161,48 @@ def sizes_of(component: str, acts_on: str) -> float:
     return PER_TURN if acts_on == "turn" else PER_METRE
 
 
-def wheels_roll(windows: Windows, wheels: tuple[int, ...], value: Array) -> Columns:
-    """Return the column of wheels that roll by a curve `(N - 1,)` more per metre."""
+def wheels_roll(windows: Windows, wheels: tuple[int, ...], curves: Array) -> Columns:
+    """Return the columns of wheels that roll by curves `(N - 1, B)` more per metre."""
     block = windows.signals.block
     twist = np.zeros_like(block.twist)
     for wheel in wheels:
-        gained = value * block.travel[:, wheel]
+        gained = block.travel[:, wheel]
         truck, sign = wheel // 2, (-1.0, 1.0)[wheel % 2]
         twist[:, truck, 0] += 0.5 * gained
         twist[:, truck, 2] += sign * gained / block.wheelbase[truck]
-    return _pushed(windows, twist)
+    return _pushed(windows, twist, curves)
 
 
-def _way(windows: Windows, wheels: tuple[int, ...], value: Array) -> Columns:
-    return wheels_roll(windows, wheels, PER_METRE * value)
+def _way(windows: Windows, wheels: tuple[int, ...], curves: Array) -> Columns:
+    return wheels_roll(windows, wheels, PER_METRE * curves)
 
 
-def _side(windows: Windows, truck: int, value: Array) -> Columns:
-    """Return the column of a truck that creeps sideways by a curve per metre."""
+def _side(windows: Windows, truck: int, curves: Array) -> Columns:
+    """Return the columns of a truck that creeps sideways by curves per metre."""
     block = windows.signals.block
     twist = np.zeros_like(block.twist)
-    twist[:, truck, 1] = PER_METRE * value * np.abs(block.twist[:, truck, 0])
-    return _pushed(windows, twist)
+    twist[:, truck, 1] = PER_METRE * np.abs(block.twist[:, truck, 0])
+    return _pushed(windows, twist, curves)
 
 
-def _turn(windows: Windows, truck: int, value: Array) -> Columns:
-    """Return the column of a truck that turns by a curve more per angle."""
+def _turn(windows: Windows, truck: int, curves: Array) -> Columns:
+    """Return the columns of a truck that turns by curves more per angle."""
     block = windows.signals.block
     twist = np.zeros_like(block.twist)
-    twist[:, truck, 2] = PER_TURN * value * block.twist[:, truck, 2]
-    return _pushed(windows, twist)
+    twist[:, truck, 2] = PER_TURN * block.twist[:, truck, 2]
+    return _pushed(windows, twist, curves)
 
 
-def _pushed(windows: Windows, twist: Array) -> Columns:
-    return -pushed(windows.signals, windows.ends, twist), np.zeros(windows.measured.shape)
+def _pushed(windows: Windows, twist: Array, curves: Array) -> Columns:
+    inputs = pushed_by_curves(windows.signals, windows.ends, twist, curves)
+    return -inputs, np.zeros((*windows.measured.shape, curves.shape[1]))
 
 
-def _reading(windows: Windows, rows: tuple[int, ...], value: Array) -> Columns:
-    """Return the column of sensors that read a curve too much."""
-    measured = np.zeros(windows.measured.shape)
-    at = np.concatenate((value[:1], value))[windows.ends]
+def _reading(windows: Windows, rows: tuple[int, ...], curves: Array) -> Columns:
+    """Return the columns of sensors that read curves too much."""
+    measured = np.zeros((*windows.measured.shape, curves.shape[1]))
+    at = np.concatenate((curves[:1], curves))[windows.ends]
     for row in rows:
         angle = row < 2 if row < windows.linkage else (row - windows.linkage) % 3 == 2
         measured[:, row] = (ANGLE if angle else LENGTH) * at
-    return np.zeros(windows.drift.shape), measured
+    return np.zeros((*windows.drift.shape, curves.shape[1])), measured

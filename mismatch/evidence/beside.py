@@ -242,6 +242,17 @@ class Beside:
         added, shared, held = self._with(added)
         return added.T @ added - shared.T @ held, self._score(added, held)
 
+    def supports(self, added: Array, widths: Sequence[int]) -> Array:
+        """Return the log Bayes factors (K,) of candidates that have so many of added columns (V, C) each."""
+        added, shared, held = self._with(added)
+        score, found, first = self._score(added, held), [], 0
+        for width in widths:
+            own = slice(first, first + width)
+            gram = added[:, own].T @ added[:, own] - shared[:, own].T @ held[:, own]
+            found.append(float(bayes_factor(gram, score[own])))
+            first += width
+        return np.array(found)
+
     def _with(self, added: Array) -> tuple[Array, Array, Array]:
         """Return added columns (V, C) with members being noise, and what they share with the nuisances.
 

@@ -111,10 +111,7 @@ def observed(
             error = next(
                 error for error in errors(windows) if (error.component, error.acts_on) == (component, acts_on)
             )
-            pairs = [error.build(values / scale) for values in own.T]
-            raw.append(
-                (np.stack([push for push, _ in pairs], axis=2), np.stack([seen for _, seen in pairs], axis=2))
-            )
+            raw.append(error.build(own / scale))
         return beside.free(regression.whitened(raw))
 
     return variables, columns

@@ -134,11 +134,12 @@ def filter_of(windows: Windows, noise: NoiseLevels) -> Filter:
 
 def _process(windows: Windows, noise: NoiseLevels, kept: Array, mean: Array) -> Array:
     """Return the process covariances (M, n, n)."""
-    process = noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep
-    process += noise.sway**2 * windows.sway + windows.rounding
-    trucks = 3 * len(windows.signals.trucks)
+    process = windows.rounding.copy()
+    poses = windows.floor.shape[1]
+    process[:, :poses, :poses] += noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep
+    process[:, :poses, :poses] += noise.sway**2 * windows.sway
     moving = windows.rolled.sum(axis=1) > 0.0
-    process[:, range(trucks), range(trucks)] += (_TIDE**2) * moving[:, None]
+    process[:, range(poses), range(poses)] += (_TIDE**2) * moving[:, None]
     waves = _waves(windows)
     process[:, waves, waves] = noise.waviness**2 * mean * (1.0 - kept**2)
     return np.asarray(process)
@@ -292,15 +293,15 @@ def _slopes(run: Filter, noise: NoiseLevels, white: Array) -> Array:
     scores, informations, by_variance = adjoint(
         run.transition, windows.links, windows.observe, run.gains, run.spread, white
     )
-    states = scores.shape[1]
-    half = 0.5 * (scores @ scores.transpose(0, 2, 1) - informations)
+    poses, waves = windows.floor.shape[1], _waves(windows)
+    shoved = scores[:, :poses]
+    half = 0.5 * (shoved @ shoved.transpose(0, 2, 1) - informations[:, :poses, :poses])
+    waved = 0.5 * ((scores[:, waves] ** 2).sum(axis=2) - informations[:, waves, waves])
     slope = np.zeros(len(_FREEDOM))
     slope[0] = 2.0 * noise.roughness**2 * float(np.vdot(half, windows.floor))
     kept, mean = _wave(windows, noise.wave)
-    waves = _waves(windows)
-    slope[1] = 2.0 * noise.waviness**2 * float((half[:, waves, waves] * mean * (1.0 - kept**2)).sum())
+    slope[1] = 2.0 * noise.waviness**2 * float((waved * mean * (1.0 - kept**2)).sum())
     slope[3] = 2.0 * noise.creep**2 * float(np.vdot(half, windows.creep))
-    assert states == windows.transition.shape[1]
     own = windows.linkage
     variance = variance_of(windows, noise)
     by_variance = np.where(np.isfinite(variance), by_variance, 0.0)

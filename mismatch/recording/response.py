@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.recording.signals import signals_of
+from omnimate.mismatch.recording.signals import about
 from omnimate.mismatch.recording.windows import pushed
 from omnimate.vcan_sim.effects.ageing import AgedSamples
 from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
@@ -50,7 +50,7 @@ def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:
         block = replayed(signals, effects)
         shown = block.reading - signals.block.reading
         offset = np.concatenate((shown[:1], shown)) if shown.shape[1] else 0.0
-        signals = signals_of(signals.recording, offset, block.twist, usable=signals.poses)
+        signals = about(signals, offset, block.twist)
     return signals
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,7 @@ from omnimate.vcan_sim.effects.block import Block
 from omnimate.vehicle.arcs import integrate_twists
 from omnimate.vehicle.linkage import follower, linkage_of
 from omnimate.vehicle.parameters import JOINTS
-from omnimate.vehicle.se2 import Array, between, rotate, wrap
+from omnimate.vehicle.se2 import Array, between, wrap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,7 +47,6 @@ class Signals:
         reading: (N, 3) of joint_a, joint_b [rad] and link [m]; no columns with a single truck.
         resolution: (3,) one count of each of them [rad, rad, m]; empty likewise.
         poses: measured from outside, in order of time and within the samples; empty without.
-        foreseen: whether the block's readings are foreseen, or those that were read.
     """
 
     recording: Recording
@@ -58,7 +57,6 @@ class Signals:
     reading: Array
     resolution: Array
     poses: Poses | None
-    foreseen: bool = True
 
     @property
     def trucks(self) -> tuple[TruckName, ...]:
@@ -71,24 +69,8 @@ class Signals:
         return self.recording.time
 
 
-def signals_of(
-    recording: Recording,
-    offset: Array | float = 0.0,
-    twist: Array | None = None,
-    *,
-    foreseen: bool = True,
-    usable: Poses | None = None,
-) -> Signals:
-    """Return a recording's signals, with all of its effects still in it.
-
-    Args:
-        recording: of a drive.
-        offset: (N, 3) what is known of the linkage readings' errors [rad, rad, m]: the trajectory is that
-            of the readings without it.
-        twist: (N - 1, T, 3) of the trucks, where more is known than their nominal wheels tell.
-        foreseen: let effects act on the readings that odometry foresees, not on those that were read.
-        usable: measured poses without those that are outlying, where they are known already.
-    """
+def signals_of(recording: Recording) -> Signals:
+    """Return a recording's signals, with all of its effects still in it."""
     vehicle, time = recording.vehicle, recording.time
     period = np.diff(time)
     angle = np.stack(
@@ -103,9 +85,9 @@ def signals_of(
     yaw = (travel[:, 1::2] - travel[:, 0::2]) / wheelbase
     forward = 0.5 * (travel[:, 1::2] + travel[:, 0::2])
     nominal = np.stack([forward, np.zeros_like(yaw), yaw], axis=-1)
-    known = nominal if twist is None else twist
-    poses = _usable(recording, nominal) if usable is None else usable
-    path = _path(recording, known, reading - offset, poses)
+    poses = _usable(recording, nominal)
+    path = _path(recording, nominal, reading, poses)
+    heading, place, shown = _along_path(path)
     block = Block(
         time=time[1:],
         period=period,
@@ -114,20 +96,50 @@ def signals_of(
         speed=speed,
         acceleration=acceleration,
         wheelbase=wheelbase,
-        heading=0.5 * (path[1:, :, 2] + path[:-1, :, 2]),
-        place=0.5 * (path[1:, :, :2] + path[:-1, :, :2]),
+        heading=heading,
+        place=place,
         travel=travel,
-        twist=np.zeros((len(period), len(wheelbase), 3)),
-        reading=_unwrapped_reading(path)[1:],
+        twist=nominal,
+        reading=shown,
         rest=0.0 if vehicle.linkage is None else vehicle.linkage.length,
     )
     resolution = np.array(
         [abs(vehicle.encoder(name).scale) for name in vehicle.channels if name not in vehicle.wheels]
     )
-    facing = np.stack([np.cos(block.heading), np.sin(block.heading)], axis=-1)
-    steps = np.concatenate([rotate(block.heading, known[..., :2]), known[..., 2:]], axis=-1)
-    gone = np.concatenate((np.zeros_like(steps[:1]), np.cumsum(steps, axis=0)))
-    return Signals(recording, block.rolled(), path, facing, gone, reading, resolution, poses, foreseen)
+    facing, gone = _gone(heading, nominal)
+    return Signals(recording, block, path, facing, gone, reading, resolution, poses)
+
+
+def about(signals: Signals, offset: Array | float, twist: Array) -> Signals:
+    """Return a recording's signals about another trajectory.
+
+    Args:
+        signals: Of the recording.
+        offset: What is known of the linkage readings' errors, `(N, 3)` [rad, rad, m]: the trajectory is that
+            of the readings without it.
+        twist: Of the trucks, `(N - 1, T, 3)`.
+    """
+    path = _path(signals.recording, twist, signals.reading - offset, signals.poses)
+    heading, place, shown = _along_path(path)
+    facing, gone = _gone(heading, twist)
+    block = replace(signals.block, heading=heading, place=place, reading=shown)
+    return replace(signals, block=block, path=path, facing=facing, gone=gone)
+
+
+def _along_path(path: Array) -> tuple[Array, Array, Array]:
+    """Return headings, places and a perfect linkage's readings of K steps along a path (K + 1, T, 3)."""
+    middle = 0.5 * (path[1:] + path[:-1])
+    return middle[:, :, 2], middle[:, :, :2], _unwrapped_reading(path)[1:]
+
+
+def _gone(heading: Array, twist: Array) -> tuple[Array, Array]:
+    """Return the directions (K, T, 2) of headings, and the way (K + 1, T, 3) of trucks in the world."""
+    facing = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    gone = np.zeros((len(twist) + 1, *twist.shape[1:]))
+    gone[1:, :, 0] = facing[..., 0] * twist[..., 0] - facing[..., 1] * twist[..., 1]
+    gone[1:, :, 1] = facing[..., 1] * twist[..., 0] + facing[..., 0] * twist[..., 1]
+    gone[1:, :, 2] = twist[..., 2]
+    return facing, np.cumsum(gone, axis=0)
 
 
 def grid(time: Array) -> NDArray[np.int64]:

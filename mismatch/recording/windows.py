@@ -45,9 +45,9 @@ class Windows:
         measured: (M + 1, R) the data; nan where nothing was measured.
         drift: (M, 3 T) what odometry does otherwise than the trajectory.
         stated: (M + 1, R) variance of poses as their file states it; 0 for the linkage.
-        floor: (M, n, n) process covariance for a roughness of 1 m/sqrt(m).
-        creep: (M, n, n) likewise of sideways motion.
-        sway: (M, n, n) likewise of trucks on their tyres, for 1 m/sqrt(s).
+        floor: (M, 3 T, 3 T) process covariance of the poses for a roughness of 1 m/sqrt(m).
+        creep: (M, 3 T, 3 T) likewise of sideways motion.
+        sway: (M, 3 T, 3 T) likewise of trucks on their tyres, for 1 m/sqrt(s).
         rounding: (M, n, n) process covariance of the encoders' rounding.
         lever: (M, W, n) what a metre of a wheel's travel does to the state.
         rolled: (M, W) way of each wheel in each window, whatever its direction [m].
@@ -121,10 +121,9 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
     _start_and_stop(signals, ends, rolled, rounding)
     waves = np.arange(states - wheels, states)
     transition[:, :, waves] += (rolled[:, :, None] * lever).transpose(0, 2, 1)
-    floor = np.einsum("mw,mwi,mwj->mij", rolled, lever, lever)
-    creep = _creep(signals, ends, rolled, states)
+    floor, creep = _rough(rolled, lever), _creep(signals, ends, rolled)
     rolling = np.diff(signals.time[ends])[:, None] * (rolled > 0.0)
-    sway = np.einsum("mw,mwi,mwj->mij", rolling, lever, lever) + _creep(signals, ends, rolling, states)
+    sway = _rough(rolling, lever) + _creep(signals, ends, rolling)
     measured, stated, observe = _measurements(signals, ends, states)
     stamps = tuple(_stamps(signals, ends, truck) for truck in signals.trucks)
     drift = pushed(signals, ends, signals.block.twist - twists_along(signals.path))
@@ -228,6 +227,38 @@ def _pushed(path: Array, facing: Array, ends: IntArray, twist: Array) -> Array:
     return inputs
 
 
+def pushed_by_curves(signals: Signals, ends: NDArray[np.int64], twist: Array, curves: Array) -> Array:
+    """Return the inputs `(M, 3 T, B)` that additional twists `(N - 1, T, 3)` are, times each of B curves.
+
+    Args:
+        signals: Of the recording.
+        ends: Samples at which M windows begin and end, from the first to the last; shape `(M + 1,)`.
+        twist: In each step, where a curve is one.
+        curves: In each step, `(N - 1, B)`.
+    """
+    path, facing = signals.path, signals.facing
+    last = np.repeat(ends[1:], np.diff(ends))
+    x, y = np.moveaxis(path[last, :, :2] - 0.5 * (path[1:, :, :2] + path[:-1, :, :2]), 2, 0)
+    (ahead, aside, yaw), (cos, sin) = np.moveaxis(twist, 2, 0), np.moveaxis(facing, 2, 0)
+    pushes = np.stack(
+        [cos * ahead - sin * aside - yaw * y, sin * ahead + cos * aside + yaw * x, yaw], axis=2
+    ).reshape(len(twist), -1)
+    return _summed(pushes, np.ascontiguousarray(curves), ends)
+
+
+@compiled
+def _summed(pushes: Array, curves: Array, ends: IntArray) -> Array:
+    """Return pushes (K, R) times curves (K, B), summed over the steps of each window: `(M, R, B)`."""
+    inputs = np.zeros((len(ends) - 1, pushes.shape[1], curves.shape[1]))
+    for window in range(len(ends) - 1):
+        for step in range(ends[window], ends[window + 1]):
+            for row in range(pushes.shape[1]):
+                if pushes[step, row] != 0.0:
+                    for curve in range(curves.shape[1]):
+                        inputs[window, row, curve] += pushes[step, row] * curves[step, curve]
+    return inputs
+
+
 def _lever(signals: Signals, ends: NDArray[np.int64], states: int) -> Array:
     """Return what a metre of a wheel's travel in the middle of each window does, (M, W, n)."""
     path, block = signals.path, signals.block
@@ -245,8 +276,20 @@ def _lever(signals: Signals, ends: NDArray[np.int64], states: int) -> Array:
     return lever
 
 
-def _creep(signals: Signals, ends: NDArray[np.int64], rolled: Array, states: int) -> Array:
-    covariance = np.zeros((len(ends) - 1, states, states))
+def _rough(rolled: Array, lever: Array) -> Array:
+    """Return the covariances (M, 3 T, 3 T) of wheels that are off by the root of what each rolls (M, W)."""
+    trucks = lever.shape[1] // 2
+    covariance = np.zeros((len(lever), 3 * trucks, 3 * trucks))
+    for truck in range(trucks):
+        own, both = slice(3 * truck, 3 * truck + 3), slice(2 * truck, 2 * truck + 2)
+        push = lever[:, both, own]
+        covariance[:, own, own] = push.transpose(0, 2, 1) @ (rolled[:, both, None] * push)
+    return covariance
+
+
+def _creep(signals: Signals, ends: NDArray[np.int64], rolled: Array) -> Array:
+    poses = 3 * len(signals.trucks)
+    covariance = np.zeros((len(ends) - 1, poses, poses))
     middle = (ends[1:] + ends[:-1]) // 2
     for truck in range(len(signals.trucks)):
         heading = signals.path[middle, truck, 2]
@@ -290,12 +333,15 @@ def _round_wheels(
         count = abs(vehicle.metres_per_count(wheel))
         moving = np.flatnonzero(rolled[:, number] > 0.5 * count)
         variance = np.where(rolled[moving, number] > 2.5 * count, 1.0 / 12.0, 0.25) * count**2
-        own, push = first + number, lever[moving, number].copy()
-        transition[moving, :, own] += push
+        truck, own = slice(number // 2 * 3, number // 2 * 3 + 3), first + number
+        push = lever[moving, number, truck]
+        transition[moving, truck, own] += push
         transition[moving, own, own] = 0.0
-        push = -push
-        push[:, own] = 1.0
-        rounding[moving] += variance[:, None, None] * push[:, :, None] * push[:, None, :]
+        across = -variance[:, None] * push
+        rounding[moving, truck, truck] += variance[:, None, None] * push[:, :, None] * push[:, None, :]
+        rounding[moving, truck, own] += across
+        rounding[moving, own, truck] += across
+        rounding[moving, own, own] += variance
 
 
 def _measurements(signals: Signals, ends: NDArray[np.int64], states: int) -> tuple[Array, Array, Array]:
