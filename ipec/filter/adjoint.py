@@ -8,13 +8,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import numpy as np
-
 from omnimate.ipec.filter.prediction import returns_to
-from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, WANDER, Step
+from omnimate.ipec.filter.records import JOINT_BIAS, LINK, POSE, STATES, WANDER, Step
 from omnimate.vehicle.compiled import Array, compiled
 
-ERRING = (WANDER, WANDER + 1)
 MOVING = JOINT_BIAS - LINK  # states that the next step depends on, from the link's heading on
 
 
@@ -46,36 +43,6 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
         gain: Gain of the update as in `OpenFilter`, shape `(21,)`.
     """
     push, weight = gain[STATES], gain[STATES + 1]
-    vector, information = adjoint.vector, adjoint.information
-    along = 0.0
-    carried = np.zeros(STATES)
-    for i in range(STATES):
-        along += gain[i] * vector[i]
-        for j in range(STATES):
-            carried[i] += information[i, j] * gain[j]
-    total = 0.0
-    for i in range(STATES):
-        total += gain[i] * carried[i]
-    total = weight * (1.0 + weight * total)
-    for i in range(STATES):
-        vector[i] += row[i] * (push - weight * along)
-        for j in range(STATES):
-            information[i, j] += row[i] * row[j] * total - weight * (
-                row[i] * carried[j] + carried[i] * row[j]
-            )
-
-
-@compiled
-def undo_reading(adjoint: Adjoint, number: int, share: Array, gain: Array) -> None:
-    """Take the adjoint back through an update by the linkage: it reads true value, bias and what errs.
-
-    Args:
-        adjoint: Adjoint after the update; changed to that before it.
-        number: 0 for joint_a, 1 for joint_b, 2 for the link.
-        share: By what joint_a, joint_b and link change per unit of each error, shape `(2, 3)`.
-        gain: Gain of the update as in `OpenFilter`, shape `(21,)`.
-    """
-    push, weight = gain[STATES], gain[STATES + 1]
     vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
     along, total = 0.0, 0.0
     for i in range(STATES):
@@ -85,19 +52,17 @@ def undo_reading(adjoint: Adjoint, number: int, share: Array, gain: Array) -> No
         carried[i] = weight * drawn
         along += gain[i] * vector[i]
         total += gain[i] * carried[i]
-    total = weight * (1.0 + total)
-    for read in (JOINT_A + number, JOINT_BIAS + number, WANDER, WANDER + 1):
-        by = share[read - WANDER, number] if read in ERRING else 1.0
-        if by == 0.0:
+    total = 0.5 * weight * (1.0 + total)
+    for i in range(STATES):
+        carried[i] -= total * row[i]
+    for i in range(STATES):
+        if row[i] == 0.0:
             continue
-        vector[read] += by * (push - weight * along)
+        vector[i] += row[i] * (push - weight * along)
         for j in range(STATES):
-            information[read, j] -= by * carried[j]
-            information[j, read] -= by * carried[j]
-        for other in (JOINT_A + number, JOINT_BIAS + number, WANDER, WANDER + 1):
-            information[read, other] += (
-                total * by * (share[other - WANDER, number] if other in ERRING else 1.0)
-            )
+            change = row[i] * carried[j]
+            information[i, j] -= change
+            information[j, i] -= change
 
 
 @compiled
@@ -105,7 +70,7 @@ def undo_linkage(adjoint: Adjoint, step: Step) -> None:
     """Take the adjoint back through the updates by link, joint_b and joint_a."""
     for number in range(2, -1, -1):
         if step.updated[number]:
-            undo_reading(adjoint, number, step.share, step.gain[number])
+            undo_update(adjoint, step.row[number], step.gain[number])
 
 
 @compiled

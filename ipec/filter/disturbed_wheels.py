@@ -165,6 +165,7 @@ def find_disturbed(settings: FilterSettings, state: FilterState, opened: OpenFil
             variance = more * opened.input_variance[number]
             opened.input_variance[number] += variance
             add_input(state, opened, number, variance)
+        spread(state, opened)
 
 
 @compiled

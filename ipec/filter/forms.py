@@ -29,6 +29,7 @@ from omnimate.ipec.filter.records import (
     ERRORS,
     INPUTS,
     JOINT_A,
+    LENGTH,
     LINK,
     POSE,
     SIDES,
@@ -87,7 +88,7 @@ def share_in_reading(settings: FilterSettings, state: FilterState, opened: OpenF
     """Return by what a reading of the linkage changes per unit of each size, in the middle of a step."""
     number, form = opened.reading, opened.form
     if form == STRETCH:
-        return state.begun[3] - settings.length, 0.0  # the length before the wheels' errors in this step
+        return 0.5 * (state.begun[3] + state.mean[LENGTH]) - settings.length, 0.0
     if form == LATE:
         return -lag(settings, state, opened), 0.0
     if form == PLAY:

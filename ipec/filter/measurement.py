@@ -8,10 +8,12 @@ are kept; where almost nothing lies outside, the reading changes nothing.
 
 import math
 
+from omnimate.ipec.filter.hypotheses import LATE
 from omnimate.ipec.filter.records import (
     ERRORS,
     JOINT_A,
     JOINT_BIAS,
+    LINK,
     STATES,
     WANDER,
     FilterSettings,
@@ -83,10 +85,7 @@ def compare(state: FilterState, number: int) -> float:
 def innovation(state: FilterState, opened: OpenFilter, number: int) -> float:
     """Return the mean reading of a step minus what an open filter predicts [rad] or [m]."""
     mean: float = state.missed[number] / state.seen
-    offset = opened.offset
-    for error in range(ERRORS):
-        mean -= opened.share[error, number] * offset[WANDER + error]
-    return mean - expected_reading(offset, number)
+    return mean - product(opened.row[number], opened.offset)
 
 
 @compiled
@@ -113,62 +112,83 @@ def update(state: FilterState, opened: OpenFilter, number: int) -> None:
         opened: Open filter, changed in place.
         number: 0 for joint_a, 1 for joint_b, 2 for the link.
     """
-    true, bias = JOINT_A + number, JOINT_BIAS + number
-    first, second = opened.share[0, number], opened.share[1, number]
-    covariance, gain, shares = opened.covariance, opened.gain[number], state.shares
-    for row in range(STATES):
-        gain[row] = covariance[row, true] + covariance[row, bias]
-        gain[row] += first * covariance[row, WANDER] + second * covariance[row, WANDER + 1]
+    covariance, gain, row = opened.covariance, opened.gain[number], opened.row[number]
+    shares = state.shares
     blur, half = state.scatter[number], state.sure[number]
     if number == opened.reading:
         blur += opened.vague
-    variance = gain[true] + gain[bias] + first * gain[WANDER] + second * gain[WANDER + 1] + blur
+    variance = blur + product(gain, row)
     push, information = cut(innovation(state, opened, number), variance, half)
     gain[STATES], gain[STATES + 1] = push, information
     opened.updated[number] = 1 if information > 0.0 else 0
     if information <= 0.0:
         return
-    for row in range(STATES):
-        opened.offset[row] += gain[row] * push
-        factor = gain[row] * information
-        for column in range(STATES):
-            covariance[row, column] -= factor * gain[column]
+    for i in range(STATES):
+        opened.offset[i] += gain[i] * push
+        factor = gain[i] * information
+        for j in range(STATES):
+            covariance[i, j] -= factor * gain[j]
+    for other in range(number + 1, 3):
+        following = opened.gain[other]
+        factor = information * product(gain, opened.row[other])
+        for i in range(STATES):
+            following[i] -= factor * gain[i]
     for wheel in range(4):
         if opened.alert[wheel] > 0.0:
-            share = shares[wheel, true] + shares[wheel, bias]
-            share += first * shares[wheel, WANDER] + second * shares[wheel, WANDER + 1]
+            share = product(shares[wheel], row)
             opened.lost[wheel] += share * push
-            for row in range(STATES):
-                shares[wheel, row] -= share * information * gain[row]
+            for i in range(STATES):
+                shares[wheel, i] -= share * information * gain[i]
 
 
 @compiled
-def _by_error(opened: OpenFilter, error: int, i: int, j: int) -> float:
-    """Return what one size of what errs adds to the covariance of two innovations."""
-    covariance, row = opened.covariance, WANDER + error
-    mine, other = opened.share[error, i], opened.share[error, j]
+def product(first: Array, second: Array) -> float:
+    """Return the product of two vectors of the states, of which only `STATES` elements count."""
     total = 0.0
-    if mine != 0.0:
-        total += mine * (covariance[row, JOINT_A + j] + covariance[row, JOINT_BIAS + j])
-        for column in range(ERRORS):
-            total += mine * opened.share[column, j] * covariance[row, WANDER + column]
-    if other != 0.0:
-        total += other * (covariance[JOINT_A + i, row] + covariance[JOINT_BIAS + i, row])
+    for i in range(STATES):
+        total += first[i] * second[i]
     return total
 
 
 @compiled
+def fill_rows(state: FilterState, opened: OpenFilter) -> None:
+    """Fill the derivative of a step's mean readings by the states at its end.
+
+    The mean is of the middle of the step. What changes along the step has by then changed by half, and the
+    derivative of what comes until the end is taken at the end. What a late wheel has lost is that of the
+    middle already: it is told by the mean speed in the step.
+    """
+    late = 0.5 * (1.0 - 1.0 / state.seen)
+    for number in range(3):
+        row, true = opened.row[number], JOINT_A + number
+        row[:] = 0.0
+        for column in range(LINK, JOINT_BIAS):
+            row[column] = -late * state.transition[true, column]
+        row[true] += 1.0 + late
+        row[JOINT_BIAS + number] = 1.0
+        for error in range(ERRORS):
+            if opened.form == LATE:
+                row[WANDER + error] = 0.0
+            row[WANDER + error] += opened.share[error, number]
+
+
+@compiled
 def spread(state: FilterState, opened: OpenFilter) -> None:
-    """Fill the covariance `(3, 3)` of the three innovations, with each step taken as uniform noise."""
+    """Fill the covariances of the states with each reading, and that of the innovations `(3, 3)`.
+
+    Each step of a reading is taken as uniform noise.
+    """
     out, covariance = state.spread, opened.covariance
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = 0.0
-            for row in (JOINT_A + i, JOINT_BIAS + i):
-                for column in (JOINT_A + j, JOINT_BIAS + j):
-                    out[i, j] += covariance[row, column]
-            for error in range(ERRORS):
-                out[i, j] += _by_error(opened, error, i, j)
-        out[i, i] += state.sure[i] ** 2 / 3.0 + state.scatter[i]
-        if i == opened.reading:
-            out[i, i] += opened.vague
+    for number in range(3):
+        gain = opened.gain[number]
+        gain[:] = 0.0
+        for column in range(LINK, STATES):
+            factor = opened.row[number, column]
+            if factor != 0.0:
+                for i in range(STATES):
+                    gain[i] += factor * covariance[column, i]
+        for other in range(number + 1):
+            out[number, other] = out[other, number] = product(gain, opened.row[other])
+        out[number, number] += state.sure[number] ** 2 / 3.0 + state.scatter[number]
+        if number == opened.reading:
+            out[number, number] += opened.vague

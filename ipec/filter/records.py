@@ -79,7 +79,7 @@ class Step:
         way: Travel of the wheels [m], shape `(4,)`.
         lasting: Share of the error that outlasts the step.
         reading: What errs, a number in `hypotheses.READINGS`; -1 for nothing.
-        share: By what joint_a, joint_b and link change per unit of each error, shape `(2, 3)`.
+        row: Derivative of the mean readings by the states after the step, shape `(3, 19)`.
         transition: Derivative of the first six states by the states before the step, shape `(6, 19)`.
         inputs: Derivative of the first six states by the inputs, shape `(6, 8)`.
         input_variance: Variance of the inputs [m^2], shape `(8,)`.
@@ -95,7 +95,7 @@ class Step:
     way: Annotated[Array, 4]
     lasting: float
     reading: int
-    share: Annotated[Array, (2, 3)]
+    row: Annotated[Array, (3, 19)]
     transition: Annotated[Array, (6, 19)]
     inputs: Annotated[Array, (6, 8)]
     input_variance: Annotated[Array, 8]
@@ -213,6 +213,7 @@ class OpenFilter:
         gained: By what each input changes per unit of each size in this step, shape `(8, 2)`.
         followed: 1 where the hypothesis is carried on; 0 for most where a drive runs again.
         offset: What it would add to the mean, shape `(19,)`.
+        row: Derivative of the mean readings by the states after the step, shape `(3, 19)`.
         covariance: Its covariance, shape `(19, 19)`.
         learned: Sums from which the noise is learned: variance x way, way; shape `(4, 2)`.
         alert: Travel for which each input stays distrusted [m], shape `(8,)`.
@@ -237,6 +238,7 @@ class OpenFilter:
     gained: Annotated[Array, (8, 2)]
     followed: int
     offset: Annotated[Array, 19]
+    row: Annotated[Array, (3, 19)]
     covariance: Annotated[Array, (19, 19)]
     learned: Annotated[Array, (4, 2)]
     alert: Annotated[Array, 8]

@@ -100,7 +100,7 @@ def keep(state: FilterState, opened: OpenFilter, step: Step) -> None:
     step.transition[:], step.inputs[:] = state.transition, state.inputs
     step.input_variance[:] = opened.input_variance
     step.updated[:], step.gain[:] = opened.updated, opened.gain
-    step.reading, step.share[:] = opened.reading, opened.share
+    step.reading, step.row[:] = opened.reading, opened.row
     move_by_error(step.inputs, opened, step.transition)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from omnimate.ipec.filter.belief import settle
 from omnimate.ipec.filter.disturbed_wheels import STEP, find_disturbed, find_levels
 from omnimate.ipec.filter.forms import follow_motion, shape_error
-from omnimate.ipec.filter.measurement import compare, expected_reading, find_scatter, update
+from omnimate.ipec.filter.measurement import compare, expected_reading, fill_rows, find_scatter, update
 from omnimate.ipec.filter.prediction import (
     differentiate,
     find_input_variance,
@@ -144,6 +144,7 @@ def take(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> No
         alert[number] = max(0.0, alert[number] - rolled)
     if state.seen == 0:
         return
+    fill_rows(state, opened)
     find_disturbed(settings, state, opened)
     shares = state.shares
     shares[:] = 0.0
