@@ -263,16 +263,16 @@ def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
     regression = posterior.regression
     first = regression.white.shape[1]
     offered, where = add_unknown(regression)
-    added = regression.white[:, first:]
+    regression.white, added = np.hsplit(regression.white, [first])
     widths = [at.stop - at.start for at in where]
     best: list[int] = []
     for beside in (posterior.beside(start), *([posterior.beside(())] if start else [])):
         worth = np.array([single.odds for single in offered]) + beside.supports(added, widths)
         order = np.argsort(-worth, kind="stable").tolist()
         best += [at for at in order[:UNKNOWN] if at not in best]
-    columns = [column for at in best for column in range(where[at].start, where[at].stop)]
+    columns = [column - first for at in best for column in range(where[at].start, where[at].stop)]
     edges = first + np.cumsum([0, *(widths[at] for at in best)])
-    regression.white = np.hstack([regression.white[:, :first], regression.white[:, columns]])
+    regression.white = np.hstack([regression.white, added[:, columns]])
     places = [slice(int(start), int(end)) for start, end in itertools.pairwise(edges)]
     return posterior.with_more([offered[at] for at in best], places)
 

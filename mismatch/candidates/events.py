@@ -42,7 +42,7 @@ _PLACES = 4  # stretches under one wheel that are looked at
 _STRONGEST = 16  # windows under one wheel
 _CHUNK = 128
 
-Build = Callable[[int, "Windows", range], "Array"]
+Build = Callable[[int, "Windows", range], tuple["NDArray[np.int64]", "Array"]]
 Shocks = Sequence[tuple["Array", "Array"]]  # of each recording, as `Regression.shocks` gives them
 
 
@@ -183,20 +183,22 @@ def columns_of(regression: Regression, build: Build, count: int) -> Array:
 
     Args:
         regression: Whose recordings to look at.
-        build: Way that wheels gain (M, W, c) in the columns from one number to another.
+        build: Wheel of each column (c,) from one number to another, and the way (M, c) that it gains.
         count: C.
     """
     rows = np.empty((len(regression.owner), count))
     for first in range(0, count, _CHUNK):
         last = min(first + _CHUNK, count)
         for number, windows in enumerate(regression.windows):
-            gained = build(number, windows, range(first, last))
-            poses = 3 * len(windows.signals.trucks)
-            push = np.einsum("mwi,mwc->mic", windows.lever[:, :, :poses], gained)
+            of_wheel, gained = build(number, windows, range(first, last))
+            push = np.zeros((*windows.drift.shape, last - first))
+            for wheel in np.unique(of_wheel):
+                mine = np.flatnonzero(of_wheel == wheel)
+                lever = windows.lever[:, wheel, : push.shape[1], None]
+                push[:, :, mine] = -lever * gained[:, None, mine]
             still = np.zeros((*windows.measured.shape, last - first))
-            white = regression.filters[number].whiten(-push, still)
-            mine = regression.owner == number
-            rows[mine, first:last] = white[regression.moment[mine], regression.channel[mine]]
+            white = regression.filters[number].whiten(push, still)
+            rows[regression.rows_of(number), first:last] = white
     return rows
 
 
@@ -225,16 +227,18 @@ def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) 
     found = []
     for number, wheel in enumerate(wheels):
 
-        def build(owner: int, windows: Windows, columns: range, wheel: int = number) -> Array:
-            way = travelled(windows)
+        def build(
+            owner: int, windows: Windows, columns: range, wheel: int = number
+        ) -> tuple[NDArray[np.int64], Array]:
+            way = travelled(windows)[:, wheel]
             middle = 0.5 * (windows.time[1:] + windows.time[:-1])
-            gained = np.zeros((*way.shape, len(columns)))
+            gained = np.zeros((len(way), len(columns)))
             for at, column in enumerate(columns):
                 cell = column - int(firsts[owner])
                 if 0 <= cell < len(edges[owner]) - 1:
                     inside = slice(*np.searchsorted(middle, edges[owner][cell : cell + 2]))
-                    gained[inside, wheel, at] = -way[inside, wheel]
-            return gained
+                    gained[inside, at] = -way[inside]
+            return np.full(len(columns), wheel), gained
 
         cells = columns_of(regression, build, count)
         for beside in besides:
@@ -318,15 +322,15 @@ def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
     speeds = np.abs(np.concatenate([block.speed for block in blocks]))
     limits = np.quantile(speeds, np.linspace(0.02, 0.98, _LIMITS), axis=0)
 
-    def build(number: int, windows: Windows, columns: range) -> Array:
+    def build(number: int, windows: Windows, columns: range) -> tuple[NDArray[np.int64], Array]:
         block = blocks[number]
-        gained = np.zeros((len(windows.ends) - 1, len(wheels), len(columns)))
-        for at, column in enumerate(columns):
-            limit, wheel = divmod(column, len(wheels))
-            fast = np.abs(block.speed[:, wheel]) > limits[limit, wheel]
-            lost = np.where(fast, block.travel[:, wheel], 0.0)
-            gained[:, wheel, at] = np.add.reduceat(lost, windows.ends[:-1])
-        return gained
+        limit, wheel = np.divmod(columns, len(wheels))
+        gained = np.empty((len(windows.ends) - 1, len(columns)))
+        for at in range(len(columns)):
+            fast = np.abs(block.speed[:, wheel[at]]) > limits[limit[at], wheel[at]]
+            lost = np.where(fast, block.travel[:, wheel[at]], 0.0)
+            gained[:, at] = np.add.reduceat(lost, windows.ends[:-1])
+        return wheel, gained
 
     found = []
     every = strengths(regression, besides, build, len(limits) * len(wheels))
@@ -345,15 +349,12 @@ def _harmonics(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
     """Return orders at which a wheel's travel beats."""
     wheels = wheels_of(regression)
 
-    def build(_number: int, windows: Windows, columns: range) -> Array:
-        gained = np.zeros((len(windows.ends) - 1, len(wheels), len(columns)))
-        for at, column in enumerate(columns):
-            wheel, rest = divmod(column, 2 * len(ORDERS))
-            angle = windows.signals.block.angle[:, wheel]
-            turned = np.concatenate((angle[:1], angle))[windows.ends]
-            wave = np.cos(ORDERS[rest // 2] * turned + 0.5 * np.pi * (rest % 2))
-            gained[:, wheel, at] = np.diff(wave)
-        return gained
+    def build(_number: int, windows: Windows, columns: range) -> tuple[NDArray[np.int64], Array]:
+        wheel, rest = np.divmod(columns, 2 * len(ORDERS))
+        angle = windows.signals.block.angle
+        turned = np.concatenate((angle[:1], angle))[windows.ends]
+        order = np.array(ORDERS)[rest // 2]
+        return wheel, np.diff(np.cos(order * turned[:, wheel] + 0.5 * np.pi * (rest % 2)), axis=0)
 
     found = []
     for sigmas in strengths(regression, besides, build, 2 * len(ORDERS) * len(wheels)):

@@ -87,9 +87,7 @@ class Regression:
         """
         answers = []
         for number, (windows, run) in enumerate(zip(self.windows, self.filters, strict=True)):
-            white = np.full((*run.spread.shape, 1), np.nan)
-            mine = self.owner == number
-            white[self.moment[mine], self.channel[mine], 0] = rows[mine]
+            white = np.ascontiguousarray(rows[self.rows_of(number), None])
             scores, informations, _ = adjoint(
                 run.transition, windows.links, windows.observe, run.gains, run.spread, white
             )
@@ -123,10 +121,12 @@ class Regression:
         for first in range(0, width, _CHUNK):
             some = slice(first, first + _CHUNK)
             for number, (run, (push, seen)) in enumerate(zip(self.filters, raw, strict=True)):
-                mine = self.owner == number
-                rows = run.whiten(push[:, :, some], seen[:, :, some])
-                white[mine, some] = rows[self.moment[mine], self.channel[mine]]
+                white[self.rows_of(number), some] = run.whiten(push[:, :, some], seen[:, :, some])
         return white
+
+    def rows_of(self, number: int) -> slice:
+        """Return where the rows of a recording are."""
+        return slice(*np.searchsorted(self.owner, (number, number + 1)).tolist())
 
     def take_secant(self, place: slice, effect: Effect, size: float) -> None:
         """Let a column be what an effect of the base does, over its size, in the place of its slope there.

@@ -97,7 +97,7 @@ class Filter:
     spread: Array
 
     def whiten(self, inputs: Array, measured: Array) -> Array:
-        """Return the whitened innovations (M + 1, R, C) of columns.
+        """Return the whitened innovations (V, C) of columns, in the rows that were measured.
 
         Args:
             inputs: (M, 3 T, C).
@@ -264,10 +264,8 @@ def _badness(
     for run, raw in zip(runs, columns, strict=True):
         there = np.isfinite(run.spread)
         cost += 0.5 * float(np.log(run.spread[there]).sum())
-        white = run.whiten(*raw)
-        whites.append(white)
-        rows = white.reshape(-1, width)
-        gram += rows.T @ rows
+        whites.append(run.whiten(*raw))
+        gram += whites[-1].T @ whites[-1]
     precision = gram[1:, 1:] + np.eye(width - 1)
     fitted = np.concatenate(([1.0], -np.linalg.solve(precision, gram[1:, 0])))
     cost += 0.5 * float(fitted @ gram @ fitted) + 0.5 * float(fitted[1:] @ fitted[1:])
@@ -287,7 +285,7 @@ def _slopes(run: Filter, noise: NoiseLevels, white: Array) -> Array:
     Args:
         run: Of it.
         noise: The levels.
-        white: Whitened columns that are summed over, (M + 1, R, C).
+        white: Whitened columns that are summed over, (V, C).
     """
     windows = run.windows
     scores, informations, by_variance = adjoint(

@@ -64,6 +64,25 @@ def add_rows(total: Array, weights: Array, rows: Array) -> None:
 
 
 @compiled
+def subtract_rows(total: Array, weights: Array, rows: Array) -> None:
+    """Take weighted rows `(n, C)` from a total `(1, C)` in place; most weights `(n,)` are zero."""
+    for number in range(len(weights)):
+        weight = weights[number]
+        if weight != 0.0:
+            for one in range(rows.shape[1]):
+                total[0, one] -= weight * rows[number, one]
+
+
+@compiled
+def add_outer(rows: Array, weights: Array, row: Array) -> None:
+    """Add a row `(1, C)` to rows `(n, C)` in place, times a weight `(n,)` each."""
+    for number in range(len(weights)):
+        weight = weights[number]
+        for one in range(rows.shape[1]):
+            rows[number, one] += weight * row[0, one]
+
+
+@compiled
 def carry(transition: Array, links: IntArray, state: Array) -> None:
     """Carry a state `(n, C)` over one step in place: F state."""
     for number in range(len(links)):
@@ -89,7 +108,7 @@ def whiten(
     gains: Array,
     spread: Array,
 ) -> Array:
-    """Return whitened innovations `(M + 1, R, C)` of C columns; rows that were not measured are 0.
+    """Return whitened innovations `(V, C)` of C columns, in the V rows that were measured, moment by moment.
 
     Args:
         transition: F, (M, n, n).
@@ -102,8 +121,8 @@ def whiten(
     """
     moments, rows, states = observe.shape
     columns = measured.shape[2]
-    white = np.zeros((moments, rows, columns))
-    state, innovation = np.zeros((states, columns)), np.zeros((1, columns))
+    white = np.empty((np.sum(np.isfinite(spread)), columns))
+    state, innovation, count = np.zeros((states, columns)), np.zeros((1, columns)), 0
     for moment in range(moments):
         if moment > 0:
             carry(transition[moment - 1], links, state)
@@ -113,12 +132,10 @@ def whiten(
             if np.isnan(size):
                 continue
             innovation[0] = measured[moment, row]
-            add_rows(innovation, -observe[moment, row], state)
-            white[moment, row] = innovation[0] / np.sqrt(size)
-            for other in range(states):
-                gain = gains[moment, row, other]
-                for one in range(columns):
-                    state[other, one] += gain * innovation[0, one]
+            subtract_rows(innovation, observe[moment, row], state)
+            white[count] = innovation[0] / np.sqrt(size)
+            count += 1
+            add_outer(state, gains[moment, row], innovation)
     return white
 
 
@@ -139,14 +156,14 @@ def adjoint(
         observe: H, (M + 1, R, n).
         gains: As `gains_of` returns them.
         spread: Likewise.
-        white: Whitened innovations of columns, (M + 1, R, C).
+        white: Whitened innovations of columns, (V, C), as `whiten` returns them.
 
     Returns:
         Scores (M, n, C) and information (M, n, n) of an input in each step, and the derivative (M + 1, R) of
         the log likelihood by each variance of a reading.
     """
     moments, rows, states = observe.shape
-    columns = white.shape[2]
+    columns, count = white.shape[1], len(white)
     scores = np.zeros((moments - 1, states, columns))
     informations = np.zeros((moments - 1, states, states))
     by_variance = np.zeros((moments, rows))
@@ -161,7 +178,8 @@ def adjoint(
             seen, gain = observe[moment, row], gains[moment, row]
             # with L = I - gain seen': score = seen v / s + L' score,
             # information = seen seen' / s + L' information L
-            error[0] = white[moment, row] / np.sqrt(size)
+            count -= 1
+            error[0] = white[count] / np.sqrt(size)
             add_rows(error, -gain, score)
             twice = _pull(information, gain, pulled)
             by_variance[moment, row] = 0.5 * (np.sum(error**2) - 1.0 / size - twice)

@@ -62,8 +62,8 @@ def response(windows: Windows, effects: Sequence[Effect]) -> Response:
     inputs = windows.drift + (pushed(signals, windows.ends, more) if np.any(more) else 0.0)
     offset = np.zeros(windows.measured.shape)
     if windows.linkage:
-        shown = block.reading - signals.block.reading
-        offset[:, :3] = np.concatenate((shown[:1], shown))[windows.ends]
+        before = np.maximum(windows.ends - 1, 0)  # a step's reading is that at its end
+        offset[:, :3] = block.reading[before] - signals.block.reading[before]
     _age_poses(windows, effects, offset)
     _move_references(windows, effects, offset)
     return Response(inputs, offset)

@@ -103,8 +103,10 @@ class Block:
     def rolled(self) -> Self:
         """Return the block with the twists that the wheels' travel makes on exact arcs, U (2.4)-(2.6)."""
         left, right = self.travel[:, 0::2], self.travel[:, 1::2]
-        yaw = (right - left) / self.wheelbase
-        return replace(self, twist=np.stack([0.5 * (left + right), np.zeros_like(yaw), yaw], axis=-1))
+        twist = np.zeros((*left.shape, 3))
+        twist[..., 0] = 0.5 * (left + right)
+        twist[..., 2] = (right - left) / self.wheelbase
+        return replace(self, twist=twist)
 
 
 LINKAGE = ("joint_a", "joint_b", "link")
