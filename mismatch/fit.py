@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 # tyre's load, a wrong figure in a data sheet) is larger. UMBmark's robot had a wheelbase 1.1 % off and
 # diameters apart by 0.084 % (Borenstein & Feng, figure 11); OptiOdom publishes 1.7 % and 0.11 % of its robot.
 UNEQUAL = 0.1
+HELD = 1e12  # precision of a size that is known, beside which all that data tell is nothing
 TURNS = 2  # the effects are small, and the second turn changes them by their square
 
 
@@ -130,7 +131,10 @@ def fitted(
     widths = [len(single.probes) for single in every]
     edges = np.cumsum([0, *widths]).tolist()
     own = [slice(first, last) for first, last in itertools.pairwise(edges)]
+    for single, at in zip(every, own, strict=True):
+        known[at] = known[at] if single.held is None else single.held
     prior = prior_of(every, count)
+    held = np.diag(np.repeat([HELD if single.held is not None else 0.0 for single in every], widths))
     for turn in range(turns + 1):
         effects = tuple(single.built(known[at]) for single, at in zip(every, own, strict=True))
         if turn == 0 and start is not None and start.regression.base == effects:
@@ -151,7 +155,7 @@ def fitted(
         precision = columns.T @ columns + prior
         if turn == turns:
             break
-        known = known + np.linalg.solve(precision, columns.T @ rows[:, 0] - prior @ known)
+        known = known + np.linalg.solve(precision + held, columns.T @ rows[:, 0] - prior @ known)
         for single, at in zip(every, own, strict=True):
             if single.positive:
                 known[at] = np.maximum(known[at], 0.0)

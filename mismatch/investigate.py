@@ -12,6 +12,7 @@ from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.events import events, merged, push_terms
 from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
+from omnimate.mismatch.candidates.obstacles import obstacles
 from omnimate.mismatch.candidates.terms import SCANNED, SKEW, is_near, mounted_terms, smooth_terms, term
 from omnimate.mismatch.candidates.unknown import add_unknown
 from omnimate.mismatch.evidence.candidates import Candidates
@@ -92,34 +93,39 @@ def investigate(
     nothing = fitted(signals, DEFAULT_LEVELS, (), ())
     nothing.regression.add(usual(library, signals))
     noise = noise_beside(nothing.regression)
-    fit = fitted(signals, noise, (), (), turns=1, start=nothing)
+    met = obstacles(nothing.regression)
+    noise = nothing.regression.noise if met.terms else noise
+    shaken = met.pushes
+    fit = fitted(signals, noise, met.terms, met.values, 1, nothing, shaken)
     names: set[tuple[tuple[str, str], int]] = set()
     for turn in range(ROUNDS):
         progress(2 * turn + 1, STEPS, "comparing sets of effects")
         posterior, start = _posterior(fit, library, left_out, nameless=turn > 0)
-        members = search(posterior, start if turn > 0 else _calibration(posterior, fit))
+        members = search(posterior, start if turn > 0 else (*start, *_calibration(posterior, fit)))
         progress(2 * turn + 2, STEPS, "fitting effects and noise")
         terms, values = _settled(posterior, members)
-        fit = fitted(signals, noise, terms, values, start=fit)
+        fit = fitted(signals, noise, terms, values, start=fit, pushes=shaken)
         noise = _noise_about(fit)
-        fit = _again(signals, noise, fit)
+        fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, shaken)
         before, names = names, {(single.key, len(single.fixed.get("times", ()))) for single in terms}
         if turn > 0 and names == before:
             break
     # what is left now and is no noise has no candidate: it counts as noise, and moments that stand out tell
     # nothing, lest something that lasts be told for them
     noise, pushes = _happened(fit)
+    pushes = [own + more for own, more in zip(shaken, pushes, strict=True)]
     fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, pushes)
     progress(2 * ROUNDS + 1, STEPS, "holding the answer against its rivals")
     posterior, start = _posterior(fit, library, left_out, scan=False)
     if "unknown" not in left_out:
         posterior = _with_unknown(posterior, start)
-    return _final(signals, noise, pushes, posterior, start, fit)
+    return _final(signals, noise, shaken, pushes, posterior, start, fit)
 
 
 def _final(
     signals: tuple[Signals, ...],
     noise: NoiseLevels,
+    shaken: Sequence[Array],
     pushes: Sequence[Array],
     posterior: Posterior,
     start: tuple[int, ...],
@@ -153,7 +159,7 @@ def _final(
         ]
         if not fallen:
             # what happened tells nothing of which effects there are, and yet of how large they are
-            whole = fitted(signals, noise, terms, values, 1, fit)
+            whole = fitted(signals, noise, terms, values, 1, fit, shaken)
             fit = whole if _agrees(whole.chosen, fit.chosen) else fit
             return Investigation(signals, posterior, members, named, fit)
         posterior.bar(fallen)
@@ -185,11 +191,6 @@ def _calibration(posterior: Posterior, fit: Fitted) -> tuple[int, ...]:
     """Return the candidates that are calibrated in any case: from these a search begins."""
     keys = {single.key for single in fit.calibrated.terms}
     return tuple(number for number, single in enumerate(posterior.terms) if single.key in keys)
-
-
-def _again(signals: Sequence[Signals], noise: NoiseLevels, fit: Fitted) -> Fitted:
-    """Return a fit at other levels of noise."""
-    return fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit)
 
 
 def _posterior(
@@ -300,7 +301,7 @@ def _settled(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], 
     terms, sizes = [], []
     for key in dict.fromkeys(found.key for found in chosen.values()):
         same = [single for single in chosen if chosen[single].key == key]
-        if key[0] == "bump" and len(same) > 1:
+        if key[0] == "bump" and len(same) > 1 and all(chosen[single].held is None for single in same):
             pairs = sorted(
                 (time, float(value))
                 for single in same

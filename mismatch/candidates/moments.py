@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.mismatch.candidates.terms import Term, term
 from omnimate.vcan_sim.effects.block import wheel_number
 from omnimate.vcan_sim.effects.bump import BumpEvents
 
@@ -15,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.evidence.beside import Beside
 
 SHORTEST = 1.2  # [s] of a stretch: a robot's length at its pace; what is shorter is a bump
@@ -140,4 +140,4 @@ def _replaced(
     value: Any = float(moved[0]) if name in {"time", "above"} else tuple(moved.tolist())
     if name == "intervals":
         value = tuple(zip(value[0::2], value[1::2], strict=True))
-    return term(member.effect, member.component, **{**member.fixed, name: value})
+    return member.at(**{name: value})

@@ -142,6 +142,11 @@ class Term:
         """Part by which it may act otherwise than its law says, on any stretch."""
         return BELIEFS[self.effect].inexact
 
+    @property
+    def held(self) -> float | None:
+        """Its size, where that is known, and is not fitted with those of others."""
+        return None
+
     def fine(self) -> Term:
         """Return the term with probes of a-priori size, as slopes about what was found."""
         if self.size == 1.0:

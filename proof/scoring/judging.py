@@ -178,9 +178,15 @@ def deviations(pairs: Iterable[tuple[Label, Answer]]) -> list[float]:
                 or name in {"phase", "order", "above", "time", "direction"}
             ):
                 continue
-            if estimate["sigma"] > 0.0:
-                errors.append((estimate["value"] - parameter["value"]) / estimate["sigma"])
+            value, sigma = _mean(estimate["value"]), _mean(estimate["sigma"])
+            if sigma > 0.0:
+                errors.append((value - parameter["value"]) / sigma)
     return errors
+
+
+def _mean(numbers: float | list[float]) -> float:
+    """Return a number, or the mean of what differs from event to event."""
+    return sum(numbers) / len(numbers) if isinstance(numbers, list) else numbers
 
 
 def _matches(pairs: Iterable[tuple[Label, Answer]]) -> Iterable[tuple[Label, dict[str, Any], float]]:
