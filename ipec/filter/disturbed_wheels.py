@@ -180,7 +180,8 @@ def learn(
     """Learn the variance of the inputs from what the innovations say about them.
 
     One step of expectation maximisation (Shumway & Stoffer, 1982) with innovations of Student's
-    distribution, so that a single disturbance teaches little.
+    distribution, so that a single disturbance teaches little. No step teaches more than a distrusted input
+    may err by: what no hypothesis explains would else let the noise grow without a bound.
     """
     weight = (FREEDOM + 3.0) / (FREEDOM + left)
     way, learned = 0.25 * state.rolled.sum(), opened.learned
@@ -198,7 +199,8 @@ def learn(
         likely = variance + variance * variance * (weight * along * along - seen)
         if number < 4:
             likely -= settings.resolution[number]
-        learned[level, 0] += max(likely, 0.0)
+        most = (settings.distrust * rolled) ** 2
+        learned[level, 0] += min(max(likely, 0.0), most)
         learned[level, 1] += rolled
 
 
