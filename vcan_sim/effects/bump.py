@@ -55,13 +55,19 @@ class BumpEvents(Effect):
             )
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Lose way as each crossing goes on; remember the way rolled since each onset."""
+        """Lose way as each crossing goes on; remember the way rolled since each onset.
+
+        What begins before a motion of which nothing is remembered is over.
+        """
         wheel = wheel_number(self.component)
         travel, radius = block.travel[:, wheel], self.radius(block, wheel)
         gone = np.concatenate(([0.0], np.cumsum(np.abs(travel))))
-        since = np.zeros(len(self.times)) if state is None else state
+        begun = np.array(self.times) < block.time[0] - block.period[0]
+        since = np.where(begun, np.inf, 0.0) if state is None else state
         after, lost = since.copy(), np.zeros(len(block))
         for number, (time, loss) in enumerate(zip(self.times, self.lost, strict=True)):
+            if np.isinf(since[number]) or time > block.time[-1]:
+                continue
             first = int(np.searchsorted(block.time, time, side="right"))
             before = gone[first] - since[number]  # on which the crossing began
             after[number] = gone[-1] - before

@@ -77,6 +77,13 @@ def test_a_bump_in_reverse_takes_the_way_back_too(forward, acted):
     assert after["travel"][:, 0].sum() == pytest.approx(back.travel[:, 0].sum() + 2e-3, abs=1e-12)
 
 
+def test_a_bump_before_a_motion_of_which_nothing_is_remembered_is_over(forward, acted):
+    early, now = START - 5.0, START + 1.0
+    both = acted(effect("bump", "a.left", times=(early, now), lost=(5e-3, 2e-3)), forward)
+    alone = acted(effect("bump", "a.left", times=(now,), lost=(2e-3,)), forward)
+    assert np.array_equal(both["travel"], alone["travel"])
+
+
 def test_an_edge_of_height_h_loses_2_r_q_minus_sin_q_while_it_rolls_2_r_q():
     q = math.acos(1.0 - 0.010 / 0.075)
     assert losing(0.075, 2.0 * 0.075 * (q - math.sin(q))).rolled == pytest.approx(2.0 * 0.075 * q)
