@@ -232,18 +232,19 @@ def pushed_by_curves(signals: Signals, ends: NDArray[np.int64], twist: Array, cu
 
     Args:
         signals: Of the recording.
-        ends: Samples at which M windows begin and end, from the first to the last; shape `(M + 1,)`.
+        ends: Samples at which M windows begin and end, shape `(M + 1,)`.
         twist: In each step, where a curve is one.
         curves: In each step, `(N - 1, B)`.
     """
-    path, facing = signals.path, signals.facing
-    last = np.repeat(ends[1:], np.diff(ends))
+    begin, end = int(ends[0]), int(ends[-1])  # a sample without all wheels is no end of a window
+    path, facing, twist = signals.path[begin : end + 1], signals.facing[begin:end], twist[begin:end]
+    last = np.repeat(ends[1:], np.diff(ends)) - begin
     x, y = np.moveaxis(path[last, :, :2] - 0.5 * (path[1:, :, :2] + path[:-1, :, :2]), 2, 0)
     (ahead, aside, yaw), (cos, sin) = np.moveaxis(twist, 2, 0), np.moveaxis(facing, 2, 0)
     pushes = np.stack(
         [cos * ahead - sin * aside - yaw * y, sin * ahead + cos * aside + yaw * x, yaw], axis=2
     ).reshape(len(twist), -1)
-    return _summed(pushes, np.ascontiguousarray(curves), ends)
+    return _summed(pushes, np.ascontiguousarray(curves[begin:end]), ends - begin)
 
 
 @compiled

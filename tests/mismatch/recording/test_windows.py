@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch.recording.signals import signals_of
-from omnimate.mismatch.recording.windows import windows_of
+from omnimate.mismatch.recording.windows import pushed, pushed_by_curves, windows_of
 
 
 def test_no_window_ends_where_a_wheels_frame_is_missing(drive):
@@ -46,3 +46,19 @@ def test_older_poses_lag_by_the_way_and_hold_none_of_the_noise_of_measuring(driv
     speed = np.hypot(*signals.block.twist[:, 0, :2].T) / signals.block.period
     assert np.hypot(*late[0][:, :2].T).max() == pytest.approx(0.1 * speed.max(), rel=0.02)
     assert np.abs(late[1] - late[0])[:, :2].max() < 1e-3
+
+
+def test_what_is_pushed_by_curves_is_pushed_by_each_though_the_first_and_last_samples_miss_a_wheel(drive):
+    recording = drive()
+    present = recording.present.copy()
+    present[[0, 1, -1], 0] = False
+    windows = windows_of(signals_of(replace(recording, present=present)))
+    steps = len(windows.signals.block)
+    assert windows.ends[-1] < steps
+    chance = np.random.default_rng(3)
+    twist, curves = chance.normal(size=(steps, 2, 3)), chance.normal(size=(steps, 2))
+    together = pushed_by_curves(windows.signals, windows.ends, twist, curves)
+    some = slice(windows.ends[0], windows.ends[-1])
+    for number, curve in enumerate(curves.T):
+        alone = pushed(windows.signals, windows.ends, (twist * curve[:, None, None])[some])
+        np.testing.assert_allclose(together[:, :, number], alone, atol=1e-12)
