@@ -12,7 +12,7 @@ from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.events import events, merged, push_terms
 from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
-from omnimate.mismatch.candidates.obstacles import obstacles
+from omnimate.mismatch.candidates.obstacles import no_obstacles, obstacles
 from omnimate.mismatch.candidates.terms import SCANNED, SKEW, is_near, mounted_terms, smooth_terms, term
 from omnimate.mismatch.candidates.unknown import add_unknown
 from omnimate.mismatch.evidence.candidates import Candidates
@@ -93,7 +93,7 @@ def investigate(
     nothing = fitted(signals, DEFAULT_LEVELS, (), ())
     nothing.regression.add(usual(library, signals))
     noise = noise_beside(nothing.regression)
-    met = obstacles(nothing.regression)
+    met = (no_obstacles if "bump" in left_out else obstacles)(nothing.regression)
     noise = nothing.regression.noise if met.terms else noise
     shaken = met.pushes
     fit = fitted(signals, noise, met.terms, met.values, 1, nothing, shaken)

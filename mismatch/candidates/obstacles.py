@@ -166,7 +166,7 @@ def obstacles(regression: Regression) -> Obstacles:
         regression: Of the nominal robot, with the columns of what may be wrong with any robot, whitened by
             the noise of such a robot. It is whitened anew.
     """
-    told = Obstacles([], [], [np.zeros_like(windows.rounding) for windows in regression.windows])
+    told = no_obstacles(regression)
     found = _encounters(regression)
     if len(found) < ENCOUNTERS:
         return told
@@ -187,10 +187,8 @@ def obstacles(regression: Regression) -> Obstacles:
         if odds[at] <= 0.0 or len(crossings) < ENCOUNTERS:
             continue
         mean = float(np.mean([its.lost for _, its in crossings]))
-        times, parts = (
-            tuple(its.begin for _, its in crossings),
-            tuple(its.lost / mean for _, its in crossings),
-        )
+        times = tuple(its.begin for _, its in crossings)
+        parts = tuple(its.lost / mean for _, its in crossings)
         told.terms.append(train(wheel, times, parts, mean / LOST, min(SUREST, odds[at])))
         told.values.append(np.array([mean / LOST]))
         for single, its in crossings:
@@ -198,6 +196,11 @@ def obstacles(regression: Regression) -> Obstacles:
             trucks, during = slice(0, len(sizes)), slice(single.stretch.start, single.stretch.stop)
             told.pushes[single.number][during, trucks, trucks] += sizes
     return told
+
+
+def no_obstacles(regression: Regression) -> Obstacles:
+    """Return that nothing was met."""
+    return Obstacles([], [], [np.zeros_like(windows.rounding) for windows in regression.windows])
 
 
 def _shapes(windows: Windows) -> Array:

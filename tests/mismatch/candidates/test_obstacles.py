@@ -117,3 +117,8 @@ def test_the_answer_names_the_obstacles_and_nothing_that_they_shake(drive, shaki
     assert answer.findings[0].probability > 0.9
     lost = next(each for each in answer.findings[0].parameters if each.name == "lost")
     assert np.mean(lost.value) == pytest.approx(TAKEN, rel=0.1)
+
+
+def test_obstacles_are_not_told_where_bumps_are_left_out_of_the_library(drive, shaking):
+    answer = diagnose([drive(*shaking)], without=["bump"])
+    assert "bump" not in {finding.effect for finding in answer.findings}
