@@ -338,7 +338,7 @@ def noise_beside(regression: Regression, *, roughly: bool = False) -> NoiseLevel
     if not roughly:
         noise = estimate_noise(regression.windows, regression.raw, noise, (noise.wave,))
         regression.whiten(noise)
-    windows, _count = freed(regression, _without(regression))
+    windows, _count = freed(regression, regression.without(regression.sizes()))
     noise = estimate_noise(windows, regression.raw, noise, waves, tolerance)
     regression.whiten(noise)
     return noise
@@ -368,10 +368,3 @@ def _happened(fit: Fitted) -> tuple[NoiseLevels, list[Array]]:
         counting.append(replace(usual, rounding=usual.rounding + np.where(near, push, 0.0)))
     noise = estimate_noise(counting, regression.raw, regression.noise, (regression.noise.wave,))
     return noise, pushes
-
-
-def _without(regression: Regression) -> np.ndarray:
-    """Return the data's rows without all columns that are there."""
-    columns, data = regression.white[:, 1:], regression.white[:, 0]
-    precision = columns.T @ columns + np.eye(columns.shape[1])
-    return np.asarray(data - columns @ np.linalg.solve(precision, columns.T @ data))

@@ -19,9 +19,10 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from omnimate.mismatch.candidates.beliefs import BELIEFS
+from omnimate.mismatch.candidates.events import travelled
 from omnimate.mismatch.candidates.moments import SHORTEST
 from omnimate.mismatch.candidates.terms import Term
-from omnimate.mismatch.evidence.density import TAILS
+from omnimate.mismatch.evidence.density import TAILS, log_evidence
 from omnimate.mismatch.noise.levels import estimate_noise
 from omnimate.mismatch.noise.outliers import SHOVE, freed
 from omnimate.mismatch.noise.whitening import whiten
@@ -103,13 +104,16 @@ class Obstacles:
 
     Attributes:
         terms: Obstacles under each wheel that met some.
-        values: Their coefficients.
         pushes: Of each recording process covariances `(M, n, n)` by which encounters shake the robot.
     """
 
     terms: list[Train]
-    values: list[Array]
     pushes: list[Array]
+
+    @property
+    def values(self) -> list[Array]:
+        """Their coefficients."""
+        return [np.array([single.held]) for single in self.terms]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +124,7 @@ class _Encounter:
         number: Of the recording.
         windows: Of it.
         stretch: Of its windows.
+        ways: Way of each wheel in each of these, `(n, W)` [m].
         gram: Products of the columns of pushes (n 3 T) in each of them with each other.
         score: Products with what is left of the data.
     """
@@ -127,21 +132,20 @@ class _Encounter:
     number: int
     windows: Windows
     stretch: range
+    ways: Array
     gram: Array
     score: Array
 
-    def beside(self, pushes: Array) -> tuple[float, Array, Array]:
-        """Return the log evidence of some pushes, and gram and score with them being noise.
+    def evidence(self, pushes: Array) -> float:
+        """Return the log evidence of pushes of which this is a root of the covariance, `(n 3 T, k)`."""
+        return float(log_evidence(pushes.T @ self.gram @ pushes, pushes.T @ self.score, 1.0))
 
-        Args:
-            pushes: A root of their covariance, `(n 3 T, k)`.
-        """
+    def beside(self, pushes: Array) -> tuple[Array, Array]:
+        """Return gram and score with some pushes, likewise a root, being noise."""
         inside = self.gram @ pushes
         precision = pushes.T @ inside + np.eye(pushes.shape[1])
         taken = np.linalg.solve(precision, np.column_stack([inside.T, pushes.T @ self.score]))
-        evidence = 0.5 * float((pushes.T @ self.score) @ taken[:, -1])
-        evidence -= 0.5 * float(np.linalg.slogdet(precision)[1])
-        return evidence, self.gram - inside @ taken[:, :-1], self.score - inside @ taken[:, -1]
+        return self.gram - inside @ taken[:, :-1], self.score - inside @ taken[:, -1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +194,6 @@ def obstacles(regression: Regression) -> Obstacles:
         times = tuple(its.begin for _, its in crossings)
         parts = tuple(its.lost / mean for _, its in crossings)
         told.terms.append(train(wheel, times, parts, mean / LOST, min(SUREST, odds[at])))
-        told.values.append(np.array([mean / LOST]))
         for single, its in crossings:
             sizes = np.diag((SHAKEN[best] * its.lost * _shapes(single.windows)) ** 2)
             trucks, during = slice(0, len(sizes)), slice(single.stretch.start, single.stretch.stop)
@@ -200,7 +203,7 @@ def obstacles(regression: Regression) -> Obstacles:
 
 def no_obstacles(regression: Regression) -> Obstacles:
     """Return that nothing was met."""
-    return Obstacles([], [], [np.zeros_like(windows.rounding) for windows in regression.windows])
+    return Obstacles([], [np.zeros_like(windows.rounding) for windows in regression.windows])
 
 
 def _shapes(windows: Windows) -> Array:
@@ -224,10 +227,18 @@ def _encounters(regression: Regression) -> list[_Encounter]:
     found = []
     for number, (windows, stretches) in enumerate(zip(regression.windows, groups, strict=True)):
         ends = [*(stretch.start for stretch in stretches[1:]), len(windows.ends) - 1]
+        ways = travelled(windows)
         found += [
-            _seen(regression, number, stretch, min(stretch.stop + AFTER, end), rows)
+            _seen(
+                regression,
+                number,
+                stretch,
+                ways[stretch.start : stretch.stop],
+                min(stretch.stop + AFTER, end),
+                rows,
+            )
             for stretch, end in zip(stretches, ends[: len(stretches)], strict=True)
-            if len(stretch) <= LONGEST and not _stands(windows, stretch)
+            if len(stretch) <= LONGEST and not _stands(ways[stretch.start : stretch.stop])
         ]
     return found
 
@@ -235,10 +246,9 @@ def _encounters(regression: Regression) -> list[_Encounter]:
 def _left(regression: Regression, loose: Sequence[Windows], noise: NoiseLevels) -> Array:
     """Return the data's rows, whitened, without all columns, which are fitted where nothing happened."""
     regression.whiten(noise, loose)
-    columns, data = regression.white[:, 1:], regression.white[:, 0]
-    sizes = np.linalg.solve(columns.T @ columns + np.eye(columns.shape[1]), columns.T @ data)
+    sizes = regression.sizes()
     regression.whiten(noise)
-    return np.asarray(regression.white[:, 0] - regression.white[:, 1:] @ sizes)
+    return regression.without(sizes)
 
 
 def _groups(windows: Windows, loose: Windows) -> list[range]:
@@ -249,24 +259,21 @@ def _groups(windows: Windows, loose: Windows) -> list[range]:
     return [range(max(0, int(part[0]) - 1), min(int(part[-1]) + 2, len(more))) for part in parts]
 
 
-def _stands(windows: Windows, stretch: range) -> bool:
-    """Say whether a wheel stands or reverses in a stretch: plays and castors show there, and no obstacle."""
-    way = _ways(windows)[stretch.start : stretch.stop]
-    return bool(np.any(np.abs(way) < STILL * WINDOW) or np.any(np.sign(way) != np.sign(way[0])))
+def _stands(ways: Array) -> bool:
+    """Say whether a wheel stands or reverses on its ways (n, W): plays and castors show there."""
+    return bool(np.any(np.abs(ways) < STILL * WINDOW) or np.any(np.sign(ways) != np.sign(ways[0])))
 
 
-def _ways(windows: Windows) -> Array:
-    """Return the way of each wheel in each window, forward or back, `(M, W)` [m]."""
-    return np.asarray(np.add.reduceat(windows.signals.block.travel, windows.ends[:-1], axis=0))
-
-
-def _seen(regression: Regression, number: int, stretch: range, end: int, rows: Array) -> _Encounter:
+def _seen(
+    regression: Regression, number: int, stretch: range, ways: Array, end: int, rows: Array
+) -> _Encounter:
     """Return an encounter with the products of pushes in each of its windows.
 
     Args:
         regression: About the recordings.
         number: Of the recording.
         stretch: Of its windows.
+        ways: Of wheels in these, `(n, W)` [m].
         end: Window up to which it may show.
         rows: What is left of the data, `(V,)`.
     """
@@ -288,7 +295,7 @@ def _seen(regression: Regression, number: int, stretch: range, end: int, rows: A
     )
     mine = (regression.owner == number) & (regression.moment > first) & (regression.moment <= end)
     columns = white[len(white) - np.count_nonzero(mine) :]  # without what was measured before
-    return _Encounter(number, windows, stretch, columns.T @ columns, columns.T @ rows[mine])
+    return _Encounter(number, windows, stretch, ways, columns.T @ columns, columns.T @ rows[mine])
 
 
 def _crossings(found: Sequence[_Encounter], shaken: float) -> list[list[_Crossing]]:
@@ -319,7 +326,11 @@ def _crossed(single: _Encounter, truck: int, shaken: float, begins: Array) -> li
     rest = np.zeros((count, len(shapes), 3))
     rest[:, own] = BELIEFS["bump"].inexact * np.diag(shapes[own]) / count
     pushes = np.column_stack([to_and_fro, rest.reshape(-1, 3)])
-    beside = [(size * LOST, math.log(share), single.beside(size * LOST * pushes)) for size, share in TAILS]
+    beside = [
+        (size * LOST, math.log(share) + single.evidence(roots), *single.beside(roots))
+        for size, share in TAILS
+        for roots in (size * LOST * pushes,)
+    ]
     answers = []
     for wheel in (2 * truck, 2 * truck + 1):
         offers = [_Crossing()]
@@ -328,12 +339,13 @@ def _crossed(single: _Encounter, truck: int, shaken: float, begins: Array) -> li
             if way is None:
                 continue
             along, likely = way.ravel(), []
-            for size, odds, (evidence, gram, score) in beside:
-                precision = 1.0 + size**2 * float(along @ gram @ along)
-                mean = size**2 * float(along @ score) / precision
-                gain = 0.5 * mean**2 * precision / size**2 - 0.5 * math.log(precision)
-                gain += math.log(2.0) + float(log_ndtr(mean * math.sqrt(precision) / size))
-                likely.append((odds + evidence + gain, mean))
+            for size, odds, gram, score in beside:
+                seen, pulled = float(along @ gram @ along), float(along @ score)
+                sigma = size / math.sqrt(1.0 + size**2 * seen)
+                mean = sigma**2 * pulled
+                gain = float(log_evidence(np.array([[seen]]), np.array([pulled]), size))
+                gain += math.log(2.0) + float(log_ndtr(mean / sigma))  # of both signs only this
+                likely.append((odds + gain, mean))
             total = float(np.logaddexp.reduce([its for its, _ in likely])) - math.log(len(begins))
             offers.append(_Crossing(total, begin, max(likely)[1]))
         answers.append(max(offers, key=lambda its: its.evidence))
@@ -355,7 +367,7 @@ def _loses(single: _Encounter, wheel: int, begin: float) -> Array | None:
     part = np.diff(np.clip(gone[1:] - gone[0], 0.0, crossing)) / crossing
     if part.sum() < 1.0 - 1e-9:
         return None
-    way = np.sign(_ways(windows)[stretch.start : stretch.stop, wheel])
+    way = np.sign(single.ways[:, wheel])
     trucks = 3 * len(windows.signals.trucks)
     return np.asarray(-(way * part)[:, None] * windows.lever[stretch.start : stretch.stop, wheel, :trucks])
 
@@ -380,9 +392,9 @@ def _otherwise(single: _Encounter) -> float:
             for shape in shapes
         ]
     if count * WINDOW >= SHORTEST:
-        lost = _ways(windows)[stretch.start : stretch.stop, :, None] * levers
+        lost = single.ways[:, :, None] * levers
         roots += [SLIP * lost[:, wheel].reshape(-1, 1) for wheel in range(2 * trucks)]
-    parts = [math.log(share) + single.beside(size * root)[0] for root in roots for size, share in TAILS]
+    parts = [math.log(share) + single.evidence(size * root) for root in roots for size, share in TAILS]
     return float(np.logaddexp.reduce(parts)) - math.log(len(roots))
 
 

@@ -79,6 +79,16 @@ class Regression:
         moments = [single.time for single in self.windows]
         return np.array([moments[owner][at] for owner, at in zip(self.owner, self.moment, strict=True)])
 
+    def sizes(self) -> Array:
+        """Return the coefficients `(C - 1,)` of all columns that fit the data best."""
+        columns = self.white[:, 1:]
+        precision = columns.T @ columns + np.eye(columns.shape[1])
+        return np.linalg.solve(precision, columns.T @ self.white[:, 0]).astype(np.float64)
+
+    def without(self, sizes: Array) -> Array:
+        """Return the data's rows `(V,)` without all columns, by their coefficients."""
+        return np.asarray(self.white[:, 0] - self.white[:, 1:] @ sizes)
+
     def shocks(self, rows: Array) -> list[tuple[Array, Array]]:
         """Return of each recording the scores (M, n) and informations (M, n, n) of a push in each window.
 

@@ -43,7 +43,7 @@ def gains_of(
             if np.isnan(variance[moment, row]):
                 continue
             carried[:] = 0.0
-            add_rows(carried.reshape(1, -1), observe[moment, row], covariance)
+            add_rows(carried.reshape(1, -1), 1.0, observe[moment, row], covariance)
             size = variance[moment, row] + np.dot(observe[moment, row], carried)
             gains[moment, row] = carried / size
             for one in range(states):
@@ -54,23 +54,13 @@ def gains_of(
 
 
 @compiled
-def add_rows(total: Array, weights: Array, rows: Array) -> None:
-    """Add weighted rows `(n, C)` to a total `(1, C)` in place; most weights `(n,)` are zero."""
+def add_rows(total: Array, factor: float, weights: Array, rows: Array) -> None:
+    """Add weighted rows `(n, C)` by a factor to a total `(1, C)` in place; most weights `(n,)` are zero."""
     for number in range(len(weights)):
-        weight = weights[number]
+        weight = factor * weights[number]
         if weight != 0.0:
-            for one in range(rows.shape[1]):
-                total[0, one] += weight * rows[number, one]
-
-
-@compiled
-def subtract_rows(total: Array, weights: Array, rows: Array) -> None:
-    """Take weighted rows `(n, C)` from a total `(1, C)` in place; most weights `(n,)` are zero."""
-    for number in range(len(weights)):
-        weight = weights[number]
-        if weight != 0.0:
-            for one in range(rows.shape[1]):
-                total[0, one] -= weight * rows[number, one]
+            for column in range(rows.shape[1]):
+                total[0, column] += weight * rows[number, column]
 
 
 @compiled
@@ -132,7 +122,7 @@ def whiten(
             if np.isnan(size):
                 continue
             innovation[0] = measured[moment, row]
-            subtract_rows(innovation, observe[moment, row], state)
+            add_rows(innovation, -1.0, observe[moment, row], state)
             white[count] = innovation[0] / np.sqrt(size)
             count += 1
             add_outer(state, gains[moment, row], innovation)
@@ -180,7 +170,7 @@ def adjoint(
             # information = seen seen' / s + L' information L
             count -= 1
             error[0] = white[count] / np.sqrt(size)
-            add_rows(error, -gain, score)
+            add_rows(error, -1.0, gain, score)
             twice = _pull(information, gain, pulled)
             by_variance[moment, row] = 0.5 * (np.sum(error**2) - 1.0 / size - twice)
             for number in range(states):

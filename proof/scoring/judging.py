@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
@@ -178,15 +180,10 @@ def deviations(pairs: Iterable[tuple[Label, Answer]]) -> list[float]:
                 or name in {"phase", "order", "above", "time", "direction"}
             ):
                 continue
-            value, sigma = _mean(estimate["value"]), _mean(estimate["sigma"])
+            value, sigma = float(np.mean(estimate["value"])), float(np.mean(estimate["sigma"]))
             if sigma > 0.0:
                 errors.append((value - parameter["value"]) / sigma)
     return errors
-
-
-def _mean(numbers: float | list[float]) -> float:
-    """Return a number, or the mean of what differs from event to event."""
-    return sum(numbers) / len(numbers) if isinstance(numbers, list) else numbers
 
 
 def _matches(pairs: Iterable[tuple[Label, Answer]]) -> Iterable[tuple[Label, dict[str, Any], float]]:

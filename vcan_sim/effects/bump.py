@@ -66,8 +66,6 @@ class BumpEvents(Effect):
         since = np.where(begun, np.inf, 0.0) if state is None else state
         after, lost = since.copy(), np.zeros(len(block))
         for number, (time, loss) in enumerate(zip(self.times, self.lost, strict=True)):
-            if np.isinf(since[number]) or time > block.time[-1]:
-                continue
             first = int(np.searchsorted(block.time, time, side="right"))
             before = gone[first] - since[number]  # on which the crossing began
             after[number] = gone[-1] - before
