@@ -6,7 +6,7 @@ window (de Jong & Penzer, JASA 1998); stretches, steps and harmonics from column
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,9 +40,7 @@ _LIMITS = 24  # speeds above which counts may be lost
 CELLS = 240  # of a recording, however long that is
 _PLACES = 4  # stretches under one wheel that are looked at
 _STRONGEST = 16  # windows under one wheel
-_CHUNK = 128
 
-Build = Callable[[int, "Windows", range], tuple["NDArray[np.int64]", "Array"]]
 Shocks = Sequence[tuple["Array", "Array"]]  # of each recording, as `Regression.shocks` gives them
 
 
@@ -178,36 +176,6 @@ def _apart(high: NDArray[np.int64], sigmas: Array) -> list[int]:
     return chosen
 
 
-def columns_of(regression: Regression, build: Build, count: int) -> Array:
-    """Return whitened columns (V, C) of ways that wheels gain.
-
-    Args:
-        regression: Whose recordings to look at.
-        build: Wheel of each column (c,) from one number to another, and the way (M, c) that it gains.
-        count: C.
-    """
-    rows = np.empty((len(regression.owner), count))
-    for first in range(0, count, _CHUNK):
-        last = min(first + _CHUNK, count)
-        for number, windows in enumerate(regression.windows):
-            of_wheel, gained = build(number, windows, range(first, last))
-            push = np.zeros((*windows.drift.shape, last - first))
-            for wheel in np.unique(of_wheel):
-                mine = np.flatnonzero(of_wheel == wheel)
-                lever = windows.lever[:, wheel, : push.shape[1], None]
-                push[:, :, mine] = -lever * gained[:, None, mine]
-            still = np.zeros((*windows.measured.shape, last - first))
-            white = regression.filters[number].whiten(push, still)
-            rows[regression.rows_of(number), first:last] = white
-    return rows
-
-
-def strengths(regression: Regression, besides: Sequence[Beside], build: Build, count: int) -> list[Array]:
-    """Return by how many sigma (C,) each of many columns would be estimated beside each set."""
-    columns = columns_of(regression, build, count)
-    return [beside.strength(columns) for beside in besides]
-
-
 def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) -> list[Term]:
     """Return stretches of time in which wheels slipped, and moments at which their radius changed.
 
@@ -219,33 +187,25 @@ def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) 
         besides: What is left of them.
         most: Cells of a recording, at most.
     """
-    wheels = wheels_of(regression)
     edges = [_cells(windows, most) for windows in regression.windows]
-    firsts = np.concatenate(([0], np.cumsum([len(own) - 1 for own in edges])))
-    places = sum(len(windows.ends) for windows in regression.windows)
-    count = int(firsts[-1])
+    counts = [len(own) - 1 for own in edges]
+    firsts = np.concatenate(([0], np.cumsum(counts)))
+    begins = np.concatenate([own[:-1] for own in edges])
+    places = _windows(regression)
     found = []
-    for number, wheel in enumerate(wheels):
-
-        def build(
-            owner: int, windows: Windows, columns: range, wheel: int = number
-        ) -> tuple[NDArray[np.int64], Array]:
-            way = travelled(windows)[:, wheel]
+    for number, wheel in enumerate(wheels_of(regression)):
+        ways = [np.zeros((len(windows.rolled), firsts[-1])) for windows in regression.windows]
+        for own, windows, cells, first in zip(ways, regression.windows, edges, firsts, strict=False):
             middle = 0.5 * (windows.time[1:] + windows.time[:-1])
-            gained = np.zeros((len(way), len(columns)))
-            for at, column in enumerate(columns):
-                cell = column - int(firsts[owner])
-                if 0 <= cell < len(edges[owner]) - 1:
-                    inside = slice(*np.searchsorted(middle, edges[owner][cell : cell + 2]))
-                    gained[inside, at] = -way[inside]
-            return np.full(len(columns), wheel), gained
-
-        cells = columns_of(regression, build, count)
+            inside = np.arange(np.searchsorted(middle, cells[0]), np.searchsorted(middle, cells[-1]))
+            cell = np.searchsorted(cells, middle[inside], side="right") - 1
+            own[inside, first + cell] = -travelled(windows)[inside, number]
+        columns = regression.of_ways(number, ways)
         for beside in besides:
-            gram, score = beside.scores(cells)
-            offers = _steps(wheel, np.concatenate([own[:-1] for own in edges]), score, gram, places)
-            for owner, own in enumerate(edges):
-                mine = slice(int(firsts[owner]), int(firsts[owner + 1]))
+            gram, score = beside.scores(columns)
+            offers = _steps(wheel, begins, score, gram, places)
+            for own, first, end in zip(edges, firsts, firsts[1:], strict=False):
+                mine = slice(first, end)
                 offers += _slips(wheel, own, score[mine], gram[mine, mine], places**2 // 2)
             found += _bounded(regression, beside, [each for each in offers if lasts(regression, each)])
     return found
@@ -317,55 +277,46 @@ def _steps(wheel: str, moments: Array, score: Array, gram: Array, tries: int) ->
 
 def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
     """Return speeds above which a wheel's counts are lost."""
-    wheels = wheels_of(regression)
+    found: list[list[Term]] = [[] for _ in besides]
     blocks = [windows.signals.block for windows in regression.windows]
-    speeds = np.abs(np.concatenate([block.speed for block in blocks]))
-    limits = np.quantile(speeds, np.linspace(0.02, 0.98, _LIMITS), axis=0)
-
-    def build(number: int, windows: Windows, columns: range) -> tuple[NDArray[np.int64], Array]:
-        block = blocks[number]
-        limit, wheel = np.divmod(columns, len(wheels))
-        gained = np.empty((len(windows.ends) - 1, len(columns)))
-        for at in range(len(columns)):
-            fast = np.abs(block.speed[:, wheel[at]]) > limits[limit[at], wheel[at]]
-            lost = np.where(fast, block.travel[:, wheel[at]], 0.0)
-            gained[:, at] = np.add.reduceat(lost, windows.ends[:-1])
-        return wheel, gained
-
-    found = []
-    every = strengths(regression, besides, build, len(limits) * len(wheels))
-    for beside, own in zip(besides, every, strict=True):
-        sigmas, offers = own.reshape(len(limits), len(wheels)), []
-        for number, wheel in enumerate(wheels):
-            at = int(np.argmax(sigmas[:, number]))
-            if sigmas[at, number] > SEEN and limits[at, number] > 0.0:
-                above = round(float(limits[at, number]), 4)
-                offers.append(term("count_loss", wheel, len(limits), above=above))
-        found += _bounded(regression, beside, offers)
-    return found
+    for number, wheel in enumerate(wheels_of(regression)):
+        speeds = [np.abs(block.speed[:, number]) for block in blocks]
+        limits = np.quantile(np.concatenate(speeds), np.linspace(0.02, 0.98, _LIMITS))
+        ways = [
+            np.add.reduceat(
+                np.where(speed[:, None] > limits, block.travel[:, number, None], 0.0), windows.ends[:-1]
+            )
+            for speed, block, windows in zip(speeds, blocks, regression.windows, strict=True)
+        ]
+        columns = regression.of_ways(number, ways)
+        for beside, offers in zip(besides, found, strict=True):
+            sigmas = beside.strength(columns)
+            at = int(np.argmax(sigmas))
+            if sigmas[at] > SEEN and limits[at] > 0.0:
+                offer = term("count_loss", wheel, len(limits), above=round(float(limits[at]), 4))
+                offers.extend(_bounded(regression, beside, [offer]))
+    return [single for offers in found for single in offers]
 
 
 def _harmonics(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
     """Return orders at which a wheel's travel beats."""
-    wheels = wheels_of(regression)
-
-    def build(_number: int, windows: Windows, columns: range) -> tuple[NDArray[np.int64], Array]:
-        wheel, rest = np.divmod(columns, 2 * len(ORDERS))
-        angle = windows.signals.block.angle
-        turned = np.concatenate((angle[:1], angle))[windows.ends]
-        order = np.array(ORDERS)[rest // 2]
-        return wheel, np.diff(np.cos(order * turned[:, wheel] + 0.5 * np.pi * (rest % 2)), axis=0)
-
-    found = []
-    for sigmas in strengths(regression, besides, build, 2 * len(ORDERS) * len(wheels)):
-        power = (sigmas.reshape(len(wheels), len(ORDERS), 2) ** 2).sum(axis=2)
-        for number, wheel in enumerate(wheels):
-            found += [
+    found: list[list[Term]] = [[] for _ in besides]
+    for number, wheel in enumerate(wheels_of(regression)):
+        ways = []
+        for windows in regression.windows:
+            angle = windows.signals.block.angle[:, number]
+            turned = np.outer(np.concatenate((angle[:1], angle))[windows.ends], np.repeat(ORDERS, 2))
+            quarter = np.tile([0.0, 0.5 * np.pi], len(ORDERS))
+            ways.append(np.diff(np.cos(turned + quarter), axis=0))
+        columns = regression.of_ways(number, ways)
+        for beside, offers in zip(besides, found, strict=True):
+            power = (beside.strength(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
+            offers.extend(
                 term("gear_harmonic", wheel, len(ORDERS), order=float(ORDERS[at]))
-                for at in np.argsort(-power[number])[:2]
-                if power[number, at] > SEEN**2
-            ]
-    return found
+                for at in np.argsort(-power)[:2]
+                if power[at] > SEEN**2
+            )
+    return [single for offers in found for single in offers]
 
 
 def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:

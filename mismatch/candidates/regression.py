@@ -134,6 +134,10 @@ class Regression:
                 white[self.rows_of(number), some] = run.whiten(push[:, :, some], seen[:, :, some])
         return white
 
+    def of_ways(self, wheel: int, ways: Sequence[Array]) -> Array:
+        """Return the whitened columns (V, C) of ways (M, C) that a wheel gains in each recording [m]."""
+        return np.vstack([run.whiten_ways(wheel, own) for run, own in zip(self.filters, ways, strict=True)])
+
     def rows_of(self, number: int) -> slice:
         """Return where the rows of a recording are."""
         return slice(*np.searchsorted(self.owner, (number, number + 1)).tolist())

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import minimize
 
-from omnimate.mismatch.noise.whitening import adjoint, gains_of, whiten
+from omnimate.mismatch.noise.whitening import adjoint, gains_of, whiten, whiten_ways
 from omnimate.mismatch.recording.signals import START_ROUGHNESS
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ _FREEDOM = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7, 1.2])
 _LEAST, _MOST = math.log(3.0), math.log(50.0)
 WAVES = (0.05, 0.15)  # [m] lengths of the floor's waves: from joints of tiles to a wheel's length of contact
 FINE, ROUGH = 1e-5, 5e-3  # part of the log likelihood by which a turn must raise it, or the search ends
+_CHUNK = 48  # columns that go through a filter together
 _TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss
 
 
@@ -112,6 +113,23 @@ class Filter:
             self.gains,
             self.spread,
         )
+
+    def whiten_ways(self, wheel: int, ways: Array) -> Array:
+        """Return the whitened innovations (V, C) of columns of ways (M, C) that a wheel gains [m]."""
+        windows = self.windows
+        white = [
+            whiten_ways(
+                self.transition,
+                windows.links,
+                -windows.lever[:, wheel, : windows.drift.shape[1]],
+                np.ascontiguousarray(some),
+                windows.observe,
+                self.gains,
+                self.spread,
+            )
+            for some in np.split(ways, range(_CHUNK, ways.shape[1], _CHUNK), axis=1)
+        ]
+        return np.hstack(white)
 
 
 def filter_of(windows: Windows, noise: NoiseLevels) -> Filter:

@@ -12,10 +12,10 @@ adjoint is the disturbance smoother of de Jong (Biometrika 1988; de Jong & Penze
 
 import numpy as np
 
-from omnimate.vehicle.compiled import Array, IntArray, compiled
+from omnimate.vehicle.compiled import Array, IntArray, compiled, compiled_without_lock
 
 
-@compiled
+@compiled_without_lock
 def gains_of(
     transition: Array, links: IntArray, process: Array, observe: Array, variance: Array, start: Array
 ) -> tuple[Array, Array]:
@@ -88,7 +88,7 @@ def carry(transition: Array, links: IntArray, state: Array) -> None:
                 state[row, one] *= factor
 
 
-@compiled
+@compiled_without_lock
 def whiten(
     transition: Array,
     links: IntArray,
@@ -129,7 +129,53 @@ def whiten(
     return white
 
 
-@compiled
+@compiled_without_lock
+def whiten_ways(
+    transition: Array,
+    links: IntArray,
+    lever: Array,
+    ways: Array,
+    observe: Array,
+    gains: Array,
+    spread: Array,
+) -> Array:
+    """Return whitened innovations `(V, C)` of ways that a wheel gains, as `whiten` does.
+
+    Args:
+        transition: F, (M, n, n).
+        links: as in `gains_of`.
+        lever: by what a metre that the wheel gains in a step differs from the first k states, (M, k).
+        ways: gained in each step, (M, C) [m].
+        observe: H, (M + 1, R, n).
+        gains: as `gains_of` returns them.
+        spread: likewise.
+    """
+    moments, rows, states = observe.shape
+    columns = ways.shape[1]
+    white = np.zeros((np.sum(np.isfinite(spread)), columns))
+    state, innovation, count = np.zeros((states, columns)), np.zeros((1, columns)), 0
+    begun = False
+    for moment in range(moments):
+        if moment > 0:
+            begun = begun or bool(np.any(ways[moment - 1] != 0.0))
+            if begun:
+                carry(transition[moment - 1], links, state)
+                for number in range(lever.shape[1]):
+                    state[number] += lever[moment - 1, number] * ways[moment - 1]
+        for row in range(rows):
+            size = spread[moment, row]
+            if np.isnan(size):
+                continue
+            if begun:
+                innovation[0] = 0.0
+                add_rows(innovation, -1.0, observe[moment, row], state)
+                white[count] = innovation[0] / np.sqrt(size)
+                add_outer(state, gains[moment, row], innovation)
+            count += 1
+    return white
+
+
+@compiled_without_lock
 def adjoint(
     transition: Array, links: IntArray, observe: Array, gains: Array, spread: Array, white: Array
 ) -> tuple[Array, Array, Array]:
