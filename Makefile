@@ -33,7 +33,7 @@ smoke:
 check: lint test
 
 bench: $(VENV)/.installed-dev
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m studies.speed
 
 docs: $(VENV)/.installed-docs .mypy_path/omnimate
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

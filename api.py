@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 from omnimate.calib.apply import corrected_vehicle
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.paths.least_squares import PathCalibration, calibrate_truck
-from omnimate.driver.described import load_descriptions
-from omnimate.driver.driver import Driver
-from omnimate.driver.opening import open_driver as open_configured
+from omnimate.driver.canopen.described import load_descriptions
+from omnimate.driver.robot.driver import Driver
+from omnimate.driver.robot.opening import open_driver as open_configured
+from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.ipec.filter.estimate import estimate as track
 from omnimate.ipec.filter.forward import Estimate
-from omnimate.logs.folder import load_recording, save_recording
 from omnimate.mismatch import Diagnosis, diagnose
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -32,8 +32,8 @@ from omnimate.vehicle.recording import Recording
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from omnimate.effects.effect import Effect
     from omnimate.motion.program import Program
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.parameters import TruckName
 
 __all__ = [
@@ -116,7 +116,7 @@ def simulate(
         vehicle: The robot as its owner describes it; the reference robot, an OmniMate, by default.
         program: What to drive, from `omnimate.motion.paths`; one UMBmark square of 4 m each way by default.
         truth: The robot as it really is; by default it is as `vehicle` says, with `effects`.
-        effects: Physics that `vehicle` leaves out, from `omnimate.vcan_sim.effects`; only without `truth`.
+        effects: Physics that `vehicle` leaves out, from `omnimate.effects`; only without `truth`.
         seed: Seed of the floor's roughness and the sensors' noise; only without `truth`.
         start_time: Time of the first sample [s].
 

@@ -38,10 +38,10 @@ def conform(
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
 ) -> None:
     """Check a device against CiA 301, 305, 402 and 406, and say what it does not do. It must not drive."""
-    from omnimate.driver.bus import open_bus
+    from omnimate.driver.bus.bus import open_bus
+    from omnimate.driver.canopen.node_access import refuse_beside_a_master
     from omnimate.driver.conformance.probe import Probe
     from omnimate.driver.conformance.run import conform as run
-    from omnimate.driver.node_access import refuse_beside_a_master
 
     results = []
     with open_bus(bus) as opened:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from omnimate.cli.console import err
-from omnimate.logs.dbc import format_dbc
+from omnimate.files.logs.dbc import format_dbc
 from omnimate.vehicle.atomic import write_text
 from omnimate.vehicle.file import load_vehicle
 

@@ -17,9 +17,9 @@ from omnimate.cli.objects import AsJson, Bus, Force, Node, Timeout
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from omnimate.driver.dcf import Difference
-    from omnimate.driver.eds import Eds
-    from omnimate.driver.sdo import Sdo
+    from omnimate.driver.canopen.dcf import Difference
+    from omnimate.driver.canopen.eds import Eds
+    from omnimate.driver.canopen.sdo import Sdo
 
 File = Annotated[Path, typer.Argument(metavar="DCF", help="Device configuration file (CiA 306).")]
 
@@ -31,7 +31,7 @@ dcf = typer.Typer(
 @dcf.command()
 def compare(file: File, bus: Bus, node: Node, timeout: Timeout = 0.5, as_json: AsJson = False) -> None:
     """Print the objects that are not as the DCF states; exit code 1 where there are any."""
-    from omnimate.driver.node_access import open_node
+    from omnimate.driver.canopen.node_access import open_node
 
     eds = _stating(file, node)
     with open_node(bus, node, eds.dictionary, timeout=timeout) as objects:
@@ -46,9 +46,9 @@ def write(
     file: File, bus: Bus, node: Node, timeout: Timeout = 0.5, force: Force = False, as_json: AsJson = False
 ) -> None:
     """Write what the DCF states and the device has otherwise, and leave the node pre-operational."""
-    from omnimate.driver.dcf import write_values
-    from omnimate.driver.network import NMT_PRE_OPERATIONAL
-    from omnimate.driver.node_access import open_node
+    from omnimate.driver.canopen.dcf import write_values
+    from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL
+    from omnimate.driver.canopen.node_access import open_node
 
     eds = _stating(file, node)
     with open_node(bus, node, eds.dictionary, timeout=timeout, writes=not force) as objects:
@@ -65,7 +65,7 @@ def write(
 
 def _stating(file: Path, node: int) -> Eds:
     """Return what a DCF describes."""
-    from omnimate.driver.dcf import stated_values
+    from omnimate.driver.canopen.dcf import stated_values
 
     eds = described_by(file, node)
     if not stated_values(eds.dictionary):
@@ -74,7 +74,7 @@ def _stating(file: Path, node: int) -> Eds:
 
 
 def _differences(objects: Sdo, eds: Eds) -> list[Difference]:
-    from omnimate.driver.dcf import differences
+    from omnimate.driver.canopen.dcf import differences
 
     objects.read(0x1000)  # a node that is not there is one error
     with progress_bar("comparing") as progress:

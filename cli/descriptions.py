@@ -9,13 +9,13 @@ import typer
 
 from omnimate.cli.console import warn
 from omnimate.cli.errors import CallError
-from omnimate.logs.decoding import FrameDecoder
+from omnimate.files.logs.decoding import FrameDecoder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from omnimate.driver.eds import Eds
-    from omnimate.logs.signals import Signal
+    from omnimate.driver.canopen.eds import Eds
+    from omnimate.files.logs.signals import Signal
     from omnimate.vehicle.parameters import VehicleParameters
 
 
@@ -46,7 +46,7 @@ class Descriptions(NamedTuple):
         """
         signals: dict[int, Sequence[Signal]] = {}
         if self.eds or seen:
-            from omnimate.driver.mapped_signals import default_objects, mapped_signals
+            from omnimate.driver.canopen.mapped_signals import default_objects, mapped_signals
 
             dictionaries = {node: file.dictionary for node, file in self.eds.items()}
             objects = dict(seen)
@@ -72,7 +72,7 @@ def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Se
     named = {} if vehicle is None else _where_they_are(vehicle)
     signals: dict[int, Sequence[Signal]] = {}
     if dbc:
-        from omnimate.logs.dbc_reading import read_dbc
+        from omnimate.files.logs.dbc_reading import read_dbc
 
         for path in dbc:
             signals.update(read_dbc(path))
@@ -85,7 +85,7 @@ def described_by(path: Path, node: int) -> Eds:
     Raises:
         EdsError: The file cannot be read.
     """
-    from omnimate.driver.eds import load_eds
+    from omnimate.driver.canopen.eds import load_eds
 
     eds = load_eds(path, node)
     for remark in eds.remarks:
@@ -105,7 +105,7 @@ def descriptions_of(vehicle: VehicleParameters) -> dict[int, Eds]:
 def vehicle_of(path: Path | None, source: Path | None) -> VehicleParameters | None:
     """Return the robot that was asked for, or the one of a recording folder."""
     if path is None and source is not None and source.is_dir():
-        from omnimate.logs.folder import VEHICLE
+        from omnimate.files.recordings.folder import VEHICLE
 
         path = source / VEHICLE
     if path is None:

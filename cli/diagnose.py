@@ -113,14 +113,14 @@ def _write(
 
         write_text(report, render(diagnosis))
     if effects_out is not None:
-        from omnimate.vcan_sim.effects.file import save_effects
+        from omnimate.effects.file import save_effects
 
         save_effects(effects_out, diagnosis.effects)
 
 
 def _triage_folder(folder: Path) -> tuple[Path, str]:
     """Ask whether a folder shows anything, in a separate process; return the line that says what came out."""
-    from omnimate.logs.folder import load_recording
+    from omnimate.files.recordings.folder import load_recording
     from omnimate.mismatch.triage.triage import triage
 
     try:
@@ -133,7 +133,7 @@ def _triage_folder(folder: Path) -> tuple[Path, str]:
 
 def _diagnose_folder(folder: Path) -> tuple[Path, str]:
     """Diagnose a folder in a separate process; return the line that says what came out."""
-    from omnimate.logs.folder import load_recording
+    from omnimate.files.recordings.folder import load_recording
     from omnimate.mismatch import diagnose as ask
 
     try:

@@ -12,8 +12,8 @@ from omnimate.cli.console import out, report_problem
 from omnimate.cli.tables import show
 
 if TYPE_CHECKING:
-    from omnimate.driver.configuration import ConfigurationReport
-    from omnimate.driver.report import DriverReport
+    from omnimate.driver.robot.configuration import ConfigurationReport
+    from omnimate.driver.robot.report import DriverReport
 
 MOST_SHOWN = 40  # events, and gaps
 COUNTERS = {

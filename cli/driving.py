@@ -15,8 +15,8 @@ from omnimate.motion.runner import Runner
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from omnimate.driver.driver import Driver
-    from omnimate.driver.recorder import Recorder
+    from omnimate.driver.robot.driver import Driver
+    from omnimate.driver.robot.recorder import Recorder
     from omnimate.motion.drive import Fix
     from omnimate.motion.program import Program
     from omnimate.vehicle.recording import Direction

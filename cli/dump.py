@@ -19,16 +19,16 @@ from omnimate.cli.console import warn
 from omnimate.cli.descriptions import DbcFiles, EdsFiles, descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of
-from omnimate.logs.blocks import LogBlocks
-from omnimate.logs.dbc_reading import EXTENDED_KEY
-from omnimate.logs.filters import FrameFilter, IdentifierRule, around, trigger_of
-from omnimate.logs.formats.candump_blocks import RELATIVE_WIDTH
-from omnimate.logs.formats.candump_lines import STAMP_WIDTH, format_frame, format_lines
-from omnimate.logs.formats.candump_text import candump_text
-from omnimate.logs.formats.python_can_logs import frame_of_message
-from omnimate.logs.frames import EXTENDED, Frame, frames_of
-from omnimate.logs.rates import RateTable
-from omnimate.logs.seen_mapping import seen_objects
+from omnimate.files.logs.blocks import LogBlocks
+from omnimate.files.logs.dbc_reading import EXTENDED_KEY
+from omnimate.files.logs.filters import FrameFilter, IdentifierRule, around, trigger_of
+from omnimate.files.logs.formats.candump_blocks import RELATIVE_WIDTH
+from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, format_frame, format_lines
+from omnimate.files.logs.formats.candump_text import candump_text
+from omnimate.files.logs.formats.python_can_logs import frame_of_message
+from omnimate.files.logs.frames import EXTENDED, Frame, frames_of
+from omnimate.files.logs.rates import RateTable
+from omnimate.files.logs.seen_mapping import seen_objects
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Sequence
@@ -36,10 +36,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.cli.descriptions import Descriptions
-    from omnimate.logs.decoding import FrameDecoder
-    from omnimate.logs.filters import Trigger
-    from omnimate.logs.formats.candump_lines import Form
-    from omnimate.logs.frames import Frames
+    from omnimate.files.logs.decoding import FrameDecoder
+    from omnimate.files.logs.filters import Trigger
+    from omnimate.files.logs.formats.candump_lines import Form
+    from omnimate.files.logs.frames import Frames
 
 _POLL = 0.2  # [s] after which a silent bus is asked again
 _AT_ONCE = 1000  # lines of a log that are written together
@@ -299,7 +299,7 @@ def _dump_bus(
 
 def _live(url: str, wanted: FrameFilter, count: int | None, seconds: float | None) -> Generator[Frame]:
     """Yield the wanted frames of a bus until it is enough."""
-    from omnimate.driver.bus import open_bus
+    from omnimate.driver.bus.bus import open_bus
 
     end = None if seconds is None else time.monotonic() + seconds
     start: float | None = None

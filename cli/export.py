@@ -11,9 +11,9 @@ from omnimate.cli.console import out, progress_bar, report_problem, warn
 from omnimate.cli.loading import log_of, report_problems
 
 if TYPE_CHECKING:
-    from omnimate.exporters.drive import Drive
-    from omnimate.exporters.export import Exported
-    from omnimate.logs.streaming import LogStream
+    from omnimate.files.exporters.drive import Drive
+    from omnimate.files.exporters.export import Exported
+    from omnimate.files.logs.streaming import LogStream
 
 
 def export(
@@ -34,9 +34,9 @@ def export(
     ] = False,
 ) -> None:
     """Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, Vector or pandas."""
-    from omnimate.exporters.errors import ExportError
-    from omnimate.exporters.export import DRIVE_SUFFIXES, export_drive, export_frames, suffix_of
-    from omnimate.logs.streaming import LogStream
+    from omnimate.files.exporters.errors import ExportError
+    from omnimate.files.exporters.export import DRIVE_SUFFIXES, export_drive, export_frames, suffix_of
+    from omnimate.files.logs.streaming import LogStream
 
     log = LogStream(log_of(source))
     try:
@@ -54,10 +54,10 @@ def _drive(source: Path, vehicle: Path | None) -> Drive:
     """Return the drive in a folder or a log, after saying what could not be read."""
     from dataclasses import replace
 
-    from omnimate.exporters.drive import drive_of
-    from omnimate.logs.assemble import assemble
-    from omnimate.logs.folder import read_recording
-    from omnimate.logs.reading import read_log
+    from omnimate.files.exporters.drive import drive_of
+    from omnimate.files.logs.assemble import assemble
+    from omnimate.files.logs.reading import read_log
+    from omnimate.files.recordings.folder import read_recording
     from omnimate.vehicle.file import load_vehicle
 
     if source.is_dir():

@@ -13,15 +13,15 @@ import typer
 from omnimate.cli.console import out, progress_bar, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of
-from omnimate.logs.frames import Frames, frames_of
+from omnimate.files.logs.frames import Frames, frames_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from omnimate.files.logs.frames import Frame
+    from omnimate.files.logs.signals import Signal
     from omnimate.listen.learning import Findings
     from omnimate.listen.meanings import Meaning
-    from omnimate.logs.frames import Frame
-    from omnimate.logs.signals import Signal
 
 _POLL = 0.2  # [s] after which a silent bus is asked again
 
@@ -80,7 +80,7 @@ def listen(
 
 
 def _logged(path: Path) -> Frames:
-    from omnimate.logs.reading import read_log
+    from omnimate.files.logs.reading import read_log
 
     log = read_log(log_of(path))
     for problem in log.problems():
@@ -90,8 +90,8 @@ def _logged(path: Path) -> Frames:
 
 def _heard(url: str, seconds: float) -> Frames:
     """Return what is on a bus within so many seconds, or until Ctrl-C."""
-    from omnimate.driver.bus import open_bus
-    from omnimate.logs.formats.python_can_logs import frame_of_message
+    from omnimate.driver.bus.bus import open_bus
+    from omnimate.files.logs.formats.python_can_logs import frame_of_message
 
     heard: list[Frame] = []
     start = time.monotonic()
@@ -130,8 +130,8 @@ def _of_channel(frames: Frames, channel: str | None) -> Frames:
 
 def _known(frames: Frames) -> Mapping[int, Sequence[Signal]]:
     """Return the fields of PDOs that SDO traffic in the log shows, by COB-ID."""
-    from omnimate.driver.mapped_signals import mapped_signals
-    from omnimate.logs.seen_mapping import seen_objects
+    from omnimate.driver.canopen.mapped_signals import mapped_signals
+    from omnimate.files.logs.seen_mapping import seen_objects
 
     seen = seen_objects(frames)
     return mapped_signals(seen, {}) if seen else {}
@@ -140,7 +140,7 @@ def _known(frames: Frames) -> Mapping[int, Sequence[Signal]]:
 def _write(
     folder: Path, findings: Findings, meanings: dict[str, Meaning], bus: str | None, turn: TurnChoice | None
 ) -> None:
-    from omnimate.driver.adapters import BusUrl
+    from omnimate.driver.bus.adapters import BusUrl
     from omnimate.figures.signals import plot_signals
     from omnimate.listen.dbc import learned_dbc
     from omnimate.listen.draft import draft_vehicle

@@ -10,9 +10,9 @@ from omnimate.cli.errors import CallError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from omnimate.logs.blocks import LogBlocks
-    from omnimate.logs.reading import LogReadResult
-    from omnimate.logs.streaming import LogStream
+    from omnimate.files.logs.blocks import LogBlocks
+    from omnimate.files.logs.reading import LogReadResult
+    from omnimate.files.logs.streaming import LogStream
     from omnimate.vehicle.recording import Recording
 
 MOST_PROBLEMS = 20  # shown
@@ -20,7 +20,7 @@ MOST_PROBLEMS = 20  # shown
 
 def load(folder: Path) -> Recording:
     """Return the recording in a folder, after saying what of its log could not be read."""
-    from omnimate.logs.folder import read_recording
+    from omnimate.files.recordings.folder import read_recording
 
     loaded = read_recording(folder)
     report_problems(loaded.log)
@@ -38,7 +38,7 @@ def log_of(source: Path) -> Path:
         raise CallError(f"{url} is not a log; a bus is given as --bus {url}")
     if not source.is_dir():
         return source
-    from omnimate.logs.folder import log_path
+    from omnimate.files.recordings.folder import log_path
 
     return log_path(source)
 

@@ -16,8 +16,8 @@ from omnimate.cli.objects import AsJson, Bus, Force
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from omnimate.driver.canopen.lss import Identity
     from omnimate.driver.conformance.probe import Probe, Reply
-    from omnimate.driver.lss import Identity
 
 ALL = 0
 ANSWERS = 1.5  # [s] for heartbeats; most devices have one per second or more
@@ -54,7 +54,7 @@ def nmt(
     as_json: AsJson = False,
 ) -> None:
     """Send an NMT command, and print the states that heartbeats and boot-ups then say."""
-    from omnimate.logs.canopen_words import nmt_state_in_words
+    from omnimate.files.logs.canopen_words import nmt_state_in_words
 
     number = _node(node)
     waited = BOOTING if command in {Command.reset, Command.reset_communication} else ANSWERS
@@ -74,7 +74,7 @@ def nmt(
 @lss.command()
 def find(bus: Bus, force: Force = False, as_json: AsJson = False) -> None:
     """Find one device without a node id by fastscan, and print its identity."""
-    from omnimate.driver.lss import LssMaster
+    from omnimate.driver.canopen.lss import LssMaster
 
     with _probe(bus, ALL, force=force) as probe:
         master = LssMaster(probe)
@@ -98,7 +98,7 @@ def set_id(
     as_json: AsJson = False,
 ) -> None:
     """Give a device a node id, which it uses at once if it had none, else from its next reset on."""
-    from omnimate.driver.lss import LssMaster
+    from omnimate.driver.canopen.lss import LssMaster
 
     wanted = _identity(identity)
     with _probe(bus, ALL, force=force) as probe:
@@ -122,9 +122,9 @@ def set_id(
 @contextmanager
 def _probe(bus: str, node: int, *, force: bool) -> Iterator[Probe]:
     """Give raw frames to and from a bus, on which no other master may work unless it is forced."""
-    from omnimate.driver.bus import open_bus
+    from omnimate.driver.bus.bus import open_bus
+    from omnimate.driver.canopen.node_access import refuse_beside_a_master
     from omnimate.driver.conformance.probe import Probe
-    from omnimate.driver.node_access import refuse_beside_a_master
 
     with open_bus(bus) as can_bus:
         if not force:

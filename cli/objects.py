@@ -16,7 +16,7 @@ from omnimate.cli.errors import CallError
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from omnimate.driver.sdo import Sdo
+    from omnimate.driver.canopen.sdo import Sdo
 
 Bus = Annotated[str, typer.Option(help="Bus of the device, such as socketcan://can0.")]
 Node = Annotated[int, typer.Option(min=1, max=127, help="Its node id.")]
@@ -62,7 +62,7 @@ def read(
     as_json: AsJson = False,
 ) -> None:
     """Read an object and print its value."""
-    from omnimate.driver.object_values import kind_of, place_of
+    from omnimate.driver.canopen.object_values import kind_of, place_of
 
     with _opened(bus, node, eds, timeout) as objects:
         dictionary = objects.client.od
@@ -84,7 +84,7 @@ def write(
     force: Force = False,
 ) -> None:
     """Write an object; refused while another master works on the bus. The robot may move."""
-    from omnimate.driver.object_values import encode, kind_of, place_of
+    from omnimate.driver.canopen.object_values import encode, kind_of, place_of
 
     with _opened(bus, node, eds, timeout, writes=not force) as objects:
         index, subindex = place_of(item, objects.client.od)
@@ -115,7 +115,7 @@ def _opened(
     bus: str, node: int, eds: Path | None, timeout: float, *, writes: bool = False
 ) -> AbstractContextManager[Sdo]:
     """Open a node by what its EDS describes, or else by the profiles."""
-    from omnimate.driver.node_access import open_node
+    from omnimate.driver.canopen.node_access import open_node
 
     described = described_by(eds, node).dictionary if eds is not None else None
     return open_node(bus, node, described, timeout=timeout, writes=writes)
@@ -123,8 +123,8 @@ def _opened(
 
 def _all(objects: Sdo, *, shows_absent: bool) -> list[dict[str, Any]]:
     """Return a row for each object; of the profiles' objects, those that the device has."""
+    from omnimate.driver.canopen.object_values import kind_of, variables_of
     from omnimate.driver.errors import SdoRefused
-    from omnimate.driver.object_values import kind_of, variables_of
 
     dictionary = objects.client.od
     objects.read(0x1000)  # a node that is not there is one error
@@ -146,7 +146,7 @@ def _all(objects: Sdo, *, shows_absent: bool) -> list[dict[str, Any]]:
 
 
 def _row(index: int, subindex: int, name: str, kind: str | None, data: bytes | None) -> dict[str, Any]:
-    from omnimate.driver.object_values import decode
+    from omnimate.driver.canopen.object_values import decode
 
     row: dict[str, Any] = {"object": f"{index:04X}h:{subindex:02X}", "name": name}
     if data is not None:

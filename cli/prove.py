@@ -68,10 +68,10 @@ def prove(
     if laws:
         _laws(folder, cases, seed, jobs, figures, quick=quick)
         return
-    from omnimate.evaluation.real import real_part
-    from omnimate.evaluation.study import study
-    from omnimate.evaluation.worlds.registry import chosen
-    from omnimate.evaluation.worlds.world import Request
+    from studies.mismatch.real import real_part
+    from studies.mismatch.study import study
+    from studies.mismatch.worlds.registry import chosen
+    from studies.mismatch.worlds.world import Request
 
     if not real_only:
         asked, request = chosen(data, world or ()), Request(seed, cases, quick)
@@ -90,7 +90,7 @@ def _laws(
     folder: Path | None, cases: int | None, seed: int, jobs: int, figures: Path | None, *, quick: bool
 ) -> None:
     """Show how much of what an effect explains a learned law recovers."""
-    from omnimate.evaluation.laws.study import CASES, study
+    from studies.mismatch.laws.study import CASES, study
 
     with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
         count = cases or (1 if quick else CASES)

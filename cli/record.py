@@ -25,10 +25,10 @@ from omnimate.vehicle.errors import OmnimateError
 if TYPE_CHECKING:
     from types import FrameType
 
-    from omnimate.driver.driver import Driver
     from omnimate.driver.errors import DrivesStopped
-    from omnimate.driver.passive import PassiveReader
-    from omnimate.driver.recorder import Recorder
+    from omnimate.driver.robot.driver import Driver
+    from omnimate.driver.robot.passive import PassiveReader
+    from omnimate.driver.robot.recorder import Recorder
     from omnimate.vehicle.arcs import PoseTuple
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.sample import Sample
@@ -87,8 +87,8 @@ def record(
     """Read the encoders of a robot from its bus and write a recording, until Ctrl-C."""
     from omnimate.cli.driving import drive_program
     from omnimate.driver.errors import DrivesStopped
-    from omnimate.driver.passive import PassiveReader
-    from omnimate.driver.recorder import Recorder
+    from omnimate.driver.robot.passive import PassiveReader
+    from omnimate.driver.robot.recorder import Recorder
 
     robot = nominal_vehicle(vehicle)
     program = None
@@ -148,8 +148,8 @@ def _open(
     robot: VehicleParameters, bus: str, recorder: Recorder, *, listen_only: bool, verbose: bool
 ) -> Driver | PassiveReader:
     """Return a reader that is ready to give samples, after printing how its nodes are configured."""
-    from omnimate.driver.opening import open_driver
-    from omnimate.driver.passive import PassiveReader
+    from omnimate.driver.robot.opening import open_driver
+    from omnimate.driver.robot.passive import PassiveReader
 
     if listen_only:
         return PassiveReader(robot, bus, recorder=recorder)

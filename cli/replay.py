@@ -19,8 +19,8 @@ from omnimate.cli.robots import nominal_vehicle
 from omnimate.cli.tables import show
 
 if TYPE_CHECKING:
-    from omnimate.logs.assemble import Assembly
-    from omnimate.logs.reading import LogReadResult
+    from omnimate.files.logs.assemble import Assembly
+    from omnimate.files.logs.reading import LogReadResult
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
@@ -63,8 +63,8 @@ def _send(source: Path, bus: str, pace: float) -> None:
     """Send the frames of a log onto a bus."""
     from rich.progress import track
 
-    from omnimate.driver.replaying import send_frames
-    from omnimate.logs.blocks import LogBlocks
+    from omnimate.driver.bus.replaying import send_frames
+    from omnimate.files.logs.blocks import LogBlocks
 
     log = LogBlocks(log_of(source))
     frames = itertools.chain.from_iterable(log)
@@ -79,9 +79,9 @@ def _read(source: Path, vehicle: Path | None) -> Recording:
     Raises:
         RecordingError: No sample of the vehicle is in it.
     """
-    from omnimate.logs.assemble import assemble
-    from omnimate.logs.folder import read_recording
-    from omnimate.logs.reading import read_log
+    from omnimate.files.logs.assemble import assemble
+    from omnimate.files.logs.reading import read_log
+    from omnimate.files.recordings.folder import read_recording
     from omnimate.vehicle.file import load_vehicle
 
     if source.is_dir():
@@ -101,7 +101,7 @@ def _read(source: Path, vehicle: Path | None) -> Recording:
 
 def _show_log(log: LogReadResult, vehicle: VehicleParameters) -> None:
     """Print how many frames of each class a log holds, and what could not be read."""
-    from omnimate.logs.frame_classes import count_classes
+    from omnimate.files.logs.frame_classes import count_classes
 
     words = [f"{name} {count}" for name, count in count_classes(log.frames, vehicle).items() if count]
     out.print(f"{len(log.frames)} frames: {', '.join(words)}", soft_wrap=True)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from rich.progress import TaskID
 
-    from omnimate.reproduction.rows import Row
+    from studies.papers.rows import Row
 
 _WIDTH, _WHAT = 118, 42
 _INDENT = " " * 17
@@ -33,9 +33,9 @@ def reproduce(
 ) -> None:
     """Recompute the numbers of the three papers: printed, ours, verdict."""
     check_checkout("reproduce", "reproduction")
-    from omnimate.reproduction.rows import LEGEND
-    from omnimate.reproduction.run import run, under_way
-    from omnimate.reproduction.table import stages
+    from studies.papers.rows import LEGEND
+    from studies.papers.run import run, under_way
+    from studies.papers.table import stages
 
     plan = stages(quick=quick)
     drawing = 0 if figures is None else 1
@@ -57,7 +57,7 @@ def reproduce(
 
 
 def _draw(folder: Path, progress: Progress, task: TaskID) -> list[Path]:
-    from omnimate.reproduction.figures import draw_all
+    from studies.papers.figures import draw_all
 
     written = []
     for path in draw_all(folder):

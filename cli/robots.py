@@ -53,8 +53,8 @@ def truth_of(
         seed: of chance.
         effects: file of the physics that the nominal robot leaves out.
     """
+    from omnimate.effects.file import load_effects
     from omnimate.vcan_sim.bump_text import parse_bump
-    from omnimate.vcan_sim.effects.file import load_effects
     from omnimate.vcan_sim.floor import Floor
     from omnimate.vcan_sim.truth import Truth, uncalibrated
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from omnimate.driver.pdo_parameters import PdoSetting
+    from omnimate.driver.canopen.pdo_parameters import PdoSetting
     from omnimate.driver.scan.eds_folder import FittingFile
     from omnimate.driver.scan.node import NodeReading
     from omnimate.driver.scan.scan import Scan
@@ -54,7 +54,7 @@ def scan(
     as_json: AsJson = False,
 ) -> None:
     """Say who is on a bus, by listening and reading alone, and draft a vehicle.toml from it."""
-    from omnimate.driver.bus import open_bus
+    from omnimate.driver.bus.bus import open_bus
     from omnimate.driver.scan.scan import scan as look
 
     if assign is not None and not lss:
@@ -94,7 +94,7 @@ def _fitting(found: Scan, folder: Path) -> dict[int, FittingFile]:
 
 
 def _write(found: Scan, bus: str, files: Mapping[int, FittingFile], path: Path) -> None:
-    from omnimate.driver.adapters import BusUrl
+    from omnimate.driver.bus.adapters import BusUrl
     from omnimate.driver.scan.draft import draft_vehicle
     from omnimate.vehicle.atomic import write_text
 
@@ -168,7 +168,7 @@ def _pdos(found: Scan) -> Table:
 
 
 def _state(found: Scan, node: NodeReading) -> str:
-    from omnimate.logs.canopen_words import nmt_state_in_words
+    from omnimate.files.logs.canopen_words import nmt_state_in_words
 
     state = found.state(node)
     if state is not None:

@@ -92,8 +92,8 @@ def _address(text: str) -> tuple[str, int]:
 
 
 def _write(journal: Journal, folder: Path | None) -> None:
-    from omnimate.logs.folder import POSES, RUN, write_poses
-    from omnimate.logs.run_toml import write_run
+    from omnimate.files.recordings.folder import POSES, RUN, write_poses
+    from omnimate.files.recordings.run_toml import write_run
 
     if folder is None:
         return

@@ -39,7 +39,7 @@ def simulate(
     start: Annotated[float | None, typer.Option(help="Time of the first sample [s]; now by default.")] = None,
 ) -> None:
     """Simulate a robot that drives a protocol, and write its recording: arrays, no bus."""
-    from omnimate.logs.folder import save_recording
+    from omnimate.files.recordings.folder import save_recording
     from omnimate.vcan_sim.simulate import simulate as run
 
     robot = nominal_vehicle(vehicle)

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from omnimate.driver.clock import SyncClock
-from omnimate.driver.driver import Driver
-from omnimate.driver.recorder import Recorder
+from omnimate.driver.bus.clock import SyncClock
+from omnimate.driver.robot.driver import Driver
+from omnimate.driver.robot.recorder import Recorder
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.plant import Plant
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from omnimate.logs.canopen_words import sdo_abort_in_words
+from omnimate.files.logs.canopen_words import sdo_abort_in_words
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ Usage: python 01_first_calibration.py
 from pathlib import Path
 
 import omnimate
+from omnimate.effects.wheelbase import Wheelbase
 from omnimate.motion import paths
-from omnimate.vcan_sim.effects.wheelbase import Wheelbase
 from omnimate.vehicle.odometry import dead_reckon
 
 # Three squares each way with the reference robot. In truth, truck a is 1.5 % narrower than described.

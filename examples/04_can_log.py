@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import omnimate
-from omnimate.logs.assemble import assemble
-from omnimate.logs.reading import read_log
+from omnimate.files.logs.assemble import assemble
+from omnimate.files.logs.reading import read_log
 from omnimate.vehicle.odometry import dead_reckon
 
 

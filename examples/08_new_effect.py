@@ -11,9 +11,9 @@ from typing import ClassVar
 import numpy as np
 
 import omnimate
+from omnimate.effects.block import Block, wheel_number
+from omnimate.effects.effect import WHEEL, Effect, Parameter, Stage
 from omnimate.motion import paths
-from omnimate.vcan_sim.effects.block import Block, wheel_number
-from omnimate.vcan_sim.effects.effect import WHEEL, Effect, Parameter, Stage
 from omnimate.vehicle.odometry import dead_reckon
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 import omnimate
-from omnimate.importers.clock import recording_of
-from omnimate.importers.errors import SourceError
-from omnimate.importers.poses import poses_of
-from omnimate.importers.robots import single_truck
-from omnimate.importers.series import Series
+from omnimate.files.importers.clock import recording_of
+from omnimate.files.importers.errors import SourceError
+from omnimate.files.importers.poses import poses_of
+from omnimate.files.importers.robots import single_truck
+from omnimate.files.importers.series import Series
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Lap, Recording, Run
 

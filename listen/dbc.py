@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.logs.dbc import head_lines, heartbeat_message, node_name, state_names
-from omnimate.logs.dbc_reading import EXTENDED_KEY
+from omnimate.files.logs.dbc import head_lines, heartbeat_message, node_name, state_names
+from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -18,14 +18,14 @@ from omnimate.listen.wheels import find_wheels
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from omnimate.files.logs.frames import Frames
+    from omnimate.files.logs.signals import Signal
     from omnimate.listen.messages import Message
     from omnimate.listen.network import Network
     from omnimate.listen.sending import Sending
     from omnimate.listen.shafts import Shaft
     from omnimate.listen.signals import LearnedSignal
     from omnimate.listen.wheels import Kinematics
-    from omnimate.logs.frames import Frames
-    from omnimate.logs.signals import Signal
 
 LIKELY = (
     0.9  # from which on a node is taken for a drive: what is said of its signs is wrong in few of the rest

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
+    from omnimate.files.logs.frames import Frames
     from omnimate.listen.priors import Direction
-    from omnimate.logs.frames import Frames
 
 # CiA 301 table 39: the four PDOs that a node sends, and the four that it receives.
 SENT, RECEIVED = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)

@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.logs.canopen_words import (
+from omnimate.files.logs.canopen_words import (
     NMT_COMMANDS,
     SYNC_ID,
     TIME_ID,
     emcy_in_words,
     nmt_state_in_words,
 )
-from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
-from omnimate.logs.seen_mapping import seen_objects
+from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.seen_mapping import seen_objects
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from numpy.typing import NDArray
 
-    from omnimate.logs.frames import Frames
+    from omnimate.files.logs.frames import Frames
 
 HEARTBEAT, EMCY = 0x700, 0x080
 DRIVE_PROFILE = 402  # low half of 1000h

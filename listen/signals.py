@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from omnimate.files.logs.signals import Signal
     from omnimate.listen.layout import Field, Layout, Reading
     from omnimate.listen.messages import Message
     from omnimate.listen.multiplexing import Multiplexed
     from omnimate.listen.priors import Kind
-    from omnimate.logs.signals import Signal
 
 SURE = 0.99  # an error of 1 % is declared: what is less probable is not said as certain
 # The most that is said of boundaries inside bytes, and in messages that no CANopen node sends: bits stand in

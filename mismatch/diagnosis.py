@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 Verdict = Literal["agreement", "mismatch", "insufficient"]

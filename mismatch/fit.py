@@ -19,10 +19,10 @@ from omnimate.mismatch.recording.windows import windows_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.noise.levels import NoiseLevels
     from omnimate.mismatch.recording.signals import Signals
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 # Declared sizes by which the two wheels of an axle differ, half their difference: what is common to both (a

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects import effect_named
+from omnimate.effects.effect import POSES
 from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.events import events, merged, push_terms
 from omnimate.mismatch.candidates.moments import settled
@@ -23,8 +25,6 @@ from omnimate.mismatch.learn.law_terms import learned
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, FINE, ROUGH, WAVES, estimate_noise
 from omnimate.mismatch.noise.outliers import freed
 from omnimate.mismatch.recording.signals import signals_of
-from omnimate.vcan_sim.effects import effect_named
-from omnimate.vcan_sim.effects.effect import POSES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

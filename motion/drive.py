@@ -27,7 +27,7 @@ BLIND = 0.1  # [s] without a complete sample within which the robot is commanded
 
 
 class Robot(Protocol):
-    """What reads the encoders and turns the wheels; `omnimate.driver.driver.Driver` does."""
+    """What reads the encoders and turns the wheels; `omnimate.driver.robot.driver.Driver` does."""
 
     def cycle(self) -> Sample:
         """Return the next sample."""

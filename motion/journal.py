@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class LapRecorder(Protocol):
-    """Keeps laps and fixes outside this process; `omnimate.driver.recorder.Recorder` does."""
+    """Keeps laps and fixes outside this process; `omnimate.driver.robot.recorder.Recorder` does."""
 
     def lap(self, direction: Direction, start: float, end: float) -> object:
         """Keep a lap that has ended, with the times of its start and its end [s]."""

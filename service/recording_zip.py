@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 from omnimate.service.errors import InvalidValueError, MediaTypeError, TooLargeError
 from omnimate.service.store.tables import RecordingRow
 

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.vcan_sim.effects.ageing import AgedSamples
-from omnimate.vcan_sim.effects.effect import TRUCK
-from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
+from omnimate.effects.ageing import AgedSamples
+from omnimate.effects.effect import TRUCK
+from omnimate.effects.reference_offset import ReferenceOffset
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 

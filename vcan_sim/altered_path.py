@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnimate.effects.block import LINKAGE, Block, wheel_number
+from omnimate.effects.stages import by_stage
 from omnimate.vcan_sim.aged_poses import AgedPoses
-from omnimate.vcan_sim.effects.block import LINKAGE, Block, wheel_number
-from omnimate.vcan_sim.effects.stages import by_stage
 from omnimate.vcan_sim.signal_path import disturb, glide, move, settle, turn_wheels
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from omnimate.vcan_sim.effects.effect import Effect, Stage
+    from omnimate.effects.effect import Effect, Stage
     from omnimate.vehicle.compiled import Record
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.se2 import Array

@@ -5,15 +5,15 @@ from __future__ import annotations
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.effects.block import LINKAGE
-from omnimate.vcan_sim.effects.joint_bias import JointBias
-from omnimate.vcan_sim.effects.link_bias import LinkBias
-from omnimate.vcan_sim.effects.stages import by_stage
+from omnimate.effects.block import LINKAGE
+from omnimate.effects.joint_bias import JointBias
+from omnimate.effects.link_bias import LinkBias
+from omnimate.effects.stages import by_stage
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.effects.effect import Effect
 
 
 def linkage_biases(joint_a: float = 0.0, joint_b: float = 0.0, link: float = 0.0) -> tuple[Effect, ...]:

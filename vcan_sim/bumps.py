@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from omnimate.vcan_sim.crossing import SHAPES, Crossing, Shape, crossing_of
+from omnimate.effects.crossing import SHAPES, Crossing, Shape, crossing_of
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vehicle.parameters import WHEELS, Channel
 

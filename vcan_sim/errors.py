@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from omnimate.logs.canopen_words import sdo_abort_in_words
+from omnimate.files.logs.canopen_words import sdo_abort_in_words
 from omnimate.vehicle.errors import OmnimateError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 class SimulationError(OmnimateError):
@@ -37,34 +32,6 @@ class BumpError(SimulationError):
     def __init__(self, text: str, problem: str) -> None:
         super().__init__(f"bump {text!r}: {problem}")
         self.text = text
-
-
-class ExpressionError(SimulationError):
-    """A text that is no formula.
-
-    Attributes:
-        text: Formula as it was written.
-        column: Place in the text at which it cannot be read, from 1.
-    """
-
-    def __init__(self, text: str, column: int, problem: str) -> None:
-        super().__init__(f"formula {text[:200]!r}, column {column}: {problem}")
-        self.text = text
-        self.column = column
-
-
-class EffectsFileError(SimulationError):
-    """An effects file that cannot be read or describes no effect.
-
-    Attributes:
-        source: Path of the file.
-        entry: Number of the effect in the file, from 1, and its key, such as `effect 2: amplitude`.
-    """
-
-    def __init__(self, source: Path | str, entry: str, problem: str) -> None:
-        super().__init__(f"{source}: {entry}: {problem}")
-        self.source = source
-        self.entry = entry
 
 
 class HubError(SimulationError):

@@ -10,7 +10,7 @@ from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.sonar import Sonar
 
 if TYPE_CHECKING:
-    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.effects.effect import Effect
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
 

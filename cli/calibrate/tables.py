@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from omnimate.calib.estimation.estimates import DownWeighted, Estimate
     from omnimate.calib.estimation.parameters import Coordinate
     from omnimate.calib.paths.least_squares import Quantity
-    from omnimate.importers.optiodom.scores import RobotScores, Score
+    from studies.datasets.optiodom.scores import RobotScores, Score
 
 _SCREEN = {"1": ("%", 1e2), "rad": ("deg", math.degrees(1.0)), "m": ("mm", 1e3), "s": ("ms", 1e3)}
 _MOST_NAMED = 5  # fixes that are listed one by one

@@ -87,7 +87,7 @@ def calibrate(
         if optiodom is None:
             raise typer.BadParameter("give recording folders, or --optiodom ROOT")
         return
-    from omnimate.logs.folder import load_recording
+    from omnimate.files.recordings.folder import load_recording
 
     if relative is not None:
         _relative([load_recording(source) for source in sources], relative, truck, out_file)
@@ -225,7 +225,7 @@ def _draw(recording: Recording, calibrations: dict[TruckName, PathCalibration], 
 
 
 def _score(root: Path) -> None:
-    from omnimate.importers.optiodom.scores import score_optiodom
+    from studies.datasets.optiodom.scores import score_optiodom
 
     for robot in score_optiodom(root):
         _print(f"{robot.kind}, all squares", robot.calibration.quantities, robot.calibration.estimate)

@@ -12,7 +12,7 @@ from omnimate.cli.console import out
 from omnimate.cli.driver_reports import show_configuration, show_report
 from omnimate.cli.driving import drive_program
 from omnimate.cli.simulated import simulated_robot
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_vehicle
 

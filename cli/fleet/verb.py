@@ -34,8 +34,8 @@ def simulate_hall(
     seed: Annotated[int, typer.Option(help="Seed of all that is drawn by chance.", min=0)] = 0,
 ) -> None:
     """Write the recordings of a simulated hall, and its truth as hall.toml."""
-    from omnimate.vcan_sim.hall.hall import draw_hall
-    from omnimate.vcan_sim.hall.store import write_store
+    from omnimate.fleet.hall.hall import draw_hall
+    from omnimate.fleet.hall.store import write_store
 
     hall = draw_hall(robots, days, sick=sick, places=places, length=length, width=width, seed=seed)
     with progress_bar("driving") as progress:

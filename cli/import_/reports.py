@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 def show_topics(source: Path, vehicle: VehicleParameters | None) -> None:
     """Say what is in a bag, and what the names in it suggest."""
-    from omnimate.importers.rosbag.guess import as_toml, guess
-    from omnimate.importers.rosbag.reader import topics_of
+    from omnimate.files.importers.rosbag.guess import as_toml, guess
+    from omnimate.files.importers.rosbag.reader import topics_of
 
     topics = topics_of(source)
     for topic in topics:
@@ -34,8 +34,8 @@ def show_topics(source: Path, vehicle: VehicleParameters | None) -> None:
 
 def save_set(recordings: Iterable[tuple[str, Recording]], to: Path) -> None:
     """Write many recordings, and say how far the odometry of all of them is off."""
-    from omnimate.importers.sanity import average, look
-    from omnimate.logs.folder import save_recording
+    from omnimate.files.importers.sanity import average, look
+    from omnimate.files.recordings.folder import save_recording
 
     samples, looks = [], []
     for name, recording in track(recordings, "importing", console=err, transient=True):
@@ -55,7 +55,7 @@ def save_set(recordings: Iterable[tuple[str, Recording]], to: Path) -> None:
 
 def report_recording(recording: Recording, to: Path) -> None:
     """Say what a recording holds, and how far its odometry is off."""
-    from omnimate.importers.sanity import look
+    from omnimate.files.importers.sanity import look
 
     span, period = recording.time[-1] - recording.time[0], recording.vehicle.bus.sync_period
     poses = 0 if recording.poses is None else len(recording.poses.time)

@@ -14,7 +14,7 @@ from omnimate.cli.import_.reports import report_recording, save_set, show_topics
 from omnimate.cli.loading import load, report_problems
 
 if TYPE_CHECKING:
-    from omnimate.importers.rosbag.plan import Plan
+    from omnimate.files.importers.rosbag.plan import Plan
     from omnimate.vehicle.parameters import VehicleParameters
 
 app = typer.Typer(
@@ -36,8 +36,8 @@ def log(
     vehicle: Annotated[Path, typer.Option(help="vehicle.toml of the robot whose bus it is.")],
 ) -> None:
     """Take the frames of a bus log of any format, and a vehicle.toml."""
-    from omnimate.importers.bus_log import import_log
-    from omnimate.logs.streaming import LogStream
+    from omnimate.files.importers.bus_log import import_log
+    from omnimate.files.logs.streaming import LogStream
     from omnimate.vehicle.file import load_vehicle
 
     stream = LogStream(source)
@@ -55,7 +55,7 @@ def optiodom(
     to: OutSet,
 ) -> None:
     """Take the runs of OptiOdom's differential robot: dense poses, one recording folder each."""
-    from omnimate.importers.optiodom.recordings import differential_sets, each_run
+    from studies.datasets.optiodom.recordings import differential_sets, each_run
 
     save_set(each_run(source), to)
     others = differential_sets(source)[1]
@@ -71,7 +71,7 @@ def labyrinth(
     to: OutSet,
 ) -> None:
     """Take the drive of TU Chemnitz's Labyrinth as its readme describes it, which is known to be wrong."""
-    from omnimate.importers.labyrinth import recordings_of
+    from studies.datasets.labyrinth import recordings_of
 
     save_set((("run-01", recording) for recording in recordings_of(source)), to)
 
@@ -82,7 +82,7 @@ def husky(
     to: OutSet,
 ) -> None:
     """Take the DRIVE data of a Clearpath Husky: a recording folder for each window of two seconds."""
-    from omnimate.importers.husky import each_window
+    from studies.datasets.husky import each_window
 
     save_set(each_window(source), to)
 
@@ -97,8 +97,8 @@ def csv(
     vehicle: Vehicle = None,
 ) -> None:
     """Take a CSV file by a mapping of its columns."""
-    from omnimate.importers.csv_file.importer import read_csv
-    from omnimate.logs.folder import save_recording
+    from omnimate.files.importers.csv_file.importer import read_csv
+    from omnimate.files.recordings.folder import save_recording
 
     with err.status("reading"):
         recording = read_csv(source, mapping, _vehicle(vehicle))
@@ -121,8 +121,8 @@ def rosbag(
     ] = False,
 ) -> None:
     """Take wheel positions or ticks, joints and poses from a ROS 1 or ROS 2 bag or an MCAP file."""
-    from omnimate.importers.rosbag.importer import read_bag
-    from omnimate.logs.folder import save_recording
+    from omnimate.files.importers.rosbag.importer import read_bag
+    from omnimate.files.recordings.folder import save_recording
 
     if show:
         show_topics(source, _vehicle(vehicle))
@@ -149,9 +149,9 @@ def _plan(
     vehicle: VehicleParameters | None,
 ) -> tuple[Plan, VehicleParameters]:
     """Return what of a bag is what, by a mapping, by options, or by guess, and the robot."""
-    from omnimate.importers.rosbag.guess import as_toml, guess
-    from omnimate.importers.rosbag.plan import plan_of_options, read_plan
-    from omnimate.importers.rosbag.reader import topics_of
+    from omnimate.files.importers.rosbag.guess import as_toml, guess
+    from omnimate.files.importers.rosbag.plan import plan_of_options, read_plan
+    from omnimate.files.importers.rosbag.reader import topics_of
 
     if mapping is not None and (channels or poses):
         raise CallError("--mapping says what --channel and --pose say; give one of the two")

@@ -23,16 +23,16 @@ from omnimate.cli.monitor.lines import (
     robot_lines,
     table_lines,
 )
-from omnimate.driver.watch.bus_watch import REFRESH
+from omnimate.driver.robot.watch.bus_watch import REFRESH
 from omnimate.vehicle.atomic import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from omnimate.cli.descriptions import Descriptions
-    from omnimate.driver.watch.bus_watch import BusWatch
-    from omnimate.driver.watch.snapshot import Snapshot
-    from omnimate.logs.live_table import LiveRow
+    from omnimate.driver.robot.watch.bus_watch import BusWatch
+    from omnimate.driver.robot.watch.snapshot import Snapshot
+    from omnimate.files.logs.live_table import LiveRow
 
 EVENTS = 4  # lines
 

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rich.text import Text
 
-from omnimate.logs.canopen_words import nmt_state_in_words
-from omnimate.logs.filters import KINDS, FilterError, FrameFilter, IdentifierRule
-from omnimate.logs.frames import ERROR, EXTENDED, FD, REMOTE, frames_of
+from omnimate.files.logs.canopen_words import nmt_state_in_words
+from omnimate.files.logs.filters import KINDS, FilterError, FrameFilter, IdentifierRule
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, frames_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from omnimate.driver.event_log import Event
-    from omnimate.driver.watch.snapshot import RobotView, Snapshot
-    from omnimate.logs.decoding import FrameDecoder
-    from omnimate.logs.live_table import LiveRow
+    from omnimate.driver.robot.event_log import Event
+    from omnimate.driver.robot.watch.snapshot import RobotView, Snapshot
+    from omnimate.files.logs.decoding import FrameDecoder
+    from omnimate.files.logs.live_table import LiveRow
 
 HEARTBEAT = 0x700  # COB-ID of node 0
 SHOWN_BYTES = 8  # of a frame; of a longer one so many fit beside the number of the others

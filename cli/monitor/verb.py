@@ -17,8 +17,8 @@ from omnimate.cli.loading import log_of
 if TYPE_CHECKING:
     from omnimate.cli.descriptions import Descriptions
     from omnimate.cli.monitor.lines import Wanted
-    from omnimate.driver.watch.bus_watch import BusWatch, Opener
-    from omnimate.driver.watch.snapshot import Snapshot
+    from omnimate.driver.robot.watch.bus_watch import BusWatch, Opener
+    from omnimate.driver.robot.watch.snapshot import Snapshot
     from omnimate.vehicle.parameters import VehicleParameters
 
 SCREEN = (80, 24)  # characters of a picture
@@ -57,7 +57,7 @@ def monitor(
 ) -> None:
     """Watch a bus in the terminal: rates, values, node states, load, odometry, events. Sends nothing."""
     from omnimate.cli.monitor.lines import Wanted
-    from omnimate.driver.watch.bus_watch import BusWatch
+    from omnimate.driver.robot.watch.bus_watch import BusWatch
 
     if (source is None) == (bus is None):
         raise CallError("monitor watches either a bus (--bus URL) or a log; give one of them")
@@ -85,11 +85,11 @@ def monitor(
 def _opener(source: Path | None, bus: str | None, pace: float, bitrate: int | None) -> Opener:
     """Return what opens the bus, or the log as a bus."""
     if bus is not None:
-        from omnimate.driver.bus import open_bus
+        from omnimate.driver.bus.bus import open_bus
 
         return lambda: open_bus(bus, bitrate)
-    from omnimate.driver.log_bus import LogBus
-    from omnimate.logs.streaming import LogStream
+    from omnimate.driver.bus.log_bus import LogBus
+    from omnimate.files.logs.streaming import LogStream
 
     assert source is not None  # one of the two is given
     log = log_of(source)
@@ -98,7 +98,7 @@ def _opener(source: Path | None, bus: str | None, pace: float, bitrate: int | No
 
 
 def _bitrate(bus: str | None, robot: VehicleParameters | None) -> int | None:
-    from omnimate.driver.adapters import BusUrl
+    from omnimate.driver.bus.adapters import BusUrl
 
     stated = None if bus is None else BusUrl.of(bus).bitrate
     return robot.bus.bitrate if stated is None and robot is not None else stated

@@ -14,8 +14,8 @@ from omnimate.cli.track.rows import RowWriter, open_rows
 from omnimate.cli.track.words import disturbance_in_words, show_summary
 
 if TYPE_CHECKING:
-    from omnimate.driver.driver import Driver
-    from omnimate.driver.passive import PassiveReader
+    from omnimate.driver.robot.driver import Driver
+    from omnimate.driver.robot.passive import PassiveReader
     from omnimate.ipec.filter.prior import Prior
     from omnimate.ipec.filter.slow_parameters import SlowParameters
     from omnimate.ipec.tracker import Tracker
@@ -93,8 +93,8 @@ def _track_recording(
 ) -> tuple[VehicleParameters, SlowParameters]:
     from omnimate.calib.linkage.learned import learned_values
     from omnimate.calib.monitoring.channels import check_frozen
+    from omnimate.files.recordings.folder import load_recording
     from omnimate.ipec.tracker import track_recording
-    from omnimate.logs.folder import load_recording
 
     with err.status("reading"):
         recording = load_recording(folder)
@@ -126,8 +126,8 @@ def _track_bus(
     from omnimate.cli.descriptions import descriptions_of
     from omnimate.cli.driver_reports import report_problems
     from omnimate.cli.track.live import follow
-    from omnimate.driver.opening import open_driver
-    from omnimate.driver.passive import PassiveReader
+    from omnimate.driver.robot.opening import open_driver
+    from omnimate.driver.robot.passive import PassiveReader
 
     robot = tracker.vehicle
     reader: Driver | PassiveReader

@@ -10,8 +10,8 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.recordings import has_fixes
 from omnimate.calib.umbmark.experiment import Experiment, experiment_of_recordings, experiment_of_table
 from omnimate.cli.loading import load
-from omnimate.importers.optiodom.files import is_optiodom
-from omnimate.importers.optiodom.squares import experiment_of_optiodom
+from studies.datasets.optiodom.files import is_optiodom
+from studies.datasets.optiodom.squares import experiment_of_optiodom
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.effects import EFFECTS
-from omnimate.vcan_sim.effects.variables import VARIABLES
+from omnimate.effects import EFFECTS
+from omnimate.effects.variables import VARIABLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from omnimate.vcan_sim.effects.effect import Effect, Parameter
+    from omnimate.effects.effect import Effect, Parameter
 
 
 def on_page_markdown(markdown: str, **_: object) -> str:

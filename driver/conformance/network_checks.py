@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from omnimate.driver.canopen.lss import NO_ID, LssMaster
 from omnimate.driver.conformance.probe import (
     PRE_OPERATIONAL,
     RESET_COMMUNICATION,
@@ -15,7 +16,6 @@ from omnimate.driver.conformance.probe import (
     expect,
     expect_code,
 )
-from omnimate.driver.lss import NO_ID, LssMaster
 
 if TYPE_CHECKING:
     from collections.abc import Callable

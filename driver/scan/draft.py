@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
-from omnimate.driver.pdo_mapping import AXIS
+from omnimate.driver.canopen.pdo_mapping import AXIS
 from omnimate.driver.scan.node import LINEAR, LINEAR_SENSORS, SINGLE_TURN
 from omnimate.vehicle.drafting import bus_lines, geometry_lines, known_line, unknown_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from omnimate.driver.pdo_parameters import PdoSetting
+    from omnimate.driver.canopen.pdo_parameters import PdoSetting
     from omnimate.driver.scan.node import NodeReading
     from omnimate.driver.scan.scan import Scan
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from omnimate.driver.eds import load_eds
+from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.errors import EdsError
 from omnimate.driver.scan.node import IDENTITY
 

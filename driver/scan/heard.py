@@ -8,7 +8,7 @@ from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING
 
-from omnimate.driver.network import SYNC_ID
+from omnimate.driver.canopen.network import SYNC_ID
 
 if TYPE_CHECKING:
     import can

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from omnimate.driver.canopen.identity import SECOND_ANSWERS
+from omnimate.driver.canopen.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdos
 from omnimate.driver.errors import NodeError, SdoRefused, SdoSilent, TwoDevices
-from omnimate.driver.identity import SECOND_ANSWERS
-from omnimate.driver.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdos
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from omnimate.driver.sdo import Sdo
+    from omnimate.driver.canopen.sdo import Sdo
 
 PROFILES = {
     0: "no profile",

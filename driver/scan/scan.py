@@ -11,11 +11,11 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from omnimate.driver.clock import WallClock
+from omnimate.driver.bus.clock import WallClock
+from omnimate.driver.canopen.lss import MASTER, SLAVE, LssMaster
+from omnimate.driver.canopen.network import BusNetwork
+from omnimate.driver.canopen.node_access import PERIOD, MasterActiveError
 from omnimate.driver.conformance.probe import MOST_DRAINED, Reply
-from omnimate.driver.lss import MASTER, SLAVE, LssMaster
-from omnimate.driver.network import BusNetwork
-from omnimate.driver.node_access import PERIOD, MasterActiveError
 from omnimate.driver.scan.heard import HEARTBEAT, SDO_ANSWER, SDO_REQUEST, Heard
 from omnimate.driver.scan.node import GivesWayError, NodeReading, read_node
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     import can
 
-    from omnimate.driver.lss import Identity
+    from omnimate.driver.canopen.lss import Identity
     from omnimate.vehicle.parameters import VehicleParameters
 
 NODES = range(1, 128)

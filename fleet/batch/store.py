@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimate import __version__
+from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
 from omnimate.fleet.batch.files import LocalFiles
 from omnimate.fleet.errors import FleetError
-from omnimate.logs.folder import LOG, POSES, RUN, VEHICLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

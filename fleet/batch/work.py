@@ -9,6 +9,7 @@ import numpy as np
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
+from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.part import part_of
 from omnimate.fleet.batch.store import folder_of
@@ -17,7 +18,6 @@ from omnimate.fleet.crossings import crossings_of
 from omnimate.fleet.joints import JOINT_NUMBERS, joints_of
 from omnimate.fleet.model.days import kind_of
 from omnimate.fleet.segments import PARAMETERS, segments_of
-from omnimate.logs.folder import load_recording
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.triage.triage import triage
 from omnimate.vehicle.errors import OmnimateError

@@ -14,12 +14,12 @@ from omnimate.mismatch.recording.folds import laps_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.answer.heldout import HeldOut
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.diagnosis import Finding
     from omnimate.mismatch.fit import Fitted
     from omnimate.mismatch.recording.windows import Windows
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 _BINS = 14

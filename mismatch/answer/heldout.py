@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.fit import Fitted
     from omnimate.mismatch.recording.folds import Kind
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 METRIC = "root mean square of the whitened innovations (1.0 = the sensors' own noise); held out: {}"

@@ -12,19 +12,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.reference_offset import truck_poses
 from omnimate.mismatch.diagnosis import Change
 from omnimate.mismatch.recording.response import replayed
 from omnimate.mismatch.recording.signals import expected_reading, integrated, signals_of
-from omnimate.vcan_sim.effects.reference_offset import truck_poses
 from omnimate.vehicle.se2 import between, wrap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.answer.heldout import HeldOut
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.recording.signals import Signals
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 

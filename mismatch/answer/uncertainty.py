@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects import effect_named
 from omnimate.mismatch.candidates.terms import SETUP, angle_of
-from omnimate.vcan_sim.effects import effect_named
 
 if TYPE_CHECKING:
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.terms import Term
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 # A law is off by a part on every stretch; over a recording of ten or more stretches, by a third of that.

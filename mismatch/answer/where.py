@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.block import wheel_number
+from omnimate.effects.crossing import losing
 from omnimate.mismatch.candidates.pushes import Push
 from omnimate.mismatch.recording.folds import laps_of
-from omnimate.vcan_sim.crossing import losing
-from omnimate.vcan_sim.effects.block import wheel_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.mismatch.recording.windows import Windows
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 Intervals = tuple[tuple[float, float], ...]

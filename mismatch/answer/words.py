@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from omnimate.vcan_sim.effects.effect import Effect
+    from omnimate.effects.effect import Effect
     from omnimate.vehicle.parameters import VehicleParameters
 
 REGIMES = {

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects import effect_named
 from omnimate.mismatch.candidates.moments import SHORTEST, lasts, settled
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.terms import BESIDE, term
 from omnimate.mismatch.noise.outliers import power
 from omnimate.mismatch.recording.signals import WINDOW
-from omnimate.vcan_sim.effects import effect_named
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

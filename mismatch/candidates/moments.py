@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.vcan_sim.effects.block import wheel_number
-from omnimate.vcan_sim.effects.bump import BumpEvents
+from omnimate.effects.block import wheel_number
+from omnimate.effects.bump import BumpEvents
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.gear_backlash import GearBacklash
 from omnimate.mismatch.candidates.terms import SKEW
 from omnimate.mismatch.candidates.unknown import wheels_roll
 from omnimate.mismatch.recording.response import column, response
-from omnimate.vcan_sim.effects.gear_backlash import GearBacklash
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

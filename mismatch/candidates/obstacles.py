@@ -18,6 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import log_ndtr
 
+from omnimate.effects import effect_named
+from omnimate.effects.bump import BumpEvents
+from omnimate.effects.crossing import losing
 from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.events import travelled
 from omnimate.mismatch.candidates.moments import SHORTEST
@@ -27,17 +30,14 @@ from omnimate.mismatch.noise.levels import estimate_noise
 from omnimate.mismatch.noise.outliers import SHOVE, freed
 from omnimate.mismatch.noise.whitening import whiten
 from omnimate.mismatch.recording.signals import WINDOW
-from omnimate.vcan_sim.crossing import losing
-from omnimate.vcan_sim.effects import effect_named
-from omnimate.vcan_sim.effects.bump import BumpEvents
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.noise.levels import NoiseLevels
     from omnimate.mismatch.recording.windows import Windows
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 ENCOUNTERS = 6  # encounters, from which they are told together: fewer are found one by one

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from omnimate.effects.block import truck_number
+from omnimate.effects.effect import TRUCK, Effect
 from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.terms import Term
 from omnimate.mismatch.recording.signals import WINDOW
-from omnimate.vcan_sim.effects.block import truck_number
-from omnimate.vcan_sim.effects.effect import TRUCK, Effect
 
 if TYPE_CHECKING:
-    from omnimate.vcan_sim.effects.block import Block
-    from omnimate.vcan_sim.effects.effect import Parameter, Stage
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Parameter, Stage
     from omnimate.vehicle.se2 import Array
 
 SHOVE = (3e-3, 3e-3, 1e-2)  # [m, m, rad] forward, to the left and round, one standard deviation

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.noise.levels import Filter, NoiseLevels
     from omnimate.mismatch.recording.response import Columns, Response
     from omnimate.mismatch.recording.windows import Windows
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 _CHUNK = 128  # columns that are whitened at once

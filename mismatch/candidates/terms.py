@@ -15,20 +15,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnimate.effects import EFFECTS, effect_named
+from omnimate.effects.block import LINKAGE
+from omnimate.effects.effect import POSES
 from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, grid, is_dense, is_turned
-from omnimate.vcan_sim.effects import EFFECTS, effect_named
-from omnimate.vcan_sim.effects.block import LINKAGE
-from omnimate.vcan_sim.effects.effect import POSES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.diagnosis import Key
     from omnimate.mismatch.recording.signals import Signals
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.se2 import Array
 

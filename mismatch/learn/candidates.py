@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.vcan_sim.effects.variables import OWN_ANGLE, VARIABLES
-from omnimate.vcan_sim.expression import parse
+from omnimate.effects.expression import parse
+from omnimate.effects.variables import OWN_ANGLE, VARIABLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

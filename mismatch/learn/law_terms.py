@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.law import Law
+from omnimate.effects.variables import Motion, known
 from omnimate.mismatch.candidates.terms import Term
 from omnimate.mismatch.candidates.unknown import errors, sizes_of
 from omnimate.mismatch.learn.learn import learn
-from omnimate.vcan_sim.effects.law import Law
-from omnimate.vcan_sim.effects.variables import Motion, known
 
 if TYPE_CHECKING:
     from collections.abc import Callable

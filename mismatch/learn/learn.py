@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.law import Law
 from omnimate.mismatch.learn.candidates import curves, terms
 from omnimate.mismatch.learn.choice import choose, error, options_of
 from omnimate.mismatch.learn.evidence import Products
 from omnimate.mismatch.learn.learned import LearnedLaw
-from omnimate.vcan_sim.effects.law import Law
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -14,9 +14,9 @@ from omnimate.mismatch.learn.choice import error
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from omnimate.effects.law import Law
     from omnimate.mismatch.learn.choice import Choice
     from omnimate.mismatch.learn.evidence import Products
-    from omnimate.vcan_sim.effects.law import Law
     from omnimate.vehicle.se2 import Array
 
 

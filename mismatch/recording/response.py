@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.ageing import AgedSamples
+from omnimate.effects.reference_offset import ReferenceOffset
+from omnimate.effects.stages import replay
 from omnimate.mismatch.recording.signals import about
 from omnimate.mismatch.recording.windows import pushed
-from omnimate.vcan_sim.effects.ageing import AgedSamples
-from omnimate.vcan_sim.effects.reference_offset import ReferenceOffset
-from omnimate.vcan_sim.effects.stages import replay
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.mismatch.recording.windows import Windows
-    from omnimate.vcan_sim.effects.block import Block
-    from omnimate.vcan_sim.effects.effect import Effect
     from omnimate.vehicle.se2 import Array
 
 Columns = tuple["Array", "Array"]

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.block import Block
 from omnimate.mismatch.recording.causal_path import FORGETTING, follow_linkage, follow_poses
 from omnimate.mismatch.recording.pose_outliers import pose_outliers
-from omnimate.vcan_sim.effects.block import Block
 from omnimate.vehicle.arcs import integrate_twists
 from omnimate.vehicle.linkage import follower, linkage_of
 from omnimate.vehicle.parameters import JOINTS

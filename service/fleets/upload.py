@@ -8,7 +8,7 @@ import zipfile
 from datetime import date
 from typing import TYPE_CHECKING
 
-from omnimate.logs.folder import LOG, POSES, RUN, VEHICLE
+from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
 from omnimate.service.errors import InvalidValueError, MediaTypeError, TooLargeError
 from omnimate.service.fleets.fields import PLAIN_PATTERN
 from omnimate.service.fleets.models import Upload

@@ -69,7 +69,7 @@ def run_diagnosis(parent: Connection, folders: list[tuple[str, str]]) -> None:
         folders: Name and folder of each recording.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when this process ends
-    from omnimate.logs.folder import load_recording
+    from omnimate.files.recordings.folder import load_recording
     from omnimate.mismatch import diagnose
     from omnimate.mismatch.report import render
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.driver.driver import Driver
+from omnimate.driver.robot.driver import Driver
 from omnimate.service.robot.paced_clock import PacedClock
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.plant import Plant

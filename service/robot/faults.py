@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from omnimate.driver.report import DriverReport
+    from omnimate.driver.robot.report import DriverReport
     from omnimate.driver.troubles import Trouble
 
 

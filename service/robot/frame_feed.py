@@ -6,15 +6,15 @@ import contextlib
 import queue
 from typing import TYPE_CHECKING
 
-from omnimate.logs.formats.candump_lines import format_frame
-from omnimate.logs.frames import Frame
+from omnimate.files.logs.formats.candump_lines import format_frame
+from omnimate.files.logs.frames import Frame
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import can
 
-    from omnimate.driver.recorder import Recorder
+    from omnimate.driver.robot.recorder import Recorder
     from omnimate.vehicle.parameters import VehicleParameters
 
 QUEUED_LINES = 5000  # that a slow reader may be behind; it misses what comes after them

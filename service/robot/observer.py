@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from omnimate.service.robot.localization import Localization
 
 if TYPE_CHECKING:
-    from omnimate.driver.driver import Driver
-    from omnimate.driver.report import DriverReport
+    from omnimate.driver.robot.driver import Driver
+    from omnimate.driver.robot.report import DriverReport
     from omnimate.ipec.tracker import Tracker
     from omnimate.service.event_stream import EventStream
     from omnimate.service.robot.reservation import Reservation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from omnimate.driver.clock import SyncClock
+from omnimate.driver.bus.clock import SyncClock
 
 LARGEST_DELAY = 0.5  # [s] of host time; a longer delay is not caught up with
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from omnimate.driver.recorder import Recorder
+from omnimate.driver.robot.recorder import Recorder
 from omnimate.motion.drive import drive
 from omnimate.motion.journal import Journal
 from omnimate.motion.paths import squares

@@ -7,7 +7,7 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 from omnimate.service.recording_zip import make_row, pack
 from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row

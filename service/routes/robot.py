@@ -12,7 +12,7 @@ from fastapi import APIRouter, Query
 from fastapi.responses import PlainTextResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
-from omnimate.driver.report import DriverReport
+from omnimate.driver.robot.report import DriverReport
 from omnimate.service.calls import Reading
 from omnimate.service.components import Components
 from omnimate.service.robot.faults import open_rmf, vda5050

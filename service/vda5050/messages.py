@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
-from omnimate.driver.drive_states import FAULT, FAULT_MASK, FAULT_REACTION
+from omnimate.driver.canopen.drive_states import FAULT, FAULT_MASK, FAULT_REACTION
 from omnimate.service.robot.faults import vda5050
 
 if TYPE_CHECKING:
-    from omnimate.driver.report import DriverReport
+    from omnimate.driver.robot.report import DriverReport
 
 VERSION = "2.1.0"
 INTERFACE = "uagv/v2"  # name of the interface and major version, the first parts of each topic

@@ -10,9 +10,9 @@ from omnimate.calib.exports import calibration_json, ros2_parameters, ros2_yaml,
 from omnimate.calib.umbmark.experiment import calibrate
 from omnimate.calib.umbmark.floor import floor_roughness
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
-from omnimate.reproduction.trials import Trial, floor_covariance
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vehicle.parameters import Truck
+from studies.papers.trials import Trial, floor_covariance
 
 NOMINAL, FOUND = Truck(0.34, 0.150, 0.152), Truck(0.336, 0.1499, 0.1521)
 

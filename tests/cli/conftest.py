@@ -47,8 +47,8 @@ def on_bench(monkeypatch):
         def opened(_url):
             yield bus
 
-        monkeypatch.setattr("omnimate.driver.bus.open_bus", opened)
-        monkeypatch.setattr("omnimate.driver.node_access.open_bus", opened)
+        monkeypatch.setattr("omnimate.driver.bus.bus.open_bus", opened)
+        monkeypatch.setattr("omnimate.driver.canopen.node_access.open_bus", opened)
         passed = SimpleNamespace(monotonic=lambda: bus.time, time=lambda: bus.time)
         for module in ("node_access", "sdo_client", "conformance.probe", "scan.scan", "clock"):
             monkeypatch.setattr(f"omnimate.driver.{module}.time", passed)  # it passes on the bench alone

@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 
 
 @pytest.fixture

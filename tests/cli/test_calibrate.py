@@ -11,7 +11,7 @@ from omnimate.calib.errors import FixError
 from omnimate.calib.relative.motions import COLUMNS
 from omnimate.cli.calibrate.verb import calibrate
 from omnimate.cli.design import design
-from omnimate.logs.folder import load_recording, save_recording
+from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_vehicle

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from omnimate.logs.folder import read_recording
+from omnimate.files.recordings.folder import read_recording
 from omnimate.vehicle.file import load_vehicle
 
 SMALL = ("--side", "0.5", "--runs", "1")

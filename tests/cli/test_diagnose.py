@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from omnimate.logs.folder import save_recording
+from omnimate.effects import effect_named
+from omnimate.effects.file import load_effects
+from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import figure_eight
-from omnimate.vcan_sim.effects import effect_named
-from omnimate.vcan_sim.effects.file import load_effects
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

@@ -4,7 +4,7 @@ import pytest
 
 from omnimate.cli.console import out
 from omnimate.cli.driver_reports import show_report
-from omnimate.driver.report import DriverReport, NodeReport
+from omnimate.driver.robot.report import DriverReport, NodeReport
 
 LARGE = 7_654_321
 

@@ -13,8 +13,8 @@ import typer
 from typer.testing import CliRunner
 
 from omnimate.cli.dump import dump
-from omnimate.logs.formats import block_reader
-from omnimate.logs.reading import read_log
+from omnimate.files.logs.formats import block_reader
+from omnimate.files.logs.reading import read_log
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle
 
@@ -221,7 +221,7 @@ def live(monkeypatch):
 
     def run_live(*arguments, messages=MESSAGES, then=lambda: None):
         bus = ScriptedBus(messages, then)
-        monkeypatch.setattr("omnimate.driver.bus.open_bus", lambda _url: bus)
+        monkeypatch.setattr("omnimate.driver.bus.bus.open_bus", lambda _url: bus)
         result = run("--bus", "virtual://test", *arguments)
         assert bus.closed
         return result

@@ -7,7 +7,7 @@ import pytest
 from rosbags import rosbag2
 from rosbags.typesys import Stores, get_typestore
 
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 
 MAPPING = """
 [robot]

@@ -6,7 +6,7 @@ import can
 import cantools
 import pytest
 
-from omnimate.logs.formats.candump_lines import format_lines
+from omnimate.files.logs.formats.candump_lines import format_lines
 from tests.listen.conftest import robot_log
 
 
@@ -59,7 +59,7 @@ def test_a_live_bus_is_heard_and_nothing_is_sent(omnimate, monkeypatch):
                 timestamp=frame.time, arbitration_id=frame.can_id, data=frame.data, is_extended_id=False
             )
 
-    monkeypatch.setattr("omnimate.driver.bus.open_bus", lambda _url: Heard())
+    monkeypatch.setattr("omnimate.driver.bus.bus.open_bus", lambda _url: Heard())
     result = omnimate("listen", "--bus", "virtual://x")
     assert result.code == 0
     assert "nothing was sent" in result.out

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.cli.robots import truth_of
 from omnimate.cli.simulated import simulated_robot
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 from omnimate.motion.drive import drive
 from omnimate.motion.journal import Journal
 from omnimate.motion.paths import umbmark

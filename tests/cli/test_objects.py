@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from docs.generate.conformance import Local, Simulated, frame
-from omnimate.driver.eds import load_eds
-from omnimate.driver.object_values import variables_of
+from omnimate.driver.canopen.eds import load_eds
+from omnimate.driver.canopen.object_values import variables_of
 from omnimate.vcan_sim.reference import reference_vehicle
 
 EDS = Path(__file__).parents[2] / "vcan_sim" / "eds" / "encoder_cia406.eds"

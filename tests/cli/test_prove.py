@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from omnimate.proof.cases import cases
+from studies.mismatch.engines.cases import cases
 
 ANSWER = {"verdict": "agreement", "findings": [], "fit": None}
 KINDS = ("concealed", "concealed2", "contact")
@@ -21,7 +21,7 @@ def asked(monkeypatch):
         questions.append(list(wanted))
         return dict.fromkeys(wanted, ANSWER)
 
-    monkeypatch.setattr("omnimate.proof.run.ask_all", answers)
+    monkeypatch.setattr("studies.mismatch.run.ask_all", answers)
     return questions
 
 
@@ -79,7 +79,7 @@ def test_the_table_is_written_as_json_and_drawn(omnimate, asked, data, tmp_path)
 def test_recordings_that_are_refused_are_no_silent_misses(omnimate, asked, data, monkeypatch):
     refused = {"verdict": "error", "says": "can.log:1: no CAN frame", "findings": [], "fit": None}
     monkeypatch.setattr(
-        "omnimate.proof.run.ask_all",
+        "studies.mismatch.run.ask_all",
         lambda _ask, wanted, _jobs, _tell, _kept=None: dict.fromkeys(wanted, refused),
     )
     shown = omnimate("prove", "--world", "contact", "--data", data)

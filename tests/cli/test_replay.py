@@ -6,13 +6,13 @@ import can
 import numpy as np
 import pytest
 
-from omnimate.driver.bus import open_bus
+from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.errors import NoSync
-from omnimate.driver.passive import PassiveReader
-from omnimate.logs.folder import load_recording
-from omnimate.logs.formats.python_can_logs import frame_of_message
-from omnimate.logs.frames import ERROR, EXTENDED, REMOTE
-from omnimate.logs.reading import read_log
+from omnimate.driver.robot.passive import PassiveReader
+from omnimate.files.logs.formats.python_can_logs import frame_of_message
+from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.reading import read_log
+from omnimate.files.recordings.folder import load_recording
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.odometry import dead_reckon
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from omnimate.reproduction.linkage_numbers import linkage_numbers
-from omnimate.reproduction.rows import Row
+from studies.papers.linkage_numbers import linkage_numbers
+from studies.papers.rows import Row
 
 
 @pytest.fixture
@@ -11,7 +11,7 @@ def one_stage(monkeypatch):
     """Leave the command one stage."""
 
     def leave(rows):
-        monkeypatch.setattr("omnimate.reproduction.table.stages", lambda **_: [("a stage", lambda: rows)])
+        monkeypatch.setattr("studies.papers.table.stages", lambda **_: [("a stage", lambda: rows)])
 
     return leave
 

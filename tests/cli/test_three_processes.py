@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from omnimate.logs.folder import load_recording
-from omnimate.logs.reading import read_log
+from omnimate.files.logs.reading import read_log
+from omnimate.files.recordings.folder import load_recording
 
 TOOLS = Path(sys.executable).parent
 PATIENCE = 120.0  # [s] of a wait that normally ends at once

@@ -14,15 +14,15 @@ from omnimate.cli.errors import CallError
 from omnimate.cli.track.live import follow
 from omnimate.cli.track.rows import RowFileError, open_rows
 from omnimate.cli.track.verb import track
+from omnimate.effects.crossing import crossing_of
+from omnimate.files.recordings.folder import save_recording
 from omnimate.ipec.errors import LinkageChannelError, NoLinkageError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.tracker import Tracker
-from omnimate.logs.folder import save_recording
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.motion.paths import umbmark as squares
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.crossing import crossing_of
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate

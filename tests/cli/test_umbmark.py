@@ -12,7 +12,7 @@ from omnimate.calib.errors import CalibrationError, DirectionError, ReturnTableE
 from omnimate.calib.profiles import load_profiles
 from omnimate.cli.umbmark.verb import umbmark
 from omnimate.figures.files import PlotError
-from omnimate.logs.folder import save_recording
+from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark as squares
 from omnimate.vcan_sim.bumps import Bump
 from omnimate.vcan_sim.floor import Floor

@@ -12,9 +12,9 @@ import can
 import canopen
 import pytest
 
-from omnimate.driver.dictionary import standard_dictionary
-from omnimate.driver.network import BusNetwork
-from omnimate.driver.sdo_client import PumpedSdoClient
+from omnimate.driver.canopen.dictionary import standard_dictionary
+from omnimate.driver.canopen.network import BusNetwork
+from omnimate.driver.canopen.sdo_client import PumpedSdoClient
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
 
 ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002

@@ -9,12 +9,12 @@ from pathlib import Path
 import can
 import pytest
 
-from omnimate.driver.bus import open_bus
-from omnimate.driver.configure import configure_node
-from omnimate.driver.driver import Driver
-from omnimate.driver.eds import load_eds
+from omnimate.driver.bus.bus import open_bus
+from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.errors import BusLost, DriverError, NodeError
-from omnimate.driver.passive import PassiveReader
+from omnimate.driver.robot.configure import configure_node
+from omnimate.driver.robot.driver import Driver
+from omnimate.driver.robot.passive import PassiveReader
 from omnimate.vehicle.parameters import Bus
 
 GOLDEN = tomllib.loads(

@@ -1,11 +1,11 @@
 import pytest
 
 from omnimate.fleet.crossings import crossings_of
+from omnimate.fleet.hall.hall import draw_hall, hall_lap
+from omnimate.fleet.hall.store import date_of
 from omnimate.fleet.model.days import kind_of
 from omnimate.fleet.model.evidence import evidence_of
 from omnimate.fleet.segments import segments_of
-from omnimate.vcan_sim.hall.hall import draw_hall, hall_lap
-from omnimate.vcan_sim.hall.store import date_of
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
 

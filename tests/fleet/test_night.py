@@ -8,6 +8,10 @@ from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.run import run_batch
 from omnimate.fleet.batch.tables import columns_of
 from omnimate.fleet.errors import FleetError
+from omnimate.fleet.hall.hall import draw_hall
+from omnimate.fleet.hall.ills import Ill
+from omnimate.fleet.hall.places import Place
+from omnimate.fleet.hall.store import write_store
 from omnimate.fleet.kept import (
     days_kept,
     keep_night,
@@ -19,10 +23,6 @@ from omnimate.fleet.kept import (
 )
 from omnimate.fleet.morning import Asked, FloorSummary
 from omnimate.fleet.night import _asked, _judge, _result, judge_night
-from omnimate.vcan_sim.hall.hall import draw_hall
-from omnimate.vcan_sim.hall.ills import Ill
-from omnimate.vcan_sim.hall.places import Place
-from omnimate.vcan_sim.hall.store import write_store
 
 parquet = pytest.importorskip("pyarrow.parquet")
 DAYS = 7

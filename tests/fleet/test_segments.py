@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from omnimate.fleet.crossings import crossings_of
+from omnimate.fleet.hall.hall import hall_lap
 from omnimate.fleet.segments import segments_of
-from omnimate.vcan_sim.hall.hall import hall_lap
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.recording import Gap
 

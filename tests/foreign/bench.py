@@ -10,7 +10,7 @@ import itertools
 
 import can
 
-from omnimate.driver.clock import WallClock
+from omnimate.driver.bus.clock import WallClock
 from tests.foreign.devices import ForeignNetwork
 
 STEP = 0.001  # [s] between two looks of the devices at their timers

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from omnimate.driver.driver import Driver
+from omnimate.driver.robot.driver import Driver
 from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
 from tests.foreign.canopennode import nodes

@@ -20,7 +20,7 @@ from canopen.objectdictionary import (
     ODVariable,
 )
 
-from omnimate.driver.eds import load_eds
+from omnimate.driver.canopen.eds import load_eds
 
 STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x04, 0x05, 0x7F
 NMT_STATE = {0x01: OPERATIONAL, 0x02: STOPPED, 0x80: PRE_OPERATIONAL}

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from omnimate.driver import passive as module
 from omnimate.driver.errors import NoSync
-from omnimate.driver.passive import PassiveReader
-from omnimate.driver.recorder import Recorder
-from omnimate.logs.folder import load_recording, read_recording
+from omnimate.driver.robot import passive as module
+from omnimate.driver.robot.passive import PassiveReader
+from omnimate.driver.robot.recorder import Recorder
+from omnimate.files.recordings.folder import load_recording, read_recording
 from omnimate.vehicle.file import save_vehicle
 from omnimate.vehicle.odometry import Odometer
 from tests.cli.conftest import omnimate

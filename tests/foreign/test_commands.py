@@ -6,8 +6,8 @@ import shlex
 
 import pytest
 
-from omnimate.driver import driver as module
-from omnimate.logs.folder import load_recording
+from omnimate.driver.robot import driver as module
+from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.file import save_vehicle
 from tests.cli.conftest import omnimate
 from tests.foreign.robots import devices, two_trucks

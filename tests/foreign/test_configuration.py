@@ -15,11 +15,11 @@ import can
 import canopen
 import pytest
 
-from omnimate.driver.configure import configure_node
-from omnimate.driver.drive_configuration import configure_drive
-from omnimate.driver.driver import Driver
+from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import MappingImpossible, NodeMissing, SdoRefused, WrongDevice
-from omnimate.driver.network import BusNetwork
+from omnimate.driver.robot.configure import configure_node
+from omnimate.driver.robot.drive_configuration import configure_drive
+from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Truck, VehicleParameters
 
 EDS = Path(__file__).parents[2] / "vcan_sim" / "eds"
@@ -130,7 +130,9 @@ def connect(monkeypatch):
 
     def run(device):
         bus = SlowBus(device)
-        monkeypatch.setattr("omnimate.driver.sdo_client.time", SimpleNamespace(monotonic=lambda: bus.time))
+        monkeypatch.setattr(
+            "omnimate.driver.canopen.sdo_client.time", SimpleNamespace(monotonic=lambda: bus.time)
+        )
         network = BusNetwork(bus, bus.clock())
         network.handler = lambda message, _arrival: network.notify(message.arbitration_id, message.data, 0.0)
         return network.sdo(1), network
@@ -279,7 +281,9 @@ def test_a_device_that_answers_after_400_ms_is_configured_and_asked_nothing_twic
 @pytest.mark.parametrize(("timeout", "is_in_time"), [(0.9, False), (1.1, True)])
 def test_how_long_an_answer_is_awaited_stands_in_vehicle_toml(monkeypatch, timeout, is_in_time):
     bus = SlowBus(Device(latency=1.0))
-    monkeypatch.setattr("omnimate.driver.sdo_client.time", SimpleNamespace(monotonic=lambda: bus.time))
+    monkeypatch.setattr(
+        "omnimate.driver.canopen.sdo_client.time", SimpleNamespace(monotonic=lambda: bus.time)
+    )
     vehicle = replace(robot(), bus=Bus(500_000, 0.015, timeout))
     with pytest.raises(NodeMissing, match="node 2"):  # node 1 answers
         Driver(vehicle, bus).configure()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from omnimate.driver import driver as module
 from omnimate.driver.errors import DrivesStopped, TwoDevices
+from omnimate.driver.robot import driver as module
 from omnimate.vehicle.file import save_vehicle
 from tests.cli.conftest import omnimate
 from tests.foreign.devices import UNSIGNED8, UNSIGNED32, ForeignEncoder

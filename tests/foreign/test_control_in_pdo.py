@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from omnimate.driver.errors import DrivesStopped
-from omnimate.driver.recorder import Recorder
-from omnimate.logs.folder import load_recording
+from omnimate.driver.robot.recorder import Recorder
+from omnimate.files.recordings.folder import load_recording
 from tests.foreign.robots import devices, two_trucks
 
 CONTROL, MODE, TARGET, TORQUE, DUMMY = 0x60400010, 0x60600008, 0x60FF0020, 0x60710010, 0x00050008

@@ -7,12 +7,12 @@ from dataclasses import replace
 import canopen
 import pytest
 
-from omnimate.driver.clock import WallClock
-from omnimate.driver.dcf import differences, stated_values, write_values
-from omnimate.driver.described import load_descriptions
-from omnimate.driver.eds import load_eds
+from omnimate.driver.bus.clock import WallClock
+from omnimate.driver.canopen.dcf import differences, stated_values, write_values
+from omnimate.driver.canopen.described import load_descriptions
+from omnimate.driver.canopen.eds import load_eds
+from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import EdsError
-from omnimate.driver.network import BusNetwork
 from tests.foreign.devices import DescribedNode
 from tests.foreign.robots import devices, two_trucks
 

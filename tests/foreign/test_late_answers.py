@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from omnimate.driver.recorder import Recorder
-from omnimate.logs.folder import load_recording
+from omnimate.driver.robot.recorder import Recorder
+from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import Odometer, dead_reckon
 from tests.foreign.robots import devices, two_trucks
 from tests.foreign.test_restarts import cycles, rolling

@@ -5,9 +5,9 @@ from __future__ import annotations
 import can
 import pytest
 
-from omnimate.driver import driver as module
-from omnimate.driver.recorder import Recorder
-from omnimate.logs.folder import load_recording
+from omnimate.driver.robot import driver as module
+from omnimate.driver.robot.recorder import Recorder
+from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import Odometer
 from tests.foreign.devices import OPERATIONAL, STOPPED
 from tests.foreign.robots import devices, two_trucks

@@ -7,7 +7,7 @@ from itertools import pairwise
 import can
 import pytest
 
-from omnimate.driver.node_access import MasterActiveError
+from omnimate.driver.canopen.node_access import MasterActiveError
 from omnimate.driver.scan.eds_folder import Fit, described_devices, fitting_file
 from omnimate.driver.scan.scan import NODES, scan
 from tests.foreign.devices import DescribedNode, ForeignDrive, ForeignEncoder

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from omnimate.effects.crossing import cable_loss
 from omnimate.ipec.corrector import correct
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.crossing import cable_loss
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.sonar import Sonar

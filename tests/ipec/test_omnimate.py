@@ -5,11 +5,11 @@ import pytest
 
 from omnimate.ipec.corrector import correct
 from omnimate.motion.paths import rounded_rectangle
-from omnimate.reproduction.bump_drive import bump_drive
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
+from studies.papers.bump_drive import bump_drive
 
 
 @pytest.fixture

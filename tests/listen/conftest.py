@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from omnimate.files.logs.frames import Frame, frames_of
 from omnimate.listen.learning import learn_bus
-from omnimate.logs.frames import Frame, frames_of
 
 PERIOD = 0.02
 

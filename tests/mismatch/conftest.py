@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from omnimate.effects import effect_named
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import Term
@@ -17,7 +18,6 @@ from omnimate.mismatch.noise.levels import NoiseLevels
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.mismatch.recording.windows import windows_of
 from omnimate.motion.paths import figure_eight
-from omnimate.vcan_sim.effects import effect_named
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

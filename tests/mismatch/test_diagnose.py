@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from omnimate.logs.folder import load_recording
+from omnimate.effects.file import format_effects, parse_effects
+from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.terms import SETUP
 from omnimate.motion.paths import out_and_back
-from omnimate.vcan_sim.effects.file import format_effects, parse_effects
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

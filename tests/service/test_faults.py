@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from omnimate.driver.report import NodeReport
+from omnimate.driver.robot.report import NodeReport
 from omnimate.driver.troubles import Trouble
 from omnimate.service.robot.faults import open_rmf, vda5050
 

@@ -6,14 +6,14 @@ import zipfile
 import numpy as np
 import pytest
 
+from omnimate.fleet.hall.hall import draw_hall
+from omnimate.fleet.hall.store import write_store
 from omnimate.fleet.kept import keep_night
 from omnimate.service.fleets.batches import add_batch
 from omnimate.service.fleets.models import BatchStart
 from omnimate.service.fleets.stores import add_fleet
 from omnimate.service.jobs.queue import claim_job
 from omnimate.service.store.tables import JobRow
-from omnimate.vcan_sim.hall.hall import draw_hall
-from omnimate.vcan_sim.hall.store import write_store
 from tests.service.hall_results import (
     ASKED,
     DATES,

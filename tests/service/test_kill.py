@@ -1,11 +1,11 @@
 """Nothing acknowledged is lost: the service is killed under load, on both databases.
 
-`python -m benchmarks.service_kill` does it 200 times.
+`python -m studies.speed.service_kill` does it 200 times.
 """
 
 import pytest
 
-service_kill = pytest.importorskip("benchmarks.service_kill")
+service_kill = pytest.importorskip("studies.speed.service_kill")
 
 
 def test_what_was_answered_201_is_there_after_kill_9(tmp_path, database_url):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.logs.folder import save_recording
+from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import rounded_rectangle, squares
 from omnimate.service.recording_zip import pack
 from omnimate.vcan_sim.biases import linkage_biases

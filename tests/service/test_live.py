@@ -9,8 +9,8 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from benchmarks.service_contract import contract
-from benchmarks.service_process import serving
+from studies.speed.service_contract import contract
+from studies.speed.service_process import serving
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PATIENCE = 600.0  # [s] of an example that normally takes seconds

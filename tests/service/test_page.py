@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from omnimate.calib.umbmark.exact import square_returns
+from omnimate.files.recordings.folder import save_recording
+from omnimate.fleet.hall.hall import draw_hall
+from omnimate.fleet.hall.store import write_store
 from omnimate.fleet.kept import keep_night
-from omnimate.logs.folder import save_recording
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.hall.hall import draw_hall
-from omnimate.vcan_sim.hall.store import write_store
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.sonar import Sonar

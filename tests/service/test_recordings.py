@@ -5,7 +5,7 @@ import zipfile
 
 import pytest
 
-from omnimate.logs.folder import save_recording
+from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.recording_zip import pack
 from omnimate.vcan_sim.reference import reference_vehicle

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from omnimate.driver.report import DriverReport
+from omnimate.driver.robot.report import DriverReport
 from omnimate.driver.troubles import Trouble
 from omnimate.service.components import make_components
 from omnimate.service.settings import Settings

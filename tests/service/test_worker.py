@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from omnimate.logs.folder import save_recording
+from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.recording_zip import pack
 from omnimate.service.store.tables import JobRow

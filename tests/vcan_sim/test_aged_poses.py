@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.effects.clock_drift import ClockDrift
+from omnimate.effects.latency import Latency
 from omnimate.vcan_sim.aged_poses import AgedPoses
-from omnimate.vcan_sim.effects.clock_drift import ClockDrift
-from omnimate.vcan_sim.effects.latency import Latency
 
 STEP = 0.05
 

@@ -7,9 +7,9 @@ import can
 import numpy as np
 import pytest
 
+from omnimate.effects import EFFECTS, effect_named
 from omnimate.motion.paths import out_and_back, squares
 from omnimate.vcan_sim.coupled_bus import CoupledBus
-from omnimate.vcan_sim.effects import EFFECTS, effect_named
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.plant import Plant
@@ -142,7 +142,7 @@ def test_steps_of_the_plant_equal_one_block_of_the_whole_drive(vehicle):
 
 
 def _block(vehicle, reading):
-    from omnimate.vcan_sim.effects.block import Block  # noqa: PLC0415
+    from omnimate.effects.block import Block  # noqa: PLC0415
 
     steps = len(reading)
     none = np.zeros((steps, 4))

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.effects import effect_named
 from omnimate.vcan_sim.biases import linkage_biases, split_biases
-from omnimate.vcan_sim.effects import effect_named
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.truth import Truth

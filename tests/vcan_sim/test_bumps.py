@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.effects.crossing import cable_loss, chord_loss, edge_loss
 from omnimate.vcan_sim.bumps import Bump, bumps_under
-from omnimate.vcan_sim.crossing import cable_loss, chord_loss, edge_loss
 from omnimate.vcan_sim.errors import SimulationError
 
 R, H, B = 0.075, 0.010, 0.340

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from omnimate.effects.errors import EffectsFileError
+from omnimate.effects.file import parse_effects
 from omnimate.vcan_sim.bump_text import parse_bump
-from omnimate.vcan_sim.effects.file import parse_effects
-from omnimate.vcan_sim.errors import BumpError, EffectsFileError, FaultError, ProtocolError
+from omnimate.vcan_sim.errors import BumpError, FaultError, ProtocolError
 from omnimate.vcan_sim.fault_text import parse_fault
 from omnimate.vcan_sim.socketcand import parse_send
 

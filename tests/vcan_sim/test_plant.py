@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omnimate.effects.crossing import cable_loss
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import Bump
-from omnimate.vcan_sim.crossing import cable_loss
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.truth import Truth

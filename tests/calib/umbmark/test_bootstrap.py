@@ -9,7 +9,7 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.bootstrap import RESAMPLES, bootstrap
 from omnimate.calib.umbmark.experiment import METHODS, calibrate
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
-from omnimate.reproduction.trials import Trial, floor_covariance
+from studies.papers.trials import Trial, floor_covariance
 
 FLOOR = Trial(0.98874, 1.00084, floor_covariance(0.025))
 

@@ -9,7 +9,7 @@ import pytest
 from omnimate.calib.umbmark.experiment import Experiment
 from omnimate.calib.umbmark.guards import advise
 from omnimate.calib.umbmark.return_errors import ReturnErrors
-from omnimate.reproduction.trials import Trial, floor_covariance, plain_covariance
+from studies.papers.trials import Trial, floor_covariance, plain_covariance
 
 TRIAL = Trial(0.98874, 1.00084, floor_covariance(0.025) + plain_covariance(0.002, 0.007))
 

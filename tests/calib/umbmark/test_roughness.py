@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from omnimate.calib.umbmark.floor import floor_roughness
 from omnimate.calib.umbmark.roughness import Roughness, arc_covariance, path_covariance, square_covariance
-from omnimate.reproduction.trials import Trial, floor_covariance
+from studies.papers.trials import Trial, floor_covariance
 
 BASE = 0.34
 UNEVEN = Roughness(1e-3, 2e-3)

@@ -5,7 +5,7 @@ import pytest
 
 from omnimate.calib.umbmark.return_errors import ReturnErrors
 from omnimate.calib.umbmark.scatter import MIRROR, scatter_of, weights_of
-from omnimate.reproduction.trials import Trial, floor_covariance
+from studies.papers.trials import Trial, floor_covariance
 
 
 def test_mirrored_runs_pool_their_correlations() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from omnimate.calib.umbmark.experiment import calibrate
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
-from omnimate.reproduction.trials import Trial, coverage, floor_covariance, plain_covariance
+from studies.papers.trials import Trial, coverage, floor_covariance, plain_covariance
 
 FLOOR = Trial(0.98874, 1.00084, floor_covariance(0.025))
 

@@ -6,8 +6,8 @@ import pytest
 from omnimate.calib.umbmark.printed import solve_printed
 from omnimate.calib.umbmark.return_errors import ReturnErrors
 from omnimate.calib.umbmark.worksheet import worksheet
-from omnimate.reproduction.trials import LABMATE, Trial, floor_covariance
 from omnimate.vehicle.parameters import Truck
+from studies.papers.trials import LABMATE, Trial, floor_covariance
 
 
 def test_it_ends_at_the_printed_method_s_result() -> None:

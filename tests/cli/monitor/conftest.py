@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from omnimate.cli.descriptions import descriptions
-from omnimate.driver.event_log import Event
-from omnimate.driver.watch.snapshot import RobotView, Snapshot, Traffic
-from omnimate.logs.bus_events import NodeSeen
-from omnimate.logs.frames import ERROR, EXTENDED, FD, REMOTE, Frame
-from omnimate.logs.live_table import LiveRow
+from omnimate.driver.robot.event_log import Event
+from omnimate.driver.robot.watch.snapshot import RobotView, Snapshot, Traffic
+from omnimate.files.logs.bus_events import NodeSeen
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, Frame
+from omnimate.files.logs.live_table import LiveRow
 
 ROWS = (
     LiveRow(Frame(10.0, 0x080), 500, 66.7, 1e-5, 0.01, ()),

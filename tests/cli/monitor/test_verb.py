@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from omnimate.cli.console import out
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import dead_reckon
 
 

@@ -7,8 +7,8 @@ import re
 import pytest
 
 from docs.generate.conformance import BenchBus, Simulated
-from omnimate.driver.pdo_mapping import Entry
-from omnimate.driver.pdo_parameters import RPDO, TPDO, PdoSetting
+from omnimate.driver.canopen.pdo_mapping import Entry
+from omnimate.driver.canopen.pdo_parameters import RPDO, TPDO, PdoSetting
 from omnimate.driver.scan.draft import draft_vehicle, positions_of
 from omnimate.driver.scan.heard import Heard
 from omnimate.driver.scan.node import NodeReading

@@ -1,7 +1,7 @@
 import pytest
 
-from omnimate.vcan_sim.hall.hall import draw_hall
-from omnimate.vcan_sim.hall.store import write_store
+from omnimate.fleet.hall.hall import draw_hall
+from omnimate.fleet.hall.store import write_store
 
 pytest.importorskip("pyarrow")
 

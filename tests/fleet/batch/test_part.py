@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from omnimate.fleet.batch.part import PART, part_of
+from omnimate.fleet.hall.hall import draw_hall, hall_lap
 from omnimate.mismatch.diagnosis import Where
-from omnimate.vcan_sim.hall.hall import draw_hall, hall_lap
 
 
 @pytest.fixture(scope="module")

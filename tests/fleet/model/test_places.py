@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from omnimate.fleet.hall.hall import draw_hall, hall_lap
+from omnimate.fleet.hall.ills import Ill
+from omnimate.fleet.hall.places import Place
 from omnimate.fleet.model.effects import effects_of, floors_of
 from omnimate.fleet.model.evidence import AllCrossings
 from omnimate.fleet.model.places import BadPlace, find_places
 from omnimate.fleet.model.roughness import roughness_of
 from omnimate.fleet.model.scores import REACH, grid_of, score_map
 from omnimate.fleet.segments import segments_of
-from omnimate.vcan_sim.hall.hall import draw_hall, hall_lap
-from omnimate.vcan_sim.hall.ills import Ill
-from omnimate.vcan_sim.hall.places import Place
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from tests.fleet.conftest import evidence_of_lap
 

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from omnimate.effects.crossing import cable_loss
+from omnimate.effects.law import Law
 from omnimate.ipec.corrector import correct
 from omnimate.ipec.errors import NoLinkageError
 from omnimate.ipec.filter.estimate import estimate
@@ -14,8 +16,6 @@ from omnimate.ipec.filter.prior import Prior
 from omnimate.motion.paths import free, out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.crossing import cable_loss
-from omnimate.vcan_sim.effects.law import Law
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
@@ -162,7 +162,7 @@ def test_a_push_to_the_side_is_not_taken_for_two_bumps(robot):
 
 
 def test_of_a_lap_with_20_bumps_it_leaves_half_of_what_ipec_leaves(robot):
-    """O 3, rms over robots as a calibration leaves them; `benchmarks.bump_bound` drives more of them."""
+    """O 3, rms over robots as a calibration leaves them; see also `studies.estimators.bump_bound`."""
     filtered, corrected = [], []
     for seed in range(8):
         bumps = bumps_under("a.right", 20, 1.0, 16.0, height=0.009)

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
+from omnimate.effects.joint_backlash import JointBacklash
+from omnimate.effects.joint_eccentricity import JointEccentricity
+from omnimate.effects.latency import Latency
+from omnimate.effects.link_eccentricity import LinkEccentricity
+from omnimate.effects.traction_slip import TractionSlip
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.findings import findings
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import SUSPECTED
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.effects.joint_backlash import JointBacklash
-from omnimate.vcan_sim.effects.joint_eccentricity import JointEccentricity
-from omnimate.vcan_sim.effects.latency import Latency
-from omnimate.vcan_sim.effects.link_eccentricity import LinkEccentricity
-from omnimate.vcan_sim.effects.traction_slip import TractionSlip
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from omnimate.effects.crossing import cable_loss
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.prior import Prior
 from omnimate.ipec.filter.smoother import smooth
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.crossing import cable_loss
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.sonar import Sonar

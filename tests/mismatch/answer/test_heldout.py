@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from omnimate.importers.robots import single_truck
+from omnimate.files.importers.robots import single_truck
 from omnimate.mismatch import diagnose
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses, Recording

@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.nuisances import BEFORE, SKEW, _unforeseen, is_merged, nuisances
 from omnimate.mismatch.evidence.rows import free
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.motion.paths import out_and_back
-from omnimate.proof.cases import Case
-from omnimate.proof.corpus import make
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from studies.mismatch.engines.cases import Case
+from studies.mismatch.engines.corpus import make
 
 
 @given(st.integers(0, 10_000), st.integers(20, 80))

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from omnimate.effects import EFFECTS, effect_named
 from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.events import merged
 from omnimate.mismatch.candidates.terms import smooth_terms, term
 from omnimate.mismatch.recording.signals import signals_of
-from omnimate.vcan_sim.effects import EFFECTS, effect_named
 
 
 @pytest.fixture(scope="module")

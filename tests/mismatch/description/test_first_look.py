@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.importers import husky, labyrinth
+from omnimate.effects import effect_named
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.description.first_look import Look, first_look
 from omnimate.mismatch.description.wiring import WIRINGS, Wiring
 from omnimate.mismatch.report import render
 from omnimate.motion.paths import figure_eight
-from omnimate.vcan_sim.effects import effect_named
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses
+from studies.datasets import husky, labyrinth
 
 
 @pytest.fixture(scope="module")

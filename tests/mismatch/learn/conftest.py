@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from omnimate.effects.variables import VARIABLES
 from omnimate.mismatch.learn.learn import learn
-from omnimate.vcan_sim.effects.variables import VARIABLES
 
 STEP, STEPS, WINDOW, FOLDS = 0.1, 2400, 5, 8
 SCALE = 2e-3  # of the laws

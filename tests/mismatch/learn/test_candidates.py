@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omnimate.effects.expression import parse
 from omnimate.mismatch.learn.candidates import SIZES, curves, terms
 from omnimate.mismatch.learn.evidence import Products
-from omnimate.vcan_sim.expression import parse
 
 VARIABLES = {
     "speed": np.linspace(-0.2, 0.8, 200),

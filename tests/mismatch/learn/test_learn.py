@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from omnimate.vcan_sim.effects.file import format_effects, parse_effects
-from omnimate.vcan_sim.errors import SimulationError
+from omnimate.effects.errors import EffectError
+from omnimate.effects.file import format_effects, parse_effects
 
 GAIN = 150.0  # [nat] that the true law explains: a size of 17 sigma
 INSIDE = {
@@ -139,9 +139,9 @@ def test_a_learned_law_is_an_effect_that_a_file_holds_with_its_uncertainty(drive
 
 def test_a_law_of_the_wrong_component_or_of_too_few_folds_is_refused(drive):
     world = drive(0)
-    with pytest.raises(SimulationError, match="expected one of travel"):
+    with pytest.raises(EffectError, match="expected one of travel"):
         world.learned(acts_on="yaw")
-    with pytest.raises(SimulationError, match="variable 'wheel_angle'"):
+    with pytest.raises(EffectError, match="variable 'wheel_angle'"):
         world.learned(component="a", acts_on="yaw")
     world.variables["speed"] = np.where(world.variables["time"] > 5.0, np.nan, 0.0)
     with pytest.raises(ValueError, match="variable speed is not finite"):

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.logs.folder import load_recording
+from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch.recording.signals import WINDOW
 from omnimate.mismatch.triage.thinning import SAMPLES, thinned
 from omnimate.mismatch.triage.triage import triage
-from omnimate.proof.wide.cases import KINDS, make
+from studies.mismatch.engines.wide.cases import KINDS, make
 
 HEALTHY = 20
 WIDE = 8  # healthy robots of the wide world

@@ -1,0 +1,1 @@
+"""Adapters and virtual buses: frames in and out, with their times."""

@@ -1,0 +1,156 @@
+"""The pace of SYNC: by the wall clock, or as fast as the vehicle answers."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+from omnimate.driver.bus.adapter_time import AdapterTime
+
+FRAME = 1e-6  # [s] between two frames of a clock that only SYNC moves: the last digit of a log
+ANSWER_WINDOW = 0.5  # [s] of host time for the answers to one SYNC where nothing paces it
+
+
+class Clock(Protocol):
+    """The recording's clock and the pace of SYNC.
+
+    Attributes:
+        inline: Whether time stands still between SYNCs, so that an SDO dialogue may be held in between.
+    """
+
+    inline: bool
+
+    def due(self) -> float:
+        """Return how long to wait before the next SYNC [s]; 0 or less when it is due."""
+        ...
+
+    def sync(self) -> float:
+        """Note that a SYNC is sent now and return its time [s]."""
+        ...
+
+    def remaining(self) -> float:
+        """Return how long answers to the last SYNC may still be awaited [s]."""
+        ...
+
+    def now(self) -> float:
+        """Return the time on the recording's clock [s]."""
+        ...
+
+    def heard(self, stamp: float) -> float:
+        """Return when a frame that was just read was on the bus [s], on the recording's clock.
+
+        Args:
+            stamp: Time stamp of the adapter [s]; 0 for none.
+        """
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Let host time pass [s]."""
+        ...
+
+
+class WallClock:
+    """SYNC at equal intervals of monotonic time; times are wall time that no clock adjustment moves.
+
+    Args:
+        period: Time between two SYNCs [s].
+
+    Attributes:
+        period: Time between two SYNCs [s].
+        skipped: Number of periods that have passed without a SYNC.
+    """
+
+    inline = False
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self.skipped = 0
+        self._offset = time.time() - time.monotonic()
+        self._adapter = AdapterTime()
+        self._deadline: float | None = None
+
+    def due(self) -> float:
+        """Return how long to wait before the next SYNC [s]."""
+        return 0.0 if self._deadline is None else self._deadline - time.monotonic()
+
+    def sync(self) -> float:
+        """Note a SYNC; periods that have passed already are skipped and counted, not sent in a burst."""
+        now = time.monotonic()
+        deadline = (now if self._deadline is None else self._deadline) + self.period
+        behind = max(0, int((now - deadline) / self.period) + 1) if now >= deadline else 0
+        self.skipped += behind
+        self._deadline = deadline + behind * self.period
+        return now + self._offset
+
+    def remaining(self) -> float:
+        """Return the time left until the next SYNC [s]."""
+        return self.due()
+
+    def now(self) -> float:
+        """Return wall time [s]."""
+        return time.monotonic() + self._offset
+
+    def heard(self, stamp: float) -> float:
+        """Return the wall time at which a frame was on the bus [s], by the adapter's stamps where it can."""
+        return self._adapter.heard(stamp, time.monotonic()) + self._offset
+
+    def sleep(self, seconds: float) -> None:
+        """Let host time pass [s]."""
+        time.sleep(seconds)
+
+
+class SyncClock:
+    """SYNC k has the time start + k * period [s], however long it took; nothing waits for it.
+
+    Frames in between follow the SYNC one after the other, `FRAME` apart, so that no time is the host's.
+
+    Args:
+        period: Time between two SYNCs [s].
+        start: Time of SYNC 0 [s]; now where it is None.
+        window: Host time in which the answers to a SYNC are awaited [s].
+
+    Attributes:
+        period: Time between two SYNCs [s].
+        window: Host time in which the answers to a SYNC are awaited [s].
+        start: Time of SYNC 0 [s].
+    """
+
+    inline = True
+
+    def __init__(self, period: float, start: float | None = None, window: float = ANSWER_WINDOW) -> None:
+        self.period = period
+        self.window = window
+        self.start = time.time() if start is None else start
+        self._next = 0
+        self._frames = 0  # since the last SYNC
+        self._sent = time.monotonic()
+
+    def due(self) -> float:
+        """Return 0: the next SYNC is always due."""
+        return 0.0
+
+    def sync(self) -> float:
+        """Note a SYNC and return start + k * period [s]."""
+        self._next += 1
+        self._frames = 0
+        self._sent = time.monotonic()
+        return self.start + (self._next - 1) * self.period
+
+    def remaining(self) -> float:
+        """Return how much of the window is left [s]."""
+        return self._sent + self.window - time.monotonic()
+
+    def now(self) -> float:
+        """Return the time of the last frame or SYNC [s]."""
+        passed = min(self._frames * FRAME, 0.9 * self.period)
+        return self.start + (self._next - 1) * self.period + passed
+
+    def heard(self, stamp: float) -> float:
+        """Return the time of the next frame after SYNC [s], whatever its stamp."""
+        del stamp
+        self._frames += 1
+        return self.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Let host time pass [s], while a lost bus is opened again; the recording's clock stands still."""
+        time.sleep(seconds)

@@ -1,0 +1,72 @@
+"""A log as a bus on which nothing can be sent: its frames come at the pace at which they were recorded."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+import can
+
+from omnimate.driver.errors import BusError
+from omnimate.files.logs.formats.python_can_logs import message_of_frame
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from omnimate.files.logs.frames import Frame
+
+
+class LogBus(can.BusABC):
+    """The frames of a log, one after the other, with the times of the log.
+
+    Attributes:
+        ended: Whether the last frame was received.
+        pace: How many times faster than recorded.
+    """
+
+    def __init__(self, frames: Iterable[Frame], pace: float = 1.0) -> None:
+        """Begin with the first frame now.
+
+        Args:
+            frames: The frames in the order of their times.
+            pace: How many times faster than recorded.
+        """
+        super().__init__("log")
+        self.channel_info = "log"
+        self.pace = pace
+        self._frames = iter(frames)
+        self._next = next(self._frames, None)
+        self.ended = self._next is None
+        self._first = self._last = 0.0 if self._next is None else self._next.time
+        self._began = time.monotonic()
+
+    def now(self) -> float:
+        """Return the time in the log [s]: not beyond the next frame, however late it is received."""
+        if self._next is None:
+            return self._last
+        return min(self._next.time, self._due())
+
+    def _due(self) -> float:
+        """Return up to which time in the log its frames are to be received by now [s]."""
+        return self._first + (time.monotonic() - self._began) * self.pace
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        """Return the next frame when its time has come, or None after the time-out."""
+        frame = self._next
+        ahead = math.inf if frame is None else (frame.time - self._due()) / self.pace
+        if timeout is not None and ahead > timeout:
+            time.sleep(timeout)
+            return None, False
+        if frame is None:
+            return None, False
+        if ahead > 0.0:
+            time.sleep(ahead)
+        self._last = frame.time
+        self._next = next(self._frames, None)
+        self.ended = self._next is None
+        return message_of_frame(frame), False
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002 -- python-can's
+        """Refuse: a log cannot be changed."""
+        raise BusError("log", f"{msg.arbitration_id:03X}h cannot be sent: a log is only replayed")

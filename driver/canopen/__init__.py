@@ -1,0 +1,1 @@
+"""CANopen services of a master: SDO, NMT, LSS, PDO parameters, EDS and DCF files."""

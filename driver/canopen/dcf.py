@@ -1,0 +1,218 @@
+"""The values that a DCF states for a device (ParameterValue, CiA 306): compared with it, or written."""
+
+from __future__ import annotations
+
+import struct
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from canopen.objectdictionary import ObjectDictionaryError
+from canopen.objectdictionary.datatypes import INTEGER_TYPES
+
+from omnimate.driver.canopen.object_values import decode, kind_of, variables_of
+from omnimate.driver.canopen.pdo_parameters import INVALID, MAPPING, RPDO
+from omnimate.driver.errors import NotTaken, SdoRefused
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from canopen.objectdictionary import ObjectDictionary, ODVariable
+
+    from omnimate.driver.canopen.sdo import Sdo
+
+PDOS = range(RPDO, 0x1C00)  # communication and mapping parameters of all PDOs
+NEVER_WRITTEN = frozenset({0x1010, 0x1011})  # signatures that store and restore
+SYNC_PERIOD, SYNC_COUNTER = 0x1006, 0x1019  # the second can be changed while the first is 0 (CiA 301)
+IS_WRITABLE = frozenset({"rw", "wo", "rww", "rwr"})
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """An object that is not as the DCF states.
+
+    Attributes:
+        index: Index of the object.
+        subindex: Sub-index of the object.
+        name: Name in the DCF.
+        stated: Value in the DCF.
+        found: Value in the device; None where it shows none.
+        problem: Why it shows none, or does not take the value; empty where it does.
+    """
+
+    index: int
+    subindex: int
+    name: str
+    stated: float | str
+    found: float | str | None
+    problem: str = ""
+
+    def in_words(self) -> str:
+        """Return object, name and both values as a line."""
+        found = "nothing" if self.found is None else self.found
+        line = f"{self.index:04X}h:{self.subindex:02X} {self.name}: {found}, the DCF states {self.stated}"
+        return f"{line} ({self.problem})" if self.problem else line
+
+
+def stated_values(dictionary: ObjectDictionary) -> tuple[ODVariable, ...]:
+    """Return the variables for which a DCF states a value of their type, by index and sub-index."""
+    return tuple(variable for variable in variables_of(dictionary) if _bytes(variable) is not None)
+
+
+def differences(
+    sdo: Sdo,
+    dictionary: ObjectDictionary,
+    concerns: Callable[[int], bool] = lambda _index: True,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Iterator[Difference]:
+    """Yield the objects of a device that are not as a DCF states.
+
+    Args:
+        sdo: Objects of the device.
+        dictionary: What the DCF describes, for this node id.
+        concerns: Returns whether an index is to be compared.
+        progress: Called with the number of objects that have been read, and with how many there are.
+
+    Raises:
+        SdoSilent: The node stops answering.
+    """
+    stated = [variable for variable in stated_values(dictionary) if concerns(variable.index)]
+    for number, variable in enumerate(stated, start=1):
+        difference = _difference(sdo, dictionary, variable)
+        progress(number, len(stated))
+        if difference is not None:
+            yield difference
+
+
+def write_values(
+    sdo: Sdo, dictionary: ObjectDictionary, wrong: Sequence[Difference]
+) -> tuple[Difference, ...]:
+    """Write what a DCF states and a device has otherwise; the node must be pre-operational.
+
+    A PDO is switched off while its parameters are written, and its entries are written while their number is
+    0 (CiA 301). What is read-only in the DCF, and the signatures in 1010h and 1011h, are not written.
+
+    Args:
+        sdo: Objects of the device.
+        dictionary: What the DCF describes, for this node id.
+        wrong: What `differences` said.
+
+    Returns:
+        What is still not as stated, with the problem.
+
+    Raises:
+        SdoSilent: The node stops answering.
+    """
+    numbers = {(variable.index, variable.subindex): variable for variable in stated_values(dictionary)}
+    places = [(difference.index, difference.subindex) for difference in wrong]
+    writer = _Writer(sdo, numbers)
+    with writer.without_sync_period(places):
+        for place in places:
+            if place[0] not in PDOS and place[0] != SYNC_PERIOD:
+                writer.write(place)
+    if (SYNC_PERIOD, 0) in places:
+        writer.write((SYNC_PERIOD, 0))
+    for base in sorted({_communication(index) for index, _ in places if index in PDOS}):
+        writer.write_pdo(base)
+    left = (_difference(sdo, dictionary, numbers[place]) for place in places)
+    return tuple(_with_problem(d, writer.problems) for d in left if d is not None)
+
+
+class _Writer:
+    """Writes the values of a DCF.
+
+    Attributes:
+        problems: Why objects were not written, by index and sub-index.
+    """
+
+    def __init__(self, sdo: Sdo, variables: dict[tuple[int, int], ODVariable]) -> None:
+        self.problems: dict[tuple[int, int], str] = {}
+        self._sdo, self._variables = sdo, variables
+
+    def write(self, place: tuple[int, int]) -> None:
+        """Write an object as the DCF states it."""
+        variable = self._variables[place]
+        if variable.access_type not in IS_WRITABLE or variable.index in NEVER_WRITTEN:
+            self.problems[place] = "not written: " + (variable.access_type or "no access")
+            return
+        data = _bytes(variable) or b""
+        try:
+            if variable.data_type in INTEGER_TYPES:
+                self._sdo.put(*place, int.from_bytes(data, "little"))
+            else:
+                self._sdo.write_bytes(*place, data)
+        except (SdoRefused, NotTaken) as error:
+            self.problems[place] = error.problem
+
+    def write_pdo(self, base: int) -> None:
+        """Write all that the DCF states about a PDO."""
+        before = self._sdo.find(base, 1)
+        if before is not None and not before & INVALID:
+            self._try_put(base, 1, before | INVALID)
+        parameters = [place for place in self._variables if place[0] == base and place[1] > 1]
+        entries = [place for place in self._variables if place[0] == base + MAPPING and place[1]]
+        for place in parameters:
+            self.write(place)
+        if entries:
+            self._try_put(base + MAPPING, 0, 0)
+        for place in entries:
+            self.write(place)
+        if (base + MAPPING, 0) in self._variables:
+            self.write((base + MAPPING, 0))
+        elif entries:
+            self._try_put(base + MAPPING, 0, len(entries))
+        if (base, 1) in self._variables:
+            self.write((base, 1))
+        elif before is not None:
+            self._try_put(base, 1, before)
+
+    @contextmanager
+    def without_sync_period(self, places: Sequence[tuple[int, int]]) -> Iterator[None]:
+        """Have 1006h be 0 in this block where 1019h is to be written, and as it was afterwards."""
+        before = self._sdo.find(SYNC_PERIOD) if (SYNC_COUNTER, 0) in places else None
+        if before:
+            self._try_put(SYNC_PERIOD, 0, 0)
+        try:
+            yield
+        finally:
+            if before:
+                self._try_put(SYNC_PERIOD, 0, before)
+
+    def _try_put(self, index: int, subindex: int, value: int) -> None:
+        try:
+            self._sdo.put(index, subindex, value)
+        except (SdoRefused, NotTaken) as error:
+            self.problems[index, subindex] = error.problem
+
+
+def _difference(sdo: Sdo, dictionary: ObjectDictionary, variable: ODVariable) -> Difference | None:
+    index, subindex = variable.index, variable.subindex
+    data, kind = _bytes(variable) or b"", kind_of(dictionary, index, subindex)
+    name, stated = str(variable.qualname), decode(data, kind)
+    try:
+        found = decode(sdo.read_bytes(index, subindex)[: len(data) or None], kind)
+    except SdoRefused as refused:
+        return Difference(index, subindex, name, stated, None, refused.problem)
+    return None if found == stated else Difference(index, subindex, name, stated, found)
+
+
+def _bytes(variable: ODVariable) -> bytes | None:
+    """Return the stated value as it is sent; None where none is stated, or none that its type can hold."""
+    if variable.value is None:
+        return None
+    try:
+        return bytes(variable.encode_raw(variable.value))
+    except (ValueError, TypeError, struct.error, ObjectDictionaryError):
+        return None
+
+
+def _communication(index: int) -> int:
+    """Return the index of the communication parameters of a PDO, of which this is one or a mapping."""
+    return index - MAPPING if index & MAPPING else index
+
+
+def _with_problem(difference: Difference, problems: dict[tuple[int, int], str]) -> Difference:
+    problem = problems.get((difference.index, difference.subindex), difference.problem)
+    return Difference(
+        difference.index, difference.subindex, difference.name, difference.stated, difference.found, problem
+    )

@@ -1,0 +1,175 @@
+"""The bus as the driver uses it: every frame sent or received passes here, in order, and is recorded."""
+
+from __future__ import annotations
+
+import errno
+import logging
+import threading
+import time
+from typing import TYPE_CHECKING, Protocol
+
+import can
+from canopen import Network
+
+from omnimate.driver.canopen.dictionary import standard_dictionary
+from omnimate.driver.canopen.sdo import Sdo
+from omnimate.driver.canopen.sdo_client import PumpedSdoClient
+from omnimate.driver.errors import BusLost
+from omnimate.vehicle.parameters import SDO_TIMEOUT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from canopen.objectdictionary import ObjectDictionary
+
+    from omnimate.driver.bus.clock import Clock
+    from omnimate.vehicle.parameters import VehicleParameters
+
+SYNC_ID = 0x080
+# [s] in which a full queue (ENOBUFS; ten frames are SocketCAN's default) has long been sent at 125 kbit/s,
+# and between two looks. Where nothing acknowledges frames, or after bus-off, it stays full.
+QUEUE_TIME, QUEUE_STEP = 0.03, 0.0005
+NMT_START, NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION = 0x01, 0x80, 0x82
+
+# What canopen logs is raised here as an error of the driver, with the node and the words.
+logging.getLogger("canopen").addHandler(logging.NullHandler())
+
+
+class FrameSink(Protocol):
+    """Where frames go to be recorded; called from several threads, one at a time."""
+
+    def use(self, vehicle: VehicleParameters) -> None:
+        """Take the vehicle as its encoders describe it."""
+        ...
+
+    def frame(self, at: float, message: can.Message) -> None:
+        """Take a frame as it was sent or received at `at` [s]."""
+        ...
+
+
+class BusNetwork(Network):
+    """canopen's network on a bus with a clock and a recorder, without a thread that reads in the background.
+
+    Args:
+        bus: Bus to send to and to receive from.
+        clock: The recording's clock.
+        recorder: Gets every frame that is sent or received; None for none.
+
+    Attributes:
+        can_bus: Bus to send to and to receive from.
+        clock: The recording's clock.
+        recorder: Gets every frame that is sent or received; None for none.
+        handler: Gets every frame that `pump` reads, with the time at which it was on the bus [s].
+        arrival: When the last frame that was received was on the bus, on the recording's clock [s].
+    """
+
+    def __init__(self, bus: can.BusABC, clock: Clock, recorder: FrameSink | None = None) -> None:
+        super().__init__(bus)
+        self.can_bus = bus
+        self.clock = clock
+        self.recorder = recorder
+        self.handler: Callable[[can.Message, float], None] = lambda _message, _arrival: None
+        self.arrival = 0.0
+        self._lock = threading.Lock()
+        self._sync = can.Message(arbitration_id=SYNC_ID, is_extended_id=False, is_rx=False)
+
+    def replace_bus(self, bus: can.BusABC) -> None:
+        """Use another bus from now on, after the first was lost."""
+        self.bus = self.can_bus = bus
+
+    def sdo(
+        self,
+        node: int,
+        dictionaries: Mapping[int, ObjectDictionary] | None = None,
+        timeout: float = SDO_TIMEOUT,
+    ) -> Sdo:
+        """Return the objects of a node, whose answers are awaited for `timeout` [s] each.
+
+        They have the dictionary of the node's EDS where there is one, else the standard one.
+        """
+        dictionary = (dictionaries or {}).get(node) or standard_dictionary()
+        client = PumpedSdoClient(node, dictionary, self, self.pump)
+        client.RESPONSE_TIMEOUT = timeout
+        self.subscribe(0x580 + node, client.on_response)
+        return Sdo(node, client)
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        """Send a frame with an 11-bit identifier; canopen sends through this method too.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        self._send(
+            can.Message(
+                arbitration_id=can_id, data=data, is_extended_id=False, is_remote_frame=remote, is_rx=False
+            ),
+            None,
+        )
+
+    def send_sync(self, at: float) -> None:
+        """Send SYNC, whose time is `at` [s].
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        self._send(self._sync, at)
+
+    def nmt_command(self, command: int, node: int) -> None:
+        """Send an NMT command to a node, 0 for all.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        self.send_message(0x000, bytes((command, node)))
+
+    def receive(self, timeout: float) -> can.Message | None:
+        """Return the next frame, or None when `timeout` [s] has passed.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        try:
+            message = self.can_bus.recv(timeout)
+        except (can.CanError, OSError) as error:
+            raise BusLost(error) from error
+        if message is None:
+            return None
+        self.arrival = self.clock.heard(message.timestamp)
+        if self.recorder is not None:
+            with self._lock:
+                self.recorder.frame(self.arrival, message)
+        return message
+
+    def pump(self, timeout: float) -> None:
+        """Receive one frame, if one comes within `timeout` [s], and hand it to `handler`.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        message = self.receive(timeout)
+        if message is not None:
+            self.handler(message, self.arrival)
+
+    def _send(self, message: can.Message, at: float | None) -> None:
+        with self._lock:
+            self._put(message)
+            if self.recorder is not None:
+                self.recorder.frame(self.clock.now() if at is None else at, message)
+
+    def _put(self, message: can.Message) -> None:
+        """Hand a frame to the interface; wait a moment where its queue is full.
+
+        Raises:
+            BusLost: The interface failed, or its queue stays full.
+        """
+        end = time.monotonic() + QUEUE_TIME
+        while True:
+            try:
+                self.can_bus.send(message)
+            except (can.CanError, OSError) as error:
+                number = error.error_code if isinstance(error, can.CanError) else error.errno
+                if number != errno.ENOBUFS or time.monotonic() >= end:
+                    raise BusLost(error) from error
+                time.sleep(QUEUE_STEP)
+            else:
+                return

@@ -1,0 +1,90 @@
+"""One node of a bus for people and scripts: its objects, and whether another master works there."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import can
+
+from omnimate.driver.bus.bus import open_bus
+from omnimate.driver.bus.clock import WallClock
+from omnimate.driver.canopen.network import SYNC_ID, BusNetwork
+from omnimate.driver.errors import BusLost, DriverError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from canopen.objectdictionary import ObjectDictionary
+
+    from omnimate.driver.canopen.sdo import Sdo
+
+LISTENING = 0.3  # [s] in which another master would send SYNC
+LONGEST = 1 << 16  # answers of one transfer: objects of some 450 kB
+PERIOD = 1.0  # [s] of a clock that nothing reads here
+
+
+class MasterActiveError(DriverError):
+    """A bus on which another master works.
+
+    Attributes:
+        url: URL of the bus.
+    """
+
+    def __init__(self, url: str) -> None:
+        super().__init__(
+            f"{url}: another master sends SYNC, so that a robot may drive; stop it, or add --force"
+        )
+        self.url = url
+
+
+def refuse_beside_a_master(bus: can.BusABC, url: str) -> None:
+    """Listen to a bus for a moment.
+
+    Raises:
+        MasterActiveError: Another master sends SYNC.
+        BusLost: The interface failed.
+    """
+    end = time.monotonic() + LISTENING
+    while (left := end - time.monotonic()) > 0.0:
+        try:
+            message = bus.recv(left)
+        except (can.CanError, OSError) as error:
+            raise BusLost(error) from error
+        if message is not None and message.arbitration_id == SYNC_ID and not message.is_extended_id:
+            raise MasterActiveError(url)
+
+
+@contextmanager
+def open_node(
+    url: str,
+    node: int,
+    dictionary: ObjectDictionary | None = None,
+    *,
+    timeout: float = 0.5,
+    writes: bool = False,
+) -> Iterator[Sdo]:
+    """Give the objects of a node on a bus that is opened for them.
+
+    Args:
+        url: URL of the bus.
+        node: CANopen node id.
+        dictionary: Object dictionary of its EDS; None for that of the profiles.
+        timeout: Time in which an answer must come [s].
+        writes: Whether to refuse where another master works.
+
+    Raises:
+        BusError: The bus cannot be opened.
+        MasterActiveError: Another master works there, and the node is to be written.
+    """
+    with open_bus(url) as bus:
+        if writes:
+            refuse_beside_a_master(bus, url)
+        network = BusNetwork(bus, WallClock(PERIOD))
+        network.handler = lambda message, _arrival: network.notify(
+            message.arbitration_id, message.data, message.timestamp
+        )
+        sdo = network.sdo(node, None if dictionary is None else {node: dictionary}, timeout)
+        sdo.client.most_responses = LONGEST
+        yield sdo

@@ -1,0 +1,219 @@
+"""Configures a node by SDO so that its PDOs answer SYNC as `vehicle.toml` says, and reads all of it back."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from omnimate.driver.canopen.heartbeat import set_heartbeat
+from omnimate.driver.canopen.identity import check_identity, read_encoder
+from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, SYNC_ID
+from omnimate.driver.canopen.notes import Notes
+from omnimate.driver.canopen.pdo_mapping import holds, length, plan, position_objects
+from omnimate.driver.canopen.pdo_parameters import (
+    TPDO,
+    PdoSetting,
+    Transmission,
+    read_pdos,
+    switch_off,
+    write_pdo,
+)
+from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
+from omnimate.driver.robot.configuration import NodeConfiguration
+from omnimate.driver.robot.wrap_range import choose_range
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping, Sequence
+
+    from omnimate.driver.canopen.sdo import Sdo
+    from omnimate.vehicle.parameters import Encoder, VehicleParameters
+
+ON_SYNC = 1  # transmission type: an answer to every SYNC
+AT_EVENTS = (255, 254)  # transmission types: by the event timer and at changes
+GENERATES_SYNC = 1 << 30
+CONSUMES_SYNC = 1 << 31  # of CiA 301 before version 4; devices may keep it set
+MAX_TIMER = 0xFFFF  # of the event timer and the inhibit time, 16 bits each
+PREFERRED_TPDO = (1, 0, 2, 3)  # TPDO2 is the synchronous one of most encoders
+
+
+def configure_node(
+    sdo: Sdo, vehicle: VehicleParameters, nmt: Callable[[int, int], None]
+) -> NodeConfiguration:
+    """Configure the encoders of one node; it is left pre-operational where something had to be changed.
+
+    Nothing is written that holds already. Where the configuration fails, everything is put back.
+
+    Args:
+        sdo: Objects of the node.
+        vehicle: Vehicle whose encoders the node holds.
+        nmt: Sends an NMT command to a node: command specifier, node id.
+
+    Raises:
+        NodeMissing: The node does not answer.
+        WrongDevice: The node is another device than `vehicle.toml` states.
+        MappingImpossible: The PDOs of the node cannot carry the fields of `vehicle.toml`.
+        NotTaken: The node confirmed a value and kept another one.
+        SdoRefused: The node aborts a transfer.
+        SdoSilent: The node stops answering.
+    """
+    encoders = [encoder for encoder in vehicle.encoders if encoder.node == sdo.node]
+    names = tuple(encoder.channel for encoder in encoders)
+    is_encoder = encoders[0].profile == "cia406"
+    notes = Notes()
+    check_identity(sdo, names, encoders[0], notes)
+    encoder_objects = read_encoder(sdo, encoders, notes) if is_encoder else {}
+    reported = sdo.find(0x6002) if is_encoder else None
+    choices = {encoder.channel: choose_range(encoder, reported) for encoder in encoders}
+    notes.remarks += [remark for _, remark in choices.values()]
+    with sdo.restoring():
+        heartbeat = set_heartbeat(sdo, notes)
+        _listen_to_sync(sdo, vehicle.bus.sync_period, notes)
+        pdos = _set_pdos(sdo, vehicle, encoders, nmt, notes)
+    return NodeConfiguration(
+        sdo.node,
+        names,
+        tuple(notes.read),
+        tuple(notes.changed),
+        tuple(notes.remarks),
+        {channel: chosen for channel, (chosen, _) in choices.items()},
+        {cob_id: length(setting.entries) for cob_id, setting in pdos.items()},
+        frozenset(cob_id for cob_id, setting in pdos.items() if setting.transmission in AT_EVENTS),
+        heartbeat,
+        encoder_objects,
+    )
+
+
+def _listen_to_sync(sdo: Sdo, period: float, notes: Notes) -> None:
+    """Have the node take 080h without a counter for SYNC, at this period [s], and not produce SYNC itself.
+
+    1019h can be changed while 1006h is 0 only (CiA 301). A node that has no period in 1006h gets none.
+    """
+    cob_id = sdo.find(0x1005)
+    if cob_id is not None and (cob_id & 0x7FF != SYNC_ID or cob_id & GENERATES_SYNC):
+        wanted = cob_id & CONSUMES_SYNC | SYNC_ID
+        sdo.put(0x1005, 0, wanted)
+        notes.changed.append(f"COB-ID SYNC 1005h: {cob_id:08X}h to {wanted:08X}h")
+    cycle, overflow = sdo.find(0x1006), sdo.find(0x1019)
+    try:
+        if overflow:
+            if cycle:
+                sdo.put(0x1006, 0, 0)
+            sdo.put(0x1019, 0, 0)
+            notes.changed.append(f"SYNC counter 1019h: {overflow} to 0, because SYNC has no counter here")
+        microseconds = round(1e6 * period)
+        if cycle and (sdo.put(0x1006, 0, microseconds) and cycle != microseconds):
+            notes.changed.append(f"SYNC period 1006h: {cycle} to {microseconds} us")
+    except (SdoRefused, NotTaken) as error:
+        notes.remarks.append(f"expects another SYNC: {error.problem}")
+
+
+def _set_pdos(
+    sdo: Sdo,
+    vehicle: VehicleParameters,
+    encoders: Sequence[Encoder],
+    nmt: Callable[[int, int], None],
+    notes: Notes,
+) -> dict[int, PdoSetting]:
+    """Set every TPDO that the node's encoders need, and return them by COB-ID."""
+    settings = {setting.base: setting for setting in read_pdos(sdo, TPDO)}
+    notes.read += [setting.in_words() for setting in settings.values()]
+    objects = position_objects(encoders)
+    carried = {
+        cob_id: [encoder for encoder in encoders if encoder.cob_id == cob_id]
+        for cob_id in sorted({encoder.cob_id for encoder in encoders})
+    }
+    fits = {
+        cob_id: {base for base, setting in settings.items() if holds(setting.entries, fields, objects)}
+        for cob_id, fields in carried.items()
+    }
+    chosen = choose_pdos(sdo.node, fits, settings)
+    pdos = {}
+    for cob_id, old in chosen.items():
+        setting, is_mapped = old, old.base in fits[cob_id]
+        if not (is_mapped and old.is_valid and (old.cob_id, old.transmission) == (cob_id, ON_SYNC)):
+            nmt(NMT_PRE_OPERATIONAL, sdo.node)
+            slots = None if is_mapped else plan(carried[cob_id], objects)
+            setting = write_pdo(sdo, old, cob_id, _transmissions(vehicle.bus.sync_period), slots)
+            _tell(old, setting, vehicle.bus.sync_period, notes)
+        pdos[cob_id] = setting
+    used = {setting.base for setting in chosen.values()}
+    spare = [setting for base, setting in settings.items() if base not in used]
+    _switch_off_spare(sdo, vehicle, encoders[0], spare, notes)
+    return pdos
+
+
+def _transmissions(period: float) -> tuple[Transmission, ...]:
+    """Return an answer to each SYNC, and for a device that refuses, two frames per period [s].
+
+    With two, one at least comes between two SYNCs, however the device's clock runs.
+    """
+    half = period / 2.0
+    inhibit, timer = (min(max(1, math.floor(half * per_second)), MAX_TIMER) for per_second in (1e4, 1e3))
+    return (Transmission(ON_SYNC), *(Transmission(kind, inhibit, timer) for kind in AT_EVENTS))
+
+
+def _tell(old: PdoSetting, setting: PdoSetting, period: float, notes: Notes) -> None:
+    """Note what was changed in a PDO, and what an operator should know of how it is sent."""
+    if setting != old:
+        notes.changed.append(setting.in_words())
+    if setting.transmission == ON_SYNC:
+        return
+    timer = f"event timer {setting.timer} ms" if setting.timer else "no event timer: sent at changes only"
+    notes.remarks.append(
+        f"{setting.name} refuses transmission type {ON_SYNC} (an answer to each SYNC): type "
+        f"{setting.transmission} instead, {timer}; its counts are up to {1e3 * period:g} ms younger than SYNC"
+    )
+
+
+def choose_pdos(
+    node: int, fits: Mapping[int, Collection[int]], settings: Mapping[int, PdoSetting]
+) -> dict[int, PdoSetting]:
+    """Return which TPDO shall carry each COB-ID.
+
+    It is the one that has the COB-ID already, else a free one that is mapped already, else the first free.
+
+    Args:
+        node: CANopen node id.
+        fits: The TPDOs that are mapped as is needed already, by the COB-IDs that `vehicle.toml` states.
+        settings: TPDOs of the device, by the index of their communication parameters.
+
+    Raises:
+        MappingImpossible: The device has fewer TPDOs than are needed.
+    """
+    chosen = {setting.cob_id: setting for setting in settings.values() if setting.cob_id in fits}
+    taken = {setting.base for setting in chosen.values()}
+    free = [TPDO + n for n in PREFERRED_TPDO if TPDO + n in settings and TPDO + n not in taken]
+    for cob_id in sorted(fits.keys() - chosen.keys()):
+        if not free:
+            raise MappingImpossible(
+                node,
+                f"no TPDO is left for COB-ID {cob_id:03X}h; the device has {len(settings)}, expected "
+                f"{len(fits)} or more",
+                "put several channels of this node into one cob_id in vehicle.toml",
+            )
+        base = next((base for base in free if base in fits[cob_id]), free[0])
+        free.remove(base)
+        chosen[cob_id] = settings[base]
+    return chosen
+
+
+def _switch_off_spare(
+    sdo: Sdo, vehicle: VehicleParameters, encoder: Encoder, spare: Sequence[PdoSetting], notes: Notes
+) -> None:
+    """Switch off TPDOs that would only fill the bus, or whose COB-ID belongs to another node."""
+    used = {encoder.cob_id for encoder in vehicle.encoders} | {drive.cob_id for drive in vehicle.drives}
+    for setting in spare:
+        if not setting.is_valid:
+            continue
+        name = f"{setting.name} {setting.cob_id:03X}h"
+        if encoder.profile != "cia406" and setting.cob_id not in used:
+            notes.remarks.append(f"{name} stays on; its frames count as unknown")
+            continue
+        try:
+            switch_off(sdo, setting)
+        except SdoRefused as refused:
+            if setting.cob_id in used:
+                raise
+            notes.remarks.append(f"{name} stays on, its frames count as unknown: {refused.problem}")
+        else:
+            notes.changed.append(f"{name} switched off")

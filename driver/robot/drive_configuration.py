@@ -1,0 +1,167 @@
+"""Configures one CiA 402 drive by SDO: its RPDO, its status word, and heartbeats both ways."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from omnimate.driver.canopen.heartbeat import DRIVE_HEARTBEAT_MS, set_heartbeat
+from omnimate.driver.canopen.identity import check_identity
+from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL
+from omnimate.driver.canopen.notes import Notes
+from omnimate.driver.canopen.pdo_parameters import (
+    RPDO,
+    TPDO,
+    PdoSetting,
+    Transmission,
+    read_pdo,
+    read_pdos,
+    switch_off,
+    write_pdo,
+)
+from omnimate.driver.canopen.target_pdo import TargetPdo, planned_pdo, takes_target
+from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
+from omnimate.driver.robot.configuration import NodeConfiguration
+from omnimate.driver.robot.drive_watch import (
+    BY_EVENT,
+    LONGEST_INHIBIT,
+    STATUS_WORD,
+    StatusSource,
+    status_source,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
+
+    from omnimate.driver.canopen.sdo import Sdo
+    from omnimate.vehicle.parameters import Drive
+
+ON_RECEPTION = (255, 254)  # transmission types: a target counts as soon as it comes
+HEARTBEAT_TIMEOUT_MS = 500  # after which a drive misses the driver's heartbeat, where it can
+QUICK_STOP = 3  # abort connection option code 6007h
+
+
+def configure_drive(
+    sdo: Sdo,
+    drive: Drive,
+    driver_node: int,
+    encoder_cob_ids: Collection[int],
+    sync_period: float,
+    nmt: Callable[[int, int], None],
+) -> tuple[NodeConfiguration, StatusSource, TargetPdo]:
+    """Map the RPDO of a drive, limit the rate of its status word, and set heartbeats both ways.
+
+    The node is left pre-operational. Nothing is written that holds already. Where the configuration fails,
+    everything is put back.
+
+    Args:
+        sdo: Objects of the drive's node.
+        drive: Drive as `vehicle.toml` describes it.
+        driver_node: Node id under which the driver sends its heartbeat.
+        encoder_cob_ids: COB-IDs of the encoders' PDOs, which are left alone.
+        sync_period: Time between two SYNCs [s].
+        nmt: Sends an NMT command to a node: command specifier, node id.
+
+    Returns:
+        What was read and changed, how the status word 6041h reaches the driver, and the RPDO.
+
+    Raises:
+        NodeMissing: The node does not answer.
+        MappingImpossible: The drive has no RPDO, or cannot map the target velocity.
+        NotTaken: The node confirmed a value and kept another one.
+        SdoRefused: The node aborts a transfer.
+        SdoSilent: The node stops answering.
+    """
+    names, notes = (f"drive of {drive.wheel}",), Notes()
+    check_identity(sdo, names, None, notes)
+    nmt(NMT_PRE_OPERATIONAL, drive.node)
+    with sdo.restoring():
+        target = _map_target(sdo, drive, notes)
+        settings = [_limited(sdo, setting, encoder_cob_ids, notes) for setting in read_pdos(sdo, TPDO)]
+        heartbeat = set_heartbeat(sdo, notes, DRIVE_HEARTBEAT_MS, DRIVE_HEARTBEAT_MS)
+        _watch_driver(sdo, driver_node, notes)
+    shows_its_end = heartbeat is not None and 1000.0 * heartbeat <= DRIVE_HEARTBEAT_MS
+    source = status_source(drive.node, settings, sync_period if shows_its_end else None)
+    configuration = NodeConfiguration(
+        drive.node,
+        names,
+        tuple(notes.read),
+        tuple(notes.changed),
+        tuple(notes.remarks),
+        heartbeat=heartbeat,
+    )
+    return configuration, source, target
+
+
+def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> TargetPdo:
+    """Have an RPDO take the target velocity 60FFh under the drive's COB-ID, and return it.
+
+    One that takes the control word 6040h, too, stays as it is.
+    """
+    settings = read_pdos(sdo, RPDO)
+    notes.read += [setting.in_words() for setting in settings]
+    if not settings:
+        raise MappingImpossible(
+            drive.node,
+            f"it has no RPDO (1400h to 1403h); expected one for COB-ID {drive.cob_id:03X}h",
+            "check node and cob_id of the [[drive]] in vehicle.toml, or use a drive with RPDOs",
+        )
+    old = next((setting for setting in settings if setting.cob_id == drive.cob_id), settings[0])
+    is_mapped = takes_target(old.entries)
+    target = TargetPdo(drive.cob_id, old.entries) if is_mapped else planned_pdo(drive)
+    if target.start_bit != drive.start_bit:
+        notes.remarks.append(
+            f"{old.name} carries 60FFh from bit {target.start_bit} on; say so by start_bit in vehicle.toml"
+        )
+    if is_mapped and old.is_valid and old.cob_id == drive.cob_id and old.transmission in ON_RECEPTION:
+        return target
+    choices = (*map(Transmission, ON_RECEPTION), Transmission(old.transmission))
+    slots = None if is_mapped else [(entry,) for entry in target.entries]
+    written = write_pdo(sdo, old, drive.cob_id, choices, slots)
+    if written != old:
+        notes.changed.append(written.in_words())
+    if written.transmission not in ON_RECEPTION:
+        notes.remarks.append(
+            f"{written.name} keeps transmission type {written.transmission}: a target counts from SYNC on"
+        )
+    return target
+
+
+def _limited(sdo: Sdo, setting: PdoSetting, encoder_cob_ids: Collection[int], notes: Notes) -> PdoSetting:
+    """Return a TPDO, where it carries the status word with its rate limited; others stay as they are."""
+    if not setting.is_valid or setting.cob_id in encoder_cob_ids:
+        return setting
+    if STATUS_WORD not in setting.entries:
+        notes.remarks.append(f"{setting.in_words()}; its frames count as unknown")
+        return setting
+    if setting.transmission < BY_EVENT or setting.inhibit is None or 0 < setting.inhibit <= LONGEST_INHIBIT:
+        return setting
+    return _inhibited(sdo, setting, notes)
+
+
+def _inhibited(sdo: Sdo, setting: PdoSetting, notes: Notes) -> PdoSetting:
+    """Keep a status word that changes with every command from filling the bus, yet let a fault through."""
+    try:
+        switch_off(sdo, setting)
+        sdo.put(setting.base, 3, LONGEST_INHIBIT)
+    except (SdoRefused, NotTaken) as error:
+        notes.remarks.append(f"inhibit time of {setting.name} stays: {error.problem}")
+    else:
+        notes.changed.append(
+            f"inhibit time of {setting.name}: {setting.inhibit} to {LONGEST_INHIBIT} x 100 us"
+        )
+    if sdo.find(setting.base, 1) != setting.raw:
+        sdo.write(setting.base, 1, setting.raw)
+    return read_pdo(sdo, setting.base) or setting
+
+
+def _watch_driver(sdo: Sdo, driver_node: int, notes: Notes) -> None:
+    """Have the drive stop by itself when the driver's heartbeat ends, where it can."""
+    for index, subindex, value in (
+        (0x1016, 1, driver_node << 16 | HEARTBEAT_TIMEOUT_MS),
+        (0x6007, 0, QUICK_STOP),
+    ):
+        try:
+            if sdo.put(index, subindex, value):
+                notes.changed.append(f"{index:04X}h:{subindex:02X} = {value:X}h")
+        except (SdoRefused, NotTaken) as error:
+            notes.remarks.append(f"the drive's own watchdog is incomplete: {error.problem}")

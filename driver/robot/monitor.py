@@ -1,0 +1,142 @@
+"""Hands every received frame to the part that handles it: PDO, heartbeat, EMCY, SDO, or unknown frame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from omnimate.driver.robot.assembler import Assembler
+from omnimate.driver.robot.drive_watch import DriveWatch
+from omnimate.driver.robot.event_log import EventLog
+from omnimate.driver.robot.flooding import FloodWatch
+from omnimate.driver.robot.node_counts import NodeCounts, nodes_of
+from omnimate.driver.robot.supervision import Supervision
+from omnimate.driver.robot.unknown_frames import UnknownFrames
+from omnimate.driver.troubles import Trouble
+from omnimate.files.logs.canopen_words import SYNC_ID
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import can
+
+    from omnimate.driver.bus.clock import Clock
+    from omnimate.vehicle.parameters import VehicleParameters
+
+EMCY, SDO_ANSWER, HEARTBEAT = 0x080, 0x580, 0x700
+BOOT_UP = b"\0"
+FOREIGN_SYNCS = 3  # SYNCs of another device that are too many
+
+
+class Monitor:
+    """Everything that is received, with the driver as SYNC producer or with another one.
+
+    Args:
+        vehicle: Vehicle whose nodes are on the bus.
+        clock: The recording's clock.
+
+    Attributes:
+        events: Log of what happened.
+        counts: Frame counters of encoders and drives by node id.
+        assembler: Assembler of the samples.
+        supervision: Supervision of the nodes.
+        watch: Watch over the status words of the drives.
+        unknown: Frames that nothing expects.
+        on_sdo: Takes an SDO answer: COB-ID, data, time [s].
+        others: Takes an 11-bit identifier and returns whether another master may use it.
+    """
+
+    def __init__(self, vehicle: VehicleParameters, clock: Clock) -> None:
+        self.events = EventLog()
+        self.counts = {node: NodeCounts() for node in nodes_of(vehicle)}
+        self.assembler = Assembler(vehicle, self.events, self.counts)
+        self.supervision = Supervision(self.counts, self.events)
+        self.watch = DriveWatch(self.supervision.troubles, self.events)
+        self.unknown = UnknownFrames(self.counts)
+        self._flooding = FloodWatch(self.counts, self.events)
+        self.on_sdo: Callable[[int, bytearray, float], None] = lambda _can_id, _data, _now: None
+        self.others: Callable[[int], bool] = lambda _can_id: False
+        self._clock = clock
+        self._foreign_syncs = 0
+        self._pdos = self.assembler.pdos
+
+    def begin(self, vehicle: VehicleParameters) -> None:
+        """Count from zero again, for the vehicle with the ranges that its devices report."""
+        for node in self.counts:
+            self.counts[node] = NodeCounts()
+        self.assembler = Assembler(vehicle, self.events, self.counts)
+        self._pdos = self.assembler.pdos
+
+    def take(self, message: can.Message, arrival: float) -> None:
+        """Take a received frame that was on the bus at `arrival` on the recording's clock [s]."""
+        if message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd:
+            self.unknown.count(message)
+        elif message.arbitration_id in self._pdos:
+            self.assembler.frame(message.arbitration_id, message.data, message.timestamp, arrival)
+            if message.arbitration_id in self.watch.fields:
+                self.watch.pdo(message.arbitration_id, message.data, self._clock.now())
+        elif not self._take_service(message.arbitration_id, message.data):
+            self._flooding.note(message.arbitration_id)
+            if not self.others(message.arbitration_id):
+                self.unknown.count(message)
+            if message.arbitration_id == SYNC_ID and message.is_rx:
+                self._foreign_sync()
+
+    def _foreign_sync(self) -> None:
+        """Count a SYNC that another device has sent; a few are a master that ends."""
+        self._foreign_syncs += 1
+        if self._foreign_syncs >= FOREIGN_SYNCS:
+            what = "another device produces SYNC, too: switch it off there (bit 30 of its 1005h)"
+            self.trouble(what)
+
+    def trouble(self, what: str, node: int | None = None) -> None:
+        """Report something that somebody must put right, and that stops the robot."""
+        now = self._clock.now()
+        self.events.add(now, node, what, is_problem=True)
+        self.supervision.troubles.append(Trouble(now, None, what))
+
+    def synced(self, now: float) -> None:
+        """Compare the traffic of each node with the number of SYNCs, once per SYNC at `now` [s]."""
+        for node in self._flooding.check(now):
+            if self._foreign_syncs < FOREIGN_SYNCS:
+                self.trouble("answers each SYNC twice: two devices have this node id; renumber one", node)
+
+    def pause(self, seconds: float, now: float) -> None:
+        """Do not count a time until `now` [s] in which the bus was not heard as silence of the nodes."""
+        self.supervision.pause(seconds, now)
+        self.watch.pause(now)
+
+    def check(self, now: float) -> None:
+        """Check heartbeats and status words at `now` [s], as often as possible.
+
+        Raises:
+            BusLost: The interface failed while a status word was asked for.
+        """
+        self.supervision.check(now)
+        self.watch.check(now)
+
+    def _take_service(self, can_id: int, data: bytearray) -> bool:
+        """Take a frame of a CANopen service of one of the vehicle's nodes; return False where it is none."""
+        function, node = can_id & ~0x7F, can_id & 0x7F
+        if can_id in self.watch.fields:
+            self.watch.pdo(can_id, data, self._clock.now())
+            return True
+        if node not in self.counts or function not in {EMCY, SDO_ANSWER, HEARTBEAT}:
+            return False
+        if not self._serve(function, node, data):
+            self.counts[node].wrong_length += 1
+        return True
+
+    def _serve(self, function: int, node: int, data: bytearray) -> bool:
+        """Hand a frame to its service; return False where its length is impossible."""
+        now = self._clock.now()
+        if function == SDO_ANSWER:
+            if len(data) == 8:
+                self.watch.sdo_answer(node, data, now)
+                self.on_sdo(SDO_ANSWER + node, data, now)
+            return len(data) == 8
+        self._flooding.note(function + node)
+        if function == HEARTBEAT:
+            if bytes(data) == BOOT_UP:
+                self.assembler.node_booted(node)
+            return self.supervision.heartbeat(node, data, now)
+        return self.supervision.emergency(node, data, now)

@@ -1,0 +1,184 @@
+"""Listens to a bus on which another master or a replay produces SYNC, or on which encoders need none.
+
+Nothing is sent. As in a log (`omnimate.files.logs.assemble`), a sample begins with SYNC; where there is
+none, with the PDO of the vehicle that came first.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Self
+
+from omnimate.driver.bus.bus import open_bus
+from omnimate.driver.bus.clock import WallClock
+from omnimate.driver.canopen.network import SYNC_ID, BusNetwork
+from omnimate.driver.errors import BusError, BusLost, NoSync
+from omnimate.driver.robot.monitor import Monitor
+from omnimate.driver.robot.node_counts import nodes_of
+from omnimate.driver.robot.report import DriverReport, make_report
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import can
+
+    from omnimate.driver.bus.clock import Clock
+    from omnimate.driver.canopen.network import FrameSink
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.sample import Sample
+
+NMT_ID, SDO_REQUEST, HEARTBEAT = 0x000, 0x600, 0x700
+NMT_START = b"\x01"
+SYNC_WAIT = (
+    1.0  # [s] after the first PDO in which SYNC must come; masters produce it ten times a second or more
+)
+
+
+class PassiveReader:
+    """Assembles samples from frames that others exchange; times are those of arrival, as wall time.
+
+    Attributes:
+        vehicle: Vehicle whose encoders are read.
+    """
+
+    def __init__(
+        self,
+        vehicle: VehicleParameters,
+        bus: can.BusABC | str,
+        *,
+        recorder: FrameSink | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        """Open the bus where it is given as a URL.
+
+        Args:
+            vehicle: Vehicle whose encoders are read.
+            bus: URL of the bus, or a bus that the caller owns.
+            recorder: Gets every frame that is received; None for none.
+            clock: Gives the times of samples and events; None for wall time.
+
+        Raises:
+            BusError: The URL's bus cannot be opened.
+        """
+        self.vehicle = vehicle
+        self._url = bus if isinstance(bus, str) else None
+        self._clock = clock or WallClock(vehicle.bus.sync_period)
+        self._network = BusNetwork(
+            open_bus(bus, vehicle.bus.bitrate) if isinstance(bus, str) else bus, self._clock, recorder
+        )
+        self._monitor = Monitor(vehicle, self._clock)
+        nodes = nodes_of(vehicle)
+        masters = {
+            NMT_ID,
+            *(drive.cob_id for drive in vehicle.drives),
+            *(SDO_REQUEST + node for node in nodes),
+        }
+        masters |= {HEARTBEAT + node for node in range(1, 128) if node not in nodes}
+        self._monitor.others = masters.__contains__
+        for node in nodes:
+            self._monitor.supervision.started(node, None)
+        self._syncs = 0
+        self._opener: int | None = None  # COB-ID of what begins a sample
+        self._first: tuple[int, float] | None = None  # COB-ID of the first PDO, and when it came
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()
+
+    def samples(self, idle: float = 2.0, patience: float = 30.0) -> Iterator[Sample]:
+        """Yield a sample per SYNC, each when the next SYNC shows that it is over.
+
+        Without SYNC within `SYNC_WAIT` after the first PDO, that PDO takes its place.
+
+        Args:
+            idle: Time without a SYNC after which the source counts as ended [s].
+            patience: Time in which the first SYNC or PDO must come, and after which a bus without SYNC on
+                which nothing is sent counts as ended [s].
+
+        Raises:
+            NoSync: There was neither SYNC nor a PDO of the vehicle.
+            BusError: The interface failed.
+        """
+        assembler = self._monitor.assembler
+        for message, arrival in self._frames(idle, patience):
+            if self._opener is not None and _identifier(message) == self._opener:
+                if assembler.is_open:
+                    yield self._close()
+                self._begin(arrival)
+                if self._opener == SYNC_ID:
+                    continue
+            if message.arbitration_id == NMT_ID and bytes(message.data[:1]) == NMT_START:
+                assembler.node_started(message.data[1] if len(message.data) == 2 else 0)
+            self._monitor.take(message, arrival)
+        if not self._syncs:
+            raise NoSync(patience)
+        yield self._close()
+
+    def _frames(self, idle: float, patience: float) -> Iterator[tuple[can.Message, float]]:
+        """Yield frames and when they were on the bus, as soon as it is known if they open a sample."""
+        early: list[tuple[can.Message, float]] = []
+        heard = time.monotonic()
+        while time.monotonic() - heard < (idle if self._opener == SYNC_ID else patience):
+            message = self._receive(min(idle, SYNC_WAIT))
+            identifier = None if message is None else _identifier(message)
+            if message is not None:
+                early.append((message, self._network.arrival))
+            if self._opener is None:
+                self._opener = self._find_opener(identifier)
+            is_heard = identifier == SYNC_ID or (message is not None and self._opener != SYNC_ID)
+            if self._opener is not None and is_heard:
+                heard = time.monotonic()
+            if self._opener is not None or self._first is None:  # only what follows a first PDO has to wait
+                yield from early
+                early.clear()
+        for message, arrival in early:  # no sample was opened for them; they are counted all the same
+            self._monitor.take(message, arrival)
+
+    def _find_opener(self, identifier: int | None) -> int | None:
+        """Return SYNC where it comes, else the vehicle's first PDO once `SYNC_WAIT` has passed since then."""
+        if identifier == SYNC_ID:
+            return SYNC_ID
+        if self._first is None and identifier in self._monitor.assembler.pdos:
+            self._first = (identifier, time.monotonic())
+        if self._first is None or time.monotonic() - self._first[1] < SYNC_WAIT:
+            return None
+        self._monitor.assembler.is_synchronous = False
+        return self._first[0]
+
+    def report(self) -> DriverReport:
+        """Return what has been heard so far."""
+        return make_report(self.vehicle, self._monitor, self._syncs)
+
+    def close(self) -> None:
+        """Close the bus if it was given as a URL."""
+        if self._url is not None:
+            self._network.can_bus.shutdown()
+
+    def _receive(self, timeout: float) -> can.Message | None:
+        try:
+            return self._network.receive(timeout)
+        except BusLost as lost:
+            raise BusError(self._url or "bus", str(lost)) from lost
+
+    def _begin(self, now: float) -> None:
+        self._monitor.assembler.begin(self._syncs, now)
+        self._monitor.synced(now)
+        self._monitor.check(now)
+        self._syncs += 1
+
+    def _close(self) -> Sample:
+        supervision = self._monitor.supervision
+        sample = self._monitor.assembler.close()
+        supervision.troubles.clear()
+        for node in self._monitor.assembler.take_silent():
+            if self._monitor.assembler.never_answered(node):
+                self._monitor.trouble("has never answered SYNC: check that it is there and started", node)
+        return sample
+
+
+def _identifier(message: can.Message) -> int | None:
+    """Return the identifier of a classic data frame of 11 bits, None for any other."""
+    is_other = message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd
+    return None if is_other else message.arbitration_id

@@ -1,0 +1,128 @@
+"""Writes the recording folder while the robot drives."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from omnimate.files.logs.formats.candump_writer import CandumpWriter
+from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE, write_poses
+from omnimate.files.recordings.run_toml import write_run
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.file import save_vehicle
+from omnimate.vehicle.recording import Lap, Poses, Run
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import can
+
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.recording import Direction
+
+
+class Recorder:
+    """A recording folder that is complete at any moment: a crash costs only what was not yet on the bus.
+
+    Attributes:
+        folder: Folder of the recording.
+    """
+
+    def __init__(
+        self,
+        folder: Path | str,
+        vehicle: VehicleParameters,
+        *,
+        protocol: str | None = None,
+        side: float | None = None,
+    ) -> None:
+        """Make the folder, write `vehicle.toml`, and open `can.log`.
+
+        Args:
+            folder: Folder that holds no recording yet; it is made where it does not exist.
+            vehicle: Vehicle as its owner believes it to be.
+            protocol: Protocol in `run.toml`, which is written with the first lap; `free` where it is None.
+            side: Side of the square [m]; None where there is none.
+
+        Raises:
+            RecordingError: The folder holds a recording, or cannot be written.
+        """
+        self.folder = Path(folder)
+        self._protocol, self._side = protocol, side
+        self._laps: list[Lap] = []
+        self._latest = -math.inf
+        self._poses: list[tuple[float, TruckName, Sequence[float], Sequence[float]]] = []
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            taken = [name for name in (LOG, f"{LOG}.gz") if (self.folder / name).exists()]
+            if taken:
+                raise RecordingError(self.folder, f"it holds a recording ({taken[0]}); choose another folder")
+            save_vehicle(vehicle, self.folder / VEHICLE)
+            self._log = CandumpWriter(self.folder / LOG)
+        except OSError as error:
+            raise RecordingError(self.folder, f"cannot be written: {error.strerror or error}") from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()
+
+    def use(self, vehicle: VehicleParameters) -> None:
+        """Replace `vehicle.toml`, after the encoders have reported their ranges."""
+        save_vehicle(vehicle, self.folder / VEHICLE)
+
+    def frame(self, at: float, message: can.Message) -> None:
+        """Write a frame that was on the bus at time `at` [s], or with the frame before where that is later.
+
+        Frames come in the order in which they were on the bus; two threads may take their times in another.
+        CAN FD frames are none of CANopen's, and are left out.
+        """
+        if message.is_fd:
+            return
+        self._latest = max(at, self._latest)
+        flags = (
+            message.is_extended_id * EXTENDED
+            | message.is_remote_frame * REMOTE
+            | message.is_error_frame * ERROR
+        )
+        self._log.write(
+            self._latest, message.arbitration_id, bytes(message.data), flags=flags, length=message.dlc
+        )
+
+    def lap(self, direction: Direction, start: float, end: float) -> None:
+        """Add a lap from `start` to `end` [s] and write `run.toml`."""
+        self._laps.append(Lap(direction, start, end))
+        write_run(Run(self._protocol or "free", self._side, tuple(self._laps)), self.folder / RUN)
+
+    def pose(self, at: float, truck: TruckName, pose: Sequence[float], sigma: Sequence[float]) -> None:
+        """Add an absolute pose and write `poses.csv`.
+
+        Args:
+            at: Time of the pose on the recording's clock [s].
+            truck: Truck whose pose it is.
+            pose: Pose x, y, theta [m, m, rad].
+            sigma: Standard deviations of the pose [m, m, rad]; nan where unknown.
+        """
+        self._poses.append((at, truck, pose, sigma))
+        times, bodies, poses, sigmas = zip(*self._poses, strict=True)
+        table = Poses(
+            np.array(times, float), np.array(bodies), np.array(poses, float), np.array(sigmas, float)
+        )
+        write_poses(table, self.folder / POSES)
+
+    def close(self) -> None:
+        """Write everything to disk and close the log."""
+        self._log.close()
+
+    def discard(self) -> None:
+        """Remove what has been written, because nothing was driven."""
+        self._log.close()
+        for name in (LOG, VEHICLE, POSES, RUN):
+            (self.folder / name).unlink(missing_ok=True)
+        if not any(self.folder.iterdir()):
+            self.folder.rmdir()

@@ -1,0 +1,149 @@
+"""What happened on a drive, node by node and in order of time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from omnimate.files.logs.canopen_words import nmt_state_in_words
+
+if TYPE_CHECKING:
+    from omnimate.driver.robot.event_log import Event
+    from omnimate.driver.robot.monitor import Monitor
+    from omnimate.driver.troubles import Trouble
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import Gap
+
+
+OPERATIONAL = "operational"
+
+
+@dataclass(frozen=True, slots=True)
+class NodeReport:
+    """The frames of one node, counted.
+
+    Attributes:
+        node: CANopen node id.
+        names: Channels that the node measures, and drives of wheels that it contains.
+        state: NMT state in its last heartbeat, in words.
+        received: Number of PDOs that entered a sample.
+        missing: Number of SYNCs without an answer in time.
+        late: Number of PDOs that came after their sample was closed.
+        duplicate: Number of second answers to one SYNC.
+        wrong_length: Number of frames of an impossible length.
+        unknown: Number of frames that nothing expects.
+        jumps: Number of readings that no robot can make.
+        restarts: Number of boot-ups and losses of the configuration.
+        emergencies: Number of EMCY frames.
+        is_lost: Whether its heartbeat is overdue.
+    """
+
+    node: int
+    names: tuple[str, ...]
+    state: str
+    received: int
+    missing: int
+    late: int
+    duplicate: int
+    wrong_length: int
+    unknown: int
+    jumps: int
+    restarts: int
+    emergencies: int
+    is_lost: bool = False
+
+    @property
+    def is_well(self) -> bool:
+        """Whether it works now: its heartbeat is not overdue, and it is operational or a drive."""
+        return not self.is_lost and (self.state == OPERATIONAL or self.names[0].startswith("drive of "))
+
+
+@dataclass(frozen=True, slots=True)
+class DriverReport:
+    """What happened from the first SYNC until now.
+
+    Attributes:
+        started: Time of the first SYNC [s]; 0 before it.
+        syncs: Number of SYNCs sent or received.
+        skipped: Number of periods that the host let pass without a SYNC.
+        nodes: Report of each node, in order of the node ids.
+        events: Events in order of time.
+        events_dropped: Number of events that were not kept because the log was full.
+        gaps: Gaps of all channels.
+        unknown_frames: Identifier, description and number of frames that nothing expects, by kind.
+        troubles: What stopped all wheels since the drives were last enabled; empty where nothing did.
+    """
+
+    started: float
+    syncs: int
+    skipped: int
+    nodes: tuple[NodeReport, ...]
+    events: tuple[Event, ...]
+    events_dropped: int
+    gaps: tuple[Gap, ...]
+    unknown_frames: tuple[tuple[str, str, int], ...]
+    troubles: tuple[Trouble, ...] = ()
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether every SYNC was answered by every node and nothing else happened."""
+        return not (self.events or self.gaps or self.unknown_frames or self.skipped)
+
+    @property
+    def problems(self) -> tuple[Event, ...]:
+        """What somebody must put right before the data can be trusted, in order of time."""
+        return tuple(event for event in self.events if event.is_problem)
+
+    def node(self, node: int) -> NodeReport:
+        """Return the report of one node.
+
+        Raises:
+            KeyError: The vehicle has no such node.
+        """
+        for report in self.nodes:
+            if report.node == node:
+                return report
+        raise KeyError(node)
+
+
+def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skipped: int = 0) -> DriverReport:
+    """Return what a monitor has received so far.
+
+    Args:
+        vehicle: Vehicle whose nodes are on the bus.
+        monitor: Monitor of the bus.
+        syncs: Number of SYNCs sent or received.
+        skipped: Number of periods that the host let pass without a SYNC.
+    """
+    unknown = ((key, frame.description, frame.count) for key, frame in monitor.unknown.kinds.items())
+    return DriverReport(
+        monitor.assembler.started or 0.0,
+        syncs,
+        skipped,
+        tuple(_node_report(vehicle, monitor, node) for node in sorted(monitor.counts)),
+        monitor.events.all(),
+        monitor.events.dropped,
+        monitor.assembler.gaps_until_now(),
+        tuple(unknown),
+    )
+
+
+def _node_report(vehicle: VehicleParameters, monitor: Monitor, node: int) -> NodeReport:
+    counts, state = monitor.counts[node], monitor.supervision.nodes[node]
+    channels = [encoder.channel for encoder in vehicle.encoders if encoder.node == node]
+    wheels = [f"drive of {drive.wheel}" for drive in vehicle.drives if drive.node == node]
+    return NodeReport(
+        node,
+        (*channels, *wheels),
+        "no heartbeat" if state.state is None else nmt_state_in_words(state.state),
+        counts.received,
+        counts.missing,
+        counts.late,
+        counts.duplicate,
+        counts.wrong_length,
+        counts.unknown,
+        counts.jumps,
+        state.restarts,
+        state.emergencies,
+        state.is_lost,
+    )

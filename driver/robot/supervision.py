@@ -1,0 +1,141 @@
+"""NMT states, heartbeats, emergencies and restarts of the nodes, on the driver's clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from omnimate.driver.troubles import Trouble
+from omnimate.files.logs.canopen_words import emcy_in_words, nmt_state_in_words
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from omnimate.driver.robot.event_log import EventLog
+
+BOOT_UP, STOPPED, OPERATIONAL = 0x00, 0x04, 0x05
+NO_ERROR = 0x0000  # emergency error code: an error has gone
+LOST_AFTER = 3.0  # heartbeat periods
+NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may have been on its way while NMT start was sent
+
+
+@dataclass(slots=True)
+class NodeState:
+    """What is known about a node.
+
+    Attributes:
+        node: CANopen node id.
+        state: NMT state in its last heartbeat; None before the first.
+        timeout: Time after which its heartbeat is lost [s]; None where it has none.
+        heard: Time of its last heartbeat [s]; None before the first, from which on it is supervised.
+        is_lost: Whether its heartbeat is overdue.
+        is_running: Whether it was started, so that any other state than operational is a loss.
+        wrong_states: Heartbeats in a row with another state than operational.
+        heartbeats: Number of heartbeats received.
+        emergencies: Number of EMCY frames received.
+        boots: Number of boot-up frames received.
+        restarts: Number of boot-ups and losses of its configuration while it was running.
+    """
+
+    node: int
+    state: int | None = None
+    timeout: float | None = None
+    heard: float | None = None
+    is_lost: bool = False
+    is_running: bool = False
+    wrong_states: int = 0
+    heartbeats: int = 0
+    emergencies: int = 0
+    boots: int = 0
+    restarts: int = 0
+
+
+class Supervision:
+    """Follows every node of the vehicle; the driver reacts to `troubles`.
+
+    Args:
+        nodes: Node ids of the vehicle.
+        events: Log for restarts, losses and emergencies.
+
+    Attributes:
+        nodes: State of each node by node id.
+        troubles: Emergencies, lost heartbeats and restarts, until the driver has reacted.
+    """
+
+    def __init__(self, nodes: Iterable[int], events: EventLog) -> None:
+        self.nodes = {node: NodeState(node) for node in nodes}
+        self.troubles: list[Trouble] = []
+        self._events = events
+
+    def started(self, node: int, heartbeat: float | None) -> None:
+        """Expect a node to be operational from now on, with a heartbeat period [s], None for no heartbeat."""
+        state = self.nodes[node]
+        state.is_running, state.wrong_states, state.heard = True, 0, None
+        state.timeout = None if not heartbeat else LOST_AFTER * heartbeat
+
+    def heartbeat(self, node: int, data: bytes | bytearray, now: float) -> bool:
+        """Take a heartbeat or boot-up frame at `now` [s]; return False where its length is impossible."""
+        if len(data) != 1:
+            return False
+        state = self.nodes[node]
+        state.state = data[0] & 0x7F
+        state.heartbeats += 1
+        if state.is_lost:
+            state.is_lost = False
+            self._events.add(now, node, "heartbeat is back")
+        if state.state == BOOT_UP:
+            state.boots += 1
+            self._restarted(state, now, "restarted (boot-up)")
+        elif state.is_running:
+            self._check_state(state, now)
+        state.heard = now
+        return True
+
+    def emergency(self, node: int, data: bytes | bytearray, now: float) -> bool:
+        """Take an EMCY frame at time `now` [s]; return False where its length is impossible."""
+        if len(data) != 8:
+            return False
+        code, register = int.from_bytes(data[:2], "little"), data[2]
+        self.nodes[node].emergencies += 1
+        what = f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {register:02X}h)"
+        if code == NO_ERROR:
+            self._events.add(now, node, what)
+        else:
+            self._events.add(now, node, what)
+            self.troubles.append(Trouble(now, node, what, emergency=code))
+        return True
+
+    def check(self, now: float) -> None:
+        """Find the nodes whose heartbeat is overdue at time `now` [s]."""
+        for state in self.nodes.values():
+            if not state.is_running or state.timeout is None or state.heard is None or state.is_lost:
+                continue
+            if now - state.heard > state.timeout:
+                state.is_lost = True
+                self._report(now, state.node, f"heartbeat lost: none for {state.timeout:g} s")
+
+    def pause(self, seconds: float, now: float) -> None:
+        """Do not count a time until `now` [s] in which the bus was not heard as missing heartbeats."""
+        for state in self.nodes.values():
+            if state.heard is not None:
+                state.heard = min(state.heard + seconds, now)
+
+    def _check_state(self, state: NodeState, now: float) -> None:
+        if state.state == OPERATIONAL:
+            state.wrong_states = 0
+            return
+        state.wrong_states += 1
+        if state.wrong_states == NOT_OPERATIONAL_AFTER:
+            assert state.state is not None  # the caller has set it
+            words = nmt_state_in_words(state.state)
+            self._restarted(state, now, f"is {words}, expected operational: it has lost its configuration")
+
+    def _restarted(self, state: NodeState, now: float, what: str) -> None:
+        if state.is_running:
+            state.restarts += 1
+            state.is_running = False
+            self._report(now, state.node, what, has_restarted=True)
+
+    def _report(self, now: float, node: int, what: str, *, has_restarted: bool = False) -> None:
+        self._events.add(now, node, what)
+        self.troubles.append(Trouble(now, node, what, has_restarted))

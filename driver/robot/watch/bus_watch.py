@@ -1,0 +1,276 @@
+"""Watches a bus in a thread of its own, and sends nothing.
+
+At every `REFRESH` it leaves a `Snapshot`, which nothing changes any more and any thread may read.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Self
+
+import can
+
+from omnimate.driver.bus.clock import WallClock
+from omnimate.driver.bus.log_bus import LogBus
+from omnimate.driver.errors import BusError, in_one_line
+from omnimate.driver.robot.bus_load import frame_bits
+from omnimate.driver.robot.event_log import EventLog
+from omnimate.driver.robot.node_counts import nodes_of
+from omnimate.driver.robot.recorder import Recorder
+from omnimate.driver.robot.watch.robot_watch import RobotWatch
+from omnimate.driver.robot.watch.snapshot import Snapshot, Traffic
+from omnimate.files.logs.bus_events import BusEvents
+from omnimate.files.logs.formats.candump_writer import CandumpWriter
+from omnimate.files.logs.formats.python_can_logs import frame_of_message
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD
+from omnimate.files.logs.live_table import LiveTable
+from omnimate.files.logs.seen_mapping import seen_object
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from omnimate.driver.robot.event_log import Event
+    from omnimate.files.logs.frames import Frame
+    from omnimate.vehicle.parameters import VehicleParameters
+
+REFRESH = 0.25  # [s] between two snapshots
+POLL = 0.1  # [s] after which a silent bus is asked again
+AGAIN = 1.0  # [s] between two attempts to open a bus that was lost
+SPAN = 4  # snapshots over which the load is taken
+_BITS = {
+    (extended, stuffed): [frame_bits(length, stuffed=stuffed, extended=extended) for length in range(9)]
+    for extended in (False, True)
+    for stuffed in (False, True)
+}
+
+
+Opener = Callable[[], can.BusABC]
+
+
+class _Clock(WallClock):
+    """Wall time, or the time in a log that is replayed.
+
+    Args:
+        watch: Whose bus says which.
+    """
+
+    def __init__(self, watch: BusWatch) -> None:
+        super().__init__(REFRESH)
+        self._watch = watch
+
+    def now(self) -> float:
+        """Return the time [s]."""
+        bus = self._watch.bus
+        return bus.now() if isinstance(bus, LogBus) else super().now()
+
+    def heard(self, stamp: float) -> float:
+        """Return when a frame was on the bus [s]; in a log its stamp says it."""
+        return stamp if isinstance(self._watch.bus, LogBus) else super().heard(stamp)
+
+
+class BusWatch:
+    """Watches a bus in a thread of its own.
+
+    Attributes:
+        vehicle: The robot on the bus; None where it is not known.
+        bus: The bus; another one after it was lost.
+    """
+
+    def __init__(self, opened: Opener, vehicle: VehicleParameters | None = None) -> None:
+        """Open the bus.
+
+        Args:
+            opened: Opens the bus, and again after it was lost.
+            vehicle: The robot on the bus; None where it is not known.
+
+        Raises:
+            BusError: The bus cannot be opened.
+        """
+        self.vehicle = vehicle
+        self._opened = opened
+        self.bus: can.BusABC = opened()
+        self._stop = threading.Event()
+        self._table, self._events, self._log = LiveTable(), BusEvents(), EventLog()
+        self._left_out = 0
+        self._least = self._most = 0
+        self._seen: dict[tuple[int, int, int], int] = {}
+        self._supervised = () if vehicle is None else nodes_of(vehicle)
+        self._robot = None if vehicle is None else RobotWatch(vehicle)
+        self._recorder: _Recording | None = None
+        self._order: Path | None = None  # what shall be recorded; None for nothing
+        self._lost: str | None = None
+        self._clock = _Clock(self)
+        self._began = self._clock.now()
+        self._taken = time.monotonic()
+        self._marks: deque[tuple[float, int, int, int]] = deque(maxlen=SPAN + 1)
+        self._snapshot = self._take_snapshot()
+        self._thread = threading.Thread(target=self._run, name="bus watch", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._stop.set()
+        self._thread.join()
+        self.bus.shutdown()
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The bus at the last moment at which it was looked at."""
+        return self._snapshot
+
+    @property
+    def is_running(self) -> bool:
+        """Whether frames are still received."""
+        return self._thread.is_alive()
+
+    def record(self, target: Path | None) -> None:
+        """Record from now on into a folder, or without a vehicle into a candump log; None ends it."""
+        self._order = target
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """Return the next frame, or None after `POLL` at the latest; what a reader takes for its bus.
+
+        Raises:
+            can.CanOperationError: The watch is to end, or the bus was lost.
+        """
+        if self._stop.is_set():
+            raise can.CanOperationError("the watch has ended")
+        if self._order != (None if self._recorder is None else self._recorder.target):
+            self._switch_recording(self._order)
+        if time.monotonic() - self._taken >= REFRESH:  # the last frame is taken by now, a next one is not
+            self._taken = time.monotonic()
+            self._snapshot = self._take_snapshot()
+        return self.bus.recv(POLL if timeout is None else min(timeout, POLL))
+
+    def _run(self) -> None:
+        """Follow the bus until the watch ends; open it again after it was lost."""
+        while not self._stop.is_set():
+            try:
+                self._follow()
+            except (can.CanError, OSError, OmnimateError) as error:
+                if not self._stop.is_set():
+                    self._reopen(in_one_line(error))
+        self._switch_recording(None)
+        self._snapshot = self._take_snapshot()
+
+    def _follow(self) -> None:
+        """Receive until the bus fails or the watch ends."""
+        if self._robot is not None:
+            self._robot.follow(self, self._clock)
+        while True:
+            message = self.recv()
+            if message is not None:
+                self.frame(self._clock.heard(message.timestamp), message)
+
+    def _reopen(self, why: str) -> None:
+        self._log.add(self._clock.now(), None, f"bus lost: {why}", is_problem=True)
+        self._lost = why
+        while not self._stop.is_set():
+            self._snapshot = self._take_snapshot()
+            try:
+                self.bus.shutdown()
+                self.bus = self._opened()
+            except (can.CanError, OSError, BusError):
+                self._stop.wait(AGAIN)
+            else:
+                self._lost = None
+                self._log.add(self._clock.now(), None, "bus is back; what happened meanwhile was not seen")
+                return
+
+    def use(self, vehicle: VehicleParameters) -> None:
+        """Take no notice of what encoders say of themselves; nobody asks them."""
+
+    def frame(self, at: float, message: can.Message) -> None:
+        """Take a frame that was on the bus at `at` [s]."""
+        frame = frame_of_message(message, fd=True)
+        if isinstance(frame, str):
+            self._left_out += 1
+            return
+        self._table.take(frame, at)
+        if not frame.flags & (FD | ERROR):
+            extended, length = bool(frame.flags & EXTENDED), len(frame.data)
+            self._least += _BITS[extended, False][length]
+            self._most += _BITS[extended, True][length]
+        event = self._events.take(frame)
+        if event is not None and not (event.is_health and event.node in self._supervised):
+            self._log.add(at, event.node, event.what, is_problem=event.is_problem)
+        seen = seen_object(frame)
+        if seen is not None:
+            self._seen[seen[0]] = seen[1]
+        if self._recorder is not None:
+            self._recorder.write(at, message, frame)
+
+    def _switch_recording(self, target: Path | None) -> None:
+        if self._recorder is not None:
+            self._recorder.close()
+            self._log.add(self._clock.now(), None, f"recorded: {self._recorder.target}")
+            self._recorder = None
+        if target is None:
+            return
+        try:
+            self._recorder = _Recording(target, self.vehicle)
+        except (OSError, OmnimateError) as error:
+            self._order = None
+            self._log.add(self._clock.now(), None, in_one_line(error), is_problem=True)
+
+    def _take_snapshot(self) -> Snapshot:
+        now = self._clock.now()
+        if not self._marks or now > self._marks[-1][0]:
+            self._marks.append((now, self._table.frames, self._least, self._most))
+        return Snapshot(
+            now,
+            now - self._began,
+            self._table.frames,
+            self._left_out + self._table.others,
+            self._traffic(),
+            self._table.rows(now),
+            dict(self._events.nodes),
+            self._happened(),
+            dict(self._seen),
+            None if self._robot is None else self._robot.view(),
+            self._lost,
+            None if self._recorder is None else self._recorder.target,
+            isinstance(self.bus, LogBus) and self.bus.ended,
+        )
+
+    def _happened(self) -> tuple[Event, ...]:
+        """Return what happened on the bus and at the robot's nodes, in order of its last time."""
+        events = self._log.all()
+        if self._robot is not None:
+            events += self._robot.events()
+        return tuple(sorted(events, key=lambda event: event.last))
+
+    def _traffic(self) -> Traffic:
+        first, last = self._marks[0], self._marks[-1]
+        passed = last[0] - first[0]
+        if passed <= 0.0:
+            return Traffic(0.0, 0.0, 0.0)
+        return Traffic(
+            *((after - before) / passed for before, after in zip(first[1:], last[1:], strict=True))
+        )
+
+
+class _Recording:
+    """What is being recorded: a folder with the vehicle, or without one a log."""
+
+    def __init__(self, target: Path, vehicle: VehicleParameters | None) -> None:
+        self.target = target
+        self._folder = None if vehicle is None else Recorder(target, vehicle)
+        self._file = CandumpWriter(target) if vehicle is None else None
+
+    def write(self, at: float, message: can.Message, frame: Frame) -> None:
+        if self._folder is not None:
+            self._folder.frame(at, message)
+        elif self._file is not None:
+            self._file.write_frame(frame._replace(time=at))
+
+    def close(self) -> None:
+        for each in (self._folder, self._file):
+            if each is not None:
+                each.close()

@@ -1,0 +1,98 @@
+"""The robot on a bus that is watched: its samples, its speeds, and its odometry."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import TYPE_CHECKING, Protocol, cast
+
+from omnimate.driver.canopen.network import FrameSink
+from omnimate.driver.robot.passive import PassiveReader
+from omnimate.driver.robot.watch.snapshot import RobotView
+from omnimate.files.logs.pdo_units import encoder_conversion
+from omnimate.vehicle.odometry import Odometer
+
+if TYPE_CHECKING:
+    import can
+
+    from omnimate.driver.bus.clock import Clock
+    from omnimate.driver.robot.event_log import Event
+    from omnimate.vehicle.arcs import PoseTuple
+    from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
+    from omnimate.vehicle.sample import Sample
+
+LINKAGE: tuple[Channel, ...] = ("joint_a", "joint_b", "link")
+SPAN = 4  # views over which speeds are taken
+
+
+class TappedBus(FrameSink, Protocol):
+    """What is used of a bus that is watched: it gives frames, and takes them with their times."""
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """Return the next frame, or None."""
+        ...
+
+
+class RobotWatch:
+    """The robot by its odometry, which goes on where it was when a bus comes back.
+
+    Args:
+        vehicle: The robot.
+    """
+
+    def __init__(self, vehicle: VehicleParameters) -> None:
+        self._vehicle = vehicle
+        self._reader: PassiveReader | None = None
+        self._poses: dict[TruckName, PoseTuple] = dict.fromkeys(vehicle.trucks, (0.0, 0.0, 0.0))
+        self._samples = 0
+        self._sample: Sample | None = None
+        self._before: deque[Sample] = deque(maxlen=SPAN + 1)
+
+    def follow(self, bus: TappedBus, clock: Clock) -> None:
+        """Take the samples of a bus until it fails, with the times of a clock.
+
+        Raises:
+            BusError: The bus failed.
+        """
+        self._reader = PassiveReader(self._vehicle, cast("can.BusABC", bus), recorder=bus, clock=clock)
+        self._before.clear()
+        odometers = {truck: Odometer(self._vehicle, truck, start) for truck, start in self._poses.items()}
+        for sample in self._reader.samples(idle=math.inf, patience=math.inf):
+            for truck, odometer in odometers.items():
+                self._poses[truck] = odometer.step(sample)
+            self._samples += 1
+            self._sample = sample
+
+    def events(self) -> tuple[Event, ...]:
+        """Return what happened at the robot's nodes."""
+        return () if self._reader is None else self._reader.report().events
+
+    def view(self) -> RobotView | None:
+        """Return where the robot is by the last sample; None before the first."""
+        sample, vehicle = self._sample, self._vehicle
+        if sample is None:
+            return None
+        if not self._before or self._before[-1] is not sample:
+            self._before.append(sample)
+        columns = {channel: column for column, channel in enumerate(vehicle.channels)}
+        speeds = {wheel: self._speed(wheel, columns[wheel]) for wheel in vehicle.wheels}
+        linkage = {
+            encoder.channel: encoder_conversion(encoder, vehicle)(sample.counts[columns[encoder.channel]])
+            for encoder in vehicle.encoders
+            if encoder.channel in LINKAGE
+        }
+        there = zip(vehicle.channels, sample.present, strict=True)
+        missing = tuple(channel for channel, is_there in there if not is_there)
+        return RobotView(self._samples, missing, linkage, speeds, dict(self._poses))
+
+    def _speed(self, wheel: Channel, column: int) -> float:
+        """Return the speed of a wheel between the views that are kept [m/s]; nan where it is not known."""
+        there = [sample for sample in self._before if sample.present[column]]
+        if len(there) < 2:
+            return math.nan
+        first, last = there[0], there[-1]
+        passed = last.device_time[column] - first.device_time[column]
+        if not passed > 0.0:  # an adapter without time stamps
+            passed = last.time - first.time
+        counts = last.counts[column] - first.counts[column]
+        return counts * self._vehicle.metres_per_count(wheel) / passed if passed > 0.0 else math.nan

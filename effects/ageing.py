@@ -1,0 +1,91 @@
+"""Aged samples: what a sensor sends is of some time ago.
+
+Shared by latency and by a clock that drifts, which differ only in how the age comes about.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimate.effects.block import LINKAGE, wheel_number
+from omnimate.effects.effect import WHEEL, Effect
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+    from omnimate.vehicle.se2 import Array
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """The last samples of a channel.
+
+    Attributes:
+        start: Time of the very first sample [s].
+        time: Times of the samples that may still be shown, shape `(H,)` [s].
+        value: Values of these samples, shape `(H,)`.
+        shown: Value that was shown last.
+    """
+
+    start: float
+    time: Array
+    value: Array
+    shown: float
+
+
+@dataclass(frozen=True, slots=True)
+class AgedSamples(Effect):
+    """An effect that makes the samples of one channel, or the poses, older."""
+
+    def age(self, time: Array, start: float) -> Array:
+        """Return how old samples `(K,)` are [s], at times [s] after a start [s]."""
+        raise NotImplementedError
+
+    def acts_at(self) -> Stage:
+        """Return the stage of the channel: a wheel's samples age at its encoder, measured poses outside."""
+        if self.component in WHEEL:
+            return "encoder"
+        return "reading" if self.component in LINKAGE else "poses"
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Show the value of an earlier time; before the first sample, the first one."""
+        if self.component in LINKAGE:
+            channel = LINKAGE.index(self.component)
+            shown, state = self._shown(block, block.reading[:, channel], block.reading[0, channel], state)
+            return block.with_reading(channel, shown), state
+        if self.component in WHEEL:
+            wheel = wheel_number(self.component)
+            before = block.angle[0, wheel] - block.turned[0, wheel]
+            last = before if state is None else state.shown
+            shown, state = self._shown(block, block.angle[:, wheel], before, state)
+            return block.with_counted(wheel, shown, np.diff(shown, prepend=last)), state
+        return block, state
+
+    def _shown(
+        self, block: Block, value: Array, before: float, state: History | None
+    ) -> tuple[Array, History]:
+        if state is None:
+            first = float(block.time[0] - block.period[0])
+            state = History(first, np.array([first]), np.array([before]), before)
+        time, values = np.concatenate((state.time, block.time)), np.concatenate((state.value, value))
+        age = self.age(block.time, state.start)
+        # what is newer than now is foreseen along the last step
+        steps = np.diff(values)[-len(block) :] / np.diff(time)[-len(block) :]
+        shown = np.interp(block.time - np.maximum(age, 0.0), time, values) + np.maximum(-age, 0.0) * steps
+        oldest = int(np.searchsorted(time, block.time[-1] - age[-1], side="right")) - 1
+        kept = slice(max(min(oldest, len(time) - 2), 0), None)
+        return shown, History(state.start, time[kept], values[kept], float(shown[-1]))
+
+    def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Return the block of a whole recording with the wheel's travel at the time that it is of."""
+        if self.component not in WHEEL:
+            return block, state
+        wheel = wheel_number(self.component)
+        start = float(block.time[0] - block.period[0])
+        time = np.concatenate(([start], block.time))
+        way = np.concatenate(([0.0], np.cumsum(block.travel[:, wheel])))
+        then = np.interp(time + self.age(time, start), time, way)
+        return replace(block.with_travel(wheel, np.diff(then))), state

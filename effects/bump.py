@@ -1,0 +1,95 @@
+"""Bump: each obstacle takes a piece of the rolled way that is not travelled.
+
+A wheel that climbs over a cable or an edge turns further than the truck travels. The loss grows along the
+crossing as for a stiff wheel on an edge, by the law of `vcan_sim.crossing`.
+
+It is seen as a sudden heading error of the lost way, divided by the wheelbase.
+
+It is confused with a short slip patch.
+
+The source is C (1)-(3), with the exact arc in place of the printed approximation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from omnimate.effects.block import wheel_number
+from omnimate.effects.crossing import losing
+from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.errors import EffectError
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class BumpEvents(Effect):
+    """Obstacles under one wheel.
+
+    Attributes:
+        times: Time at which each crossing begins, on the recording's clock [s].
+        lost: Way that is rolled but not travelled in each crossing [m].
+    """
+
+    times: tuple[float, ...] = ()
+    lost: tuple[float, ...] = ()
+
+    name: ClassVar[str] = "bump"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("times", "s", null=None, scale=60.0, low=-1e12, high=1e12),
+        Parameter("lost", "m", null=0.0, scale=3e-3, low=0.0, high=0.1),
+    )
+
+    def __post_init__(self) -> None:
+        Effect.__post_init__(self)
+        if len(self.times) != len(self.lost):
+            raise EffectError(
+                f"bump of {self.component}: {len(self.times)} times, {len(self.lost)} losses; expected equal"
+            )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Lose way as each crossing goes on; remember the way rolled since each onset.
+
+        What begins before a motion of which nothing is remembered is over.
+        """
+        wheel = wheel_number(self.component)
+        travel, radius = block.travel[:, wheel], self.radius(block, wheel)
+        gone = np.concatenate(([0.0], np.cumsum(np.abs(travel))))
+        begun = np.array(self.times) < block.time[0] - block.period[0]
+        since = np.where(begun, np.inf, 0.0) if state is None else state
+        after, lost = since.copy(), np.zeros(len(block))
+        for number, (time, loss) in enumerate(zip(self.times, self.lost, strict=True)):
+            first = int(np.searchsorted(block.time, time, side="right"))
+            before = gone[first] - since[number]  # on which the crossing began
+            after[number] = gone[-1] - before
+            if loss > 0.0 and since[number] < after[number]:
+                crossing = losing(radius, loss)
+                last = int(np.searchsorted(gone, before + crossing.rolled)) + 1
+                lost[first : last - 1] += np.diff(crossing.lost_after(gone[first:last] - before))
+        return block.with_travel(wheel, travel - np.sign(travel) * lost), after
+
+    def acts_during(self, block: Block) -> tuple[float, float] | None:
+        """Return from its first crossing's begin to its last one's end [s]."""
+        wheel = wheel_number(self.component)
+        gone = np.cumsum(np.abs(block.travel[:, wheel]))
+        ends = [self.times[0]] if self.times else []
+        for time, loss in zip(self.times, self.lost, strict=True):
+            first = int(np.searchsorted(block.time, time, side="right"))
+            begun = gone[first - 1] if first > 0 else 0.0
+            rolled = losing(self.radius(block, wheel), loss).rolled if loss > 0.0 else 0.0
+            last = min(int(np.searchsorted(gone, begun + rolled)), len(block) - 1)
+            ends.append(float(block.time[last]))
+        return (min(self.times), max(ends)) if ends else None
+
+    @staticmethod
+    def radius(block: Block, wheel: int) -> float:
+        """Return the wheel's nominal radius [m]: travel over turn; a common one where it stands still."""
+        turned = np.abs(block.turned[:, wheel]).sum()
+        return float(np.abs(block.travel[:, wheel]).sum() / turned) if turned > 0.0 else 0.075

@@ -1,0 +1,60 @@
+"""Count loss: above a speed, a part of the counts of a wheel's encoder is lost.
+
+The reader, the cable or the counter's input is too slow for the edges.
+
+It is seen as a wheel that counts too little for the way that it rolls, at high speed only.
+
+It is confused with a radius that changes with the speed.
+
+The source is a threshold of the speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from omnimate.effects.block import wheel_number
+from omnimate.effects.effect import WHEEL, Effect, Parameter
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class CountLoss(Effect):
+    """A fraction of the counts is lost while the wheel is faster than a speed.
+
+    Attributes:
+        fraction: Part of the counts that never arrives.
+        above: Speed of the wheel above which counts are lost [m/s].
+    """
+
+    fraction: float = 0.0
+    above: float = 0.1
+
+    name: ClassVar[str] = "count_loss"
+    stage: ClassVar[Stage] = "encoder"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("fraction", "1", null=0.0, scale=0.01, low=0.0, high=0.99),
+        Parameter("above", "m/s", null=None, scale=0.2, low=0.0, high=100.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Take the lost counts out of the counted angle; remember how much is missing."""
+        wheel = wheel_number(self.component)
+        fast = np.abs(block.speed[:, wheel]) > self.above
+        counted = np.where(fast, 1.0 - self.fraction, 1.0) * block.turned[:, wheel]
+        missing = (0.0 if state is None else state) + np.cumsum(block.turned[:, wheel] - counted)
+        return block.with_counted(wheel, block.angle[:, wheel] - missing, counted), float(missing[-1])
+
+    def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Give back to the travel what was rolled and not counted."""
+        wheel = wheel_number(self.component)
+        fast = np.abs(block.speed[:, wheel]) > self.above * (1.0 - self.fraction)
+        factor = np.where(fast, 1.0 / (1.0 - self.fraction), 1.0)
+        return block.with_travel(wheel, factor * block.travel[:, wheel]), state

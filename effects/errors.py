@@ -1,0 +1,42 @@
+"""The errors of effects: what cannot be one, and an effects file that cannot be read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class EffectError(OmnimateError):
+    """An effect that does not exist, or whose parameters or component are impossible."""
+
+
+class ExpressionError(EffectError):
+    """A text that is no formula.
+
+    Attributes:
+        text: Formula as it was written.
+        column: Place in the text at which it cannot be read, from 1.
+    """
+
+    def __init__(self, text: str, column: int, problem: str) -> None:
+        super().__init__(f"formula {text[:200]!r}, column {column}: {problem}")
+        self.text = text
+        self.column = column
+
+
+class EffectsFileError(EffectError):
+    """An effects file that cannot be read or describes no effect.
+
+    Attributes:
+        source: Path of the file.
+        entry: Number of the effect in the file, from 1, and its key, such as `effect 2: amplitude`.
+    """
+
+    def __init__(self, source: Path | str, entry: str, problem: str) -> None:
+        super().__init__(f"{source}: {entry}: {problem}")
+        self.source = source
+        self.entry = entry

@@ -1,0 +1,63 @@
+"""Gear backlash: the wheel stands still through the play when its motor reverses.
+
+The encoder sits on the motor's side of a gear that has play.
+
+It is seen as way that is lost at each reversal of the motor, and nowhere else.
+
+It is confused with the kick of a castor.
+
+The source is the play operator (Visintin, Differential Models of Hysteresis, 1994).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from omnimate.effects.block import wheel_number
+from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.play import follow
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class GearBacklash(Effect):
+    """The wheel follows its motor through a play.
+
+    Attributes:
+        width: Width of the whole play, as way of the wheel [m].
+    """
+
+    width: float = 0.0
+
+    name: ClassVar[str] = "gear_backlash"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("width", "m", null=0.0, scale=5e-4, low=0.0, high=0.1),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Let the wheel follow its motor through the play; remember both."""
+        wheel = wheel_number(self.component)
+        travel = block.travel[:, wheel]
+        if state is None:
+            first = travel[np.flatnonzero(travel)[:1]]
+            state = (0.0, -0.5 * self.width * float(np.sign(first[0])) if len(first) else None)
+        motor, output = state
+        if output is None:
+            moved = travel[np.flatnonzero(travel)[:1]]
+            output = -0.5 * self.width * float(np.sign(moved[0])) if len(moved) else None
+        if output is None:
+            return block, (motor, None)
+        rolled = motor + np.cumsum(travel)
+        wheels = follow(rolled, output, self.width)
+        return block.with_travel(wheel, np.diff(wheels, prepend=output)), (
+            float(rolled[-1]),
+            float(wheels[-1]),
+        )

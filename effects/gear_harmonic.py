@@ -1,0 +1,57 @@
+"""Gear harmonic: an error that repeats several times per turn of the wheel.
+
+It comes from teeth, from belts, or from the reader of an encoder. The travelled way is s + amplitude
+cos(order angle + phase).
+
+It is seen as a quick beat in the heading and in the link's readings.
+
+It is confused with an eccentric wheel where the order is 1.
+
+The source is the first harmonic of any periodic error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from omnimate.effects.block import wheel_number
+from omnimate.effects.effect import WHEEL, Effect, Parameter
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class GearHarmonic(Effect):
+    """The travelled way is s + amplitude cos(order angle + phase).
+
+    Attributes:
+        amplitude: Amplitude of the travelled way [m].
+        order: Number of beats per turn of the wheel.
+        phase: Phase of the beat at the encoder's zero [rad].
+    """
+
+    amplitude: float = 0.0
+    order: float = 2.0
+    phase: float = 0.0
+
+    name: ClassVar[str] = "gear_harmonic"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("amplitude", "m", null=0.0, scale=2e-4, low=0.0, high=0.02),
+        Parameter("order", "1", null=None, scale=10.0, low=0.0, high=10000.0),
+        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Add the change of the wave over the step."""
+        wheel = wheel_number(self.component)
+        end = self.order * block.angle[:, wheel] + self.phase
+        begin = end - self.order * block.turned[:, wheel]
+        gained = self.amplitude * (np.cos(end) - np.cos(begin))
+        return block.with_travel(wheel, block.travel[:, wheel] + gained), state

@@ -1,0 +1,48 @@
+"""Joint backlash: there is play between a joint and its encoder.
+
+When the joint reverses, the reading stands still until the joint has moved through the play.
+
+It is seen in drives that reverse the joint often.
+
+It is confused with the latency of the joint's encoder.
+
+The source is the play operator (Visintin, Differential Models of Hysteresis, 1994).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from omnimate.effects.block import LINKAGE
+from omnimate.effects.effect import JOINT, Effect, Parameter
+from omnimate.effects.play import follow
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class JointBacklash(Effect):
+    """The reading follows the joint through a play.
+
+    Attributes:
+        width: Width of the whole play [rad].
+    """
+
+    width: float = 0.0
+
+    name: ClassVar[str] = "joint_backlash"
+    stage: ClassVar[Stage] = "reading"
+    components: ClassVar[tuple[str, ...]] = JOINT
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("width", "rad", null=0.0, scale=0.003, low=0.0, high=1.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Let the reading follow the joint through the play; remember where it stood."""
+        channel = LINKAGE.index(self.component)
+        angle = block.reading[:, channel]
+        shown = follow(angle, float(angle[0]) if state is None else state, self.width)
+        return block.with_reading(channel, shown), float(shown[-1])

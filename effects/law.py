@@ -1,0 +1,154 @@
+"""Law: an error of a component that no other effect has a name for, as a formula or a curve of variables.
+
+A diagnosis learns it from what is left over. The error is f = formula + curve, where the curve runs straight
+from knot to knot, and is constant beyond the first and the last one unless it has a period.
+
+A wheel travels (1 + f) of what it would. A truck goes f further forward, creeps to the left by f or yaws by f
+per metre that it goes forward or back, or it turns by (1 + f) of what it would. A joint or the link reads f
+more.
+
+It is seen as whatever its formula says.
+
+It is confused with any effect that has a name, which is therefore looked for first.
+
+The source is the equation that a diagnosis learned, or that its user wrote.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from omnimate.effects.block import LINKAGE, truck_number, wheel_number
+from omnimate.effects.effect import JOINT, LINK, TRUCK, WHEEL, Effect, Parameter, Text
+from omnimate.effects.errors import EffectError
+from omnimate.effects.expression import parse
+from omnimate.effects.variables import Motion, known
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+    from omnimate.effects.variables import Begun
+    from omnimate.vehicle.se2 import Array
+
+STAGE_OF: dict[str, Stage] = {"travel": "travel", "reading": "reading"}  # all others act on the body
+TWIST = {"forward": 0, "creep": 1, "yaw": 2, "turn": 2}  # column of a truck's motion
+
+
+def quantities(component: str) -> dict[str, str]:
+    """Return what a law of a component may act on, with the unit of f; unless said, it is the first."""
+    if component in WHEEL:
+        return {"travel": "1"}
+    if component in TRUCK:
+        return {"yaw": "rad/m", "turn": "1", "creep": "1", "forward": "1"}
+    return {"reading": "rad" if component in JOINT else "m"}
+
+
+@dataclass(frozen=True, slots=True)
+class Law(Effect):
+    """An error that is a formula, a curve over one variable, or the sum of both.
+
+    Attributes:
+        acts_on: Quantity of the component, one of `quantities`; the first where it is empty.
+        formula: Formula of the variables, in the grammar of `vcan_sim.expression`.
+        over: Variable over which the curve is; empty without a curve.
+        knots: Values of that variable, ascending; none without a curve.
+        ordinates: Value of the curve at each knot.
+        period: Period of the curve, in the variable's unit; 0 where it has none.
+
+    Raises:
+        EffectError: The quantity or a variable is not one of the component's, the formula is none, or
+            knots and ordinates make no curve.
+    """
+
+    acts_on: str = ""
+    formula: str = "0"
+    over: str = ""
+    knots: tuple[float, ...] = ()
+    ordinates: tuple[float, ...] = ()
+    period: float = 0.0
+
+    name: ClassVar[str] = "law"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = (*WHEEL, *TRUCK, *JOINT, *LINK)
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("knots", "the variable's", null=None, scale=1.0, low=-1e12, high=1e12),
+        Parameter("ordinates", "that of f", null=None, scale=1e-3, low=-1.0, high=1.0),
+        Parameter("period", "the variable's", null=None, scale=1.0, low=0.0, high=1e12),
+    )
+    texts: ClassVar[tuple[Text, ...]] = (
+        Text(
+            "acts_on",
+            "`travel`; of a truck `yaw`, `turn`, `creep` or `forward`; of joints and link `reading`",
+        ),
+        Text("formula", "a formula of the variables; `0` where none is given"),
+        Text("over", "variable over which the curve is"),
+    )
+    searched: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        Effect.__post_init__(self)
+        there = quantities(self.component)
+        object.__setattr__(self, "acts_on", self.acts_on or next(iter(there)))
+        if self.acts_on not in there:
+            raise self._error(f"acts_on = {self.acts_on!r}; expected one of {', '.join(there)}")
+        for name in sorted(self._variables()):
+            if name not in known(self.component):
+                raise self._error(f"variable {name!r}; expected one of {', '.join(known(self.component))}")
+        if len(self.knots) != len(self.ordinates):
+            raise self._error(f"{len(self.knots)} knots, {len(self.ordinates)} ordinates; expected equal")
+        if bool(self.over) != bool(self.knots):
+            raise self._error("a curve has knots and a variable that it is over; expected both or neither")
+        if any(before >= after for before, after in itertools.pairwise(self.knots)):
+            raise self._error("knots out of order; expected each to be greater than the one before")
+        if self.period and self.knots and self.knots[-1] - self.knots[0] >= self.period:
+            raise self._error(f"knots reach over more than a period; expected less than {self.period:g}")
+
+    @property
+    def unit(self) -> str:
+        """Unit of f."""
+        return quantities(self.component)[self.acts_on]
+
+    def acts_at(self) -> Stage:
+        """Return the stage of the quantity."""
+        return STAGE_OF.get(self.acts_on, "body")
+
+    def act(self, block: Block, state: Begun | None = None) -> tuple[Block, Any]:
+        """Change the quantity by the law; remember the start and the way rolled since then.
+
+        Raises:
+            EffectError: The robot does not have a variable, or the law is not finite at some step.
+        """
+        motion = Motion(block, self.component, state)
+        value = self.value(motion.values(self._variables()))
+        if not np.all(np.isfinite(value)):
+            bad = block.time[~np.isfinite(np.broadcast_to(value, len(block)))][0] - motion.begun.start
+            raise self._error(f"no finite number {bad:g} s after the start; expected one at every step")
+        if self.acts_on == "travel":
+            wheel = wheel_number(self.component)
+            return block.with_travel(wheel, (1.0 + value) * block.travel[:, wheel]), motion.after()
+        if self.acts_on == "reading":
+            channel = LINKAGE.index(self.component)
+            return block.with_reading(channel, block.reading[:, channel] + value), motion.after()
+        truck = truck_number(self.component)
+        twist = block.twist[:, truck].copy()
+        gone = twist[:, 2] if self.acts_on == "turn" else np.abs(twist[:, 0])
+        twist[:, TWIST[self.acts_on]] += value * gone
+        return block.with_twist(truck, twist), motion.after()
+
+    def value(self, variables: dict[str, Array]) -> Array:
+        """Return f, of the variables' shape, or a number where it depends on none."""
+        value = parse(self.formula).value(variables)
+        if self.over:
+            period = self.period or None
+            value = value + np.interp(variables[self.over], self.knots, self.ordinates, period=period)
+        return np.asarray(value)
+
+    def _variables(self) -> frozenset[str]:
+        return parse(self.formula).variables | ({self.over} if self.over else frozenset())
+
+    def _error(self, problem: str) -> EffectError:
+        return EffectError(f"law of {self.component}: {problem}")

@@ -1,0 +1,62 @@
+"""Slip patch: on a stretch of the floor the wheel turns without its full travel.
+
+Oil, water or a loose mat lies under one wheel.
+
+It is seen as a heading error that grows on that stretch only.
+
+It is confused with bumps that are close to each other, and with a step of the radius where the stretch does
+not end.
+
+The source is U III: slippage as a cause of non-systematic errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from omnimate.effects.block import wheel_number
+from omnimate.effects.effect import WHEEL, Effect, Parameter
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class SlipPatch(Effect):
+    """Within intervals of time, the travel is (1 - fraction) of the rolled way.
+
+    Attributes:
+        fraction: Part of the rolled way that is not travelled.
+        intervals: Pairs of start and end, on the recording's clock [s]; without any pair the wheel always
+            slips.
+    """
+
+    fraction: float = 0.0
+    intervals: tuple[tuple[float, float], ...] = ()
+
+    name: ClassVar[str] = "slip_patch"
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("fraction", "1", null=0.0, scale=0.05, low=0.0, high=1.0),
+        Parameter("intervals", "s", null=None, scale=60.0, low=-1e12, high=1e12),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Take the fraction away from the travel on the stretches."""
+        wheel = wheel_number(self.component)
+        inside = np.full(len(block), not self.intervals)
+        for start, end in self.intervals:
+            inside |= (block.time > start) & (block.time <= end)
+        factor = np.where(inside, 1.0 - self.fraction, 1.0)
+        return block.with_travel(wheel, factor * block.travel[:, wheel]), state
+
+    def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  it is told by time
+        """Return from the first interval's start to the last one's end [s]."""
+        if not self.intervals:
+            return None
+        return min(start for start, _ in self.intervals), max(end for _, end in self.intervals)

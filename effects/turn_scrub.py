@@ -1,0 +1,54 @@
+"""Turn scrub: the effective wheelbase depends on the curvature that is driven.
+
+In tight turns wide tyres are dragged sideways about their contact. The wheelbase is b (1 + slope
+|curvature|), with the curvature |yaw rate| / sqrt(v^2 + (b yaw rate / 2)^2), which stays finite for a turn
+on the spot.
+
+It is seen as a wheelbase that differs between arcs and turns on the spot.
+
+It is confused with the wheelbase where all turns are alike.
+
+The source is a law of first order in the curvature.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from omnimate.effects.block import truck_number
+from omnimate.effects.effect import TRUCK, Effect, Parameter
+
+if TYPE_CHECKING:
+    from omnimate.effects.block import Block
+    from omnimate.effects.effect import Stage
+
+
+@dataclass(frozen=True, slots=True)
+class TurnScrub(Effect):
+    """The effective wheelbase is b (1 + slope |curvature|).
+
+    Attributes:
+        slope: Relative growth of the wheelbase per curvature [m].
+    """
+
+    slope: float = 0.0
+
+    name: ClassVar[str] = "turn_scrub"
+    stage: ClassVar[Stage] = "body"
+    components: ClassVar[tuple[str, ...]] = TRUCK
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("slope", "m", null=0.0, scale=0.005, low=-1.0, high=1.0),
+    )
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Divide the yaw by what the curvature does to the wheelbase."""
+        truck = truck_number(self.component)
+        twist = block.twist[:, truck].copy()
+        across = 0.5 * block.wheelbase[truck] * twist[:, 2]
+        way = np.sqrt(twist[:, 0] ** 2 + across**2)
+        curvature = np.abs(twist[:, 2]) / np.maximum(way, 1e-12)
+        twist[:, 2] /= 1.0 + self.slope * curvature
+        return block.with_twist(truck, twist), state

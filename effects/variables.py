@@ -1,0 +1,178 @@
+"""The variables on which a law may depend: what a robot does at each step, in SI units.
+
+They are the nominal robot's: speeds are those that the wheels' turns tell, and joints and link are as the
+linkage is read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from omnimate.effects.block import LINKAGE, truck_number, wheels_of
+from omnimate.effects.errors import EffectError
+from omnimate.vehicle.parameters import WHEELS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from omnimate.effects.block import Block
+    from omnimate.vehicle.se2 import Array
+
+
+class Begun(NamedTuple):
+    """What a component did before a block.
+
+    Attributes:
+        start: Time at the start of the drive [s].
+        way: Way rolled since then, forward and back [m].
+    """
+
+    start: float
+    way: float
+
+
+class Motion:
+    """What one component does in the steps of a block.
+
+    Attributes:
+        block: Steps of the robot.
+        component: A wheel, a truck, a joint or the link.
+        begun: What the component did before.
+        truck: Column of the component's truck; that of joint_a and the link is truck a.
+    """
+
+    def __init__(self, block: Block, component: str, begun: Begun | None = None) -> None:
+        self.block, self.component = block, component
+        self.begun = begun or Begun(float(block.time[0] - block.period[0]), 0.0)
+        self.truck = int(component == "joint_b") if component in LINKAGE else truck_number(component[0])
+
+    def values(self, names: Iterable[str]) -> dict[str, Array]:
+        """Return variables by name, each of shape `(K,)`.
+
+        Raises:
+            EffectError: There is no such variable, or this robot or component does not have it.
+        """
+        there = known(self.component, trucks=self.block.speed.shape[1] // 2)
+        for name in names:
+            if name not in there:
+                raise EffectError(
+                    f"variable {name!r} of {self.component}; expected one of {', '.join(there)}"
+                )
+        return {name: there[name].of(self) for name in names}
+
+    def after(self) -> Begun:
+        """Return what the component did up to the end of the block."""
+        return self.begun._replace(way=float(self.way[-1]))
+
+    @property
+    def rolling(self) -> Array:
+        """Speed of the component's truck [m/s]."""
+        return self.speeds[:, self.truck]
+
+    @property
+    def turning(self) -> Array:
+        """Turn rate of the component's truck [rad/s]."""
+        return self.turn_rates[:, self.truck]
+
+    @property
+    def speeds(self) -> Array:
+        """Speeds of the trucks [m/s], shape `(K, T)`."""
+        return np.asarray(0.5 * (self.block.speed[:, 0::2] + self.block.speed[:, 1::2]))
+
+    @property
+    def turn_rates(self) -> Array:
+        """Turn rates of the trucks [rad/s], shape `(K, T)`."""
+        return np.asarray((self.block.speed[:, 1::2] - self.block.speed[:, 0::2]) / self.block.wheelbase)
+
+    @property
+    def joint_rates(self) -> Array:
+        """Rates of joint_a and joint_b as the trucks move them [rad/s], shape `(K, 2)`."""
+        across = self.speeds * np.sin(self.block.reading[:, :2])
+        around = (across[:, 0] - across[:, 1]) / self.block.reading[:, 2]  # of the line between the trucks
+        return np.asarray(self.turn_rates - around[:, None])
+
+    @property
+    def link_rate(self) -> Array:
+        """Rate of the link's length as the trucks move it [m/s]."""
+        along = self.speeds * np.cos(self.block.reading[:, :2])
+        return np.asarray(along[:, 0] - along[:, 1])
+
+    @property
+    def way(self) -> Array:
+        """Way rolled since the start, forward and back [m]."""
+        return np.asarray(self.begun.way + np.cumsum(np.abs(self.mean(self.block.speed)) * self.block.period))
+
+    def mean(self, signal: Array) -> Array:
+        """Return a signal `(K, W)` of the component's wheel, or the mean of its truck's wheels."""
+        wheels = wheels_of(self.component) or (2 * self.truck, 2 * self.truck + 1)
+        return np.asarray(signal[:, wheels].mean(axis=1))
+
+    def angle(self, wheel: int) -> Array:
+        """Return the angle of a wheel in the middle of each step [rad]."""
+        return np.asarray(self.block.angle[:, wheel] - 0.5 * self.block.turned[:, wheel])
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable on which a law may depend.
+
+    Attributes:
+        unit: SI unit; "rad" for an angle.
+        about: What it is.
+        of: Function from a component's motion to the variable, shape `(K,)`.
+    """
+
+    unit: str
+    about: str
+    of: Callable[[Motion], Array]
+
+
+OWN_ANGLE = "wheel_angle"
+
+
+def _wheel(number: int) -> Variable:
+    return Variable(
+        "rad", f"angle of {WHEELS[number]} from its raw counter's zero", lambda own: own.angle(number)
+    )
+
+
+VARIABLES: dict[str, Variable] = {
+    "speed": Variable("m/s", "rolling speed of the wheel or truck", lambda own: own.mean(own.block.speed)),
+    "acceleration": Variable("m/s^2", "rate of change of it", lambda own: own.mean(own.block.acceleration)),
+    "turn_rate": Variable("rad/s", "turn rate of the truck, to the left", lambda own: own.turning),
+    "load": Variable("m/s^2", "centripetal acceleration of the truck: its speed times its turn rate, "
+        "in proportion to the load that moves to the outer wheel", lambda own: own.rolling * own.turning),
+    "way": Variable("m", "way rolled since the start, forward and back", lambda own: own.way),
+    "time": Variable("s", "time since the start", lambda own: own.block.time - own.begun.start),
+    "heading": Variable("rad", "heading of the truck", lambda own: own.block.heading[:, own.truck]),
+    "x": Variable("m", "position of the truck in the world", lambda own: own.block.place[:, own.truck, 0]),
+    "y": Variable("m", "position of the truck in the world", lambda own: own.block.place[:, own.truck, 1]),
+    OWN_ANGLE: Variable("rad", "of a wheel alone: its angle from its raw counter's zero",
+        lambda own: own.angle(wheels_of(own.component)[0])),
+    **{f"wheel_angle_{wheel.replace('.', '_')}": _wheel(number) for number, wheel in enumerate(WHEELS)},
+    "joint_a": Variable("rad", "angle of the joint on truck a, as read", lambda own: own.block.reading[:, 0]),
+    "joint_b": Variable("rad", "angle of the joint on truck b, as read", lambda own: own.block.reading[:, 1]),
+    "link": Variable("m", "length of the link, as read", lambda own: own.block.reading[:, 2]),
+    "joint_a_rate": Variable("rad/s", "rate of joint_a, as the trucks move it",
+        lambda own: own.joint_rates[:, 0]),
+    "joint_b_rate": Variable("rad/s", "rate of joint_b, as the trucks move it",
+        lambda own: own.joint_rates[:, 1]),
+    "link_rate": Variable("m/s", "rate of the link's length, as the trucks move it",
+        lambda own: own.link_rate),
+}  # fmt: skip
+
+
+def known(component: str, trucks: int = 2) -> dict[str, Variable]:
+    """Return the variables that a component has, by name, in a robot with one truck or two."""
+    absent = set() if "." in component else {OWN_ANGLE}
+    if trucks == 1:
+        absent |= {
+            *LINKAGE,
+            *(f"{channel}_rate" for channel in LINKAGE),
+            "wheel_angle_b_left",
+            "wheel_angle_b_right",
+        }
+    return {name: variable for name, variable in VARIABLES.items() if name not in absent}

@@ -1,0 +1,112 @@
+"""A recording with what other tools show of it: odometry, IPEC, measured poses, and what happened."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.files.logs.bus_events import BusEvent, BusEvents
+from omnimate.files.logs.frames import ERROR
+from omnimate.ipec.corrector import correct
+from omnimate.ipec.errors import IpecError
+from omnimate.vehicle.trajectories import trajectories
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from omnimate.files.logs.frames import Frames
+    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.recording import Poses, Recording
+    from omnimate.vehicle.se2 import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """The poses of one truck by one method.
+
+    Attributes:
+        method: `odometry` or `ipec`.
+        truck: The truck.
+        time: Time of each pose [s], shape `(N,)`.
+        pose: x, y, theta [m, m, rad], shape `(N, 3)`; nan where it is not known yet.
+    """
+
+    method: str
+    truck: TruckName
+    time: Array
+    pose: Array
+
+    @property
+    def name(self) -> str:
+        """Name such as `odometry_a`."""
+        return f"{self.method}_{self.truck}"
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A recording, and what follows from it.
+
+    Attributes:
+        recording: The recording.
+        paths: The poses of each truck by odometry, and by IPEC where there is a linkage that can be read.
+        events: Gaps, laps, and what the frames say, in order of time.
+        notes: What is missing, and why.
+    """
+
+    recording: Recording
+    paths: tuple[Path, ...]
+    events: tuple[BusEvent, ...]
+    notes: tuple[str, ...]
+
+    def measured(self, truck: TruckName) -> Poses | None:
+        """Return the absolute poses of a truck; None where there are none."""
+        poses = self.recording.poses
+        return None if poses is None or truck not in poses.body else poses.of(truck)
+
+
+def drive_of(recording: Recording, frames: Frames) -> Drive:
+    """Return a recording with its odometry, from the first whole absolute pose where there is one.
+
+    Args:
+        recording: The recording.
+        frames: The frames that it was made of.
+
+    Raises:
+        RecordingError: The two wheels of a truck are never present together.
+    """
+    plain = trajectories(recording)
+    paths = [Path("odometry", path.truck, path.time, path.pose) for path in plain]
+    notes = []
+    if recording.vehicle.linkage is not None:
+        try:
+            ipec = correct(recording, plain[0].pose[0])
+        except IpecError as error:
+            notes.append(f"without IPEC: {error}")
+        else:
+            paths += [Path("ipec", "a", ipec.time, ipec.pose_a), Path("ipec", "b", ipec.time, ipec.pose_b)]
+    events = [*_events_of_recording(recording), *_events_of_frames(frames)]
+    events.sort(key=lambda event: event.time)
+    return Drive(recording, tuple(paths), tuple(events), tuple(notes))
+
+
+def _events_of_recording(recording: Recording) -> Iterator[BusEvent]:
+    for gap in recording.gaps:
+        node = recording.vehicle.encoder(gap.channel).node
+        what = f"gap of {gap.channel} until {gap.end - gap.start:.3f} s later ({gap.reason})"
+        yield BusEvent(gap.start, node, what, is_problem=True)
+    for number, lap in enumerate(recording.run.laps if recording.run else (), start=1):
+        yield BusEvent(lap.start, None, f"lap {number} begins ({lap.direction})")
+        yield BusEvent(lap.end, None, f"lap {number} ends")
+
+
+def _events_of_frames(frames: Frames) -> Iterator[BusEvent]:
+    """Yield what the frames say that are no process data."""
+    function = frames.can_id & 0x780
+    may_say = (frames.flags & ERROR > 0) | np.isin(function, (0x000, 0x080, 0x580, 0x600, 0x700))
+    events = BusEvents()
+    for frame in frames.select(np.flatnonzero(may_say)):
+        event = events.take(frame)
+        if event is not None:
+            yield event

@@ -1,0 +1,175 @@
+"""Which suffix is which format, and what of a drive or a log it takes."""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from omnimate.files.exporters.errors import ExportError
+from omnimate.files.exporters.messages import Messages
+from omnimate.files.exporters.parquet import frame_table, write_parquet
+from omnimate.files.exporters.sinks import bag_sink, mcap_sink
+from omnimate.files.exporters.tum import write_tum
+from omnimate.files.logs.bus_events import BusEvents
+from omnimate.files.logs.writing import SUFFIXES as LOG_SUFFIXES
+from omnimate.files.logs.writing import log_suffix, open_writer, written_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+    from pathlib import Path
+
+    from omnimate.files.exporters.drive import Drive
+    from omnimate.files.exporters.messages import Message
+    from omnimate.files.exporters.sinks import Sink
+    from omnimate.files.logs.frames import Frame
+    from omnimate.files.logs.streaming import LogStream
+
+MCAP, PARQUET, TUM, BAG = ".mcap", ".parquet", ".tum", ""
+DRIVE_SUFFIXES = (MCAP, PARQUET, TUM, BAG)  # of formats that hold a drive
+_EVERY = 2000  # frames or messages between two reports of progress
+
+
+@dataclass(slots=True)
+class Exported:
+    """What was written.
+
+    Attributes:
+        files: The files, or the folder of a bag.
+        frames: Number of frames written.
+        left_out: Frames that the format cannot hold, by the reason.
+    """
+
+    files: tuple[Path, ...] = ()
+    frames: int = 0
+    left_out: Counter[str] = field(default_factory=Counter)
+
+
+def suffix_of(target: Path) -> str:
+    """Return the suffix that says the format of a file or folder to be written.
+
+    Raises:
+        ExportError: No format has this suffix.
+    """
+    suffix = log_suffix(target) or target.suffix.lower()
+    if suffix not in {*LOG_SUFFIXES, *DRIVE_SUFFIXES}:
+        known = ", ".join(sorted({*LOG_SUFFIXES, MCAP, PARQUET, TUM}))
+        raise ExportError(target, f"no format {suffix}; expected {known}, or no suffix for a ROS 2 bag")
+    return suffix
+
+
+def export_frames(log: LogStream, target: Path, watch: Callable[[int, int], None]) -> Exported:
+    """Write a log frame by frame; MCAP files and bags also get the events in it.
+
+    Args:
+        log: The log, which is read once.
+        target: File or folder to write; its suffix says the format.
+        watch: Function that is called with the bytes that were read and their total, for progress.
+
+    Raises:
+        ExportError: The format holds no frames, or what it needs is missing.
+        LogError: The log cannot be read, or the file cannot be written.
+    """
+    suffix = suffix_of(target)
+    if suffix == TUM:
+        problem = "TUM holds trajectories; give --vehicle, or a recording folder, so that there is one"
+        raise ExportError(target, problem)
+    frames = _watched(log, watch)
+    if suffix in {MCAP, BAG}:
+        return _export_messages(target, suffix, lambda make: _messages_of(frames, make))
+    done = Exported((target,))
+    with written_whole(target) as partial, ExitStack() as stack:
+        if suffix == PARQUET:
+            take = stack.enter_context(frame_table(partial))
+            for frame in frames:
+                take(frame)
+            done.frames = log.frames
+        else:
+            writer = open_writer(partial, suffix)
+            stack.callback(writer.close)
+            for frame in frames:
+                done.left_out[writer.write_frame(frame) or ""] += 1
+            done.frames = done.left_out.pop("", 0)
+    return done
+
+
+def export_drive(
+    drive: Drive, target: Path, watch: Callable[[int, int], None], log: LogStream | None = None
+) -> Exported:
+    """Write a drive: samples, odometry, IPEC, measured poses and events, as far as the format holds them.
+
+    Args:
+        drive: The drive.
+        target: File or folder to write; its suffix says the format.
+        watch: Function that is called with how much was written and of how much, for progress.
+        log: The log whose frames are written beside it; None for none.
+
+    Raises:
+        ExportError: The format holds no drive, or what it needs is missing.
+        LogError: The log cannot be read, or the file cannot be written.
+    """
+    suffix = suffix_of(target)
+    if suffix in {MCAP, BAG}:
+        frames = () if log is None else log
+        first, last = (1e9 * float(drive.recording.time[place]) for place in (0, -1))
+
+        def merged(make: Messages) -> Iterator[Message]:
+            sources = (make.of_drive(drive), map(make.of_frame, frames))
+            for number, message in enumerate(heapq.merge(*sources, key=lambda message: message.stamp)):
+                if number % _EVERY == 0:
+                    watch(int(message.stamp - first), int(last - first))
+                yield message
+
+        return _export_messages(target, suffix, merged)
+    if suffix == PARQUET:
+        done = Exported(write_parquet(drive, target))
+        if log is not None:
+            beside = export_frames(log, target.with_name(f"{target.stem}-frames{PARQUET}"), watch)
+            done = Exported((*done.files, *beside.files), beside.frames)
+        return done
+    if suffix == TUM and log is None:
+        return Exported(write_tum(drive, target))
+    problem = (
+        f"{suffix} holds no frames; leave --frames out" if suffix == TUM else f"{suffix} holds frames only"
+    )
+    raise ExportError(target, problem)
+
+
+def _watched(log: LogStream, watch: Callable[[int, int], None]) -> Iterator[Frame]:
+    for number, frame in enumerate(log):
+        if number % _EVERY == 0:
+            watch(log.position, log.size)
+        yield frame
+
+
+def _messages_of(frames: Iterable[Frame], make: Messages) -> Iterator[Message]:
+    events = BusEvents()
+    for frame in frames:
+        yield make.of_frame(frame)
+        event = events.take(frame)
+        if event is not None:
+            yield make.of_event(event)
+
+
+def _export_messages(
+    target: Path, suffix: str, messages: Callable[[Messages], Iterator[Message]]
+) -> Exported:
+    make = Messages(target)
+    done = Exported((target,))
+    with _sink(target, suffix, make) as sink:
+        for message in messages(make):
+            sink.write(message)
+            done.frames += message.topic.startswith("/can")
+    return done
+
+
+@contextmanager
+def _sink(target: Path, suffix: str, make: Messages) -> Iterator[Sink]:
+    if suffix == BAG:
+        with bag_sink(target, make.typestore) as sink:
+            yield sink
+    else:
+        with written_whole(target) as partial, mcap_sink(partial, make.typestore) as sink:
+            yield sink

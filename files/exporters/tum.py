@@ -1,0 +1,52 @@
+"""Trajectories as the TUM RGB-D benchmark writes them, which evo reads: `time x y z qx qy qz qw` per line."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
+from omnimate.vehicle.atomic import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path as FilePath
+
+    from omnimate.files.exporters.drive import Drive
+    from omnimate.vehicle.se2 import Array
+
+
+def write_tum(drive: Drive, target: FilePath) -> tuple[FilePath, ...]:
+    """Write each trajectory of a drive into a file of its own, and return their names.
+
+    `drive.tum` gives `drive-odometry_a.tum`, with `ipec` where there is a linkage, and `measured` where there
+    are whole absolute poses.
+    """
+    written = []
+    for name, time, pose in _trajectories(drive):
+        path = target.with_name(f"{target.stem}-{name}{target.suffix}")
+        write_text(path, tum_text(time, pose))
+        written.append(path)
+    return tuple(written)
+
+
+def tum_text(time: Array, pose: Array) -> str:
+    """Return times `(N,)` [s] and poses x, y, theta `(N, 3)` [m, m, rad] as lines, without those with nan."""
+    known = np.isfinite(pose).all(axis=1)
+    lines = []
+    for at, (x, y, theta) in zip(time[known].tolist(), pose[known].tolist(), strict=True):
+        whole, rest = divmod(nanoseconds(at), NANOSECOND)
+        half = 0.5 * theta
+        lines.append(f"{whole}.{rest:09d} {x!r} {y!r} 0 0 0 {math.sin(half)!r} {math.cos(half)!r}\n")
+    return "".join(lines)
+
+
+def _trajectories(drive: Drive) -> Iterator[tuple[str, Array, Array]]:
+    for path in drive.paths:
+        yield path.name, path.time, path.pose
+    for truck in drive.recording.vehicle.trucks:
+        measured = drive.measured(truck)
+        if measured is not None and np.isfinite(measured.pose).all(axis=1).any():
+            yield f"measured_{truck}", measured.time, measured.pose

@@ -1,0 +1,71 @@
+"""A recording folder from a bus log of any format and a description of the robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from omnimate.files.importers.errors import SourceError
+from omnimate.files.logs.frames import FD
+from omnimate.files.logs.writing import open_writer, written_whole
+from omnimate.files.recordings.folder import LOG, VEHICLE
+from omnimate.vehicle.file import save_vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from omnimate.files.logs.streaming import LogStream
+    from omnimate.vehicle.parameters import VehicleParameters
+
+_EVERY = 2000  # frames between two reports of progress
+
+
+class ImportedLog(NamedTuple):
+    """What was written.
+
+    Attributes:
+        frames: Number of frames in the recording's log.
+        fd_frames: Number of CAN FD frames, which a recording does not hold.
+    """
+
+    frames: int
+    fd_frames: int
+
+
+def import_log(
+    log: LogStream, vehicle: VehicleParameters, folder: Path, watch: Callable[[int, int], None]
+) -> ImportedLog:
+    """Write `vehicle.toml` and `can.log`, frame by frame, so that memory does not grow with the log.
+
+    Args:
+        log: The log, which is read once.
+        vehicle: The robot whose bus it is.
+        folder: Folder to write; it holds no recording yet.
+        watch: Function that is called with the bytes that were read and their total, for progress.
+
+    Raises:
+        SourceError: The folder holds a recording.
+        LogError: The log cannot be read, or `can.log` cannot be written.
+    """
+    taken = [name for name in (LOG, f"{LOG}.gz") if (folder / name).exists()]
+    if taken:
+        raise SourceError(folder, f"it holds a recording ({taken[0]}); choose another folder")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        save_vehicle(vehicle, folder / VEHICLE)
+    except OSError as error:
+        raise SourceError(folder, f"cannot be written: {error.strerror or error}") from error
+    fd_frames = 0
+    with written_whole(folder / LOG) as partial:
+        writer = open_writer(partial, ".log")
+        try:
+            for number, frame in enumerate(log):
+                if number % _EVERY == 0:
+                    watch(log.position, log.size)
+                if frame.flags & FD:
+                    fd_frames += 1
+                else:
+                    writer.write_frame(frame)
+        finally:
+            writer.close()
+    return ImportedLog(log.frames - fd_frames, fd_frames)

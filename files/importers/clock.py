@@ -1,0 +1,156 @@
+"""A recording from series that each have their own clock: on a common SYNC clock, as from a bus.
+
+Where all channels have the same times, these are the SYNCs and the counts stay as they are. Otherwise the
+channel with the fewest samples gives the clock, and the others are interpolated to it between their
+neighbours, to whole counts. A pause in the clock is filled with SYNCs that no encoder answered, as on a real
+bus.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from omnimate.files.importers.errors import SourceError
+from omnimate.files.importers.units import counts_of
+from omnimate.files.logs.assemble import assemble
+from omnimate.files.logs.recording_to_frames import frames_of_recording
+from omnimate.vehicle.counters import counter_law, unwrap
+from omnimate.vehicle.parameters import ParameterError
+from omnimate.vehicle.recording import Recording
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from omnimate.files.importers.series import Series
+    from omnimate.vehicle.parameters import Channel, VehicleParameters
+    from omnimate.vehicle.recording import Poses, Run
+    from omnimate.vehicle.se2 import Array
+
+_PAUSE = 3.0  # [periods] time after which a sample counts as missing
+_LONGEST = 3600.0  # [s] longest pause within a drive
+
+
+class _Column(NamedTuple):
+    """The counts of one channel at the SYNCs, and whether each was measured."""
+
+    counts: NDArray[np.int64]
+    present: NDArray[np.bool_]
+
+
+def recording_of(
+    vehicle: VehicleParameters,
+    series: Mapping[Channel, Series],
+    source: str,
+    poses: Poses | None = None,
+    run: Run | None = None,
+    commands: Array | None = None,
+) -> Recording:
+    """Return a recording made of series, equal to that read back from the folder that it is written to.
+
+    Args:
+        vehicle: The robot; its `sync_period` is replaced by the median one of the data.
+        series: A series for each channel of the robot.
+        source: File or folder that the data come from, for messages.
+        poses: Absolute poses on the same clock.
+        run: The protocol and the laps that were driven.
+        commands: Commanded wheel speeds [rad/s] on the channels' common clock, shape `(N, W)`, or None.
+
+    Raises:
+        SourceError: A channel is missing, the clocks do not overlap, or a series does not fit its channel.
+    """
+    for channel in vehicle.channels:
+        if channel not in series:
+            raise SourceError(
+                source, f"nothing gives channel {channel}; the robot has it in its vehicle.toml"
+            )
+    clock = _clock([series[channel] for channel in vehicle.channels], source)
+    vehicle = _with_period(vehicle, clock, source)
+    columns = [_column(series[channel], vehicle, channel, clock) for channel in vehicle.channels]
+    time, kept = _filled(clock, vehicle.bus.sync_period, source)
+    counts = np.zeros((len(time), len(columns)), np.int64)
+    present = np.zeros(counts.shape, np.bool_)
+    for number, column in enumerate(columns):
+        counts[kept, number], present[kept, number] = column.counts, column.present
+    _check_poses(poses, time, source)
+    spread = None if commands is None else _spread(commands, kept, len(time))
+    raw = Recording(vehicle, time, counts, present, commands=spread, source=source)
+    shown = assemble(frames_of_recording(raw), vehicle, source).recording
+    return replace(shown, poses=poses, run=run)
+
+
+def _clock(series: list[Series], source: str) -> Array:
+    """Return the times `(N,)` of the SYNCs [s]."""
+    first = series[0].time
+    if all(np.array_equal(other.time, first) for other in series):
+        return np.array(first, np.float64)
+    start, end = max(each.time[0] for each in series), min(each.time[-1] for each in series)
+    slowest: Array = min(series, key=lambda each: len(each.time)).time
+    clock: Array = slowest[(slowest >= start) & (slowest <= end)]
+    if len(clock) < 2:
+        spans = "; ".join(f"{each.source}: {each.time[0]:.3f} to {each.time[-1]:.3f} s" for each in series)
+        raise SourceError(source, f"the channels have no time in common ({spans}); expected one clock")
+    return clock
+
+
+def _with_period(vehicle: VehicleParameters, clock: Array, source: str) -> VehicleParameters:
+    if len(clock) < 2:
+        raise SourceError(source, f"{len(clock)} sample; a drive has two or more")
+    period = round(float(np.median(np.diff(clock))), 6)
+    try:
+        return replace(vehicle, bus=replace(vehicle.bus, sync_period=period))
+    except ParameterError as error:
+        raise SourceError(source, f"time between samples: {error.problem}; check the unit of time") from error
+
+
+def _column(series: Series, vehicle: VehicleParameters, channel: Channel, clock: Array) -> _Column:
+    encoder = vehicle.encoder(channel)
+    counts, known = counts_of(series, vehicle, encoder), np.isfinite(series.value)
+    if np.array_equal(series.time, clock):
+        return _Column(counts, known)
+    time, period = series.time[known], float(np.median(np.diff(series.time)))
+    slow = replace(vehicle, bus=replace(vehicle.bus, sync_period=max(period, vehicle.bus.sync_period)))
+    continuous = unwrap(counts[known], counter_law(encoder, slow)).counts
+    after = np.clip(np.searchsorted(time, clock), 1, max(1, len(time) - 1)) if len(time) > 1 else None
+    if after is None:
+        raise SourceError(series.source, "one value; a drive has two or more")
+    near = time[after] - time[after - 1] <= _PAUSE * slow.bus.sync_period
+    inside = (clock >= time[0]) & (clock <= time[-1])
+    middle = np.rint(np.interp(clock, time, continuous - continuous[0])).astype(np.int64) + continuous[0]
+    return _Column(middle, near & inside)
+
+
+def _filled(clock: Array, period: float, source: str) -> tuple[Array, NDArray[np.intp]]:
+    """Return the clock with SYNCs added in its pauses, and the index of each original time in it."""
+    steps = np.diff(clock)
+    longest = int(np.argmax(steps))
+    if steps[longest] > _LONGEST:
+        raise SourceError(
+            source,
+            f"nothing from {clock[longest]:.3f} s to {clock[longest + 1]:.3f} s; expected one drive on one "
+            "clock: cut it in two",
+        )
+    more = np.where(steps > _PAUSE * period, np.rint(steps / period).astype(np.int64) - 1, 0)
+    kept = np.concatenate(([0], np.cumsum(more + 1)))
+    return np.interp(np.arange(kept[-1] + 1), kept, clock), kept
+
+
+def _spread(commands: Array, kept: NDArray[np.intp], count: int) -> Array:
+    """Return commands `(N, W)` on the filled clock; each holds until the next."""
+    return commands[np.searchsorted(kept, np.arange(count), side="right") - 1]
+
+
+def _check_poses(poses: Poses | None, time: Array, source: str) -> None:
+    """Refuse poses of another clock."""
+    if poses is None or np.any((poses.time >= time[0]) & (poses.time <= time[-1])):
+        return
+    seen = f"{poses.time[0]:.3f} to {poses.time[-1]:.3f} s" if len(poses.time) else "nowhere"
+    raise SourceError(
+        source,
+        f"the poses lie at {seen}, the counts at {time[0]:.3f} to {time[-1]:.3f} s; expected one clock: "
+        "a time offset or another unit of time may put it right",
+    )

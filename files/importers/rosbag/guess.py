@@ -1,0 +1,82 @@
+"""A guess of the plan of a bag by names and types of its topics, to be confirmed by the user."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from omnimate.files.importers.rosbag.plan import ChannelSource, Plan, PoseSource
+from omnimate.files.importers.rosbag.values import JOINTS, POSES
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.files.importers.rosbag.reader import Topic
+    from omnimate.vehicle.parameters import Channel, TruckName
+
+_TICKS = tuple(f"std_msgs/{sign}Int{bits}" for sign in ("", "U") for bits in (16, 32, 64))
+_WHEEL = re.compile(r"wheel|tick|encoder|enc|drive|motor")
+_COMMANDED = re.compile(r"(^|_)(commands?|cmd|targets?|setpoints?)(_|$)")
+_SIDES: dict[Channel, re.Pattern[str]] = {
+    "a.left": re.compile(r"(^|_)(left|l)(_|$)"),
+    "a.right": re.compile(r"(^|_)(right|r)(_|$)"),
+}
+_WHEELS = tuple(_SIDES)
+_MEASURED = re.compile(r"truth|mocap|motion_?capture|vicon|optitrack|qualisys|gt(_|$)|total_?station|vrpn")
+
+
+def guess(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -> Plan:
+    """Return the plan that names and types suggest; ambiguous channels and poses are left out.
+
+    Args:
+        topics: Topics of the bag.
+        channels: Channels of the robot; by default those of a single differential drive.
+    """
+    candidates = [
+        ChannelSource(topic.name, part if topic.kind == JOINTS else "")
+        for topic in topics
+        if (topic.kind == JOINTS or topic.kind in _TICKS) and not _COMMANDED.search(_plain(topic.name))
+        for part in (topic.parts if topic.kind == JOINTS else ("",))
+    ]
+    single = len(channels) == len(_WHEELS)
+    sources = {channel: _only(channel, candidates, single) for channel in channels}
+    return Plan(
+        {channel: source for channel, source in sources.items() if source is not None}, _poses(topics)
+    )
+
+
+def _only(channel: Channel, candidates: Sequence[ChannelSource], single: bool) -> ChannelSource | None:
+    """Return the only candidate that is named like a channel; None where none or several are."""
+    names = {source: _plain(source.part or source.topic) for source in candidates}
+    named = [source for source in candidates if _plain(channel) in names[source]]
+    if not named and single:
+        named = [source for source in candidates if _SIDES[channel].search(names[source])]
+        named = [source for source in named if _WHEEL.search(names[source])] or named
+    return named[0] if len(named) == 1 else None
+
+
+def _plain(name: str) -> str:
+    """Return a name in lower case with underscores between its words."""
+    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name)
+    return re.sub(r"[^a-z0-9]+", "_", spaced.lower())
+
+
+def _poses(topics: Sequence[Topic]) -> dict[TruckName, PoseSource]:
+    """Return the poses of truck a, preferably a topic named like a measurement, never odometry."""
+    able = [topic for topic in topics if topic.kind in POSES and topic.count and not topic.parts]
+    measured = [topic for topic in able if _MEASURED.search(_plain(topic.name))]
+    other = [topic for topic in able if topic.kind != "nav_msgs/Odometry"]
+    best = measured if len(measured) == 1 else other
+    return {"a": PoseSource(best[0].name)} if len(best) == 1 else {}
+
+
+def as_toml(plan: Plan) -> str:
+    """Return a plan as the text of an equivalent mapping file."""
+    lines = []
+    for channel, source in plan.channels.items():
+        lines += [f'[channel."{channel}"]', f'topic = "{source.topic}"']
+        lines += [f'joint = "{source.part}"'] if source.part else []
+        lines += [f'unit = "{source.unit}"'] if source.unit else []
+    for truck, place in plan.poses.items():
+        lines += [f"[poses.{truck}]", f'topic = "{place.topic}"']
+    return "\n".join(lines)

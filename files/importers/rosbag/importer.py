@@ -1,0 +1,149 @@
+"""A recording from a ROS bag and a plan that says which topic holds which quantity.
+
+Times are the stamps of the headers. Where a topic has none, or a stamp is zero, they are the times at which
+the bag received the messages: these are delayed by the network, and the recording's notes say so.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from omnimate.files.importers.clock import recording_of
+from omnimate.files.importers.errors import SourceError
+from omnimate.files.importers.poses import joined, poses_of
+from omnimate.files.importers.rosbag.reader import messages_of
+from omnimate.files.importers.rosbag.values import JOINTS, StampedValue, channel_value, pose_value
+from omnimate.files.importers.series import Series, check_times
+from omnimate.vehicle.recording import Lap, Run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from omnimate.files.importers.rosbag.plan import Plan
+    from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
+    from omnimate.vehicle.recording import Poses, Recording
+    from omnimate.vehicle.se2 import Array
+
+
+class Imported(NamedTuple):
+    """A recording, and notes for the user on how it was made."""
+
+    recording: Recording
+    notes: tuple[str, ...]
+
+
+class _Taken(NamedTuple):
+    """The values of one channel or truck in the bag.
+
+    Attributes:
+        bag: Times at which the bag received the messages [ns].
+        values: Values with their stamps.
+        kinds: Types of the messages.
+    """
+
+    bag: list[int]
+    values: list[StampedValue]
+    kinds: set[str]
+
+
+def read_bag(
+    path: Path | str,
+    plan: Plan,
+    vehicle: VehicleParameters,
+    watch: Callable[[int, int], None] | None = None,
+) -> Imported:
+    """Return the recording that a bag holds.
+
+    Args:
+        path: A ROS 1 bag, a ROS 2 bag or an MCAP file.
+        plan: The plan that says which topic holds which quantity.
+        vehicle: The robot.
+        watch: Function that is called with the number of messages read and their total, for progress.
+
+    Raises:
+        SourceError: The bag cannot be read, or does not hold the topics of the plan.
+    """
+    for channel in vehicle.channels:
+        if channel not in plan.channels:
+            raise SourceError(path, f"nothing says which topic channel {channel} is; --list shows the topics")
+    for truck in plan.poses:
+        if truck not in vehicle.trucks:
+            raise SourceError(path, f"poses of truck {truck}, but {vehicle.name} has no such truck")
+    channels, poses = _taken(path, plan, watch)
+    notes: list[str] = []
+    series = {channel: _series(path, plan, channel, channels[channel], notes) for channel in vehicle.channels}
+    placed = joined(_poses(path, plan, truck, poses[truck], notes) for truck in plan.poses)
+    first, last = (
+        max(each.time[0] for each in series.values()),
+        min(each.time[-1] for each in series.values()),
+    )
+    run = Run("free", None, (Lap("none", float(first), float(last)),)) if last > first else None
+    return Imported(recording_of(vehicle, series, str(path), placed, run), tuple(dict.fromkeys(notes)))
+
+
+def _taken(
+    path: Path | str, plan: Plan, watch: Callable[[int, int], None] | None
+) -> tuple[dict[Channel, _Taken], dict[TruckName, _Taken]]:
+    """Return the values of all channels and trucks, from a single pass through the bag."""
+    channels: dict[Channel, _Taken] = defaultdict(lambda: _Taken([], [], set()))
+    poses: dict[TruckName, _Taken] = defaultdict(lambda: _Taken([], [], set()))
+    topics = {source.topic for source in plan.channels.values()}
+    topics |= {place.topic for place in plan.poses.values()}
+    for message in messages_of(path, sorted(topics), watch):
+        for channel, source in plan.channels.items():
+            if source.topic == message.topic:
+                _take(channels[channel], message.time, message.kind, channel_value(message, source))
+        for truck, place in plan.poses.items():
+            if place.topic == message.topic:
+                _take(poses[truck], message.time, message.kind, pose_value(message, place))
+    return channels, poses
+
+
+def _take(taken: _Taken, time: int, kind: str, value: StampedValue | None) -> None:
+    if value is not None:
+        taken.bag.append(time)
+        taken.values.append(value)
+        taken.kinds.add(kind)
+
+
+def _series(path: Path | str, plan: Plan, channel: Channel, taken: _Taken, notes: list[str]) -> Series:
+    source = plan.channels[channel]
+    name = f"{path}, topic {source.topic}{f', {source.part}' if source.part else ''}"
+    if not taken.values:
+        raise SourceError(name, "no message of that joint; --list shows the joints of every topic")
+    natural = ("m" if channel == "link" else "rad") if JOINTS in taken.kinds else "counts"
+    time, values = _columns(name, source.topic, plan, taken, notes)
+    return Series(time, values[:, 0], source.unit or natural, name)
+
+
+def _poses(path: Path | str, plan: Plan, truck: TruckName, taken: _Taken, notes: list[str]) -> Poses:
+    source = plan.poses[truck]
+    name = f"{path}, topic {source.topic}"
+    if not taken.values:
+        raise SourceError(name, f"no transform of frame {source.frame!r}; --list shows the frames")
+    if "nav_msgs/Odometry" in taken.kinds:
+        notes.append(
+            f"{source.topic} is nav_msgs/Odometry: where the robot makes it of its own wheels, "
+            "it is no absolute pose"
+        )
+    time, values = _columns(name, source.topic, plan, taken, notes)
+    return poses_of(truck, time + source.offset, values[:, :3], values[:, 3:])
+
+
+def _columns(name: str, topic: str, plan: Plan, taken: _Taken, notes: list[str]) -> tuple[Array, Array]:
+    """Return times `(K,)` [s] and values `(K, ...)`; of messages with equal stamps the first is used."""
+    stamps = np.array([value.stamp for value in taken.values], np.int64)
+    if plan.stamps == "bag" or not stamps.all():
+        if plan.stamps != "bag":
+            notes.append(f"{topic} has no stamps; its times are those at which the bag got the messages")
+        stamps = np.array(taken.bag, np.int64)
+    fresh = np.concatenate(([True], np.diff(stamps) != 0))
+    if not fresh.all():
+        notes.append(f"{topic}: {int((~fresh).sum())} message(s) with the stamp of the one before left out")
+    time = np.asarray(stamps[fresh] * 1e-9, np.float64)
+    check_times(time, lambda row: f"{name}, message {np.flatnonzero(fresh)[row] + 1}")
+    return time, np.array([value.numbers for value in taken.values], np.float64)[fresh]

@@ -1,0 +1,97 @@
+"""What happens on a bus, without knowing the robot: EMCY, restarts, NMT states, SDO aborts, error frames."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from omnimate.files.logs.canopen_words import describe_frame, emcy_in_words, nmt_state_in_words
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
+
+if TYPE_CHECKING:
+    from omnimate.files.logs.frames import Frame
+
+_NMT, _EMCY, _SDO_ANSWER, _SDO_REQUEST, _HEARTBEAT = 0x000, 0x080, 0x580, 0x600, 0x700
+_ABORT = 0x80
+_BOOT_UP, _TOGGLE = 0x00, 0x80
+_OTHERS = EXTENDED | REMOTE | FD
+_SIZES = {_NMT: 2, _EMCY: 8, _SDO_ANSWER: 8, _SDO_REQUEST: 8, _HEARTBEAT: 1}  # bytes, by function code
+
+
+class BusEvent(NamedTuple):
+    """Something that happened on a bus.
+
+    Attributes:
+        time: Time of the frame that says it [s].
+        node: CANopen node id; None where it concerns the bus.
+        what: What happened, in words.
+        is_problem: Whether it is a fault, a restart or a refusal.
+        is_health: Whether it is an EMCY or an NMT state, by which a driver supervises a node.
+    """
+
+    time: float
+    node: int | None
+    what: str
+    is_problem: bool = False
+    is_health: bool = False
+
+
+class NodeSeen(NamedTuple):
+    """What a node has last said of its NMT state.
+
+    Attributes:
+        state: NMT state in its last heartbeat, boot-up or node guarding answer.
+        time: When it said so [s].
+    """
+
+    state: int
+    time: float
+
+
+class BusEvents:
+    """Finds the events in the frames of a bus, by the predefined connections of CiA 301.
+
+    Attributes:
+        nodes: What each node has last said of its NMT state, by interface and node id.
+    """
+
+    def __init__(self) -> None:
+        self.nodes: dict[tuple[str, int], NodeSeen] = {}
+
+    def take(self, frame: Frame) -> BusEvent | None:
+        """Return the event in a frame; None for nearly every frame."""
+        if frame.flags & ERROR:
+            return BusEvent(frame.time, None, "error frame of the adapter", is_problem=True)
+        function, node = frame.can_id & 0x780, frame.can_id & 0x7F
+        if (
+            len(frame.data) != _SIZES.get(function)
+            or frame.flags & _OTHERS
+            or (node == 0) != (function == _NMT)
+        ):
+            return None
+        if function == _HEARTBEAT:
+            return self._heartbeat(frame, node)
+        return _emergency(frame, node) if function == _EMCY else _command_or_abort(frame, node)
+
+    def _heartbeat(self, frame: Frame, node: int) -> BusEvent | None:
+        state = frame.data[0] & ~_TOGGLE
+        before = self.nodes.get((frame.channel, node))
+        self.nodes[frame.channel, node] = NodeSeen(state, frame.time)
+        if frame.data[0] == _BOOT_UP:
+            return BusEvent(frame.time, node, "boot-up", before is not None, is_health=True)
+        if before is None or before.state == state:
+            return None
+        words = f"is {nmt_state_in_words(state)}, was {nmt_state_in_words(before.state)}"
+        return BusEvent(frame.time, node, words, is_health=True)
+
+
+def _command_or_abort(frame: Frame, node: int) -> BusEvent | None:
+    if node and frame.data[0] != _ABORT:
+        return None
+    words = describe_frame(frame.can_id, frame.data) or ""
+    return BusEvent(frame.time, node or frame.data[1] or None, words, is_problem=node > 0)
+
+
+def _emergency(frame: Frame, node: int) -> BusEvent:
+    code = int.from_bytes(frame.data[:2], "little")
+    what = f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {frame.data[2]:02X}h)"
+    return BusEvent(frame.time, node, what, code != 0, is_health=True)

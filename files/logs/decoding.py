@@ -1,0 +1,112 @@
+"""One frame in words: a vehicle's channels with their physical values, CANopen services, or neither."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from omnimate.files.logs.canopen_words import describe_frame
+from omnimate.files.logs.dbc_reading import EXTENDED_KEY
+from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame
+from omnimate.files.logs.pdo_units import drive_conversion, encoder_conversion
+from omnimate.files.logs.signals import Signal
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from omnimate.vehicle.parameters import VehicleParameters
+
+
+def vehicle_signals(vehicle: VehicleParameters) -> dict[int, tuple[Signal, ...]]:
+    """Return the channels and drive targets in a vehicle's PDOs, by COB-ID."""
+    signals: dict[int, tuple[Signal, ...]] = {}
+    for encoder in vehicle.encoders:
+        factor, offset, unit = encoder_conversion(encoder, vehicle)
+        signal = Signal(
+            encoder.channel,
+            encoder.start_bit,
+            encoder.bits,
+            encoder.signed,
+            factor,
+            offset,
+            unit,
+            counts="counts",
+        )
+        signals[encoder.cob_id] = (*signals.get(encoder.cob_id, ()), signal)
+    for drive in vehicle.drives:
+        factor, offset, unit = drive_conversion(drive)
+        signal = Signal(
+            f"target {drive.wheel}",
+            drive.start_bit,
+            32,
+            signed=True,
+            factor=factor,
+            offset=offset,
+            unit=unit,
+            counts="counts",
+        )
+        signals[drive.cob_id] = (*signals.get(drive.cob_id, ()), signal)
+    return signals
+
+
+class FrameDecoder:
+    """Says what frames mean; without a description, what the predefined connection set of CANopen says.
+
+    Attributes:
+        signals: Signals by identifier, to which `EXTENDED_KEY` is added for 29 bits.
+    """
+
+    def __init__(
+        self,
+        vehicle: VehicleParameters | None = None,
+        signals: Mapping[int, Sequence[Signal]] | None = None,
+    ) -> None:
+        """Take the signals that are known of the bus; a vehicle's own count before others.
+
+        Args:
+            vehicle: The robot on the bus; None where it is not known.
+            signals: Signals of a DBC file, an object dictionary or a mapping, by identifier.
+        """
+        self._vehicle = vehicle
+        own = vehicle_signals(vehicle) if vehicle is not None else {}
+        self.signals: dict[int, Sequence[Signal]] = {**(signals or {}), **own}
+        self._nodes: dict[int, list[str]] = {}
+        if vehicle is not None:
+            owners = [(encoder.node, str(encoder.channel)) for encoder in vehicle.encoders]
+            owners += [(drive.node, f"target {drive.wheel}") for drive in vehicle.drives]
+            for node, name in owners:
+                self._nodes.setdefault(node, []).append(name)
+
+    def __call__(self, frame: Frame) -> str:
+        """Return what a frame means."""
+        if frame.flags & ERROR:
+            return "error frame of the adapter"
+        carried = () if frame.flags & REMOTE else self._carried(frame.can_id, frame.flags)
+        if carried:
+            return ", ".join(s.in_words(frame.data) for s in carried if s.is_in(frame.data))
+        if frame.flags & EXTENDED:
+            return "not CANopen: 29-bit identifier"
+        words = describe_frame(frame.can_id, frame.data, remote=bool(frame.flags & REMOTE))
+        if words is None:
+            return "not CANopen: no such COB-ID or length in the predefined connection set"
+        return words + self._whose(frame.can_id)
+
+    def name(self, can_id: int, flags: int, data: bytes) -> str:
+        """Return what an identifier carries, without the values."""
+        carried = () if flags & (ERROR | REMOTE) else self._carried(can_id, flags)
+        if carried:
+            return ", ".join(signal.name for signal in carried)
+        if can_id == 0:
+            return "NMT"
+        return self(Frame(0.0, can_id, data, flags)).partition(":")[0].partition(",")[0]
+
+    def _carried(self, can_id: int, flags: int) -> Sequence[Signal]:
+        return self.signals.get(can_id | (EXTENDED_KEY if flags & EXTENDED else 0), ())
+
+    def _whose(self, can_id: int) -> str:
+        """Return whose frame it is, where a vehicle is known."""
+        node = can_id & 0x7F
+        if self._vehicle is None or node == 0 or can_id > 0x77F:
+            return ""
+        if node not in self._nodes or 0x180 <= can_id < 0x580:  # its own PDOs are decoded elsewhere
+            return " (not of this vehicle)"
+        return f" ({', '.join(self._nodes[node])})"

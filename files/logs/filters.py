@@ -1,0 +1,283 @@
+"""Which frames of a log or bus are wanted: by identifier, node, kind and time, or around an event."""
+
+from __future__ import annotations
+
+import operator
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from omnimate.files.logs.canopen_words import SYNC_ID
+from omnimate.files.logs.frame_classes import CLASSES, classify
+from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.vehicle.errors import OmnimateError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from omnimate.files.logs.frames import Frames
+    from omnimate.files.logs.signals import Signal
+
+    Mask = NDArray[np.bool_]
+
+STANDARD, LONG = 0x7FF, 0x1FFFFFFF
+KINDS: Mapping[str, tuple[str, ...]] = {
+    "nmt": ("NMT",),
+    "sync": ("SYNC",),
+    "emcy": ("EMCY",),
+    "time": ("TIME",),
+    "pdo": ("PDO", "unknown PDO"),
+    "sdo": ("SDO",),
+    "heartbeat": ("heartbeat",),
+    "lss": ("LSS",),
+    "remote": ("remote",),
+    "error": ("error",),
+    "foreign": ("foreign",),
+}
+_RULE = re.compile(r"(~?)([0-9A-Fa-f]+)(?:([-:])([0-9A-Fa-f]+))?")
+_GAP = re.compile(r"gap\s*[:=>]\s*(\d+(?:\.\d*)?)")
+_VALUE = re.compile(r"\s*([^<>=!]+?)\s*(<=|>=|==|!=|<|>|=)\s*(-?[\d.]+(?:[eE]-?\d+)?)\s*")
+_OPERATORS: Mapping[str, Callable[[NDArray[np.float64], float], Mask]] = {
+    "<": operator.lt,
+    ">": operator.gt,
+    "<=": operator.le,
+    ">=": operator.ge,
+    "=": operator.eq,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+
+
+class FilterError(OmnimateError):
+    """A filter or trigger that cannot be understood."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifierRule:
+    """Identifiers of a range or of a mask, of 11 or of 29 bits.
+
+    Attributes:
+        first: First identifier of the range, or the bits behind the mask.
+        last: Last identifier of the range, or the mask.
+        is_mask: Whether it is a mask.
+        is_long: Whether the identifiers have 29 bits.
+        is_excluded: Whether it says what is not wanted.
+    """
+
+    first: int
+    last: int
+    is_mask: bool = False
+    is_long: bool = False
+    is_excluded: bool = False
+
+    @classmethod
+    def of(cls, text: str) -> IdentifierRule:
+        """Return the rule of `181`, `180-1FF`, `700:780` (identifier and mask), or `~080` (all others).
+
+        Identifiers are hexadecimal; those of more than three digits have 29 bits.
+
+        Raises:
+            FilterError: The text is no such rule.
+        """
+        match = _RULE.fullmatch(text.strip())
+        if match is None:
+            raise FilterError(f"identifier {text!r}: expected 181, 180-1FF, 700:780 or ~080, hexadecimal")
+        is_long = len(match[2]) > 3
+        first = int(match[2], 16)
+        is_mask = match[3] == ":"
+        last = int(match[4], 16) if match[4] else first
+        if max(first, last) > (LONG if is_long else STANDARD) or (not is_mask and last < first):
+            raise FilterError(
+                f"identifier {text!r}: expected up to 7FF, or 8 digits up to 1FFFFFFF, in order"
+            )
+        return cls(first, last, is_mask, is_long, match[1] == "~")
+
+    def holds(self, frames: Frames) -> Mask:
+        """Return which frames have an identifier of the range or mask, shape `(N,)`."""
+        is_long = frames.flags & EXTENDED > 0
+        if self.is_mask:
+            fits = frames.can_id & self.last == self.first & self.last
+        else:
+            fits = (frames.can_id >= self.first) & (frames.can_id <= self.last)
+        return np.asarray(fits & (is_long == self.is_long) & (frames.flags & ERROR == 0), np.bool_)
+
+
+@dataclass(frozen=True, slots=True)
+class FrameFilter:
+    """Which frames are wanted; an empty part wants all.
+
+    Attributes:
+        rules: Identifiers: of those that name some, one must hold, and none of those that exclude.
+        nodes: CANopen node ids that a frame concerns; NMT concerns the node that it names, or all.
+        kinds: Names in `KINDS`.
+        begin: Time from which on frames are wanted, after the first frame [s]; None for all.
+        end: Time up to which frames are wanted, after the first frame [s]; None for all.
+    """
+
+    rules: tuple[IdentifierRule, ...] = ()
+    nodes: tuple[int, ...] = ()
+    kinds: tuple[str, ...] = ()
+    begin: float | None = None
+    end: float | None = None
+
+    def wants(self, frames: Frames, start: float | None = None) -> Mask:
+        """Return which frames are wanted, shape `(N,)`; `start` is the time of the first frame of all [s]."""
+        wanted = np.ones(len(frames), np.bool_)
+        if not len(frames):
+            return wanted
+        named = [rule for rule in self.rules if not rule.is_excluded]
+        if named:
+            wanted &= np.any([rule.holds(frames) for rule in named], axis=0)
+        for rule in self.rules:
+            if rule.is_excluded:
+                wanted &= ~rule.holds(frames)
+        if self.nodes:
+            wanted &= np.any([_concerns(frames, node) for node in self.nodes], axis=0)
+        if self.kinds:
+            names = [name for kind in self.kinds for name in KINDS[kind]]
+            wanted &= np.isin(classify(frames), [CLASSES.index(name) for name in names])
+        since = frames.time - (frames.time[0] if start is None else start)
+        if self.begin is not None:
+            wanted &= since >= self.begin
+        if self.end is not None:
+            wanted &= since <= self.end
+        return wanted
+
+
+def _concerns(frames: Frames, node: int) -> Mask:
+    """Return which frames concern a node by the predefined connections, shape `(N,)`."""
+    can_id = frames.can_id
+    own = (can_id & 0x7F == node) & (can_id > SYNC_ID) & (can_id < 0x780) & (can_id & 0x780 != 0x100)
+    nmt = (can_id == 0) & np.isin(frames.data[:, 1], (0, node)) & (frames.length == 2)
+    return np.asarray((own | nmt) & (frames.flags & (EXTENDED | ERROR) == 0), np.bool_)
+
+
+class Trigger(Protocol):
+    """Finds the frames around which others are wanted, in a log that comes block by block."""
+
+    def rows(self, frames: Frames) -> NDArray[np.int64]:
+        """Return the indices of the frames of the next block at which it happens, shape `(K,)`."""
+        ...
+
+
+@dataclass(slots=True)
+class GapTrigger:
+    """An identifier comes again after it was away.
+
+    Attributes:
+        longest: Time for which it may be away [s].
+    """
+
+    longest: float
+    _kinds: NDArray[np.uint64] = field(default_factory=lambda: np.empty(0, np.uint64))
+    _times: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+
+    def rows(self, frames: Frames) -> NDArray[np.int64]:
+        """Return the frames of the next block that end a gap, shape `(K,)`."""
+        seen = len(self._kinds)
+        kind = np.concatenate((self._kinds, frame_kinds(frames)))
+        time = np.concatenate((self._times, frames.time))
+        order = np.argsort(kind, kind="stable")
+        is_next = np.diff(kind[order]) == 0
+        away = (np.diff(time[order]) > self.longest) & is_next
+        last = order[np.append(~is_next, True)] if len(order) else order
+        self._kinds, self._times = kind[last], time[last]
+        return np.sort(order[1:][away]) - seen
+
+
+@dataclass(frozen=True, slots=True)
+class KindTrigger:
+    """A frame of a kind comes: an EMCY that is no reset, or an error frame.
+
+    Attributes:
+        kind: `emcy` or `error`.
+    """
+
+    kind: str
+
+    def rows(self, frames: Frames) -> NDArray[np.int64]:
+        """Return the frames of the kind, shape `(K,)`."""
+        found = FrameFilter(kinds=(self.kind,)).wants(frames)
+        if self.kind == "emcy":
+            found &= (frames.data[:, 0] > 0) | (frames.data[:, 1] > 0)
+        return np.flatnonzero(found)
+
+
+@dataclass(slots=True)
+class ValueTrigger:
+    """A signal's value begins to be as is asked for.
+
+    Attributes:
+        can_id: Identifier of the frames, with 29 bits where `is_long`.
+        is_long: Whether it has 29 bits.
+        signal: The signal.
+        comparison: One of < > <= >= = !=.
+        value: Physical value that the signal is compared with.
+    """
+
+    can_id: int
+    is_long: bool
+    signal: Signal
+    comparison: str
+    value: float
+    _holds: bool = False
+
+    def rows(self, frames: Frames) -> NDArray[np.int64]:
+        """Return the frames of the next block in which the comparison begins to hold, shape `(K,)`."""
+        rule = IdentifierRule(self.can_id, self.can_id, is_mask=False, is_long=self.is_long)
+        rows = np.flatnonzero(rule.holds(frames) & (frames.flags & REMOTE == 0))
+        values = self.signal.values(frames.select(rows))
+        holds = _OPERATORS[self.comparison](values, self.value) & ~np.isnan(values)
+        begins = holds & ~np.concatenate(([self._holds], holds[:-1]))
+        self._holds = bool(holds[-1]) if len(holds) else self._holds
+        return rows[begins]
+
+
+def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]], long_key: int) -> Trigger:
+    """Return the trigger of `gap:0.5`, `emcy`, `error` or `NAME>VALUE`.
+
+    Args:
+        text: The trigger.
+        signals: Signals by identifier, to which `long_key` is added for 29 bits.
+        long_key: Bit of the keys that says so.
+
+    Raises:
+        FilterError: The text is no trigger, or names a signal that is not known.
+    """
+    if text in {"emcy", "error"}:
+        return KindTrigger(text)
+    if match := _GAP.fullmatch(text):
+        return GapTrigger(float(match[1]))
+    match = _VALUE.fullmatch(text)
+    if match is None:
+        raise FilterError(f"trigger {text!r}: expected gap:SECONDS, emcy, error, or NAME>VALUE")
+    for key, carried in signals.items():
+        for signal in carried:
+            if signal.name == match[1]:
+                return ValueTrigger(key & ~long_key, bool(key & long_key), signal, match[2], float(match[3]))
+    names = ", ".join(sorted(signal.name for carried in signals.values() for signal in carried))
+    raise FilterError(
+        f"trigger {text!r}: no signal {match[1]!r}; expected one of {names or 'a --vehicle, --dbc or --eds'}"
+    )
+
+
+def around(frames: Frames, times: NDArray[np.float64], seconds: float) -> Mask:
+    """Return which frames are at most so many seconds before or after some times (K,), shape `(N,)`."""
+    if not len(times):
+        return np.zeros(len(frames), np.bool_)
+    ordered = np.sort(times)
+    after = np.searchsorted(ordered, frames.time - seconds)
+    nearest = ordered[np.minimum(after, len(ordered) - 1)]
+    return np.asarray(
+        (after < len(ordered)) & (nearest <= frames.time + seconds) & (nearest >= frames.time - seconds)
+    )
+
+
+def frame_kinds(frames: Frames) -> NDArray[np.uint64]:
+    """Return a number for interface, identifier and kind of each frame, shape `(N,)`."""
+    kind = frames.channel.astype(np.uint64) << np.uint64(40) | frames.can_id
+    return kind | (frames.flags & (EXTENDED | REMOTE | ERROR)).astype(np.uint64) << np.uint64(32)

@@ -1,0 +1,102 @@
+"""Writes bus logs while they happen, so that a crash or a power cut costs a second of them at most."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, Self, cast
+
+from omnimate.files.logs.formats.candump_lines import Form, format_frame
+from omnimate.files.logs.frames import DEFAULT_CHANNEL, Frame
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+SYNC_INTERVAL = 0.5  # [s] between two requests to the disk
+
+
+class CandumpWriter:
+    """Writes frames as candump prints them.
+
+    A thread of its own puts what was written on disk every `sync_interval`, also while the bus is silent;
+    the end of the process or of the machine loses that much at most.
+
+    Attributes:
+        path: Path of the file.
+        form: Form of the lines: `log` or `ta`.
+    """
+
+    def __init__(self, path: Path | str, *, form: Form = "log", sync_interval: float = SYNC_INTERVAL) -> None:
+        """Start a new file, replacing an older one.
+
+        Args:
+            path: Path of the file; `.gz` is compressed.
+            form: Form of the lines: `log` as `candump -L`, or `ta` as `candump -ta`.
+            sync_interval: Wall-clock time between two requests to the disk [s].
+        """
+        self.path = Path(path)
+        self.form = form
+        self._disk = self.path.open("wb")
+        self._file: BinaryIO = self._disk
+        if self.path.suffix == ".gz":
+            self._file = cast("BinaryIO", gzip.GzipFile("", "wb", fileobj=self._disk))
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self._syncer = threading.Thread(target=self._sync_regularly, args=(sync_interval,), daemon=True)
+        self._syncer.start()
+
+    def write(
+        self,
+        time: float,
+        can_id: int,
+        data: bytes = b"",
+        *,
+        flags: int = 0,
+        length: int | None = None,
+        channel: str = DEFAULT_CHANNEL,
+    ) -> None:
+        """Write one frame; the arguments are those of `omnimate.files.logs.frames.Frame`."""
+        self.write_frame(Frame(time, can_id, data, flags, length, channel))
+
+    def write_frame(self, frame: Frame) -> None:
+        """Write one frame."""
+        line = format_frame(frame, self.form).encode() + b"\n"
+        with self._lock:
+            self._file.write(line)
+
+    def sync(self) -> None:
+        """Put on disk what was written so far."""
+        with self._lock:
+            if self._disk.closed:
+                return
+            self._file.flush()
+            self._disk.flush()
+            handle = os.dup(self._disk.fileno())
+        try:
+            os.fsync(handle)  # may take long, and nothing waits for it
+        finally:
+            os.close(handle)
+
+    def close(self) -> None:
+        """Put everything on disk and close the file; a second call does nothing."""
+        self._closing.set()
+        if self._syncer is not threading.current_thread():
+            self._syncer.join()
+        self.sync()
+        with self._lock:
+            self._file.close()
+            self._disk.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _sync_regularly(self, interval: float) -> None:
+        while not self._closing.wait(interval):
+            self.sync()

@@ -1,0 +1,72 @@
+"""Logs that are not candump's, entry by entry: recognised by their first bytes, read with bounded memory."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Literal
+
+from omnimate.files.logs.formats import minimon
+from omnimate.files.logs.formats.candump_blocks import SkippedLine
+from omnimate.files.logs.formats.capture import CaptureFormat, capture_format_of, each_of_capture
+from omnimate.files.logs.formats.python_can_logs import (
+    Format,
+    each_of_blf,
+    each_of_lines,
+    each_of_mf4,
+    format_of,
+)
+from omnimate.vehicle.errors import LogError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from omnimate.files.logs.formats.block_reader import BlockReader
+    from omnimate.files.logs.frames import Frame
+
+ForeignFormat = Format | CaptureFormat | Literal["minimon"]
+
+
+def foreign_format_of(head: bytes) -> ForeignFormat | None:
+    """Return the format that the first bytes of a log show; None for candump."""
+    if head.startswith(minimon.SIGNATURE):
+        return "minimon"
+    return format_of(head) or capture_format_of(head)
+
+
+def each_entry(
+    content: BlockReader, form: ForeignFormat, *, fd: bool = True
+) -> Iterator[Frame | SkippedLine]:
+    """Yield the frames of a log in their order, and what was left out of it.
+
+    Args:
+        content: The content of the file.
+        form: Format of the file.
+        fd: Whether CAN FD frames are taken too, else they are left out.
+
+    Raises:
+        LogError: What the format needs is not installed.
+    """
+    if form == "blf":
+        yield from each_of_blf(content, fd=fd)
+    elif form == "pcap" or form == "pcapng":  # noqa: PLR1714 -- so that the type of the rest is known
+        yield from each_of_capture(content.file(), fd=fd)
+    elif form == "mf4":
+        try:
+            yield from each_of_mf4(content.path, fd=fd)
+        except ImportError as error:
+            needed = "an MF4 file needs the library asammdf: pip install 'omnimate[mf4]'"
+            raise LogError(content.path, None, needed) from error
+    elif form == "minimon":
+        text = _text(content).read()
+        frames, skipped = minimon.read_trace(text)
+        yield from frames
+        lines = 0 if text.endswith("\n") else len(text.splitlines())
+        yield from (line._replace(is_end=line.line == lines) for line in skipped)
+    else:
+        yield from each_of_lines(_text(content), form, fd=fd)
+    if content.damaged:
+        yield SkippedLine(0, "", "", is_end=True)
+
+
+def _text(content: BlockReader) -> io.TextIOWrapper:
+    return io.TextIOWrapper(content.file(), "utf-8-sig", errors="replace")

@@ -1,0 +1,118 @@
+"""How often each identifier was on the bus."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.files.logs.filters import frame_kinds
+from omnimate.files.logs.frames import EXTENDED
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from omnimate.files.logs.decoding import FrameDecoder
+    from omnimate.files.logs.frames import Frames
+
+PAUSE, PAUSE_INTERVALS = 1.0, 10.0  # [s] and usual intervals: an identifier that is away for longer pauses
+SHORTEST, DECADE = 1e-6, 50  # [s] of the first bin of intervals; bins for each power of ten, 5 % wide
+_BINS = 13 * DECADE
+_HEADER = f"{'interface':<10} {'id':>8} {'frames':>9} {'Hz':>10} {'bytes':>5}  name"
+
+
+def without_pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the intervals [s], shape `(N,)`, of which none is a pause of an identifier, shape `(K,)`."""
+    return intervals[intervals <= max(PAUSE, PAUSE_INTERVALS * float(np.median(intervals)))]
+
+
+@dataclass(slots=True)
+class IdentifierRate:
+    """What is known of the frames of an identifier so far.
+
+    Attributes:
+        flags: Flags of its first frame.
+        data: Data of its first frame.
+        frames: Number of frames.
+        low: Shortest length [bytes].
+        high: Longest length [bytes].
+        last: Time of the last frame [s].
+        short: Number of intervals of at most `PAUSE`.
+        span: Their sum [s].
+        long: The other intervals [s]; there are few in any log, because they are long.
+        usual: How many intervals are of each size, shape `(BINS,)`.
+    """
+
+    flags: int
+    data: bytes
+    frames: int = 0
+    low: int = 0xFF
+    high: int = 0
+    last: float | None = None
+    short: int = 0
+    span: float = 0.0
+    long: list[float] = field(default_factory=list)
+    usual: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, np.int64))
+
+    def add(self, time: NDArray[np.float64], length: NDArray[np.uint8]) -> None:
+        """Count frames that came at times [s], `(N,)`, in their order."""
+        self.frames += len(time)
+        self.low, self.high = min(self.low, int(length.min())), max(self.high, int(length.max()))
+        intervals = np.diff(time if self.last is None else np.concatenate(([self.last], time)))
+        self.last = float(time[-1])
+        is_short = intervals <= PAUSE
+        self.short += int(np.count_nonzero(is_short))
+        self.span += float(intervals[is_short].sum())
+        self.long += intervals[~is_short].tolist()
+        bins = np.log10(np.maximum(intervals, SHORTEST) / SHORTEST) * DECADE
+        self.usual += np.bincount(np.minimum(bins.astype(np.int64), _BINS - 1), minlength=_BINS)
+
+    @property
+    def in_words(self) -> str:
+        """Mean rate [Hz] over the time in which the identifier was there, `-` for a single frame.
+
+        A pause of more than a second and ten of its usual intervals does not count.
+        """
+        longest = max(PAUSE, PAUSE_INTERVALS * self._median())
+        there = [interval for interval in self.long if interval <= longest]
+        span = self.span + sum(there)
+        return f"{(self.short + len(there)) / span:.3f}" if span > 0 else "-"
+
+    def _median(self) -> float:
+        """Return the usual interval [s], as far as the bins tell."""
+        middle = np.searchsorted(np.cumsum(self.usual), 0.5 * self.usual.sum())
+        return float(SHORTEST * 10.0 ** ((int(middle) + 0.5) / DECADE))
+
+
+class RateTable:
+    """The rates of all identifiers of a log or bus that comes block by block."""
+
+    def __init__(self) -> None:
+        self._rates: dict[str, dict[int, IdentifierRate]] = {}  # by interface, and identifier with its kind
+
+    def add(self, frames: Frames) -> None:
+        """Count the frames of the next block."""
+        kind = frame_kinds(frames)
+        order = np.argsort(kind, kind="stable")
+        for rows in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1) if len(frames) else ():
+            first = int(rows[0])
+            rates = self._rates.setdefault(frames.channels[int(frames.channel[first])], {})
+            number = int(kind[first]) & (1 << 40) - 1
+            if number not in rates:
+                data = frames.data[first, : int(frames.length[first])].tobytes()
+                rates[number] = IdentifierRate(int(frames.flags[first]), data)
+            rates[number].add(frames.time[rows], frames.length[rows])
+
+    def lines(self, decoder: FrameDecoder) -> Iterator[str]:
+        """Yield a table: per interface and identifier the frames, their rate [Hz], length and name."""
+        yield _HEADER
+        for channel, rates in self._rates.items():
+            for number, rate in sorted(rates.items()):
+                can_id = number & 0xFFFFFFFF
+                identifier = f"{can_id:08X}" if rate.flags & EXTENDED else f"{can_id:03X}"
+                size = f"{rate.low}" if rate.low == rate.high else f"{rate.low}-{rate.high}"
+                name = decoder.name(can_id, rate.flags, rate.data)
+                yield f"{channel:<10} {identifier:>8} {rate.frames:>9} {rate.in_words:>10} {size:>5}  {name}"

@@ -1,0 +1,91 @@
+"""The PDO mappings that SDO traffic in a log shows: what a master has written or read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from omnimate.files.logs.frames import Frame, Frames
+
+REQUEST, ANSWER = 0x600, 0x580
+DOWNLOAD, UPLOADED = 1, 2  # command specifiers of expedited transfers that carry a value
+OFF = 1 << 31
+PDO_TYPES = ((0x1400, 0x200), (0x1800, 0x180))  # communication parameters, and first predefined COB-ID
+PREDEFINED = 4  # PDOs with a predefined COB-ID
+
+
+class Mapped(NamedTuple):
+    """An object in a PDO.
+
+    Attributes:
+        node: Node that sends or receives the PDO.
+        object: Index of the object.
+        subindex: Sub-index of the object.
+        start_bit: First bit in the PDO.
+        bits: Width.
+    """
+
+    node: int
+    object: int
+    subindex: int
+    start_bit: int
+    bits: int
+
+
+def seen_objects(frames: Frames) -> dict[tuple[int, int, int], int]:
+    """Return the last values of the PDO parameters in the SDO traffic, by node, index and sub-index."""
+    function = frames.can_id & 0x780
+    is_sdo = ((function == REQUEST) | (function == ANSWER)) & (frames.length == 8)
+    index = frames.data[:, 1].astype(np.int64) | frames.data[:, 2].astype(np.int64) << 8
+    is_sdo &= (frames.flags & (EXTENDED | REMOTE | ERROR) == 0) & (index >= 0x1400) & (index < 0x1C00)
+    objects = (seen_object(frame) for frame in frames.select(np.flatnonzero(is_sdo)))
+    return dict(each for each in objects if each is not None)
+
+
+def seen_object(frame: Frame) -> tuple[tuple[int, int, int], int] | None:
+    """Return node, index and sub-index, and the value of a PDO parameter, where an SDO frame carries one."""
+    function, data = frame.can_id & 0x780, frame.data
+    if function not in {REQUEST, ANSWER} or len(data) != 8 or frame.flags & (EXTENDED | REMOTE | ERROR | FD):
+        return None
+    command, index = data[0], int.from_bytes(data[1:3], "little")
+    carries = command >> 5 == (DOWNLOAD if function == REQUEST else UPLOADED) and command & 0x02
+    if not carries or not 0x1400 <= index < 0x1C00:
+        return None
+    size = 4 - (command >> 2 & 3) if command & 0x01 else 4
+    return (frame.can_id & 0x7F, index, data[3]), int.from_bytes(data[4 : 4 + size], "little")
+
+
+def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tuple[Mapped, ...]]:
+    """Return what each PDO carries, by COB-ID.
+
+    Args:
+        objects: PDO parameters by node, index and sub-index; a COB-ID that is missing is the predefined one.
+    """
+    pdos: dict[int, tuple[Mapped, ...]] = {}
+    for node in {key[0] for key in objects}:
+        for base, first in PDO_TYPES:
+            for number in range(0x200):
+                default = first + 0x100 * number + node if number < PREDEFINED else OFF
+                cob_id = objects.get((node, base + number, 1), default)
+                carried = _carried(objects, node, base + 0x200 + number)
+                if carried and not cob_id & OFF:
+                    pdos[cob_id & 0x7FF] = carried
+    return pdos
+
+
+def _carried(objects: Mapping[tuple[int, int, int], int], node: int, mapping: int) -> tuple[Mapped, ...]:
+    carried: list[Mapped] = []
+    start = 0
+    for number in range(1, objects.get((node, mapping, 0), 64) + 1):
+        entry = objects.get((node, mapping, number))
+        if not entry or start + (entry & 0xFF) > 64:
+            break
+        carried.append(Mapped(node, entry >> 16, entry >> 8 & 0xFF, start, entry & 0xFF))
+        start += entry & 0xFF
+    return tuple(carried)

@@ -1,0 +1,1 @@
+"""The recording folder: a bus log, poses and laps on one clock."""

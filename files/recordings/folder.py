@@ -1,0 +1,144 @@
+"""The recording folder: `vehicle.toml`, `can.log` (or `can.log.gz`), `poses.csv`, `run.toml` on one clock.
+
+Each file is written whole or not at all, `can.log` last: a folder without it is no recording yet.
+"""
+
+from __future__ import annotations
+
+import gzip
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from omnimate.files.logs.assemble import Assembly, assemble
+from omnimate.files.logs.formats.candump_text import candump_text
+from omnimate.files.logs.reading import LogReadResult, read_log
+from omnimate.files.logs.recording_to_frames import frames_of_recording
+from omnimate.files.recordings.poses_csv import format_poses, parse_poses
+from omnimate.files.recordings.run_toml import read_run, write_run
+from omnimate.vehicle.atomic import write_bytes, write_text
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.file import load_vehicle, save_vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from omnimate.vehicle.recording import Poses, Recording
+
+VEHICLE, LOG, POSES, RUN = "vehicle.toml", "can.log", "poses.csv", "run.toml"
+
+_CLOCK_TOLERANCE = 1.0  # [s] by which a lap may begin before or end after the log
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedRecording:
+    """A recording together with how it came out of its folder.
+
+    Attributes:
+        recording: The recording with its poses and run.
+        assembly: What became of the log's frames.
+        log: The frames of the log, and the lines that could not be read.
+    """
+
+    recording: Recording
+    assembly: Assembly
+    log: LogReadResult
+
+
+def load_recording(folder: Path | str) -> Recording:
+    """Return the recording in a folder; `read_recording` also returns what was left out of it.
+
+    Raises:
+        VehicleFileError: `vehicle.toml` is absent or describes no possible robot.
+        LogError: `can.log` cannot be read.
+        RecordingError: A file is missing, or the files contradict each other or the format.
+    """
+    return read_recording(folder).recording
+
+
+def read_recording(folder: Path | str) -> LoadedRecording:
+    """Return the recording in a folder and what its log held besides; errors as `load_recording`."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise RecordingError(folder, "no such folder; a recording is a folder with vehicle.toml and can.log")
+    vehicle = load_vehicle(folder / VEHICLE)
+    log = read_log(log_path(folder))
+    assembly = assemble(log.frames, vehicle, str(folder))
+    poses = read_poses(folder / POSES, vehicle.trucks) if (folder / POSES).exists() else None
+    run = read_run(folder / RUN) if (folder / RUN).exists() else None
+    recording = replace(assembly.recording, poses=poses, run=run)
+    _check_clock(recording, folder / RUN)
+    return LoadedRecording(recording, assembly, log)
+
+
+def log_path(folder: Path) -> Path:
+    """Return the log in a recording folder.
+
+    Raises:
+        RecordingError: The folder holds no log.
+    """
+    for name in (LOG, f"{LOG}.gz"):
+        if (folder / name).exists():
+            return folder / name
+    raise RecordingError(folder, f"neither {LOG} nor {LOG}.gz in it")
+
+
+def save_recording(recording: Recording, folder: Path | str, *, compress: bool = False) -> None:
+    """Write a recording as a folder, replacing one that is there.
+
+    Args:
+        recording: Measured or simulated recording.
+        folder: Folder to write; it is made where it is absent.
+        compress: Whether `can.log.gz` is written instead of `can.log`.
+
+    Raises:
+        RecordingError: The folder cannot be written.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in (LOG, f"{LOG}.gz", POSES, RUN):
+            (folder / name).unlink(missing_ok=True)
+        save_vehicle(recording.vehicle, folder / VEHICLE)
+        if recording.poses is not None:
+            write_poses(recording.poses, folder / POSES)
+        if recording.run is not None:
+            write_run(recording.run, folder / RUN)
+        text = b"".join(candump_text(frames_of_recording(recording)))
+        log = folder / (f"{LOG}.gz" if compress else LOG)
+        write_bytes(log, gzip.compress(text, 6) if compress else text)
+    except OSError as error:
+        raise RecordingError(folder, f"cannot be written: {error.strerror or error}") from error
+
+
+def read_poses(path: Path | str, trucks: Collection[str] = ("a", "b")) -> Poses:
+    """Return the poses of a `poses.csv`; `trucks` are the bodies that the robot has.
+
+    Raises:
+        RecordingError: The file cannot be read, or a line is wrong; the error names file and line.
+    """
+    return parse_poses(_text(Path(path)), path, trucks)
+
+
+def write_poses(poses: Poses, path: Path | str) -> None:
+    """Write a `poses.csv` in one step."""
+    write_text(Path(path), format_poses(poses))
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordingError(path, f"cannot be read: {error}") from error
+
+
+def _check_clock(recording: Recording, path: Path) -> None:
+    """Refuse laps that the log does not cover: they must be on its clock."""
+    first, last = float(recording.time[0]), float(recording.time[-1])
+    for number, lap in enumerate(recording.run.laps if recording.run else (), start=1):
+        if lap.start < first - _CLOCK_TOLERANCE or lap.end > last + _CLOCK_TOLERANCE:
+            raise RecordingError(
+                path,
+                f"lap {number} from {lap.start:.3f} s to {lap.end:.3f} s is not within the log,"
+                f" {first:.3f} s to {last:.3f} s; all files must share its clock",
+            )

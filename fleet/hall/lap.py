@@ -1,0 +1,180 @@
+"""One lap of a robot through the hall: from dock to dock, as a recording.
+
+The robot drives from its odometry alone, which it sets to the pose that each dock measures, as in
+`omnimate.vcan_sim.simulate`; the stages of a step are the same compiled functions, with the hall's between
+them.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.fleet.hall.ills import Wheels, roll_sick
+from omnimate.fleet.hall.places import creep_on_slopes, lose_on_places
+from omnimate.motion.journal import Journal
+from omnimate.motion.program import GOTO, WORLD, Program, Row, rest
+from omnimate.motion.runner import Runner
+from omnimate.motion.stepping import step
+from omnimate.vcan_sim.errors import EndStopError
+from omnimate.vcan_sim.onboard import odometry_of, see
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.signal_path import disturb, move, settle, turn_wheels
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, record
+from omnimate.vehicle.parameters import CHANNELS
+from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.se2 import wrap
+
+if TYPE_CHECKING:
+    from omnimate.vcan_sim.truth import Truth
+    from omnimate.vehicle.parameters import VehicleParameters
+
+DOCK_SIGMA = np.array([0.002, 0.002, 0.001])  # [m, m, rad] of a docking station's reading
+_ASIDE = np.array([0.02, 0.02, 0.01])  # [m, m, rad] by which a robot stands off where it should
+_REST = 1.0  # [s] at a dock
+_BLOCK = 8192  # samples that are simulated at once
+
+
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """What a robot does in one lap.
+
+    Attributes:
+        truth: The robot as it really is on that day.
+        wheels: Record `(1,)` of what its wheels do besides rolling.
+        docks: Docks that it visits, x [m], y [m] and heading [rad], `(M, 3)`; it begins at the first one.
+        speed: [m/s].
+        period: Time between readings of the pose while it drives [s]; 0 for docks alone.
+        seed: Of the readings of the docks.
+    """
+
+    truth: "Truth"
+    wheels: Record
+    docks: Array
+    speed: float
+    period: float = 0.0
+    seed: int = 0
+
+
+def drive_lap(vehicle: "VehicleParameters", errand: Errand, places: Record, start_time: float) -> Recording:
+    """Return the recording of one lap.
+
+    Args:
+        vehicle: Robot as its owner believes it to be.
+        errand: What it does.
+        places: Bad places of the floor, as `place_records` makes them.
+        start_time: Time of the first sample [s].
+
+    Raises:
+        EndStopError: The linkage was driven to its end stop.
+    """
+    chance = np.random.default_rng(errand.seed)
+    start = errand.docks[0] + chance.normal(size=3) * _ASIDE
+    plant = Plant(errand.truth, vehicle, (float(start[0]), float(start[1]), float(start[2])))
+    program = _program(errand)
+    runner, journal, odometry = Runner(program, vehicle), Journal(program), odometry_of(vehicle)
+    wheels, sides = errand.wheels.copy(), np.zeros((len(places), 4))
+    period, filled = vehicle.bus.sync_period, 0
+    counts, poses = np.zeros((_BLOCK, len(CHANNELS)), np.int64), np.zeros((_BLOCK, 3))
+    while not runner.done:
+        if filled == len(counts):
+            counts = np.concatenate([counts, np.zeros_like(counts)])
+            poses = np.concatenate([poses, np.zeros_like(poses)])
+        filled = hall_block(
+            runner.rows,
+            runner.settings,
+            runner.state,
+            odometry,
+            plant.constants,
+            plant.state,
+            plant.obstacles,
+            wheels,
+            places,
+            sides,
+            counts,
+            poses,
+            filled,
+            period,
+        )
+        if plant.at_end_stop:
+            raise EndStopError(filled * period, plant.link_length)
+        if runner.fix_due:
+            measured = plant.pose("a") + chance.normal(size=3) * DOCK_SIGMA
+            measured[2] = wrap(measured[2])
+            journal.fix(start_time + (filled - 1) * period, "a", measured, DOCK_SIGMA)
+            odometry["pose"] = measured
+    time = start_time + period * np.arange(filled, dtype=np.float64)
+    columns = [CHANNELS.index(channel) for channel in vehicle.channels]
+    dense = _dense(time, poses[:filled], errand.period, chance)
+    return Recording(
+        vehicle=vehicle,
+        time=time,
+        counts=counts[:filled, columns],
+        present=np.ones((filled, len(columns)), np.bool_),
+        poses=journal.poses if dense is None else dense,
+        run=journal.run,
+        source=f"lap of {vehicle.name}",
+    )
+
+
+@compiled
+def hall_block(
+    rows: Record,
+    settings: Record,
+    runner: Record,
+    odometries: Record,
+    constants_: Record,
+    plants: Record,
+    obstacles: Record,
+    all_wheels: Record,
+    places: Record,
+    sides: Array,
+    counts: IntArray,
+    poses: Array,
+    first: int,
+    period: float,
+) -> int:
+    """Fill samples `(N, 7)` and true poses `(N, 3)` from `first` on, until something happens."""
+    constants, state, wheels = constants_[0], plants[0], all_wheels[0]
+    command = np.zeros(4)
+    for sample in range(first, len(counts)):
+        for channel in range(counts.shape[1]):
+            counts[sample, channel] = state.counts[channel]
+        for axis in range(3):
+            poses[sample, axis] = state.pose[0, axis]
+        pose, link = see(odometries[0], counts[sample])
+        happened = step(rows, settings, runner, pose, link, command)
+        turn_wheels(constants, state, command, period)
+        roll_sick(wheels, constants, state)
+        disturb(constants, state, obstacles)
+        lose_on_places(places, sides, constants, state)
+        move(constants, state)
+        creep_on_slopes(places, constants, state)
+        settle(constants, state)
+        if happened or state.end_stop:
+            return sample + 1
+    return len(counts)
+
+
+def _program(errand: Errand) -> Program:
+    """Return the lap: straight to every dock, and a rest with a fix there."""
+    rows = [rest(_REST, fix=True)]
+    for x, y, heading in errand.docks[1:].tolist():
+        rows.append(Row(GOTO, x=x, y=y, heading=heading, speed=errand.speed, frame=WORLD))
+        rows.append(rest(_REST, fix=True))
+    return Program("free", tuple(rows), ())
+
+
+def _dense(time: Array, true: Array, period: float, chance: np.random.Generator) -> Poses | None:
+    """Return readings of the pose at a period [s]; None where it is 0."""
+    if not period:
+        return None
+    rows = np.arange(0, len(time), max(1, round(period / float(time[1] - time[0]))))
+    measured = true[rows] + chance.normal(size=(len(rows), 3)) * DOCK_SIGMA
+    measured[:, 2] = wrap(measured[:, 2])
+    return Poses(time[rows], np.full(len(rows), "a"), measured, np.tile(DOCK_SIGMA, (len(rows), 1)))
+
+
+def healthy_wheels() -> Record:
+    """Return the record `(1,)` of wheels that roll and do nothing else."""
+    return record(Wheels)

@@ -1,0 +1,107 @@
+"""The robots of a hall: three types, each robot a little different, that wear and may turn sick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.fleet.hall.lap import healthy_wheels
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.parameters import WHEELS, Limits, Truck
+
+if TYPE_CHECKING:
+    from omnimate.fleet.hall.ills import Ill
+    from omnimate.vehicle.compiled import Record
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.se2 import Array
+
+TYPES = ("tug", "mule", "train")
+# Scatter of what is ordinary, as ratios: how well robots were calibrated, how fast tyres wear (a polyurethane
+# tyre of 150 mm loses some 0.05 mm of diameter in a month), and what load and temperature do from day to day.
+CALIBRATED_WHEEL, CALIBRATED_WHEELBASE = 1e-4, 1e-3
+WEAR, WEAR_SCATTER = -1e-5, 3e-6  # [1/day]
+DAILY_WHEEL, DAILY_WHEELBASE = 1e-5, 1e-4
+_WHEEL_NAMES: tuple[str, ...] = WHEELS
+
+
+@dataclass(frozen=True, slots=True)
+class HallRobot:
+    """A robot of the hall.
+
+    Attributes:
+        vehicle: As its owner believes it to be.
+        wheels: Ratio of each wheel's true diameter on day 0 to what is believed, less 1, `(4,)`.
+        wheelbases: The same of each truck's wheelbase, `(2,)`.
+        wear: What each wheel's ratio gains in a day, `(4,)` [1/day].
+        ills: What goes wrong with it.
+        seed: Of all that is drawn by chance for it.
+    """
+
+    vehicle: VehicleParameters
+    wheels: Array
+    wheelbases: Array
+    wear: Array
+    ills: tuple[Ill, ...]
+    seed: int
+
+    def on(self, day: int, lap: int) -> tuple[Truth, Record]:
+        """Return the robot as it truly is in a lap of a day, and what its wheels do besides rolling."""
+        daily = np.random.default_rng((self.seed, day))
+        wheels = self.wheels + day * self.wear + DAILY_WHEEL * daily.normal(size=4)
+        wheelbases = self.wheelbases + DAILY_WHEELBASE * daily.normal(size=2)
+        record, biases = healthy_wheels(), {"joint_a": 0.0, "joint_b": 0.0}
+        for ill in self.ills:
+            size = ill.at(day)
+            if ill.kind == "wheelbase":
+                wheelbases["ab".index(ill.component)] += size
+            elif ill.kind == "joint_bias":
+                biases[ill.component] += size
+            elif ill.kind == "wheel_diameter":
+                wheels[_WHEEL_NAMES.index(ill.component)] += size
+            else:
+                field = "amplitude" if ill.kind == "wheel_eccentricity" else "play"
+                record[field][0, _WHEEL_NAMES.index(ill.component)] = size
+        true = self.vehicle
+        for number, (name, truck) in enumerate(self.vehicle.trucks.items()):
+            left, right = 1.0 + wheels[2 * number : 2 * number + 2]
+            changed = Truck(
+                truck.wheelbase * (1.0 + wheelbases[number]),
+                truck.wheel_diameter_left * left,
+                truck.wheel_diameter_right * right,
+            )
+            true = true.with_truck(name, changed)
+        seed = int(np.random.default_rng((self.seed, day, lap)).integers(2**31))
+        return Truth(true, effects=linkage_biases(**biases), seed=seed), record
+
+
+def draw_robot(
+    kind: str, number: int, seed: int, sync_period: float = 0.015, ills: tuple[Ill, ...] = ()
+) -> HallRobot:
+    """Return a robot of a type, with its number in its name; `sync_period` is that of its bus [s]."""
+    chance = np.random.default_rng((seed, number))
+    believed = _believed(kind)
+    bus = replace(believed.bus, sync_period=sync_period)
+    vehicle = replace(believed, name=f"{kind}-{number:04d}", bus=bus)
+    return HallRobot(
+        vehicle,
+        CALIBRATED_WHEEL * chance.normal(size=4),
+        CALIBRATED_WHEELBASE * chance.normal(size=2),
+        WEAR + WEAR_SCATTER * chance.normal(size=4),
+        ills,
+        int(chance.integers(2**31)),
+    )
+
+
+def _believed(kind: str) -> VehicleParameters:
+    """Return what the owner believes of a type: two of a single truck, and a two-truck robot."""
+    if kind == "train":
+        return reference_vehicle()
+    robot = replace(reference_single(), limits=Limits(speed=0.8, acceleration=0.5))
+    if kind == "tug":
+        return robot
+    large: TruckName = "a"
+    return robot.with_truck(large, Truck(0.520, 0.200, 0.200))

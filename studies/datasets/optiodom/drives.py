@@ -1,0 +1,81 @@
+"""Any set of the OptiOdom data as drives for least squares: differential robot or tricycle, any path.
+
+See `studies.datasets.optiodom.files` for the format. The ticks of a row are those of its cycle, so they
+lead to the pose of the same row.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from omnimate.calib.paths.drives import Drive
+from omnimate.calib.paths.kinematics import Differential, Kinematics, Tricycle
+from omnimate.files.importers.errors import OptiOdomError
+from omnimate.vehicle.parameters import ParameterError, Truck
+from studies.datasets.optiodom.files import read_metadata, read_numbers, read_rows
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSet:
+    """All runs of one folder.
+
+    Attributes:
+        name: Name of the set, robot/path/date, as in the data.
+        robot: Kind of robot: diff or tricyc.
+        path: Kind of path: circular, free, ivanjko or square.
+        kinematics: Model of the nominal robot.
+        drives: A drive for each run.
+    """
+
+    name: str
+    robot: str
+    path: str
+    kinematics: Kinematics
+    drives: tuple[Drive, ...]
+
+
+def read_set(folder: Path | str) -> DriveSet:
+    """Return the runs of an OptiOdom folder.
+
+    Raises:
+        OptiOdomError: The folder is not an OptiOdom set, or a file in it is damaged.
+    """
+    folder = Path(folder).resolve()
+    metadata = read_metadata(folder)
+    ticks_per_turn = (
+        read_numbers(folder, metadata, "ngear", 1)[0] * read_numbers(folder, metadata, "encRes", 1)[0]
+    )
+    kinematics = _kinematics(folder, metadata)
+    files = sorted(folder.glob("*_run-[0-9][0-9].csv*"))
+    if not files:
+        raise OptiOdomError(folder, "no *_run-NN.csv in it")
+    drives = tuple(_drive(file, ticks_per_turn, kinematics) for file in files)
+    return DriveSet("/".join(folder.parts[-3:]), metadata["type"][0], folder.parts[-2], kinematics, drives)
+
+
+def _kinematics(folder: Path, metadata: dict[str, list[str]]) -> Kinematics:
+    kind = metadata.get("type", [""])[0]
+    wheelbase = read_numbers(folder, metadata, "Li", 1)[0]
+    try:
+        if kind == "diff":
+            right, left = read_numbers(folder, metadata, "Di", 2)
+            return Differential(Truck(wheelbase, left, right))
+        if kind == "tricyc":
+            return Tricycle(wheelbase, read_numbers(folder, metadata, "Di", 1)[0])
+    except ParameterError as error:
+        raise OptiOdomError(folder, str(error)) from error
+    raise OptiOdomError(folder, f"robot type {kind!r}; expected diff or tricyc")
+
+
+def _drive(path: Path, ticks_per_turn: float, kinematics: Kinematics) -> Drive:
+    rows = read_rows(path)
+    radians = 2.0 * math.pi / ticks_per_turn
+    if isinstance(kinematics, Differential):
+        readings = np.cumsum(rows[:, [5, 4]] * radians, axis=0)
+    else:
+        readings = np.stack([np.cumsum(rows[:, 4] * radians), rows[:, 5]], axis=-1)
+    return Drive(rows[:, 0], readings, rows[:, 0], rows[:, 1:4], np.full((len(rows), 3), np.nan), str(path))

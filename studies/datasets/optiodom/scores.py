@@ -1,0 +1,161 @@
+"""The real robots of the OptiOdom data: calibrated on the squares, scored on every set.
+
+The calibration uses the squares alone; `circular`, `free` and `ivanjko` are held out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.apply import corrected_truck
+from omnimate.calib.paths.kinematics import Differential
+from omnimate.calib.paths.least_squares import PathCalibration, calibrate_path
+from omnimate.calib.paths.reference import dead_reckoned
+from omnimate.calib.umbmark.printed import solve_printed
+from omnimate.calib.umbmark.runs import return_errors
+from omnimate.files.importers.errors import OptiOdomError
+from studies.datasets.optiodom.drives import DriveSet, read_set
+from studies.datasets.optiodom.files import find_sets
+from studies.datasets.optiodom.squares import read_squares
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from omnimate.calib.paths.drives import Drive
+    from omnimate.calib.paths.kinematics import Kinematics
+    from omnimate.vehicle.se2 import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Distance between dead reckoning and the measured poses, over the runs of one set.
+
+    Attributes:
+        final: Distance at the end of a run, root mean square over the runs [m].
+        rms: Distance along the path, root mean square over all samples of all runs [m].
+    """
+
+    final: float
+    rms: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetScores:
+    """The scores of one set.
+
+    Attributes:
+        name: Name of the set: robot/path/date.
+        runs: Number of runs.
+        seen: Whether the calibration used the set.
+        raw: Score with the nominal parameters of the set.
+        printed: Score with the parameters by the printed UMBmark equations; None for the tricycle.
+        fitted: Score with the parameters by the least-squares fit.
+        placed: Score with the parameters by the least-squares fit, and with the markers at the pose on the
+            robot that was estimated from the squares.
+    """
+
+    name: str
+    runs: int
+    seen: bool
+    raw: Score
+    printed: Score | None
+    fitted: Score
+    placed: Score
+
+
+@dataclass(frozen=True, slots=True)
+class RobotScores:
+    """One robot: its calibration, and its scores on all sets.
+
+    Attributes:
+        kind: Kind of robot: diff or tricyc.
+        calibration: Calibration by least squares on all squares.
+        printed: Model calibrated by the printed UMBmark equations, x and y averaged, on all squares; None for
+            the tricycle.
+        sets: Scores of each set, in order.
+    """
+
+    kind: str
+    calibration: PathCalibration
+    printed: Kinematics | None
+    sets: tuple[SetScores, ...]
+
+
+def score_optiodom(root: Path | str) -> tuple[RobotScores, ...]:
+    """Return the scores of every robot under a root that has squares.
+
+    Raises:
+        OptiOdomError: There is no set of squares, or a set is damaged.
+    """
+    folders = find_sets(root)
+    robots: dict[str, list[tuple[Path, DriveSet]]] = {}
+    for folder in folders:
+        data = read_set(folder)
+        robots.setdefault(data.robot, []).append((folder, data))
+    scored = [
+        _score_robot(kind, sets)
+        for kind, sets in robots.items()
+        if any(data.path == "square" for _, data in sets)
+    ]
+    if not scored:
+        raise OptiOdomError(root, "no folder square/ under it; the calibration needs squares")
+    return tuple(scored)
+
+
+def calibrate_squares(sets: Sequence[DriveSet]) -> PathCalibration:
+    """Return the least-squares calibration on the squares among sets of one robot.
+
+    The pose of the markers on the robot is estimated too, because they are mounted by eye.
+    """
+    drives = [drive for data in sets if data.path == "square" for drive in data.drives]
+    nominal = next(data.kinematics for data in sets if data.path == "square")
+    return calibrate_path(drives, nominal, with_offset=True)
+
+
+def score(data: DriveSet, kinematics: Kinematics, lever: Array | None = None) -> Score:
+    """Return the score of a model's dead reckoning on a set; `lever` `(3,)` places the markers."""
+    distances = [_distances(drive, kinematics, lever) for drive in data.drives]
+    finals = np.array([run[-1] for run in distances])
+    every = np.concatenate(distances)
+    return Score(float(np.sqrt(np.mean(finals**2))), float(np.sqrt(np.mean(every**2))))
+
+
+def _distances(drive: Drive, kinematics: Kinematics, lever: Array | None) -> Array:
+    away = dead_reckoned(drive, kinematics, lever) - drive.pose
+    return np.asarray(np.hypot(away[:, 0], away[:, 1]), np.float64)
+
+
+def _score_robot(kind: str, sets: list[tuple[Path, DriveSet]]) -> RobotScores:
+    calibration = calibrate_squares([data for _, data in sets])
+    printed = _printed(sets) if kind == "diff" else None
+    return RobotScores(
+        kind,
+        calibration,
+        printed,
+        tuple(
+            SetScores(
+                data.name,
+                len(data.drives),
+                data.path == "square",
+                score(data, data.kinematics),
+                None if printed is None else score(data, printed),
+                score(data, calibration.kinematics),
+                score(data, calibration.kinematics, calibration.lever),
+            )
+            for _, data in sets
+        ),
+    )
+
+
+def _printed(sets: list[tuple[Path, DriveSet]]) -> Kinematics:
+    """Return the model calibrated by the printed equations, U (4.17)-(4.32), from the runs of all squares."""
+    squares = [read_squares(folder) for folder, data in sets if data.path == "square"]
+    truck, side = squares[0].truck, squares[0].side
+    runs = [run for square in squares for run in square.runs]
+    errors = return_errors(runs, truck, side, str(sets[0][0].parent))
+    correction = solve_printed(errors, truck.wheelbase)
+    return Differential(corrected_truck(truck, correction.e_b, correction.e_d))

@@ -1,0 +1,92 @@
+"""What could be kept of a lap with 20 bumps (O 3) by a filter that is told when a wheel meets a bump.
+
+Peers: plain odometry, IPEC, the filter, and the filter on the same robots and floors without bumps, which is
+what a filter could keep that is told how much a wheel loses as well.
+
+Robots and drives are those of `ipec_accuracy`. The filter that is told distrusts a wheel from the sample in
+which it touches the obstacle until it has left it, and no other wheel.
+
+Usage: python -m studies.estimators.bump_bound [seeds [first seed]]
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.ipec.corrector import correct
+from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.live import Filter
+from omnimate.ipec.filter.step import follow_live, go_live
+from omnimate.ipec.readings import table_of
+from omnimate.vcan_sim.bumps import Bump, bumps_under
+from studies.estimators.ipec_accuracy import LEFT_BEHIND, lap, return_error, show
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.parameters import Channel
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+
+HEIGHT = 0.009  # [m] of the cables
+
+
+def touching(recording: Recording, seed: int) -> tuple[int, Array]:
+    """Return the number of the wheel that meets bumps, and whether it touches one in each sample `(N,)`."""
+    wheel: Channel = "a.left" if seed % 2 else "a.right"
+    radius = 0.5 * recording.vehicle.trucks["a"].wheel_diameter_left
+    rolled = radius * np.abs(recording.wheel_angle(wheel) - recording.wheel_angle(wheel)[0])
+    places = np.array([bump.after for bump in _bumps(wheel)])
+    reach = np.sqrt(2.0 * radius * HEIGHT)
+    near = np.abs(rolled[:, None] - places) <= reach
+    return ("a.left", "a.right").index(wheel), near.any(axis=1)
+
+
+def _bumps(wheel: Channel) -> tuple[Bump, ...]:
+    return bumps_under(wheel, 20, 1.0, 16.0, height=HEIGHT)
+
+
+def told(recording: Recording, seed: int) -> Array:
+    """Return the path of truck a `(N, 3)` by a filter that is told which wheel is on a bump, and when."""
+    wheel, near = touching(recording, seed)
+    counts, present = table_of(recording)
+    filter_ = Filter(recording.vehicle, prior=LEFT_BEHIND)
+    filter_.settings["gate"] = np.inf
+    begun = filter_.start()
+    state, filters = begun.record.copy(), begun.filters.copy()
+    path = np.empty((len(counts), 3))
+    for sample in range(len(counts)):
+        if near[sample]:
+            filters["alert"][:, wheel] = 1e-3
+        todo = go_live(filter_.settings, state, counts[sample], present[sample])
+        follow_live(filter_.settings, state, filters, todo)
+        mean = state["mean"][0]
+        path[sample] = mean[0], mean[1], mean[2] + mean[3]
+    return path
+
+
+def main() -> None:
+    """Print the return errors."""
+    count, first = (
+        (int(value) for value in [*sys.argv[1:], "40", "5000"][:2]) if len(sys.argv) > 2 else (40, 5000)
+    )
+    errors: dict[str, list[Array]] = {}
+    for seed in range(first, first + count):
+        bumpy, smooth = lap(seed, bumps=True), lap(seed, bumps=False)
+        paths = {
+            "plain": (bumpy, correct(bumpy, method="plain").pose_a),
+            "IPEC": (bumpy, correct(bumpy).pose_a),
+            "filter": (bumpy, estimate(bumpy, prior=LEFT_BEHIND).pose_a),
+            "told when": (bumpy, told(bumpy, seed)),
+            "no bumps": (smooth, estimate(smooth, prior=LEFT_BEHIND).pose_a),
+        }
+        for name, (recording, path) in paths.items():
+            errors.setdefault(name, []).append(return_error(recording, path))
+    print(f"O 3, 20 bumps under one wheel of truck a; rms of {count}")
+    for name, rows in errors.items():
+        show(name, np.array(rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,342 @@
+"""How well the joint model tells sick robots from bad places in a simulated hall, night after night.
+
+The first week finds the bad places; from then on every night judges all robots from what is known by then.
+No file is written or read on the way: the laps are simulated, and their numbers are those of `fleet run`.
+
+Peer: the truth of the hall.
+
+The joints are read from the first minute of each lap, because the filter's time would be most of all; a
+night reads the whole lap, and knows them better.
+
+Usage: python -m studies.estimators.fleet_hall [--robots 1000] [--days 30] [--sick 30] [--places 20]
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import sys
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.fleet.crossings import CELL, crossings_of
+from omnimate.fleet.hall.hall import draw_hall, hall_lap
+from omnimate.fleet.hall.store import date_of
+from omnimate.fleet.joints import JOINT_NUMBERS, joints_of
+from omnimate.fleet.model.changes import changes_of, listed
+from omnimate.fleet.model.days import histories_of, kind_of
+from omnimate.fleet.model.floor import Driven, floor_under
+from omnimate.fleet.model.histories import ordinary
+from omnimate.fleet.model.places import ENOUGH
+from omnimate.fleet.segments import PARAMETERS, segments_of
+from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from multiprocessing.pool import Pool
+
+    from omnimate.fleet.hall.hall import Hall
+    from omnimate.fleet.hall.ills import Ill
+    from omnimate.fleet.hall.places import Place
+    from omnimate.fleet.hall.robots import HallRobot
+    from omnimate.fleet.model.days import Day
+    from omnimate.fleet.model.floor import Floor
+    from omnimate.fleet.model.histories import History, Ordinary
+    from omnimate.fleet.morning import BadPlace, Change
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+
+WEEK = 7  # days that find the places
+SEEN = {"wheel_diameter", "wheelbase", "joint_bias"}  # ills that poses at docks, or the linkage, show
+SIGMAS = 10.0  # of a day, from which on an ill counts
+SOON = 3  # days after that, within which it is to be found
+NEAR = 0.3  # [m] that a place may be off
+PART = 25  # robots that a process drives at once
+SAME = 1.0  # [m] within which a found place is taken for a true one
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came out.
+
+    Attributes:
+        places: Places found, each with the distance to the true one that it is taken for [m]; inf for none.
+        missed: True places with none found near, each with the number of ways over it within the week.
+        judged: Robot-days judged.
+        false: Robots listed that are healthy, with the night.
+        waits: Of each sick robot whose ill is of a kind that is seen: nights from its 10 sigma to its
+            listing; None where it was not listed.
+        named: Of the sick ones listed: whether the right number is named.
+        unseen: Sick robots whose ill is of another kind, and whether they were listed.
+    """
+
+    places: list[tuple[BadPlace, float]]
+    missed: list[tuple[Place, int]]
+    judged: int
+    false: list[tuple[int, Change]]
+    waits: dict[str, int | None]
+    named: dict[str, bool]
+    unseen: dict[str, bool]
+
+    @property
+    def right(self) -> float:
+        """Part of all true robots and places that were listed as what they are, and of all listed ones."""
+        robots = sum(wait is not None for wait in self.waits.values())
+        places = sum(distance < SAME for _, distance in self.places)
+        wrong = len({change.robot for _, change in self.false}) + len(self.places) - places
+        often = sum(ways >= ENOUGH for _, ways in self.missed)  # where nobody drives, nothing shows
+        missed = len(self.waits) - robots + often
+        return (robots + places) / max(1, robots + places + wrong + missed)
+
+
+def lap_of(hall: Hall, robot: HallRobot, day: int, minutes: float, linkage: float) -> Driven:
+    recording = hall_lap(hall, robot, day, 0, minutes)
+    cut = segments_of(recording)
+    assert cut is not None
+    segments, steps = cut
+    crossings = crossings_of(steps)
+    crossings = replace(
+        crossings, loss=crossings.loss.astype(np.float32), creep=crossings.creep.astype(np.float32)
+    )
+    kind = kind_of(robot.vehicle)
+    joints = joints_of(beginning(recording, linkage))
+    return Driven(robot.vehicle.name, kind, date_of(day), segments, crossings, joints)
+
+
+def beginning(recording: Recording, seconds: float) -> Recording:
+    """Return the first seconds of a recording, without its poses."""
+    rows = recording.between(float(recording.time[0]), float(recording.time[0]) + seconds)
+    return replace(
+        recording,
+        time=recording.time[rows],
+        counts=recording.counts[rows],
+        present=recording.present[rows],
+        poses=None,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Laps:
+    """Who drives: each robot one lap a day, in some processes.
+
+    Attributes:
+        hall: The hall.
+        minutes: Time of a lap, about [min].
+        linkage: Time of each lap that the filter of the joints sees [s].
+        pool: The processes.
+    """
+
+    hall: Hall
+    minutes: float
+    linkage: float
+    pool: Pool
+
+    def of_day(self, day: int) -> list[Driven]:
+        """Return the laps of all robots on a day."""
+        tasks = ((self.hall, robots, day, self.minutes, self.linkage) for robots in self._parts())
+        return [lap for part in self.pool.starmap(laps_of, tasks) for lap in part]
+
+    def numbers_of_day(self, day: int, floor: Floor) -> list[Day]:
+        """Return what the laps of all robots on a day say of them beside a floor."""
+        tasks = ((floor, self.hall, robots, day, self.minutes, self.linkage) for robots in self._parts())
+        return [number for part in self.pool.starmap(numbers_of, tasks) for number in part]
+
+    def _parts(self) -> list[Sequence[HallRobot]]:
+        return [self.hall.robots[first : first + PART] for first in range(0, len(self.hall.robots), PART)]
+
+
+def laps_of(
+    hall: Hall, robots: Sequence[HallRobot], day: int, minutes: float, linkage: float
+) -> list[Driven]:
+    return [lap_of(hall, robot, day, minutes, linkage) for robot in robots]
+
+
+def numbers_of(
+    floor: Floor, hall: Hall, robots: Sequence[HallRobot], day: int, minutes: float, linkage: float
+) -> list[Day]:
+    return floor.days(laps_of(hall, robots, day, minutes, linkage))
+
+
+def study(laps: Laps, days: int, say: Callable[[str], object]) -> tuple[Outcome, list[History]]:
+    hall = laps.hall
+    driven, week = [], min(WEEK, days)
+    for day in range(week):
+        driven += laps.of_day(day)
+        say(f"day {day}")
+    floor = floor_under(driven)
+    say(
+        f"{len(floor.places)} places, roughness {1e3 * floor.roughness:.3f} mm/sqrt(m) "
+        f"(true {1e3 * CONCRETE_ROUGHNESS:.3f})"
+    )
+    numbers = floor.days(driven)
+    crossed = np.array([ways_over(place, driven) for place in hall.places], int)
+    del driven
+    nights: dict[int, list[Change]] = {}
+    usual: dict[str, Ordinary] = {}
+    histories: list[History] = []
+    judged = 0
+    for day in range(week - 1, days):
+        if day >= week:
+            numbers += laps.numbers_of_day(day, floor)
+        histories = histories_of(numbers)
+        usual = {
+            kind: ordinary([single for single in histories if single.kind == kind])
+            for kind in {single.kind for single in histories}
+        }
+        changes = changes_of(histories, usual)
+        judged += len(changes)
+        nights[day] = listed(changes)
+        say(f"night {day}: {', '.join(change.robot for change in nights[day])}")
+    return outcome(hall, floor.places, crossed, nights, usual, judged), histories
+
+
+def ways_over(place: Place, driven: Sequence[Driven]) -> int:
+    """Return how many ways lead over a true place."""
+    count = 0
+    for single in driven:
+        over = single.crossings
+        from_place = CELL * over.cell - np.array([place.x, place.y])
+        count += len(np.unique(over.way[np.hypot(from_place[:, 0], from_place[:, 1]) <= place.reach]))
+    return count
+
+
+def outcome(
+    hall: Hall,
+    places: Sequence[BadPlace],
+    crossed: Array,
+    nights: dict[int, list[Change]],
+    usual: dict[str, Ordinary],
+    judged: int,
+) -> Outcome:
+    distances = np.array([[np.hypot(a.x - b.x, a.y - b.y) for b in hall.places] for a in places])
+    distances = distances.reshape(len(places), len(hall.places))
+    first = {
+        robot.vehicle.name: next(
+            (day for day, listing in nights.items() if any(c.robot == robot.vehicle.name for c in listing)),
+            None,
+        )
+        for robot in hall.robots
+    }
+    false, waits, named, unseen = [], {}, {}, {}
+    for robot in hall.robots:
+        name, found = robot.vehicle.name, first[robot.vehicle.name]
+        change = None if found is None else next(c for c in nights[found] if c.robot == name)
+        ill = robot.ills[0] if robot.ills else None
+        if change is not None and (ill is None or found < ill.day):
+            false.append((found, change))
+        elif ill is not None and ill.kind not in SEEN:
+            unseen[f"{name} {ill.kind}"] = change is not None
+        elif ill is not None:
+            number = number_of(ill)
+            sigma = usual[kind_of(robot.vehicle)].sigma[number]
+            strong = [day for day in nights if abs(ill.at(day)) >= SIGMAS * sigma]
+            if strong and strong[0] + SOON <= max(nights):
+                waits[name] = None if found is None else max(0, found - strong[0])
+                if change is not None:
+                    named[name] = change.name == (*PARAMETERS, *JOINT_NUMBERS)[number]
+    far = distances.min(axis=0) >= SAME if len(places) else np.ones(len(hall.places), bool)
+    pairs = zip(hall.places, crossed.tolist(), far.tolist(), strict=True)
+    missed = [(place, ways) for place, ways, is_far in pairs if is_far]
+    located = list(zip(places, taken(distances).tolist(), strict=True))
+    return Outcome(located, missed, judged, false, waits, named, unseen)
+
+
+def number_of(ill: Ill) -> int:
+    """Return the place of the number that an ill changes in a history."""
+    return ["a.left", "a.right", "a", "joint_a", "joint_b"].index(ill.component)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--robots", type=int, default=1000)
+    parser.add_argument("--days", type=int, default=30)
+    parser.add_argument("--sick", type=int, default=30)
+    parser.add_argument("--places", type=int, default=20)
+    parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--period", type=float, default=0.04, help="of SYNC [s]")
+    parser.add_argument(
+        "--linkage", type=float, default=60.0, help="of each lap that the filter of the joints sees [s]"
+    )
+    parser.add_argument("--jobs", type=int, default=2, help="processes that drive")
+    options = parser.parse_args()
+    hall = draw_hall(
+        options.robots,
+        options.days,
+        sick=options.sick,
+        places=options.places,
+        seed=options.seed,
+        sync_period=options.period,
+    )
+    with multiprocessing.Pool(options.jobs) as pool:
+        laps = Laps(hall, options.minutes, options.linkage, pool)
+        result, _ = study(laps, options.days, lambda text: print(text, file=sys.stderr, flush=True))
+        pool.close()
+        pool.join()
+    spent = sum(os.times()[:4])  # of this process and of those that it waited for
+    print(
+        f"{options.robots} robots, {options.days} days, {options.minutes:g} minutes each: "
+        f"{spent:.0f} s of processor time, simulation included"
+    )
+    return report(result, hall)
+
+
+def taken(distances: Array) -> Array:
+    """Return how far each found place is from the true one that it is taken for, `(F,)`; inf for none.
+
+    A true place is taken once, by the nearest one found.
+
+    Args:
+        distances: Of each found place from each true one [m], `(F, T)`.
+    """
+    left, away = distances.copy(), np.full(len(distances), np.inf)
+    while left.size and left.min() < SAME:
+        found, true = np.unravel_index(int(np.argmin(left)), left.shape)
+        away[found] = left[found, true]
+        left[found], left[:, true] = np.inf, np.inf
+    return away
+
+
+def report(result: Outcome, hall: Hall) -> int:
+    right = [distance for _, distance in result.places if distance < SAME]
+    near = sum(distance <= NEAR for distance in right)
+    print(
+        f"places: {len(right)} of {len(hall.places)} found, {len(result.places) - len(right)} that are none; "
+        f"{near} within {NEAR} m, the farthest {max(right, default=0.0):.2f} m"
+    )
+    for place, distance in result.places:
+        spread = float(np.sqrt(np.trace(place.covariance) / 2.0))
+        off = f"off by {distance:.2f}" if distance < SAME else "where none is"
+        print(
+            f"  {place.effect:5} at {place.x:6.2f} {place.y:6.2f} +- {spread:.2f} m, {off}, "
+            f"{1e3 * place.per_crossing:5.1f} mm a crossing, {place.crossings} crossings"
+        )
+    for missed, ways in result.missed:
+        counts = "" if ways >= ENOUGH else f", which does not count: {ENOUGH} ways or more would"
+        where = f"{missed.kind} at {missed.x:6.2f} {missed.y:6.2f}"
+        print(f"  missed: {where}, size {missed.size:.4f}, {ways} ways over it{counts}")
+    robot_days = result.judged
+    print(
+        f"healthy robots listed: {len(result.false)} in {robot_days} robot-days "
+        f"(wanted: at most {robot_days // 1000})"
+    )
+    for night, change in result.false:
+        print(f"  night {night}: {change}")
+    waits = list(result.waits.values())
+    soon = sum(wait is not None and wait <= SOON for wait in waits)
+    print(
+        f"sick robots of {SIGMAS:.0f} sigma of a day: {soon} of {len(waits)} listed within {SOON} days; "
+        f"{sum(result.named.values())} of {len(result.named)} with the right number named"
+    )
+    print(f"  nights waited: {result.waits}")
+    print(f"  of ills that neither docks nor the joints' means show: {result.unseen}")
+    print(f"robot or floor right: {100.0 * result.right:.1f} % (wanted: 95 %)")
+    kept = len(result.false) <= robot_days / 1000 and soon == len(waits) and near == len(right)
+    return 0 if kept and result.right >= 0.95 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The accuracy of `omnimate listen` on buses that are simulated from EDS files."""

@@ -1,0 +1,222 @@
+"""A bus of devices of EDS files on a robot that drives about: its frames, and what is true of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.files.logs.frames import Frame, Frames, frames_of
+from studies.listen.devices import Pdo, described, eds_files, pdos_of
+from studies.listen.foreign import foreign_messages
+from studies.listen.motion import drive
+from studies.listen.objects import Shaft
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SECONDS = 60.0
+FOREIGN = 0.3  # share of buses on which others than CANopen devices send, too
+DRIVES = {"drive_cia402", "elmo_gold", "maxon_epos2_347717", "pilz_prbt_0_1", "faulhaber_605.3150.71-A"}
+ENCODERS = {
+    "encoder_cia406",
+    "encoder_single_turn_cia406",
+    "encoder_linear_cia406",
+    "cia406_profile_kacanopen",
+}
+
+
+@dataclass
+class Session:
+    """When the drives of a robot were enabled; None before the log begins."""
+
+    enabled: float | None = None
+
+
+@dataclass
+class Bus:
+    """A log and its truth.
+
+    Attributes:
+        name: Name of the case.
+        eds: EDS file that the case is of.
+        frames: The log.
+        pdos: The PDOs by COB-ID.
+        nodes: EDS name by node.
+        sync: Period of SYNC [s]; None without.
+        boots: Whether the boot-up and the SDO traffic are in the log.
+        trucks: Number of trucks.
+    """
+
+    name: str
+    eds: str
+    frames: Frames
+    pdos: dict[int, Pdo]
+    nodes: dict[int, str]
+    sync: float | None
+    boots: bool
+    trucks: int
+    heartbeats: dict[int, float] = field(default_factory=dict)
+
+
+def make_bus(eds: str, seed: int, path: Path | None = None) -> Bus:
+    """Return a bus of a robot whose wheels have devices of an EDS file, with others beside them.
+
+    Args:
+        eds: Name of the EDS file.
+        seed: Seed of everything that is drawn.
+        path: The file, where it is none of `eds_files`.
+    """
+    files = eds_files() | ({} if path is None else {eds: path})
+    random = np.random.default_rng([seed, *eds.encode()])
+    trucks = 1 if random.random() < 0.55 else 2
+    motion = drive(random, SECONDS + 2, trucks)
+    boots = bool(random.random() < 0.4)
+    session = Session(float(random.uniform(2.5, 5.0)) if boots else None)
+    angles = {**motion.wheels, **motion.joints, **({"link": motion.link} if motion.link is not None else {})}
+    shafts = {name: Shaft(random, motion.time, angle, name) for name, angle in angles.items()}
+    for wheel in motion.wheels:  # the wheels of a robot are alike, seldom mirrored or of another resolution
+        if random.random() < 0.85:
+            shafts[wheel].scale = shafts["a.left"].scale
+    mirrored = random.random() < 0.6
+    for wheel in motion.wheels:
+        if random.random() < 0.9:
+            shafts[wheel].sign = -1 if mirrored and wheel.endswith("left") else 1
+    ids = iter(random.permutation(np.arange(1, 100)).tolist())
+    nodes, pdos = {}, {}
+
+    def add(name, carried):
+        node = next(ids)
+        nodes[node] = name
+        for pdo in pdos_of(random, files[name], node, carried, session):
+            pdos[pdo.cob_id] = pdo
+
+    measures = eds in DRIVES | ENCODERS or {0x6064, 0x6004} & {index for index, _ in described(files[eds])[0]}
+    moving = eds if measures else str(random.choice(["drive_cia402", "encoder_cia406"]))
+    double = moving == "encoder_cia406" and random.random() < 0.4
+    for truck in "ab"[:trucks]:
+        pair = [shafts[f"{truck}.left"], shafts[f"{truck}.right"]]
+        for carried in [pair] if double else [[shaft] for shaft in pair]:
+            add(moving, carried)
+    if trucks == 2:
+        for name in ("joint_a", "joint_b"):
+            add("encoder_single_turn_cia406", [shafts[name]])
+        add("encoder_linear_cia406", [shafts["link"]])
+    if not measures:
+        add(eds, [])
+    _schedule(random, pdos, sync := float(random.choice([0.005, 0.01, 0.01, 0.02, 0.02, 0.025, 0.05])))
+    if random.random() < FOREIGN:
+        pdos |= {message.cob_id: message for message in foreign_messages(random)}
+    has_sync = any(pdo.cause == "sync" for pdo in pdos.values())
+    frames, beats = _frames(random, pdos, nodes, sync if has_sync else None, boots)
+    return Bus(f"{eds}-{seed}", eds, frames, pdos, nodes, sync if has_sync else None, boots, trucks, beats)
+
+
+def _schedule(random, pdos, sync):
+    synchronous = random.random() < 0.8
+    for pdo in pdos.values():
+        if synchronous and random.random() < 0.8:
+            pdo.cause, pdo.every = "sync", int(random.choice([1, 1, 1, 1, 2, 5]))
+        elif random.random() < 0.7:
+            pdo.cause, pdo.every = "timer", float(random.choice([0.01, 0.02, 0.05, 0.1, 0.2]))
+        else:
+            pdo.cause, pdo.every = "change", float(random.choice([0.005, 0.01, 0.03]))
+        if sync * pdo.every > 0.25 and pdo.cause == "sync":
+            pdo.every = 1
+
+
+def _frames(random, pdos, nodes, sync, boots):
+    rows: list[Frame] = []
+    started = 1.8 if boots else 0.0
+    syncs = np.arange(0.001, SECONDS, sync) if sync else np.empty(0)
+    if sync:
+        syncs = syncs + random.normal(0, 0.00003, len(syncs))
+        counter = random.random() < 0.15
+        rows += [Frame(float(t), 0x80, bytes([n % 240 + 1]) if counter else b"") for n, t in enumerate(syncs)]
+    lost = 0.001 if random.random() < 0.2 else 0.0
+    for rank, pdo in enumerate(sorted(pdos.values(), key=lambda pdo: pdo.cob_id)):
+        times, sampled = _times(random, pdo, syncs, rank, started)
+        columns = [each.values(sampled) for each in pdo.fields]
+        words = [
+            sum(int(column[n]) << each.start for column, each in zip(columns, pdo.fields, strict=True))
+            for n in range(len(times))
+        ]
+        last = None
+        keep = random.random(len(times)) >= lost
+        for n, (time, word) in enumerate(zip(times.tolist(), words, strict=True)):
+            if pdo.cause == "change" and word == last:
+                continue
+            last = word
+            if keep[n]:
+                order = "big" if pdo.is_big_endian else "little"
+                rows.append(Frame(time, pdo.cob_id, word.to_bytes(pdo.length, order)))
+    beats = {}
+    for node in nodes:
+        period = float(random.choice([0.1, 0.5, 1.0]))
+        beats[node] = period
+        begin = random.uniform(0.05, 0.6)
+        if boots:
+            rows.append(Frame(begin, 0x700 + node, b"\0"))
+        for time in np.arange(begin + period, SECONDS, period) + random.normal(0, 0.0005):
+            state = 0x7F if boots and time < started else 5
+            rows.append(Frame(float(time), 0x700 + node, bytes([state])))
+        if random.random() < 0.15:
+            rows.append(Frame(random.uniform(10, 50), 0x80 + node, bytes.fromhex("1081010000000000")))
+        if boots:
+            _configure(random, rows, node, pdos, begin)
+    if boots:
+        rows += [Frame(started, 0, b"\x01\x00")]
+    if random.random() < 0.2:
+        rows += [Frame(float(t), 0x100, bytes(6)) for t in np.arange(0.3, SECONDS, 1.0)]
+    rows.sort(key=lambda row: row.time)
+    return frames_of(Frame(1.7e9 + row.time, *row[1:]) for row in rows), beats
+
+
+def _times(random, pdo, syncs, rank, started):
+    """Return when the PDO is sent and when its values are taken [s]."""
+    if pdo.cause == "sync":
+        phase = int(random.integers(0, pdo.every))
+        at = syncs[phase :: int(pdo.every)]
+        at = at[at >= started]
+        return at + 0.0003 + 0.00013 * rank + np.abs(random.normal(0, 0.00004, len(at))), at
+    step = pdo.every * random.normal(1, 0.002)
+    at = np.arange(started + random.uniform(0, pdo.every), SECONDS, step)
+    at = at + np.abs(random.normal(0, 0.0001, len(at)))
+    return at, at
+
+
+def _configure(random, rows, node, pdos, begin):
+    """Write the mappings of a node's PDOs as CiA 301 (7.5.2.38) asks for, or read them."""
+    time = begin + 0.05
+    if random.random() < 0.25:  # this node is not configured
+        return
+    writes = random.random() < 0.7
+
+    def transfer(index, subindex, value, size):
+        nonlocal time
+        head = index.to_bytes(2, "little") + bytes([subindex])
+        code = {1: 0x0F, 2: 0x0B, 4: 0x03}[size]
+        body = value.to_bytes(size, "little").ljust(4, b"\0")
+        asks = bytes([0x20 | code]) + head + body if writes else b"\x40" + head + bytes(4)
+        answers = b"\x60" + head + bytes(4) if writes else bytes([0x40 | code]) + head + body
+        rows.append(Frame(time, 0x600 + node, asks))
+        rows.append(Frame(time + 0.0008, 0x580 + node, answers))
+        time += 0.003
+
+    transfer(0x1000, 0, 0x00020192, 4) if not writes else None
+    for pdo in pdos.values():
+        if pdo.node != node or (pdo.is_receive and random.random() < 0.5):
+            continue
+        base = 0x1400 if pdo.is_receive else 0x1800
+        transfer(base + pdo.number, 1, pdo.cob_id | 0x80000000 if writes else pdo.cob_id, 4)
+        transfer(base + pdo.number, 2, int(pdo.every) if pdo.cause == "sync" else 255, 1)
+        if writes:
+            transfer(base + 0x200 + pdo.number, 0, 0, 1)
+        for number, each in enumerate(pdo.fields, start=1):
+            transfer(
+                base + 0x200 + pdo.number, number, each.object[0] << 16 | each.object[1] << 8 | each.bits, 4
+            )
+        transfer(base + 0x200 + pdo.number, 0, len(pdo.fields), 1)
+        if writes:
+            transfer(base + pdo.number, 1, pdo.cob_id, 4)

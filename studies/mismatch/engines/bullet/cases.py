@@ -1,0 +1,324 @@
+"""The cases of the world in PyBullet: robots in turn, courses, floors, measurements, and what is built in."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from studies.mismatch.engines.bullet import encoders, faults
+from studies.mismatch.engines.bullet.alike import CLEAR, alike, everyday
+from studies.mismatch.engines.bullet.chassis import ROBOTS, Chassis
+from studies.mismatch.engines.bullet.drive import Course, TippedError, drive
+from studies.mismatch.engines.bullet.encoders import recorded, seen
+from studies.mismatch.engines.bullet.floor import Floor
+from studies.mismatch.engines.bullet.measured import axle_ahead
+from studies.mismatch.engines.bullet.setting import Fault, Setting
+from studies.mismatch.engines.drives import commands
+from studies.mismatch.engines.labels import label
+from studies.mismatch.engines.robots import Robot
+from studies.mismatch.engines.robots import encoders as drawn_encoders
+from studies.mismatch.engines.scene import SEEDS, START
+from studies.mismatch.engines.strength.bound import Noise, Ruler
+from studies.mismatch.engines.strength.laws import altered
+from studies.mismatch.engines.strength.residual import residual
+from studies.mismatch.engines.true_motion import Nominal, calibrate
+from studies.mismatch.engines.wide.cases import seen as as_recorded
+from studies.mismatch.engines.wide.programmes import PROGRAMMES
+from studies.mismatch.engines.wide.robots import COUNTS, JOINTS, METRES, within
+from studies.mismatch.engines.writing import Measuring, write
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.random import Generator
+    from numpy.typing import NDArray
+
+    from studies.mismatch.engines.drives import Lap, Leg
+    from studies.mismatch.engines.strength.drive import Drive as Seen
+    from studies.mismatch.engines.true_motion import Drive
+
+    Array = NDArray[np.float64]
+    Build = Callable[[Setting], Fault]
+
+KINDS = {"null": 0.25, "single": 0.6, "multi": 0.15}  # shares of the cases; single ones may have no name
+ROLLING: tuple[Build, ...] = (
+    faults.wheel_diameter,
+    faults.wheel_eccentricity,
+    faults.wheelbase,
+    faults.bump,
+    faults.tyre_loses_air,
+    faults.wheel_misalignment,
+    encoders.count_loss,
+    encoders.latency,
+)
+SKIDDING: tuple[Build, ...] = (
+    faults.wheel_diameter,
+    faults.one_tyre,
+    faults.wheelbase,
+    faults.payload_moves,
+    faults.slippery,
+    faults.tyre_loses_air,
+    encoders.count_loss,
+)
+LINKED: tuple[Build, ...] = (
+    encoders.joint_bias,
+    encoders.joint_eccentricity,
+    encoders.joint_backlash,
+    encoders.link_bias,
+)
+DRAGGED: tuple[Build, ...] = (faults.slippery, faults.dragging)  # of a tug whose tyres creep
+
+SLOPES, SMOOTH = (5e-4, 6e-3), (2e-4, 1.5e-3)  # of floors; where wheels skid, rough ones lift them
+SPEEDS, TALL = (0.12, 0.5), (0.1, 0.25)  # [m/s]; R2D2 falls over at more
+SERVOS = (0.2, 0.6), (0.5, 1.5)  # [m/s^2], [rad/s^2]
+PERIODS = (0.02, 0.025, 0.04, 0.05)  # [s]
+DURATIONS = (40.0, 75.0)  # [s] of driving, without stops
+EIGHT = 0.6  # [m], radius of the eight of a calibration
+SKIDDING_BASE = 1.5  # wheelbase over distance of the wheels, before a robot that skids is calibrated
+RUBBER = (0.03, 0.08)  # [m/s] of slip at which a tug's tyres have 0.7 of their grip, where they creep
+BENT = 1.2  # [rad] of a joint beyond which a drive is drawn again
+PLACES, HEADINGS = (1e-3, 3e-3), (1e-3, 5e-3)  # [m], [rad] of measured poses, as they are and as is stated
+DENSE = 0.1  # [s] between poses that are not at stops
+PLANE = Floor(0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """What is drawn before anything is built in."""
+
+    setting: Setting
+    robot: Robot
+    course: Course
+    measuring: Measuring | None
+    floor: Floor
+    ahead: Array
+
+    @property
+    def laps(self) -> list[tuple[str, float, float]]:
+        """Laps as (direction, start [s], end [s])."""
+        start, period = self.setting.start, self.course.period
+        return [
+            (name, start + first * period, start + last * period) for name, first, last in self.course.laps
+        ]
+
+    def driven(self, chassis: Chassis, floor: Floor, hidden: Sequence[Fault]) -> Drive:
+        """Return a drive with faults, its poses where the truck turns about its axle."""
+        for fault in hidden:
+            chassis = fault.build(chassis)
+        floor = replace(floor, boxes=tuple(box for fault in hidden for box in fault.boxes))
+        hooks = [hook for fault in hidden for hook in fault.hooks]
+        return _at(drive(chassis, floor, self.course, self.setting.nominal, hooks), self.ahead)
+
+    def seen(self, driven: Drive, hidden: Sequence[Fault]) -> Seen:
+        """Return a drive as sensors with these faults, and no other error, see it."""
+        view = seen(self.robot, driven, self.setting.start, self.laps, self.measuring)
+        for fault in hidden:
+            if fault.sensed is not None:
+                view = altered(view, fault.effect, fault.component, fault.sensed)
+        return view
+
+
+def make(wanted: tuple[Path, int, int], measuring: Measuring | None = None) -> dict[str, Any]:
+    """Write the recording of a case into a folder, and return its label.
+
+    Args:
+        wanted: Folder, seed and number of the case.
+        measuring: How poses are measured; None to draw it, too.
+    """
+    folder, seed, number = wanted
+    if folder.exists():
+        shutil.rmtree(folder)
+    chance = np.random.default_rng([seed, number, 8])
+    kind = str(chance.choice(list(KINDS), p=list(KINDS.values())))
+    while True:
+        try:
+            case = _case(chance, list(ROBOTS)[number % len(ROBOTS)], seed, number)
+            hidden = _hidden(case.setting, kind)
+            chassis, healthy = case.setting.chassis, case.setting.healthy
+            alone = [healthy if fault.sensed else case.driven(chassis, PLANE, [fault]) for fault in hidden]
+            driven = case.driven(chassis, case.floor, hidden)
+        except TippedError:
+            continue
+        case = case if measuring is None else replace(case, measuring=measuring)
+        return _written(folder / "1", case, hidden, alone, driven)
+
+
+def _case(chance: Generator, name: str, seed: int, number: int) -> _Case:
+    """Return a robot, calibrated, and its drive on a plane.
+
+    Raises:
+        TippedError: It fell over, or its trucks folded.
+    """
+    chassis = ROBOTS[name](chance)
+    if name == "tug" and chance.random() < 0.5:
+        chassis = replace(chassis, creep=within(chance, RUBBER))
+    course, calibrating = _courses(chance, chassis)
+    first = Nominal(
+        np.array([wheel.radius for wheel in chassis.wheels.values()]),
+        np.array(chassis.tracks) * (SKIDDING_BASE if chassis.skids else 1.0),
+        chassis.link,
+    )
+    known = drive(chassis, PLANE, calibrating, first)
+    ahead = axle_ahead(known) if chassis.skids else np.zeros(chassis.trucks)
+    nominal = calibrate(_at(known, ahead), chassis.link)
+    start = START + 1000.0 * ((10_000 * seed + number) % SEEDS)
+    healthy = _at(drive(chassis, PLANE, course, nominal), ahead)
+    if np.abs(healthy.joints).max() > BENT:
+        raise TippedError("the trucks folded")
+    floor = Floor(within(chance, SMOOTH if chassis.skids else SLOPES), number)
+    return _Case(
+        Setting(chance, chassis, nominal, healthy, start),
+        _robot(chance, chassis, nominal, course.period),
+        course,
+        _measuring(chance, chassis.trucks),
+        floor,
+        ahead,
+    )
+
+
+def _courses(chance: Generator, chassis: Chassis) -> tuple[Course, Course]:
+    """Return a course, and one for the calibration of the robot: a lap of the first and an eight."""
+    speed = within(chance, TALL if chassis.name == "r2d2" else SPEEDS)
+    laps = _laps(chance, speed, chassis.trucks)
+    around, rate = 2.0 * np.pi * EIGHT / speed, speed / EIGHT
+    eight: list[Leg] = [(speed, rate, around), (speed, -rate, around)]
+    period, angles = float(chance.choice(PERIODS)), chance.uniform(-3.0, 3.0, 2 * chassis.trucks)
+    servo = within(chance, SERVOS[0]), within(chance, SERVOS[1])
+    both = (commands(each, period, servo) for each in (laps, [laps[0], ("none", eight)]))
+    course, calibrating = (Course(wanted, spans, period, angles) for wanted, spans in both)
+    return course, calibrating
+
+
+def _laps(chance: Generator, speed: float, trucks: int) -> list[Lap]:
+    """Return two laps or more of a programme that lasts about a minute."""
+    while True:
+        lap_of = PROGRAMMES[str(chance.choice(list(PROGRAMMES)))](chance, speed, trucks)
+        laps: list[Lap] = []
+        lasts = 0.0
+        while len(laps) < 2 or lasts < DURATIONS[0]:
+            laps.append(lap_of(len(laps)))
+            lasts += sum(leg[2] for leg in laps[-1][1])
+        if lasts < DURATIONS[1]:
+            return laps
+
+
+def _at(driven: Drive, ahead: Array) -> Drive:
+    """Return a drive with the poses of places ahead of the trucks' origins [m]."""
+    heading = driven.poses[:, :, 2]
+    poses = driven.poses.copy()
+    poses[:, :, 0] += ahead * np.cos(heading)
+    poses[:, :, 1] += ahead * np.sin(heading)
+    return replace(driven, poses=poses)
+
+
+def _robot(chance: Generator, chassis: Chassis, nominal: Nominal, period: float) -> Robot:
+    """Return the robot as its owner believes it to be, with random encoders."""
+    turn = round(2.0 * np.pi * float(nominal.radii[0]) / within(chance, COUNTS))
+    resolutions = turn, int(chance.choice(JOINTS)), round(within(chance, METRES))
+    nodes = chance.permutation(np.arange(2, 60))
+    return Robot(
+        chassis.name,
+        chassis.trucks,
+        tuple(map(float, nominal.tracks)),
+        tuple(map(float, nominal.radii)),
+        nominal.link,
+        period,
+        drawn_encoders(chance, nodes, chassis.trucks, resolutions),
+    )
+
+
+def _measuring(chance: Generator, trucks: int) -> Measuring | None:
+    """Return how poses are measured; not at all only where a linkage tells something."""
+    kind = str(chance.choice(["none", "stops", "dense"] if trucks == 2 else ["stops", "dense", "dense"]))
+    place, heading = within(chance, PLACES), within(chance, HEADINGS)
+    both = trucks == 2 and bool(chance.random() < 0.5)
+    if kind == "none":
+        return None
+    return Measuring((place, place, heading), 0.0 if kind == "stops" else DENSE, both)
+
+
+def _hidden(at: Setting, kind: str) -> list[Fault]:
+    """Return faults, drawn at random, on different components."""
+    count = {"null": 0, "single": 1, "multi": 2}[kind]
+    hidden: dict[str, Fault] = {}
+    while len(hidden) < count:
+        fault = _builds(at.chassis)[int(at.chance.integers(len(_builds(at.chassis))))](at)
+        if fault.effect not in {other.effect for other in hidden.values()}:
+            hidden[fault.component] = fault
+    return list(hidden.values())
+
+
+def _builds(chassis: Chassis) -> tuple[Build, ...]:
+    if chassis.skids:
+        return SKIDDING
+    if chassis.link:
+        return (*ROLLING, *LINKED)
+    return (*ROLLING, *DRAGGED) if chassis.creep else ROLLING
+
+
+def _written(
+    folder: Path, case: _Case, hidden: Sequence[Fault], alone: Sequence[Drive], driven: Drive
+) -> dict[str, Any]:
+    """Write the recording of a drive, and return its label.
+
+    Args:
+        folder: Folder of the recording.
+        case: The case.
+        hidden: Its faults.
+        alone: A drive on a plane with each of them alone.
+        driven: The drive with all of them.
+    """
+    chance, robot, measuring = case.setting.chance, case.robot, case.measuring
+    log = recorded(robot, case.seen(driven, hidden), driven, case.laps, chance)
+    write(folder, robot, log, measuring, 0.0, chance)
+    healthy = case.seen(case.setting.healthy, [])
+    untouched = residual(healthy)
+    changed = [residual(case.seen(one, [fault])) for one, fault in zip(alone, hidden, strict=True)]
+    noisy = residual(as_recorded(robot, log, measuring, chance))
+    smooth = {part: sum((each[part] - own for each in changed), own) for part, own in untouched.items()}
+    ruler = Ruler(Noise.of([{part: noisy[part] - smooth[part] for part in noisy}]), (untouched,))
+    labels = [
+        _label(case, fault, one, driven, healthy, ruler) for fault, one in zip(hidden, alone, strict=True)
+    ]
+    weak = any(each["sigmas_above_noise"] < CLEAR for each in labels)
+    unnamed = any(each["effect"] == "unknown" for each in labels)
+    kind = "null" if not labels else "multi" if len(labels) > 1 else "unknown" if unnamed else "single"
+    verdict = ["insufficient", "agreement", "mismatch"] if weak else ["mismatch"] if labels else ["agreement"]
+    chassis = case.setting.chassis
+    return {
+        "kind": "insufficient" if weak else kind,
+        "verdict": verdict,
+        "recordings": [folder.name],
+        "effects": labels,
+        "secondary": everyday(healthy, ruler, ruler.noise.whitened([untouched])),
+        "engine": "pybullet",
+        "robot": chassis.name,
+        "creep": chassis.creep,
+        "poses": "none" if measuring is None else f"{measuring.period:g} s",
+        "period": robot.period,
+        "slope": case.floor.slope,
+        "seconds_of_driving": round(float(driven.time[-1]), 1),
+    }
+
+
+def _label(
+    case: _Case, fault: Fault, alone: Drive, driven: Drive, healthy: Seen, ruler: Ruler
+) -> dict[str, Any]:
+    """Return the label of a fault: its size and what looks like it as a drive with it alone shows them."""
+    size = fault.measure(alone)
+    when = [] if fault.intervals is None else fault.intervals(alone)
+    change = ruler.change([case.seen(alone, [fault])])
+    own = label(fault.effect, fault.component, size) | {"built": f"{fault.effect} {fault.component}"}
+    if fault.effect == "bump":  # when and how much is a matter of the drive that is recorded
+        own |= label(fault.effect, fault.component, fault.measure(driven))
+    own["intervals"] = [] if fault.intervals is None else fault.intervals(driven)
+    more: Mapping[str, Any] = {**size, "intervals": when} if when else size
+    named, own["acceptable"] = alike(change, fault.effect, fault.component, more, healthy, ruler)
+    if not named and fault.effect != "unknown":
+        own |= {"effect": "unknown", "component": fault.component[0], "parameters": {}}
+    own["sigmas_above_noise"] = round(float(np.linalg.norm(change)), 2)
+    return own

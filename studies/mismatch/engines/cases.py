@@ -1,0 +1,122 @@
+"""The corpus' cases: which faults are concealed in which drives of which robots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from studies.mismatch.engines.vocabulary import ALIKE, SIZES, UNNAMED, components
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One case of the corpus.
+
+    Attributes:
+        kind: Kind of the case: null, single, multi, masked, unknown or insufficient.
+        effects: Effects that are concealed, as (effect, component).
+        drive: Kind of the drive: squares, one way, eights, slalom or shuttle.
+        poses: Kind of absolute poses: none, sonar or mocap.
+        trucks: Number of trucks, 1 or 2.
+        note: Name of what is special about the case; empty for nothing.
+    """
+
+    kind: str
+    effects: tuple[tuple[str, str], ...]
+    drive: str
+    poses: str
+    trucks: int = 2
+    note: str = ""
+
+
+def seed_of(seed: int, number: int) -> int:
+    """Return the seed of case `number` in the corpus of a seed."""
+    return 10_000 * seed + number
+
+
+def cases(quick: bool) -> list[Case]:
+    """Return the cases of the corpus, the small one where `quick`, in a fixed order."""
+    corpus = [*_nulls(24 if quick else 300), *_singles(quick), *_multi(quick), *_masked(), *_unknown(quick)]
+    corpus += [Case("insufficient", (), "squares", "none", note="short")] * (1 if quick else 6)
+    return corpus
+
+
+def _nulls(count: int) -> Iterator[Case]:
+    kinds, poses = ("squares", "eights", "slalom", "shuttle"), ("none", "sonar", "mocap")
+    notes = ("", "noisier poses", "rough floor", "dropped frames", "smooth floor", "waves")
+    for number in range(count):
+        trucks = 1 if number % 5 == 4 else 2
+        measured = poses[number % 3] if trucks == 2 else ("sonar", "mocap")[number % 2]
+        yield Case("null", (), kinds[number % 4], measured, trucks, notes[(number // 4) % 6])
+
+
+def _best_drive(effect: str, number: int) -> str:
+    if effect in {"castor_kick", "gear_backlash"}:
+        return "shuttle"
+    if effect in {"joint_backlash", "latency", "clock_drift", "link_eccentricity", "joint_eccentricity"}:
+        return ("slalom", "eights")[number % 2]
+    return ("squares", "slalom", "eights")[number % 3]
+
+
+def _singles(quick: bool) -> Iterator[Case]:
+    for place, effect in enumerate(SIZES):
+        places = components(effect)
+        for number in range(1 if quick else 12):
+            poses = ("sonar", "mocap", "none")[(place + number) % 3]
+            if effect == "floor_slope":
+                poses = "mocap"
+            component = places[(place + number) % len(places)]
+            yield Case("single", ((effect, component),), _best_drive(effect, number), poses)
+
+
+def _multi(quick: bool) -> Iterator[Case]:
+    chance = np.random.default_rng(11)
+    names = [name for name in SIZES if name not in {"floor_slope", "clock_drift"}]
+    for number in range(6 if quick else 90):
+        count = 3 if number % 5 == 4 else 2
+        picked: dict[str, str] = {}
+        while len(picked) < count:
+            effect = str(chance.choice(names))
+            component = str(chance.choice(components(effect)))
+            alike = {other for other in picked if other in ALIKE[effect] or effect in ALIKE[other]}
+            if effect not in picked and not alike and component not in picked.values():
+                picked[effect] = component
+        reverses = any(effect in {"castor_kick", "gear_backlash"} for effect in picked)
+        kind = "shuttle" if reverses else ("slalom", "squares", "eights")[number % 3]
+        yield Case("multi", tuple(picked.items()), kind, ("mocap", "sonar", "none")[number % 3])
+
+
+def _masked() -> Iterator[Case]:
+    yield Case("masked", (("wheelbase", "a"), ("wheel_diameter", "a.right")), "one way", "sonar", 2, "cancel")
+    yield Case("masked", (("wheelbase", "a"), ("wheel_diameter", "a.right")), "one way", "mocap", 1, "cancel")
+    yield Case(
+        "masked", (("wheel_diameter", "a.left"), ("wheel_diameter", "b.left")), "squares", "none", 2, "mutual"
+    )
+    yield Case("masked", (("bump", "b.left"),), "squares", "none", 2, "one bump")
+    yield Case("masked", (("slip_patch", "a.right"),), "slalom", "sonar", 2, "one lap")
+    yield Case(
+        "masked",
+        (("wheel_diameter", "a.left"), ("wheel_eccentricity", "b.right")),
+        "eights",
+        "sonar",
+        2,
+        "small under big",
+    )
+
+
+def _unknown(quick: bool) -> Iterator[Case]:
+    for number in range(1 if quick else 8):
+        for kind, places in UNNAMED.items():
+            component = places[number % len(places)]
+            yield Case(
+                "unknown",
+                (("unknown", component),),
+                ("slalom", "eights" if kind == "magnet" else "squares", "eights")[number % 3],
+                ("mocap", "sonar")[number % 2],
+                note=kind,
+            )

@@ -1,0 +1,241 @@
+"""The engine: a small simulator that shares no code with the project's own.
+
+It integrates by the midpoint rule at a quarter of the sample period, or finer. Truck a drives a programme by
+its nominal wheels; truck b follows the true angles and length of the linkage. It needs numpy alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from studies.mismatch.engines.drives import commands
+from studies.mismatch.engines.faults import moved, shown, touches, travelled
+from studies.mismatch.engines.robots import LINKAGE, WHEELS
+from studies.mismatch.engines.unnamed import felt
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+    from numpy.typing import NDArray
+
+    from studies.mismatch.engines.drives import Lap
+    from studies.mismatch.engines.fault import ConcealedFault, Ground
+    from studies.mismatch.engines.robots import Robot
+
+    Array = NDArray[np.float64]
+
+SUBSTEPS, LONGEST = 4, 0.005  # least substeps of a sample period, and their longest duration [s]
+ALIGN = 1.5  # [1/s], gain with which truck b turns into the link; it lags behind in turns
+HOLD = 0.4  # [1/s], gain with which truck b keeps the link's length
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """A floor, by how the distance of a wheel scatters on it.
+
+    Attributes:
+        roughness: Scatter of the distance [m/sqrt(m)].
+        wave: Length over which the scatter is correlated [m]; 0 for none.
+    """
+
+    roughness: float
+    wave: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A drive as it was recorded, and its true poses.
+
+    Attributes:
+        time: Time of each sample [s], shape `(N,)`.
+        counts: Raw counts of each device, unwrapped, shape `(N, C)`.
+        poses: True poses of each truck [m, m, rad], shape `(N, T, 3)`.
+        laps: Laps as (direction, start [s], end [s]).
+    """
+
+    time: Array
+    counts: NDArray[np.int64]
+    poses: Array
+    laps: list[tuple[str, float, float]]
+
+
+def drive(
+    robot: Robot, laps: list[Lap], faults: list[ConcealedFault], floor: Floor, start: float, chance: Generator
+) -> Drive:
+    """Return one drive of a robot with faults on a floor.
+
+    Args:
+        robot: The robot as its owner believes it to be.
+        laps: Laps that it drives.
+        faults: Faults that it has; they keep what they remember of the drive.
+        floor: The floor under its wheels.
+        start: Time of the first sample [s].
+        chance: Source of the floor's scatter and of the sensors' noise.
+    """
+    wanted, spans = commands(laps, robot.period, robot.servo)
+    engine = _Engine(robot, faults, floor, chance)
+    count = len(wanted)
+    counts, poses = np.zeros((count, len(robot.devices)), np.int64), np.zeros((count, robot.trucks, 3))
+    times = start + robot.period * np.arange(count, dtype=np.float64)
+    for sample in range(count):
+        if sample:
+            engine.advance(wanted[sample], float(times[sample - 1]))
+        counts[sample], poses[sample] = engine.read(), engine.pose
+    times_of = [(direction, float(times[first]), float(times[last])) for direction, first, last in spans]
+    return Drive(times, _aged(robot, counts, times, faults), poses, times_of)
+
+
+class _Engine:
+    def __init__(self, robot: Robot, faults: list[ConcealedFault], floor: Floor, chance: Generator) -> None:
+        self.robot, self.faults, self.floor, self.chance = robot, faults, floor, chance
+        self.pose = np.zeros((robot.trucks, 3))
+        if robot.trucks == 2:
+            self.pose[1] = (-robot.length, 0.0, 0.0)
+        self.angle = chance.uniform(-3.0, 3.0, 2 * robot.trucks)
+        self.counted = self.angle.copy()
+        self.speed = np.zeros(2 * robot.trucks)
+        self.patch = np.zeros(2 * robot.trucks)
+        self.substeps = max(SUBSTEPS, math.ceil(robot.period / LONGEST - 1e-9))
+
+    def advance(self, wanted: Array, now: float) -> None:
+        span = self.robot.period / self.substeps
+        target = self._wheel_speeds(wanted)
+        rate = (target - self.speed) / self.robot.period
+        for substep in range(self.substeps):
+            self.speed = self.speed + rate * span
+            self._step(rate, now + (substep + 1) * span, span)
+
+    def _wheel_speeds(self, wanted: Array) -> Array:
+        """Return the speeds of all wheels [m/s]: truck a follows the programme, truck b the linkage."""
+        half, turn = 0.5 * self.robot.wheelbase[0], wanted[1]
+        if self.robot.trucks == 2:
+            joint_a, joint_b, length = self._linkage()
+            turn += self.robot.steady * min(wanted[0], 0.0) * joint_a
+        speeds = [wanted[0] - half * turn, wanted[0] + half * turn]
+        if self.robot.trucks == 2:
+            forward = wanted[0] * math.cos(joint_a) + HOLD * (length - self.robot.length)
+            rate = -ALIGN * joint_b
+            half = 0.5 * self.robot.wheelbase[1]
+            speeds += [forward - half * rate, forward + half * rate]
+        return np.array(speeds)
+
+    def _linkage(self) -> tuple[float, float, float]:
+        gap = self.pose[0, :2] - self.pose[1, :2]
+        along = math.atan2(gap[1], gap[0])
+        joints = [math.remainder(self.pose[truck, 2] - along, 2.0 * math.pi) for truck in (0, 1)]
+        return joints[0], joints[1], math.hypot(*gap)
+
+    def _step(self, rate: Array, now: float, span: float) -> None:
+        ways = np.zeros(2 * self.robot.trucks)
+        for wheel in range(2 * self.robot.trucks):
+            rolled = float(self.speed[wheel]) * span
+            turn = rolled / self.robot.radius[wheel]
+            before, after = float(self.counted[wheel]), float(self.counted[wheel]) + turn
+            self.angle[wheel] += turn
+            self.counted[wheel] += turn * self._kept(wheel)
+            way = rolled
+            for fault in self.faults:
+                if touches(fault, WHEELS[wheel]):
+                    way += (
+                        travelled(
+                            fault,
+                            rolled,
+                            (before, after),
+                            (float(self.speed[wheel]), float(rate[wheel])),
+                            now,
+                            span,
+                            self._ground(wheel),
+                        )
+                        - rolled
+                    )
+            ways[wheel] = way + self._scatter(wheel, abs(rolled))
+        for fault in self.faults:
+            felt(fault, float(0.5 * (rate[0] + rate[1])), span)
+        for truck in range(self.robot.trucks):
+            self._move(truck, ways[2 * truck], ways[2 * truck + 1], now, span)
+
+    def _ground(self, wheel: int) -> Ground:
+        """Return a wheel's name and its place on the floor [m]."""
+        x, y, heading = self.pose[wheel // 2]
+        half = 0.5 * self.robot.wheelbase[wheel // 2] * (1.0 if wheel % 2 == 0 else -1.0)
+        return WHEELS[wheel], float(x - half * math.sin(heading)), float(y + half * math.cos(heading))
+
+    def _kept(self, wheel: int) -> float:
+        """Return the share of a wheel's counts that its device counts."""
+        for fault in self.faults:
+            if (
+                fault.effect == "count_loss"
+                and fault.component == WHEELS[wheel]
+                and abs(self.speed[wheel]) > fault["above"]
+            ):
+                return 1.0 - float(fault["fraction"])
+        return 1.0
+
+    def _scatter(self, wheel: int, way: float) -> float:
+        """Return what the floor adds to a distance [m]: correlated along its waves, or new in each step."""
+        if way == 0.0:
+            return 0.0
+        if self.floor.wave == 0.0:
+            return float(self.floor.roughness * math.sqrt(way) * self.chance.normal())
+        kept = math.exp(-way / self.floor.wave)
+        size = self.floor.roughness / math.sqrt(2.0 * self.floor.wave)
+        self.patch[wheel] = (
+            kept * self.patch[wheel] + size * math.sqrt(1.0 - kept * kept) * self.chance.normal()
+        )
+        return float(self.patch[wheel] * way)
+
+    def _move(self, truck: int, left: float, right: float, now: float, span: float) -> None:
+        base = self.robot.wheelbase[truck]
+        twist = (0.5 * (left + right), 0.0, (right - left) / base)
+        for fault in self.faults:
+            if fault.component == "ab"[truck]:
+                x, y, heading = map(float, self.pose[truck])
+                twist = moved(fault, twist, heading, base, now, span, (x, y))
+        middle = self.pose[truck, 2] + 0.5 * twist[2]
+        self.pose[truck, 0] += twist[0] * math.cos(middle) - twist[1] * math.sin(middle)
+        self.pose[truck, 1] += twist[0] * math.sin(middle) + twist[1] * math.cos(middle)
+        self.pose[truck, 2] += twist[2]
+
+    def read(self) -> list[int]:
+        """Return the counts of every device."""
+        values = {WHEELS[number]: float(angle) for number, angle in enumerate(self.counted)}
+        if self.robot.trucks == 2:
+            true = dict(zip(LINKAGE, self._linkage(), strict=True))
+            for channel, reading in true.items():
+                other = true["joint_b" if channel == "joint_a" else "joint_a"]
+                for fault in self.faults:
+                    if fault.component == channel:
+                        reading = shown(fault, reading, self.robot.length, true["joint_a"], other)  # noqa: PLW2901
+                values[channel] = reading
+        counts = []
+        for device in self.robot.devices:
+            value = values[device.channel]
+            if device.channel == "link":
+                value -= self.robot.length
+                count = device.resolution * value
+            else:
+                count = device.resolution * value / (2.0 * math.pi)
+            counts.append(
+                device.zero
+                + device.sign
+                * math.floor(
+                    count + 0.5 + self.robot.jitter * self.chance.normal() * (device.channel in LINKAGE)
+                )
+            )
+        return counts
+
+
+def _aged(
+    robot: Robot, counts: NDArray[np.int64], times: Array, faults: list[ConcealedFault]
+) -> NDArray[np.int64]:
+    """Return counts in which the samples of channels with latency or clock drift are older."""
+    aged = counts.copy()
+    for fault in faults:
+        if fault.effect in {"latency", "clock_drift"} and fault.component in robot.channels:
+            column = robot.channels.index(fault.component)
+            age = fault["delay"] if fault.effect == "latency" else fault["rate"] * (times - times[0])
+            aged[:, column] = np.round(np.interp(times - age, times, counts[:, column].astype(float)))
+    return aged

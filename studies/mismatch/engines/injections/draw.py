@@ -1,0 +1,241 @@
+"""What is injected: an effect, drawn at random with a size of so many standard deviations of its bound."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from studies.mismatch.engines.strength.bound import left_of
+from studies.mismatch.engines.strength.drive import WHEELS, Drive, rates
+from studies.mismatch.engines.strength.laws import altered
+from studies.mismatch.engines.strength.rivals import alike
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.random import Generator
+
+    from studies.mismatch.engines.strength.bound import Ruler
+
+WEAKEST, STRONGEST = 1.0, 30.0  # standard deviations above the noise, drawn log-uniformly
+SIDES = WHEELS[:2]  # of the one truck that injections know
+MOVING = 0.03  # [m/s]
+ATTEMPTS = 60  # draws of an effect that this drive can show at a size that a robot can have
+
+
+class Size(NamedTuple):
+    """The parameter of an effect that is its size.
+
+    Attributes:
+        parameter: Its name.
+        usual: A usual size, as step of numerical differences.
+        most: The largest size that a robot can have.
+        signed: Whether it has both signs.
+        unit: Its unit.
+    """
+
+    parameter: str
+    usual: float
+    most: float
+    signed: bool
+    unit: str
+
+
+SIZES = {
+    "wheel_diameter": Size("ratio", 0.003, 0.05, signed=True, unit="1"),
+    "wheelbase": Size("ratio", 0.01, 0.1, signed=True, unit="1"),
+    "turn_scrub": Size("slope", 0.005, 0.05, signed=False, unit="m"),
+    "radius_step": Size("ratio", 0.005, 0.1, signed=True, unit="1"),
+    "wheel_eccentricity": Size("amplitude", 3e-4, 4e-3, signed=False, unit="m"),
+    "radius_vs_speed": Size("slope", 0.02, 0.3, signed=True, unit="1/(m/s)"),
+    "slip_patch": Size("fraction", 0.05, 0.6, signed=False, unit="1"),
+    "bump": Size("lost", 2e-3, 0.015, signed=False, unit="m"),
+    "count_loss": Size("fraction", 0.01, 0.3, signed=False, unit="1"),
+    "latency": Size("delay", 0.02, 0.4, signed=False, unit="s"),
+    "clock_drift": Size("rate", 5e-4, 0.01, signed=True, unit="1"),
+    "gear_backlash": Size("width", 1e-3, 0.01, signed=False, unit="m"),
+    "gear_harmonic": Size("amplitude", 2e-4, 3e-3, signed=False, unit="m"),
+    "traction_slip": Size("compliance", 0.05, 0.6, signed=False, unit="s^2/m"),
+}
+RATIOS = {"wheel_diameter", "wheelbase", "radius_step"}
+WAVES = {"wheel_eccentricity", "gear_harmonic"}
+UNITS = {"phase": "rad", "order": "1", "time": "s", "times": "s", "above": "m/s"}
+
+
+@dataclass(frozen=True, slots=True)
+class Injection:
+    """What is injected.
+
+    Attributes:
+        effect: Name of the effect in the vocabulary.
+        component: Component on which it acts.
+        size: Its size, the parameter of `SIZES`, with its sign.
+        more: Its other parameters, by name.
+    """
+
+    effect: str
+    component: str
+    size: float
+    more: dict[str, Any]
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """All parameters by name, in SI units."""
+        name = SIZES[self.effect].parameter
+        if self.effect == "bump":
+            return {**self.more, name: [self.size] * len(self.more["times"])}
+        return {**self.more, name: 1.0 + self.size if self.effect in RATIOS else self.size}
+
+    def of_size(self, size: float) -> Injection:
+        """Return the same effect in another size."""
+        return Injection(self.effect, self.component, size, self.more)
+
+    def into(self, drives: Sequence[Drive]) -> list[Drive]:
+        """Return drives as a robot with the effect would have recorded them."""
+        return [altered(drive, self.effect, self.component, self.parameters) for drive in drives]
+
+
+@dataclass(frozen=True, slots=True)
+class Strong:
+    """An injection, measured.
+
+    Attributes:
+        injection: What is injected.
+        strength: Standard deviations by which it stands above the noise, nuisances estimated beside it.
+        alike: Other effects by (effect, component), and the standard deviations that tell them from it; those
+            that this drive cannot tell apart.
+    """
+
+    injection: Injection
+    strength: float
+    alike: dict[tuple[str, str], float]
+
+    def label(self) -> dict[str, Any]:
+        """Return the label of the effect, as `labels.json` holds it."""
+        injection = self.injection
+        units = {**UNITS, SIZES[injection.effect].parameter: SIZES[injection.effect].unit}
+        parameters = {
+            name: {"value": value, "unit": units[name]}
+            for name, value in injection.parameters.items()
+            if name != "intervals"
+        }
+        return {
+            "effect": injection.effect,
+            "component": injection.component,
+            "parameters": parameters,
+            "intervals": injection.more.get("intervals", []),
+            "sigmas_above_noise": round(self.strength, 2),
+            "acceptable": [
+                {"effect": effect, "component": component, "separation": round(apart, 2)}
+                for (effect, component), apart in self.alike.items()
+            ],
+        }
+
+
+def draw(drives: Sequence[Drive], ruler: Ruler, chance: Generator) -> Strong | None:
+    """Return an injection into drives of one robot; None where they can show no effect.
+
+    Args:
+        drives: The untouched drives, on one clock, in order of time.
+        ruler: Their ruler.
+        chance: Source of everything that is drawn.
+    """
+    for _ in range(ATTEMPTS):
+        effect = str(chance.choice(list(SIZES)))
+        wanted = math.exp(chance.uniform(math.log(WEAKEST), math.log(STRONGEST)))
+        size = SIZES[effect]
+        sign = -1.0 if size.signed and chance.random() < 0.5 else 1.0
+        component = str(chance.choice(_components(effect)))
+        injection = Injection(effect, component, sign * size.usual, _more(effect, component, drives, chance))
+        for _ in range(3):  # the change is not quite in proportion to the size
+            strength = strength_of(injection, drives, ruler)
+            if strength == 0.0 or abs(injection.size) * wanted / strength > size.most:
+                break
+            injection = injection.of_size(injection.size * wanted / strength)
+        else:
+            strength = strength_of(injection, drives, ruler)
+            change = ruler.change(injection.into(drives))
+            others = alike(change, effect, component, injection.more, drives, ruler)
+            return Strong(injection, strength, others)
+    return None
+
+
+def strength_of(injection: Injection, drives: Sequence[Drive], ruler: Ruler) -> float:
+    """Return by how many standard deviations an injection stands above the noise.
+
+    The three numbers of a calibration are estimated beside it, and the phase of a wave; times, places and
+    thresholds are taken as known.
+    """
+    beside = ruler.nuisances(drives, injection.effect, injection.component)
+    if injection.effect in WAVES:
+        turned = {**injection.more, "phase": injection.more["phase"] + 0.5 * math.pi}
+        beside.append(
+            ruler.change(
+                Injection(injection.effect, injection.component, injection.size, turned).into(drives)
+            )
+        )
+    return left_of(ruler.change(injection.into(drives)), beside)
+
+
+def _components(effect: str) -> tuple[str, ...]:
+    if effect in {"wheelbase", "turn_scrub"}:
+        return ("a",)
+    if effect == "clock_drift":
+        return ("poses",)
+    return {"latency": (*SIDES, "poses"), "traction_slip": (*SIDES, "a")}.get(effect, SIDES)
+
+
+def _more(effect: str, component: str, drives: Sequence[Drive], chance: Generator) -> dict[str, Any]:
+    """Return the parameters of an effect beside its size."""
+    if effect in {"wheel_eccentricity", "gear_harmonic"}:
+        phase = {"phase": float(chance.uniform(-math.pi, math.pi))}
+        return phase if effect == "wheel_eccentricity" else {"order": float(chance.integers(2, 7)), **phase}
+    if effect == "radius_step":
+        start, end = drives[0].time[0], drives[-1].time[-1]
+        return {"time": float(start + chance.uniform(0.3, 0.7) * (end - start))}
+    if effect == "count_loss":
+        wheel = SIDES.index(component)
+        speeds = np.concatenate([np.abs(rates(drive.way[:, wheel], drive.time)[0]) for drive in drives])
+        return {"above": float(np.quantile(speeds[speeds > MOVING], chance.uniform(0.3, 0.7)))}
+    if effect == "bump":
+        moments = _moments(drives, SIDES.index(component))
+        times = np.sort(chance.choice(moments, int(chance.integers(1, 9)), replace=False))
+        apart = np.concatenate(([True], np.diff(times) > 2.0))
+        return {"times": [float(time) for time in times[apart]]}
+    if effect == "slip_patch":
+        region = chance.random() < 0.5
+        return {"intervals": _crossed(drives, chance) if region else _stretch(drives, component, chance)}
+    return {}
+
+
+def _moments(drives: Sequence[Drive], wheel: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return the times at which a wheel moves [s]."""
+    return np.concatenate(
+        [drive.time[1:][np.abs(rates(drive.way[:, wheel], drive.time)[0]) > MOVING] for drive in drives]
+    )
+
+
+def _stretch(drives: Sequence[Drive], component: str, chance: Generator) -> list[list[float]]:
+    """Return an interval of 3 to 10 s that begins while the wheel moves."""
+    start = float(chance.choice(_moments(drives, SIDES.index(component))))
+    return [[start, start + float(chance.uniform(3.0, 10.0))]]
+
+
+def _crossed(drives: Sequence[Drive], chance: Generator) -> list[list[float]]:
+    """Return the intervals in which the robot is on a round region of the floor, somewhere on its path."""
+    drive = drives[int(chance.integers(len(drives)))]
+    centre = drive.poses[0].pose[int(chance.integers(len(drive.poses[0].pose))), :2]
+    radius = float(chance.uniform(0.15, 0.5))
+    intervals = []
+    for poses in (each.poses[0] for each in drives):
+        within = np.hypot(*(poses.pose[:, :2] - centre).T) < radius
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], within.astype(int), [0]))))
+        intervals += [
+            [float(poses.time[first]), float(poses.time[last - 1])]
+            for first, last in edges.reshape(-1, 2)
+            if last - first > 1
+        ]
+    return intervals

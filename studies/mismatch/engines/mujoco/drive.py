@@ -1,0 +1,143 @@
+"""Driving the MuJoCo robot: the motion that contacts make of the controller's wheel speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from studies.mismatch.engines.mujoco.control import Controller
+from studies.mismatch.engines.mujoco.model import model_xml
+from studies.mismatch.engines.mujoco.robot import FEET, WHEELS
+from studies.mismatch.engines.true_motion import WINDOW, Drive, contacts
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from studies.mismatch.engines.mujoco.floor import Floor
+    from studies.mismatch.engines.mujoco.paths import Program
+    from studies.mismatch.engines.mujoco.robot import Robot
+    from studies.mismatch.engines.true_motion import Nominal
+
+    Hook = Callable[["Scene", float], None]
+
+SUBSTEPS = 10
+RESOLUTION = 1.5e-4  # of the readings that the controller sees [rad, m]
+
+
+@dataclass(slots=True)
+class Scene:
+    """The running world, which hooks may change in the middle of a drive.
+
+    Attributes:
+        model: MuJoCo's model.
+        data: MuJoCo's state.
+        feet: Geoms of FEET, the wheels and castors.
+        grip: Friction of each contact pair at the start.
+        notes: Numbers that a hook keeps from step to step, by name.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    feet: NDArray[np.int64]
+    grip: NDArray[np.float64]
+    notes: dict[str, list[float]] = field(default_factory=dict)
+
+    def pair(self, foot: str) -> int:
+        """Return the number of the contact pair of a wheel or castor with its floor."""
+        return FEET.index(foot)
+
+
+def drive(
+    robot: Robot,
+    floor: Floor,
+    program: Program,
+    nominal: Nominal,
+    hooks: tuple[Hook, ...] = (),
+    weave: float = 0.0,
+) -> Drive:
+    """Return the robot's drive of a program.
+
+    Args:
+        robot: The robot as it is built.
+        floor: The floor under its wheels and castors.
+        program: What to drive.
+        nominal: The robot as the controller knows it.
+        hooks: Functions of the scene and the time [s] that are called before every control period.
+        weave: Amplitude with which the following truck swings about the link [rad].
+
+    Raises:
+        FloatingPointError: The contacts became unstable.
+    """
+    scene = _scene(robot)
+    model, data = scene.model, scene.data
+    dt, joints = robot.timestep * SUBSTEPS, ("joint_a", "joint_b", "link")
+    where = np.array([model.joint(name).qposadr[0] for name in (*WHEELS, *joints)])
+    bodies = [model.body(name).id for name in ("a", "b")]
+    for _ in range(60):
+        _settle(scene, floor)
+    controller = Controller(nominal, dt, weave)
+    controller.pose[1, 0] = -nominal.link
+    rows, poses, touches = [], [], []
+    leader = 0
+    for row in range(len(program.v)):
+        readings = data.qpos[where] * (1, 1, 1, 1, -1, 1, 1)
+        readings[6] += robot.link
+        rows.append(readings)
+        poses.append(_poses(data, bodies))
+        touches.append(_touched(scene, len(robot.cables)))
+        if (new := 0 if program.leader[row] == "a" else 1) != leader:
+            leader = new
+            controller.switch(leader)
+        seen = np.floor(readings / RESOLUTION) * RESOLUTION
+        data.ctrl[:4] = controller.speeds(
+            program.v[row], program.w[row], leader, seen[:4], seen[4:6], seen[6]
+        )
+        for hook in hooks:
+            hook(scene, row * dt)
+        for _ in range(2):
+            floor.lay(scene.feet, data)
+            mujoco.mj_step(model, data, SUBSTEPS // 2)
+            mujoco.mj_kinematics(model, data)  # after a step, positions are those of its beginning
+    if data.warning.number.any():
+        raise FloatingPointError(
+            "MuJoCo warns that the contacts became unstable, so this drive is not valid; take another seed"
+        )
+    table = np.array(rows, dtype=np.float64)
+    time = np.arange(len(rows), dtype=np.float64) * dt
+    crossed = contacts(np.array(touches).reshape(len(rows), -1), WINDOW)
+    return Drive(time, table[:, :4], table[:, 4:6], table[:, 6], np.array(poses), crossed)
+
+
+def _scene(robot: Robot) -> Scene:
+    model = mujoco.MjModel.from_xml_string(model_xml(robot))
+    feet = np.array([model.geom(name).id for name in FEET])
+    return Scene(model, mujoco.MjData(model), feet, model.pair_friction[:, 0].copy())
+
+
+def _settle(scene: Scene, floor: Floor) -> None:
+    mujoco.mj_kinematics(scene.model, scene.data)
+    floor.lay(scene.feet, scene.data)
+    mujoco.mj_step(scene.model, scene.data, SUBSTEPS)
+    mujoco.mj_kinematics(scene.model, scene.data)
+
+
+def _poses(data: mujoco.MjData, bodies: list[int]) -> NDArray[np.float64]:
+    """Return x, y, theta of both trucks' axle centres."""
+    turn = data.xmat[bodies]
+    return np.column_stack([data.xpos[bodies, :2], np.arctan2(turn[:, 3], turn[:, 0])])
+
+
+def _touched(scene: Scene, cables: int) -> NDArray[np.bool_]:
+    out = np.zeros(cables, bool)
+    if cables:
+        first = scene.model.geom("cable 0").id
+        for pair in scene.data.contact.geom:
+            for geom in pair:
+                if first <= geom < first + cables:
+                    out[geom - first] = True
+    return out

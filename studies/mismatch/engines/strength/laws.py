@@ -1,0 +1,331 @@
+"""The laws, backwards: what a robot with an effect would have counted and stamped on the motion driven.
+
+Each law is written from the vocabulary's description of its effect alone. The truth of a recording is its
+motion: `way` of a healthy wheel is the way that it travelled. A wheel with an effect has to roll another way
+to travel the same, and its counter shows that one. Laws of speed are solved by fixed point iteration, because
+the vocabulary means the speed of the wheel as it rolls.
+
+Effects that move a truck as no wheel does cannot be put into counts. They become motion that dead reckoning
+lacks, for who asks how strong they would show.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from studies.mismatch.engines.strength.drive import LINKAGE, TRUCKS, WHEELS, Drive, Poses, rates, turned
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Parameters = Mapping[str, Any]
+
+ITERATIONS = 6  # of a fixed point; each gains the effect's size, some percent at most
+REVERSED = 1.5  # counts that a wheel rolls back until it has reversed; what jitters by a count has not
+STANDS = 0.005  # [m/s] below which a truck stands
+
+
+def altered(drive: Drive, effect: str, component: str, parameters: Parameters) -> Drive:
+    """Return a drive as the recording of a robot with an effect shows it, on the same true motion.
+
+    Args:
+        drive: The untouched drive.
+        effect: Name of the effect in the vocabulary.
+        component: Component on which it acts; "a" or "b" for both wheels of that truck.
+        parameters: Parameters of the effect, by name, in SI units.
+    """
+    if component == "poses":
+        aged = {
+            truck: Poses(_stamps(drive, poses, effect, parameters), poses.pose)
+            for truck, poses in drive.poses.items()
+        }
+        return replace(drive, poses=aged)
+    if component in LINKAGE:
+        channel = LINKAGE.index(component)
+        return drive.with_reading(channel, OF_LINKAGE[effect](drive, channel, parameters))
+    if effect in OF_TRUCKS:
+        return _wider(drive, TRUCKS.index(component), OF_TRUCKS[effect], parameters)
+    if effect in OF_BODIES:
+        truck = TRUCKS.index(component)
+        return drive.with_more(truck, -OF_BODIES[effect](drive, truck, parameters))
+    for wheel in wheels_of(component):
+        drive = drive.with_way(wheel, OF_WHEELS[effect](drive, wheel, parameters))
+    return drive
+
+
+def wheels_of(component: str) -> tuple[int, ...]:
+    """Return the columns of a wheel, or of both wheels of a truck."""
+    if component in WHEELS:
+        return (WHEELS.index(component),)
+    return 2 * TRUCKS.index(component), 2 * TRUCKS.index(component) + 1
+
+
+def _from_steps(first: float, steps: Array) -> Array:
+    """Return a way `(N,)` from where it begins, and its steps `(N - 1,)`."""
+    return np.concatenate(([first], first + np.cumsum(steps)))
+
+
+def _rolled(drive: Drive, wheel: int, law: Callable[[Array, Array], Array]) -> Array:
+    """Return the way `(N,)` whose steps are what `law(rolled way, travelled steps)` gives of itself."""
+    travelled = drive.way[:, wheel]
+    steps, way = np.diff(travelled), travelled
+    for _ in range(ITERATIONS):
+        way = _from_steps(travelled[0], law(way, steps))
+    return way
+
+
+def _wheel_diameter(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return _rolled(drive, wheel, lambda _way, steps: steps / parameters["ratio"])
+
+
+def _radius_step(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    ratio = np.where(drive.time[1:] > parameters["time"], parameters["ratio"], 1.0)
+    return _rolled(drive, wheel, lambda _way, steps: steps / ratio)
+
+
+def _slip_patch(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    kept = np.where(inside(drive.time[1:], parameters["intervals"]), 1.0 - parameters["fraction"], 1.0)
+    return _rolled(drive, wheel, lambda _way, steps: steps / kept)
+
+
+def inside(time: Array, intervals: list[list[float]]) -> NDArray[np.bool_]:
+    """Return which times [s] lie in one of the intervals, their starts left out, shape `(N,)`."""
+    within = np.zeros(len(time), bool)
+    for start, end in intervals:
+        within |= (time > start) & (time <= end)
+    return within
+
+
+def _radius_vs_speed(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    def law(way: Array, steps: Array) -> Array:
+        return np.asarray(steps / (1.0 + parameters["slope"] * np.abs(rates(way, drive.time)[0])))
+
+    return _rolled(drive, wheel, law)
+
+
+def _traction_slip(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    period = np.diff(drive.time)
+
+    def law(way: Array, steps: Array) -> Array:
+        speed, acceleration = rates(way, drive.time)
+        return np.asarray(steps + parameters["compliance"] * acceleration * np.abs(speed) * period)
+
+    return _rolled(drive, wheel, law)
+
+
+def _wheel_eccentricity(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return _with_wave(drive, wheel, parameters["amplitude"], 1.0, parameters["phase"] - 0.5 * math.pi)
+
+
+def _gear_harmonic(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return _with_wave(drive, wheel, parameters["amplitude"], parameters["order"], parameters["phase"])
+
+
+def _with_wave(drive: Drive, wheel: int, amplitude: float, order: float, phase: float) -> Array:
+    """Return the rolled way of a wheel that travels amplitude cos(order angle + phase) beyond it."""
+    travelled, radius = drive.way[:, wheel], drive.radius[wheel]
+    way = travelled
+    for _ in range(ITERATIONS):
+        wave = amplitude * np.cos(order * way / radius + phase)
+        way = travelled - (wave - wave[0])
+    return way
+
+
+def _bump(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    travelled, radius = np.diff(drive.way[:, wheel]), float(drive.radius[wheel])
+    more = np.zeros(len(travelled))
+    for time, lost in zip(parameters["times"], parameters["lost"], strict=True):
+        half = half_angle(lost, radius)
+        since = np.cumsum(np.where(drive.time[1:] > time, np.abs(travelled), 0.0))
+        at = np.minimum(np.concatenate(([0.0], since)), 2.0 * radius * math.sin(half))
+        # on the edge a stiff wheel turns about it: travelled R (sin(rolled / R - q) + sin q)
+        rolled = radius * (np.arcsin(at / radius - math.sin(half)) + half)
+        more += np.diff(rolled - at)
+    return _from_steps(drive.way[0, wheel], travelled + np.sign(travelled) * more)
+
+
+def half_angle(lost: float, radius: float) -> float:
+    """Return the angle q [rad] of 2 R (q - sin q) = lost, by Newton's method."""
+    angle = math.cbrt(3.0 * lost / radius)
+    for _ in range(20):
+        angle -= (2.0 * radius * (angle - math.sin(angle)) - lost) / (2.0 * radius * (1.0 - math.cos(angle)))
+    return angle
+
+
+def _count_loss(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    speed, _ = rates(drive.way[:, wheel], drive.time)
+    kept = np.where(np.abs(speed) > parameters["above"], 1.0 - parameters["fraction"], 1.0)
+    return _from_steps(drive.way[0, wheel], kept * np.diff(drive.way[:, wheel]))
+
+
+def _old_way(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    return _aged(drive.way[:, wheel], drive.time, parameters)
+
+
+def _aged(value: Array, time: Array, parameters: Parameters) -> Array:
+    """Return a channel `(N,)` whose samples are old by a delay, or by a rate times the time."""
+    age = parameters["delay"] if "delay" in parameters else parameters["rate"] * (time - time[0])
+    return np.asarray(np.interp(time - age, time, value))
+
+
+def _gear_backlash(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    way, reversed_by = drive.way[:, wheel], REVERSED * drive.count[wheel]
+    lead = np.zeros(len(way))  # of the motor, in half widths: +1 where it drives the wheel forward
+    direction, farthest = 0.0, 0
+    for sample in range(1, len(way)):
+        gone = way[sample] - way[farthest]
+        lead[sample] = direction
+        if direction * gone > 0.0:
+            farthest = sample
+        elif abs(gone) > reversed_by:
+            new = math.copysign(1.0, gone)
+            begin = farthest if direction else 0
+            lead[begin : sample + 1] = np.linspace(direction or new, new, sample + 1 - begin)
+            direction, farthest = new, sample
+    return np.asarray(way + 0.5 * parameters["width"] * (lead - lead[0]))
+
+
+def _wheelbase(_drive: Drive, _truck: int, _yaw: Array, parameters: Parameters) -> Array | float:
+    return float(parameters["ratio"])
+
+
+def _turn_scrub(drive: Drive, truck: int, yaw: Array, parameters: Parameters) -> Array | float:
+    forward = drive.twist(truck)[:, 0]
+    across = np.hypot(forward, 0.5 * drive.wheelbase[truck] * yaw)
+    curvature = np.divide(np.abs(yaw), across, out=np.zeros_like(yaw), where=across > 0.0)
+    return np.asarray(1.0 + parameters["slope"] * curvature)
+
+
+def _wider(
+    drive: Drive,
+    truck: int,
+    ratio: Callable[[Drive, int, Array, Parameters], Array | float],
+    parameters: Parameters,
+) -> Drive:
+    """Return a drive whose wheels turn a truck over a wheelbase that is `ratio` times as wide.
+
+    The ratio may depend on the turn by the wheels in each step [rad], shape `(N - 1,)`.
+    """
+    base, wheels = drive.wheelbase[truck], (2 * truck, 2 * truck + 1)
+    left, right = np.diff(drive.way[:, wheels], axis=0).T
+    travelled = (right - left) / base
+    yaw = travelled
+    for _ in range(ITERATIONS):
+        yaw = travelled * ratio(drive, truck, yaw, parameters)
+    middle, half = 0.5 * (left + right), 0.5 * base * yaw
+    for wheel, steps in zip(wheels, (middle - half, middle + half), strict=True):
+        drive = drive.with_way(wheel, _from_steps(drive.way[0, wheel], steps))
+    return drive
+
+
+def _joint_bias(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    return np.asarray(drive.reading[:, channel] + parameters["bias"])
+
+
+def _joint_eccentricity(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    reading = drive.reading[:, channel]
+    return np.asarray(reading + parameters["amplitude"] * np.cos(reading + parameters["phase"]))
+
+
+def _link_eccentricity(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    wave = np.cos(drive.reading[:, 0] + parameters["phase"])
+    return np.asarray(drive.reading[:, channel] + parameters["amplitude"] * wave)
+
+
+def _link_scale(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    return np.asarray(drive.rest + parameters["ratio"] * (drive.reading[:, channel] - drive.rest))
+
+
+def _joint_backlash(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    reading, half = drive.reading[:, channel], 0.5 * parameters["width"]
+    shown = reading.copy()
+    for sample in range(1, len(shown)):
+        shown[sample] = max(reading[sample] - half, min(reading[sample] + half, shown[sample - 1]))
+    return shown
+
+
+def _old_reading(drive: Drive, channel: int, parameters: Parameters) -> Array:
+    return _aged(drive.reading[:, channel], drive.time, parameters)
+
+
+def _wheel_misalignment(drive: Drive, truck: int, parameters: Parameters) -> Array:
+    forward = drive.twist(truck)[:, 0]
+    angle = parameters["angle"]
+    return np.stack([forward * (math.cos(angle) - 1.0), forward * math.sin(angle), 0.0 * forward], axis=1)
+
+
+def _lateral_slip(drive: Drive, truck: int, parameters: Parameters) -> Array:
+    forward, _, yaw = drive.twist(truck).T
+    outward = -parameters["compliance"] * forward * yaw / np.diff(drive.time)
+    return np.stack([0.0 * forward, outward, 0.0 * forward], axis=1)
+
+
+def _floor_slope(drive: Drive, truck: int, parameters: Parameters) -> Array:
+    creep = parameters["rate"] * np.abs(drive.twist(truck)[:, 0])
+    heading = drive.path(truck)[:-1, 2] + _heading_at_start(drive, truck)
+    across = np.stack([creep, 0.0 * creep], axis=1)
+    return np.column_stack([turned(parameters["direction"] - heading, across), 0.0 * creep])
+
+
+def _heading_at_start(drive: Drive, truck: int) -> float:
+    poses = drive.poses.get(truck)
+    return 0.0 if poses is None or not len(poses.pose) else float(poses.pose[0, 2])
+
+
+def _castor_kick(drive: Drive, truck: int, parameters: Parameters) -> Array:
+    way = 0.5 * (drive.way[:, 2 * truck] + drive.way[:, 2 * truck + 1])
+    speed, _ = rates(way, drive.time)
+    runs = np.flatnonzero(np.abs(speed) > STANDS)
+    kicks = np.zeros((len(speed), 3))
+    kicks[runs[1:][np.diff(np.sign(speed[runs])) != 0.0], 2] = parameters["yaw"]
+    return kicks
+
+
+def _stamps(drive: Drive, poses: Poses, effect: str, parameters: Parameters) -> Array:
+    if effect == "latency":
+        return np.asarray(poses.time + parameters["delay"])
+    start = drive.time[0]
+    return np.asarray(start + (poses.time - start) / (1.0 - parameters["rate"]))
+
+
+OF_WHEELS: dict[str, Callable[[Drive, int, Parameters], Array]] = {
+    "wheel_diameter": _wheel_diameter,
+    "radius_step": _radius_step,
+    "wheel_eccentricity": _wheel_eccentricity,
+    "radius_vs_speed": _radius_vs_speed,
+    "slip_patch": _slip_patch,
+    "bump": _bump,
+    "count_loss": _count_loss,
+    "latency": _old_way,
+    "clock_drift": _old_way,
+    "gear_backlash": _gear_backlash,
+    "gear_harmonic": _gear_harmonic,
+    "traction_slip": _traction_slip,
+}
+OF_TRUCKS: dict[str, Callable[[Drive, int, Array, Parameters], Array | float]] = {
+    "wheelbase": _wheelbase,
+    "turn_scrub": _turn_scrub,
+}
+OF_BODIES: dict[str, Callable[[Drive, int, Parameters], Array]] = {
+    "wheel_misalignment": _wheel_misalignment,
+    "lateral_slip": _lateral_slip,
+    "floor_slope": _floor_slope,
+    "castor_kick": _castor_kick,
+}
+OF_LINKAGE: dict[str, Callable[[Drive, int, Parameters], Array]] = {
+    "joint_bias": _joint_bias,
+    "joint_eccentricity": _joint_eccentricity,
+    "joint_backlash": _joint_backlash,
+    "link_bias": _joint_bias,
+    "link_eccentricity": _link_eccentricity,
+    "link_scale": _link_scale,
+    "latency": _old_reading,
+    "clock_drift": _old_reading,
+}

@@ -1,0 +1,293 @@
+"""The cases of the wide world: what is concealed, how strong it is, and what looks like it."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from studies.mismatch.engines.engine import Floor
+from studies.mismatch.engines.labels import label, set_bump_times
+from studies.mismatch.engines.robots import LINKAGE, WHEELS, Robot
+from studies.mismatch.engines.scene import SEEDS, START, Scene, drawn_parameters
+from studies.mismatch.engines.strength.bound import Noise, Ruler
+from studies.mismatch.engines.strength.drive import Drive, Poses
+from studies.mismatch.engines.strength.laws import altered
+from studies.mismatch.engines.strength.residual import residual
+from studies.mismatch.engines.strength.rivals import alike
+from studies.mismatch.engines.unnamed import FARTHER
+from studies.mismatch.engines.vocabulary import JOINTS, SIZES, components
+from studies.mismatch.engines.wide.measuring import secondary, wide_measuring
+from studies.mismatch.engines.wide.outside import is_outside, outside
+from studies.mismatch.engines.wide.programmes import PROGRAMMES, wide_programme
+from studies.mismatch.engines.wide.robots import wide_robot, within
+from studies.mismatch.engines.writing import Measuring, measured, write
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.random import Generator
+    from numpy.typing import NDArray
+
+    from studies.mismatch.engines import engine
+
+    Array = NDArray[np.float64]
+
+ROUGHNESS, WAVES = (5e-5, 2e-3), (0.05, 0.5)  # [m/sqrt(m)], [m]
+STRETCH = (0.4, 2.5)  # factor on the usual size of a fault
+CLEAR = 5.0  # standard deviations below which a recording may not show a fault
+WEAK, ATTEMPTS = 0.1, 6  # share of faults of any strength; draws for a clear one of the others
+KINDS = {"null": 0.4, "single": 0.35, "multi": 0.1, "unknown": 0.15}  # shares of the cases
+DROPPED = (0.0, 0.0, 0.002, 0.02)  # share of frames that are lost
+BEYOND = 0.3  # share of an unnamed fault's strength that every curve in one quantity must leave, if possible
+BENT = 1.2  # [rad] of a joint beyond which a drive is drawn again
+UNNAMED = {
+    "warmth": WHEELS,
+    "load transfer": ("a", "b"),
+    "field": ("a", "b"),
+    "wind-up": ("a", "b"),
+    "swing": LINKAGE,
+}
+
+
+Fault = tuple[str, str, dict[str, Any]]  # effect, component, parameters
+
+
+@dataclass(frozen=True, slots=True)
+class _Hidden:
+    """A fault to conceal, and the whitened change `(K,)` of what is read."""
+
+    fault: Fault
+    change: Array
+
+    @property
+    def strength(self) -> float:
+        return float(np.linalg.norm(self.change))
+
+
+@dataclass(frozen=True, slots=True)
+class _Healthy:
+    """The drive of a healthy robot.
+
+    Attributes:
+        drive: The drive as recorded, with the poses as they are.
+        ruler: The ruler of it, with the noise of the poses.
+        smooth: Its residual on a smooth floor; empty where none of the faults is without a law.
+    """
+
+    drive: Drive
+    ruler: Ruler
+    smooth: Mapping[str, Array]
+
+
+@dataclass(frozen=True, slots=True)
+class _Setting:
+    """What is drawn before anything is concealed."""
+
+    scene: Scene
+    measuring: Measuring | None
+    kind: str
+
+    @property
+    def robot(self) -> Robot:
+        return self.scene.robot
+
+    @property
+    def length(self) -> float:
+        legs = [leg for _, lap in self.scene.laps for leg in lap]
+        return sum(duration for _, _, duration in legs) + 2.4 * len(self.scene.laps)
+
+
+def make(wanted: tuple[Path, int, int], measuring: Measuring | None = None) -> dict[str, Any]:
+    """Write the recording of a case into a folder, and return its label.
+
+    Args:
+        wanted: Folder, seed and number of the case.
+        measuring: How poses are measured; None to draw it, too.
+    """
+    folder, seed, number = wanted
+    if folder.exists():
+        shutil.rmtree(folder)
+    chance = np.random.default_rng([seed, number, 5])
+    kind = str(chance.choice(list(KINDS), p=list(KINDS.values())))
+    while True:
+        setting = _setting(chance, seed, number, dense=kind == "unknown")
+        driven = setting.scene.driven([])
+        if not _is_driveable(setting.robot, driven):
+            continue
+        healthy = _healthy(setting, driven, chance, kind)
+        hidden = _clear(chance, setting, kind, healthy)
+        faults = [setting.scene.fault(*each.fault) for each in hidden if each.fault[1] != "poses"]
+        driven = setting.scene.driven(faults)
+        if _is_driveable(setting.robot, driven):
+            break
+    measuring = measuring or _aged(setting.measuring, [each.fault for each in hidden])
+    labels = [_label(each, setting, driven, healthy) for each in hidden]
+    write(folder / "1", setting.robot, driven, measuring, float(chance.choice(DROPPED)), chance)
+    weak = any(each.strength < CLEAR for each in hidden)
+    verdict = ["insufficient", "agreement", "mismatch"] if weak else ["mismatch"] if labels else ["agreement"]
+    return {
+        "kind": "insufficient" if weak else kind, "verdict": verdict, "recordings": ["1"], "effects": labels,
+        "poses": "none" if measuring is None else f"{measuring.period:g} s", "drive": setting.kind,
+        "trucks": setting.robot.trucks, "period": setting.robot.period, "secondary": secondary(measuring),
+        "roughness": setting.scene.floor.roughness,
+    }  # fmt: skip
+
+
+def _healthy(setting: _Setting, driven: engine.Drive, chance: Generator, kind: str) -> _Healthy:
+    noisy, drive = (seen(setting.robot, driven, setting.measuring, each) for each in (chance, None))
+    ruler = Ruler(Noise.of([residual(noisy)]), (residual(drive),))
+    return _Healthy(drive, ruler, _smooth(setting, []) if kind == "unknown" else {})
+
+
+def _clear(chance: Generator, setting: _Setting, kind: str, healthy: _Healthy) -> list[_Hidden]:
+    """Return what to conceal: in most cases what this drive shows clearly, and no curve can follow."""
+    hidden: list[_Hidden] = []
+    for _ in range(1 if chance.random() < WEAK else ATTEMPTS):
+        hidden = [
+            _Hidden(fault, _change(fault, setting, healthy)) for fault in _faults(chance, setting, kind)
+        ]
+        if all(each.strength >= CLEAR and _is_beyond(each, healthy) for each in hidden):
+            break
+    return hidden
+
+
+def _is_beyond(hidden: _Hidden, healthy: _Healthy) -> bool:
+    """Say whether a fault has a name, or is no curve in one quantity."""
+    return hidden.fault[0] != "unknown" or is_outside(hidden.change, healthy.drive, healthy.ruler, BEYOND)
+
+
+def _setting(chance: Generator, seed: int, number: int, *, dense: bool) -> _Setting:
+    trucks = 1 if chance.random() < 0.35 else 2
+    robot, kind = wide_robot(chance, trucks), str(chance.choice(list(PROGRAMMES)))
+    laps = wide_programme(chance, kind, trucks, robot.period)
+    floor = Floor(within(chance, ROUGHNESS), 0.0 if chance.random() < 0.5 else within(chance, WAVES))
+    start = START + 1000.0 * ((10_000 * seed + number) % SEEDS)
+    return _Setting(
+        Scene(robot, laps, (), (), floor, start, np.random.default_rng([seed, number, 6])),
+        wide_measuring(chance, trucks, dense=dense and trucks == 1),
+        kind,
+    )
+
+
+def _faults(chance: Generator, setting: _Setting, kind: str) -> list[Fault]:
+    """Return faults, drawn at random."""
+    count = {"null": 0, "multi": 2}.get(kind, 1)
+    hidden: dict[str, Fault] = {}
+    while len(hidden) < count:
+        effect, note = (str(chance.choice(list(SIZES))), "")
+        if kind == "unknown":
+            effect, note = "unknown", str(chance.choice(FARTHER))
+        places = _places(effect, note, setting)
+        if not places or effect in hidden:
+            continue
+        component = str(chance.choice(places))
+        start, length = setting.scene.start, setting.length
+        drawn = drawn_parameters(chance, effect, start, length, note, within(chance, STRETCH))
+        if effect == "count_loss":
+            fastest = max(abs(leg[0]) for _, lap in setting.scene.laps for leg in lap)
+            drawn["above"] = float(chance.uniform(0.3, 0.8)) * fastest
+        if component not in {place for _, place, _ in hidden.values()}:
+            hidden[effect] = effect, component, drawn
+    return list(hidden.values())
+
+
+def _places(effect: str, note: str, setting: _Setting) -> list[str]:
+    """Return the components on which an effect can act and be seen."""
+    robot, measuring = setting.robot, setting.measuring
+    dense = measuring is not None and measuring.period > 0.0
+    if effect == "floor_slope" and not dense:
+        return []
+    places = list(UNNAMED[note] if effect == "unknown" else components(effect))
+    if effect in {"latency", "clock_drift"}:
+        places = [*JOINTS, "link", *WHEELS] + (["poses"] if dense else [])
+    own = {*robot.channels, *"ab"[: robot.trucks], "poses"}
+    return [place for place in places if place in own]
+
+
+def _aged(measuring: Measuring | None, hidden: list[Fault]) -> Measuring | None:
+    """Return the measuring with the faults of the poses in it."""
+    for effect, component, parameters in hidden:
+        if component == "poses" and measuring is not None:
+            if effect == "latency":
+                measuring = replace(measuring, delay=parameters["delay"])
+            else:
+                measuring = replace(measuring, fast=parameters["rate"])
+    return measuring
+
+
+def _is_driveable(robot: Robot, driven: engine.Drive) -> bool:
+    """Say whether the trucks stayed in line, and no link was torn."""
+    if robot.trucks == 1:
+        return True
+    gap = driven.poses[:, 0, :2] - driven.poses[:, 1, :2]
+    along = np.arctan2(gap[:, 1], gap[:, 0])
+    joints = np.abs(np.angle(np.exp(1j * (driven.poses[:, :, 2] - along[:, None]))))
+    return bool(joints.max() < BENT and np.abs(np.hypot(*gap.T) - robot.length).max() < 0.3 * robot.length)
+
+
+def _smooth(setting: _Setting, faults: Sequence[Fault]) -> Mapping[str, Array]:
+    """Return the residual of a drive with faults on a smooth floor, with sensors that do not scatter."""
+    robot = replace(setting.robot, jitter=0.0)
+    scene = replace(setting.scene, robot=robot, floor=Floor(0.0, 0.0))
+    driven = scene.driven([scene.fault(*fault) for fault in faults])
+    return residual(seen(robot, driven, setting.measuring, None))
+
+
+def _change(fault: Fault, setting: _Setting, healthy: _Healthy) -> Array:
+    """Return the whitened change by a fault: by its law, or by drives on a smooth floor where it has none."""
+    if fault[0] != "unknown":
+        return healthy.ruler.change([altered(healthy.drive, *fault)])
+    with_it, without = _smooth(setting, [fault]), healthy.smooth
+    return healthy.ruler.noise.whitened([{part: with_it[part] - without[part] for part in without}])
+
+
+def _label(hidden: _Hidden, setting: _Setting, driven: engine.Drive, healthy: _Healthy) -> dict[str, Any]:
+    """Return the label of a fault, with its strength and what this drive cannot tell from it."""
+    effect, component, parameters = hidden.fault
+    own = label(effect, component, parameters)
+    others = alike(hidden.change, effect, component, parameters, [healthy.drive], healthy.ruler)
+    own["sigmas_above_noise"] = round(hidden.strength, 2)
+    own["acceptable"] = [
+        {"effect": name, "component": place, "separation": round(apart, 2)}
+        for (name, place), apart in others.items()
+    ]
+    if effect == "unknown":
+        own["kind"] = parameters["kind"]
+        own["outside"] = round(outside(hidden.change, healthy.drive, healthy.ruler), 3)
+    if effect == "bump":
+        set_bump_times(own, driven.time, driven.counts[:, setting.robot.channels.index(component)])
+    return own
+
+
+def seen(robot: Robot, drive: engine.Drive, measuring: Measuring | None, chance: Generator | None) -> Drive:
+    """Return a drive as its recording shows it; `chance` is the source of the poses' noise, None for none."""
+    turned = {
+        device.channel: device.sign * (drive.counts[:, number] - device.zero) / device.resolution
+        for number, device in enumerate(robot.devices)
+    }
+    wheels = WHEELS[: 2 * robot.trucks]
+    around, radius = 2.0 * math.pi * np.array(robot.radius), np.array(robot.radius)
+    reading = [2.0 * math.pi * turned[joint] for joint in LINKAGE[:2] if joint in turned]
+    if robot.trucks == 2:
+        reading = [np.unwrap(each) for each in reading] + [robot.length + turned["link"]]
+    poses: dict[int, Poses] = {}
+    rows = [] if measuring is None else list(measured(robot, drive, measuring, chance))
+    for truck in sorted({truck for _, truck, _ in rows}):
+        pose = np.stack([pose for _, other, pose in rows if other == truck])
+        pose[:, 2] = np.unwrap(pose[:, 2])
+        poses[truck] = Poses(np.array([time for time, other, _ in rows if other == truck]), pose)
+    return Drive(
+        drive.time,
+        np.stack([around[number] * turned[wheel] for number, wheel in enumerate(wheels)], axis=1),
+        around / np.array([device.resolution for device in robot.devices if device.channel in wheels]),
+        radius,
+        np.array(robot.wheelbase),
+        np.stack(reading, axis=1) if reading else np.zeros((len(drive.time), 0)),
+        robot.length,
+        poses,
+    )

@@ -1,0 +1,142 @@
+"""How much of what an effect explains is recovered by what is learned instead, on an unseen drive."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimate.effects.file import format_effects
+from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.terms import smooth_terms
+from omnimate.mismatch.candidates.unknown import errors, sizes_of
+from omnimate.mismatch.investigate import noise_beside, usual, with_everyday
+from omnimate.mismatch.learn.law_terms import law_of, observed
+from omnimate.mismatch.noise.levels import DEFAULT_LEVELS
+from omnimate.mismatch.recording.response import column, response
+from omnimate.mismatch.recording.signals import signals_of
+from omnimate.mismatch.recording.windows import windows_of
+from studies.mismatch.laws.baselines import gaussian_process, has_sindy, sindy
+from studies.mismatch.laws.drives import pair
+
+if TYPE_CHECKING:
+    from omnimate.effects.effect import Effect
+    from omnimate.mismatch.evidence.beside import Beside
+    from omnimate.mismatch.evidence.posterior import Posterior
+    from omnimate.mismatch.noise.levels import NoiseLevels
+    from omnimate.mismatch.recording.response import Columns, Response
+    from omnimate.mismatch.recording.windows import Windows
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+    from studies.mismatch.engines.cases import Case
+    from studies.mismatch.laws.drives import Pair
+
+LAW, PROCESS, SINDY = "law", "Gaussian process", "pysindy"
+METHODS = (LAW, PROCESS, SINDY)
+
+
+Recovery = dict[str, Any]
+"""What one case came to: `effect` and `component` that are concealed and in no library; `gain` of the effect
+itself with its true parameters on the drive that nothing has seen, the decrease of half the chi-square [nat];
+`gains` likewise of what each method learned from the other drive, by its name; `law` as a file of effects,
+empty where there is none.
+"""
+
+
+def recovered(question: tuple[Case, int]) -> Recovery:
+    """Return what is recovered in a case, by the seed of its drives."""
+    with tempfile.TemporaryDirectory() as place:
+        return recovered_from(pair(Path(place), *question))
+
+
+def recovered_from(drives: Pair) -> Recovery:
+    """Return what is recovered of an effect that two drives conceal."""
+    effect = drives.effect
+    posterior = _everyday(drives.seen, effect)
+    unseen = _everyday(drives.unseen, effect, posterior.regression.noise)
+    beside, held_out = posterior.beside(()), unseen.beside(())
+    itself = _gain(held_out, _part(unseen, held_out, (effect,)))
+    ways = _ways(posterior, effect.component)
+    laws = [law_of(posterior, beside, effect.component, way) for way in ways]
+    found = max((law for law in laws if law is not None), key=lambda law: law.total, default=None)
+    gains = {LAW: 0.0 if found is None else _gain(held_out, _part(unseen, held_out, found.effects))}
+    for name, method in ((PROCESS, gaussian_process), *(((SINDY, sindy),) if has_sindy() else ())):
+        offers = []
+        for way in ways:
+            variables, columns = observed(posterior, beside, effect.component, way)
+            learned = method(
+                variables,
+                columns,
+                beside.residual,
+                posterior.candidates.fold,
+                sizes_of(effect.component, way),
+            )
+            fitted = _gain(beside, columns(learned(variables)[:, None])[:, 0])
+            there, shown = observed(unseen, held_out, effect.component, way)
+            offers.append((fitted, _gain(held_out, shown(learned(there)[:, None])[:, 0])))
+        gains[name] = max(offers)[1]
+    return {
+        "effect": effect.name,
+        "component": effect.component,
+        "gain": itself,
+        "gains": gains,
+        "law": "" if found is None else format_effects(found.effects),
+    }
+
+
+def _everyday(recording: Recording, effect: Effect, noise: NoiseLevels | None = None) -> Posterior:
+    """Return a drive beside what every robot has a little of, without any of an effect.
+
+    Levels of noise are estimated with the effect as a nuisance, unless they are known: what is asked here is
+    what a law recovers, and not how noise is told from it.
+    """
+    signals = (signals_of(recording),)
+    regression = Regression([windows_of(single) for single in signals], noise or DEFAULT_LEVELS, ())
+    library = [single for single in smooth_terms(signals) if single.effect != effect.name]
+    if noise is None:
+        nuisances = Regression(regression.windows, DEFAULT_LEVELS, ())
+        nuisances.add(usual(library, signals))
+        nuisances.extend(
+            [
+                _columns(base, windows, (effect,))
+                for windows, base in zip(nuisances.windows, nuisances.responses, strict=True)
+            ],
+            [1],
+        )
+        regression.whiten(noise_beside(nuisances))
+    places = regression.add(library)
+    return with_everyday(regression, library, places, np.zeros(len(regression.white)))
+
+
+def _ways(posterior: Posterior, component: str) -> list[str]:
+    """Return the quantities of a component that an error may change, those of its truck for a truck."""
+    return list(
+        dict.fromkeys(
+            error.acts_on
+            for error in errors(posterior.regression.windows[0])
+            if error.component == component and error.acts_on
+        )
+    )
+
+
+def _part(posterior: Posterior, beside: Beside, effects: tuple[Effect, ...]) -> Array:
+    """Return what effects would explain of a drive's rows, `(V,)`."""
+    regression = posterior.regression
+    raw = [
+        _columns(base, windows, effects)
+        for windows, base in zip(regression.windows, regression.responses, strict=True)
+    ]
+    return np.asarray(beside.free(regression.whitened(raw))[:, 0])
+
+
+def _columns(base: Response, windows: Windows, effects: tuple[Effect, ...]) -> Columns:
+    """Return what effects do to a recording as one column."""
+    push, seen = column(base, response(windows, effects), 1.0)
+    return push[:, :, None], seen[:, :, None]
+
+
+def _gain(beside: Beside, part: Array) -> float:
+    """Return by how much half the chi-square of a drive falls without a part `(V,)` of its rows [nat]."""
+    return float(part @ beside.residual - 0.5 * part @ part)

@@ -1,0 +1,173 @@
+"""An audit of names that were reported in place of the truth, by the engine that concealed it.
+
+The same robot is driven again, with the same random numbers and the reported effect as its fault. The
+difference of this drive from the one with the true fault is compared with the difference between healthy
+drives with different random numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from studies.mismatch.engines.cases import seed_of
+from studies.mismatch.engines.robots import LINKAGE, WHEELS
+from studies.mismatch.engines.scene import scene
+from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from studies.mismatch.engines.cases import Case
+    from studies.mismatch.engines.engine import Drive
+    from studies.mismatch.engines.robots import Robot
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What to audit.
+
+    Attributes:
+        name: Name of the case.
+        case: The case.
+        seed: Seed of the case.
+        reported: Findings that an answer asserts.
+        right: Whether the answer counts as right.
+    """
+
+    name: str
+    case: Case
+    seed: int
+    reported: Sequence[Mapping[str, Any]]
+    right: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """Distances between drives, over that of two healthy drives; up to 1.0 no recording can show them.
+
+    Attributes:
+        name: Name of the case.
+        truth: Effect and component of the true fault.
+        reported: Effects and components that were reported.
+        right: Whether the answer counts as right.
+        truth_alone: Distance of the drive with the true fault from the healthy one.
+        left: Distance of the drive with the true fault from that with the reported effects.
+    """
+
+    name: str
+    truth: str
+    reported: str
+    right: bool
+    truth_alone: float
+    left: float
+
+
+def questions(
+    labels: Mapping[str, Any], answers: Mapping[str, Any], cases: Sequence[Case], seed: int
+) -> list[Question]:
+    """Return what to audit of the engine's corpus: single effects that were reported by another name."""
+    asked = []
+    for name, label in labels.items():
+        answer = answers.get(name)
+        if label["kind"] != "single" or not answer or not answer["findings"] or first_exact(label, answer):
+            continue
+        reported, number = asserted(answer, ASSERTED), int(name.rpartition("-")[2])
+        if reported and all(_can_be_driven(finding) for finding in reported):
+            right = first_right(label, answer)
+            asked.append(Question(name, cases[number], seed_of(seed, number), reported, right))
+    return asked
+
+
+def _can_be_driven(finding: Mapping[str, Any]) -> bool:
+    """Say whether the engine can drive with the effect of a finding."""
+    return bool(finding["effect"] not in UNNAMED and finding["component"] != "poses")
+
+
+def audited(question: Question) -> Audit:
+    """Return how far the reported effects are from the truth."""
+    case, setting = question.case, scene(question.case, question.seed)
+    reported = []
+    for finding in question.reported:
+        values = {name: parameter["value"] for name, parameter in finding["parameters"].items()}
+        reported.append(
+            setting.fault(finding["effect"], finding["component"], {**finding["where"], **values})
+        )
+    drives = (
+        setting.driven(setting.faults),
+        setting.driven(reported),
+        setting.driven([]),
+        setting.driven([], np.random.default_rng([question.seed, 78])),
+    )
+    truth, instead, healthy, other = (_missed(setting.robot, drive, case.poses) for drive in drives)
+    usual = np.sqrt(np.mean((other - healthy) ** 2, axis=0))
+    ((effect, component),) = case.effects
+    return Audit(
+        question.name,
+        f"{effect} {component}",
+        " + ".join(f"{finding['effect']} {finding['component']}" for finding in question.reported),
+        question.right,
+        _largest(truth - healthy, usual),
+        _largest(truth - instead, usual),
+    )
+
+
+def _largest(difference: Array, usual: Array) -> float:
+    """Return the rms of a difference `(N, K)` over the usual one `(K,)`, of the worst channel."""
+    return float(np.max(np.sqrt(np.mean(difference**2, axis=0)) / usual))
+
+
+def _missed(robot: Robot, drive: Drive, poses: str) -> Array:
+    """Return the errors of plain odometry against the linkage's readings and measured poses, shape `(N, K)`.
+
+    They come from counts and measured poses alone, as a reader of the recording sees them [rad, m].
+    """
+    turned = {
+        device.channel: device.sign * (drive.counts[:, number] - device.zero) / device.resolution
+        for number, device in enumerate(robot.devices)
+    }
+    reckoned = _reckoned(robot, turned)
+    missed = []
+    if robot.trucks == 2:
+        gap = reckoned[:, 0, :2] - reckoned[:, 1, :2]
+        along = np.arctan2(gap[:, 1], gap[:, 0])
+        joints = [
+            _wrapped(2.0 * np.pi * turned[channel] - (reckoned[:, truck, 2] - along))
+            for truck, channel in enumerate(LINKAGE[:2])
+        ]
+        missed += [*joints, turned["link"] + robot.length - np.hypot(gap[:, 0], gap[:, 1])]
+    measured = {"none": 0, "sonar": 1}.get(poses, robot.trucks)
+    for truck in range(measured):
+        missed += list((drive.poses[:, truck] - reckoned[:, truck]).T)
+    return np.stack(missed, axis=1)
+
+
+def _reckoned(robot: Robot, turned: Mapping[str, Array]) -> Array:
+    """Return poses `(N, T, 3)` by odometry with the nominal robot, from turns of each channel `(N,)`."""
+    count = len(next(iter(turned.values())))
+    poses = np.zeros((count, robot.trucks, 3))
+    for truck in range(robot.trucks):
+        left, right = (
+            2.0 * np.pi * robot.radius[wheel] * np.diff(turned[WHEELS[wheel]])
+            for wheel in (2 * truck, 2 * truck + 1)
+        )
+        yaw = (right - left) / robot.wheelbase[truck]
+        heading = np.concatenate(([0.0], np.cumsum(yaw)))
+        middle = heading[:-1] + 0.5 * yaw
+        way = 0.5 * (left + right)
+        poses[1:, truck, 0] = np.cumsum(way * np.cos(middle))
+        poses[1:, truck, 1] = np.cumsum(way * np.sin(middle))
+        poses[:, truck, 2] = heading
+    if robot.trucks == 2:
+        poses[:, 1, 0] -= robot.length
+    return poses
+
+
+def _wrapped(angle: Array) -> Array:
+    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)

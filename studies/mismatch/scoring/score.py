@@ -1,0 +1,239 @@
+"""The score of a world: how often answers agree with labels that the tool has not seen. JSON in, rows out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from studies.mismatch.scoring.efficiency import efficiency
+from studies.mismatch.scoring.intervals import wilson
+from studies.mismatch.scoring.judging import (
+    ASSERTED,
+    SURE,
+    all_right,
+    asserted,
+    beyond_twins,
+    credible,
+    deviations,
+    events,
+    first_exact,
+    first_right,
+    fits,
+    in_set,
+    is_found,
+    says_unknown,
+    wrong,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from studies.mismatch.scoring.judging import Answer, Label
+
+STRONG = 10.0  # standard deviations from which an injected effect is expected to be named
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """How often something was so.
+
+    Attributes:
+        name: Name of what was counted.
+        hits: Number of cases in which it was so.
+        of: Number of cases in which it could have been so.
+        target: Share that is wanted; None for no target.
+        most: Whether the target is an upper bound.
+        note: Remark beside the figure.
+    """
+
+    name: str
+    hits: int
+    of: int
+    target: float | None = None
+    most: bool = False
+    note: str = ""
+
+    @property
+    def value(self) -> float:
+        """Hits over all cases; nan without any case."""
+        return self.hits / self.of if self.of else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's 95 % interval of the share; nan without any case."""
+        return wilson(self.hits, self.of)
+
+    @property
+    def text(self) -> str:
+        """The figure in a table."""
+        return f"{self.hits} of {self.of}" if self.of else "-"
+
+    @property
+    def is_missed(self) -> bool:
+        """Whether a target is not reached."""
+        return _is_missed(self.value, self.target, most=self.most)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the row as an object."""
+        low, high = self.interval
+        counted = {"hits": self.hits, "of": self.of, "share": _number(self.value)}
+        return {"name": self.name, **counted, "interval": [_number(low), _number(high)], **_wanted(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A figure that is no share, such as a ratio of two errors.
+
+    Attributes:
+        name: Name of the figure.
+        value: Its value; nan where nothing gives it.
+        target: Value that is wanted; None for no target.
+        most: Whether the target is an upper bound.
+        note: What stands in the table in place of the value.
+    """
+
+    name: str
+    value: float
+    target: float | None = None
+    most: bool = True
+    note: str = ""
+
+    @property
+    def text(self) -> str:
+        """The figure in a table."""
+        return "-" if math.isnan(self.value) else self.note or f"{self.value:.3g}"
+
+    @property
+    def is_missed(self) -> bool:
+        """Whether a target is not reached."""
+        return _is_missed(self.value, self.target, most=self.most)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the figure as an object."""
+        return {"name": self.name, "value": _number(self.value), **_wanted(self)}
+
+
+Line = Row | Size
+
+
+def _is_missed(value: float, target: float | None, *, most: bool) -> bool:
+    if target is None or math.isnan(value):
+        return False
+    return value > target if most else value < target
+
+
+def _wanted(line: Line) -> dict[str, Any]:
+    return {"target": line.target, "most": line.most, "missed": line.is_missed, "note": line.note}
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Line]:
+    """Return the score of a world; every world has the same lines, those without a case empty.
+
+    Args:
+        labels: Label of each case, as `labels.json` holds it.
+        answers: Answer to each case, as `Diagnosis.as_json` gives it; cases without one do not count.
+    """
+    answers = beyond_twins(labels, answers)
+    pairs = [(label, answers[name]) for name, label in labels.items() if name in answers]
+    nulls = [(label, answer) for label, answer in pairs if label["kind"] == "null"]
+    known = [(label, answer) for label, answer in pairs if label["kind"] in {"single", "masked"}]
+    multi = [(label, answer) for label, answer in pairs if label["kind"] == "multi"]
+    both = [(label, answer) for label, answer in multi if len(label["effects"]) == 2]
+    unknown = [(label, answer) for label, answer in pairs if label["kind"] == "unknown"]
+    sure = [wrong(finding, label) for label, answer in pairs for finding in asserted(answer, SURE)]
+    every = [truth for label, _ in known + multi for truth in label["effects"]]
+    sets = [in_set(truth, answer) for label, answer in known + multi for truth in label["effects"]]
+    sizes = [len(credible(finding)) for _, answer in known + multi for finding in asserted(answer, ASSERTED)]
+    heldout = [answer["fit"]["heldout"] for _, answer in known if answer["fit"]]
+    outside = [truth["outside"] for label, _ in unknown for truth in label["effects"] if "outside" in truth]
+    onset, iou = events(known + multi)
+    z = deviations(known + multi)
+    alarms = [any(wrong(each, label) for each in asserted(answer, ASSERTED)) for label, answer in nulls]
+    return [
+        Row("false alarm on a null", sum(alarms), len(nulls), 0.01, most=True),
+        Row("said 0.9 or more, and wrong", sum(sure), len(sure), 0.01, most=True),
+        Row("said 0.9 or more, and right", len(sure) - sum(sure), len(sure), 0.97),
+        Row("one effect: right first", sum(first_right(*pair) for pair in known), len(known), 0.95),
+        Row("one effect: exactly the truth first", sum(first_exact(*pair) for pair in known), len(known)),
+        Row("two at once: exactly right", sum(all_right(*pair) for pair in both), len(both), 0.85),
+        Row("95 % set holds the truth", sum(sets), len(every), 0.95),
+        Size("mean size of the set", _mean(sizes)),
+        Row("event onset within two samples", sum(onset), len(onset), 0.9),
+        Row("interval overlap of 0.8", sum(iou), len(iou), 0.9),
+        Row("parameter within 2 sigma", sum(abs(deviation) <= 2.0 for deviation in z), len(z), 0.95),
+        _heldout(heldout),
+        Row(
+            "held-out residual after <= 1.05",
+            sum(each["after"] <= 1.05 for each in heldout),
+            len(heldout),
+            0.95,
+        ),
+        Row("unknown called unknown", sum(says_unknown(*pair) for pair in unknown), len(unknown), 0.9),
+        Size("unknown: left by the best curve in one quantity", _mean(outside)),
+        *_of_injections(labels, answers),
+        *_of_calibrations(pairs),
+    ]
+
+
+def _of_injections(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Line]:
+    """Return the lines about effects that were injected into real recordings."""
+    injected = {name: label for name, label in labels.items() if label["kind"] == "injected"}
+    pairs = [(label, answers[name]) for name, label in injected.items() if name in answers]
+    strong = [pair for pair in pairs if pair[0]["strength"] >= STRONG]
+    new = [any(wrong(each, label) for each in asserted(answer, ASSERTED)) for label, answer in pairs]
+    half = efficiency(injected, answers).half
+    return [
+        Row("injected, 10 sigma: right first or in its set", sum(map(_is_led, strong)), len(strong), 0.95),
+        Size("injected: strength found half of the time over 5 sigma", half / 5.0, 1.5),
+        Row("injected: a wrong finding that the twin has not", sum(new), len(new), 0.01, most=True),
+    ]
+
+
+def _is_led(pair: tuple[Label, Answer]) -> bool:
+    """Say whether the first finding is the injected effect, or holds it in its set."""
+    label, answer = pair
+    first = {**answer, "findings": answer["findings"][:1]}
+    return first_right(label, answer) or is_found(label, first)
+
+
+def _of_calibrations(pairs: Sequence[tuple[Label, Answer]]) -> list[Line]:
+    """Return the lines about real recordings beside plain least squares."""
+    real = [(label, answer) for label, answer in pairs if label["kind"] == "calibration"]
+    told = [
+        any(fits(each["effect"], each["component"], truth) for each in asserted(answer, ASSERTED))
+        for label, answer in real
+        for truth in label["effects"]
+    ]
+    squares: dict[str, list[tuple[float, float]]] = {}
+    for label, answer in real:
+        if "open_loop" in answer:
+            errors = answer["open_loop"]
+            squares.setdefault(label["set"], []).append((errors["found"] ** 2, errors["least squares"] ** 2))
+    ratios = [
+        math.sqrt(sum(found for found, _ in halves) / sum(plain for _, plain in halves))
+        for halves in squares.values()
+    ]
+    return [
+        Row("5 sigma by least squares: asserted", sum(told), len(told), 1.0),
+        Size("open loop over least squares, worst set", max(ratios, default=math.nan), 1.0),
+        Size("open loop over least squares, geometric mean", _geometric(ratios), 0.95),
+    ]
+
+
+def _heldout(residuals: Sequence[Mapping[str, float]]) -> Size:
+    """Return the geometric means of held-out residuals, before and after."""
+    before, after = (_geometric([each[when] for each in residuals]) for when in ("before", "after"))
+    return Size("held-out residual, before -> after", after / before, note=f"{before:.2f} -> {after:.2f}")
+
+
+def _geometric(values: Sequence[float]) -> float:
+    return math.exp(_mean([math.log(value) for value in values])) if values else math.nan
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values) if values else math.nan

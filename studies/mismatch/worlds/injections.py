@@ -1,0 +1,146 @@
+"""The world of injections: real recordings as they are, and with an effect put into their counts or stamps.
+
+A case is some runs of one OptiOdom set by a robot that is calibrated by least squares on that set. Beside
+every injected case is its twin, the same runs untouched; it counts as a healthy robot, as no black box
+predicts these sets better than three numbers do. Runs follow each other on one clock.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.calib.paths.least_squares import calibrate_truck
+from omnimate.files.recordings.folder import save_recording
+from studies.datasets.optiodom.recordings import differential_sets, recordings_of
+from studies.mismatch import run
+from studies.mismatch.engines.injections.draw import draw
+from studies.mismatch.engines.strength.bound import Ruler
+from studies.mismatch.engines.strength.drive import Drive, Poses
+from studies.mismatch.worlds.sequence import in_sequence
+from studies.mismatch.worlds.world import AbsentError, Label, Request
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from omnimate.vehicle.parameters import Channel
+    from omnimate.vehicle.recording import Recording
+    from studies.mismatch.progress import Report
+
+MOST_RUNS = 6  # of a case
+_WHEELS: tuple[Channel, Channel] = ("a.left", "a.right")
+QUICK, WHOLE = 3, 500  # injected cases, where no number is asked for
+
+
+def write_injections(
+    data: Path, folder: Path, request: Request, jobs: int, report: Report
+) -> Mapping[str, Label]:
+    """Write injected cases and their twins; `data` is the folder of the real recordings."""
+    root = data / "real" / "optiodom"
+    if not root.is_dir():
+        raise AbsentError(f"{root} is not there: injections are left out")
+    sets = sorted(differential_sets(root)[0])
+    count = request.cases or (QUICK if request.quick else WHOLE)
+    wanted = {
+        f"injected-{number:04d}": (folder / f"injected-{number:04d}", sets, request.seed, number)
+        for number in range(count)
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    pairs = run.ask_all(write_pair, wanted, jobs, report, folder / "labels.jsonl")
+    return {name: label for number in pairs for name, label in pairs[number].items()}
+
+
+def write_pair(wanted: tuple[Path, Sequence[Path], int, int]) -> dict[str, Label]:
+    """Write one injected case and its twin, drawn by seed and number; return the labels of both."""
+    folder, sets, seed, number = wanted
+    chance = np.random.default_rng([seed, number])
+    while True:
+        place = sets[int(chance.integers(len(sets)))]
+        every = calibrated_runs(place)
+        count = min(len(every), int(chance.integers(2, MOST_RUNS + 1)))
+        picked = sorted(chance.choice(len(every), count, replace=False).tolist())
+        untouched = in_sequence([every[index] for index in picked])
+        drives = [drive_of(recording) for recording in untouched]
+        injected = draw(drives, Ruler.of(drives), chance)
+        if injected is not None:
+            break
+    altered = [with_drive(*pair) for pair in zip(untouched, injected.injection.into(drives), strict=True)]
+    twin = f"{folder.name}-twin"
+    names = [str(index) for index in range(1, count + 1)]
+    for name, before, after in zip(names, untouched, altered, strict=True):
+        save_recording(before, folder.with_name(twin) / name, compress=True)
+        save_recording(after, folder / name, compress=True)
+    common = {"recordings": names, "set": f"{place.parent.name}/{place.name}", "runs": picked}
+    return {
+        folder.name: {
+            "kind": "injected",
+            "effects": [injected.label()],
+            "twin": twin,
+            "strength": injected.strength,
+            **common,
+        },
+        twin: {"kind": "null", "effects": [], **common},
+    }
+
+
+@cache
+def calibrated_runs(place: Path) -> list[Recording]:
+    """Return all runs of a set, by the robot that least squares on these runs gives.
+
+    Raises:
+        OptiOdomError: The set is damaged.
+        CalibrationError: The set cannot tell wheelbase and diameters.
+    """
+    recordings = recordings_of(place)
+    truck = calibrate_truck(recordings).truck
+    return [replace(recording, vehicle=recording.vehicle.with_truck("a", truck)) for recording in recordings]
+
+
+def drive_of(recording: Recording) -> Drive:
+    """Return what injections see of a recording of a single truck with poses."""
+    assert recording.poses is not None  # sets without poses are no source of injections
+    poses, vehicle = recording.poses.of("a"), recording.vehicle
+    known = np.isfinite(poses.pose).all(axis=1)
+    pose = poses.pose[known].copy()
+    pose[:, 2] = np.unwrap(pose[:, 2])
+    counts = np.stack([recording.channel_counts(side) for side in _WHEELS], axis=1)
+    scale = np.array([vehicle.metres_per_count(side) for side in _WHEELS])
+    return Drive(
+        np.array(recording.time),
+        counts * scale,
+        np.abs(scale),
+        np.array([0.5 * vehicle.wheel_diameter(side) for side in _WHEELS]),
+        np.array([vehicle.trucks["a"].wheelbase]),
+        np.zeros((len(recording), 0)),
+        0.0,
+        {0: Poses(poses.time[known], pose)},
+    )
+
+
+def with_drive(recording: Recording, drive: Drive) -> Recording:
+    """Return a recording with the ways, rounded to whole counts, and the stamps of an altered drive.
+
+    Poses whose stamps lie beyond the recording's end are left out.
+    """
+    assert recording.poses is not None  # as above
+    vehicle, poses = recording.vehicle, recording.poses.of("a")
+    counts = recording.counts.copy()
+    for wheel, side in enumerate(_WHEELS):
+        column = vehicle.channels.index(side)
+        counts[:, column] = np.rint(drive.way[:, wheel] / vehicle.metres_per_count(side)).astype(np.int64)
+    known = np.isfinite(poses.pose).all(axis=1)
+    stamps = drive.poses[0].time
+    inside = stamps <= recording.time[-1]
+    rows = np.flatnonzero(known)[inside]
+    measured = replace(
+        poses,
+        time=stamps[inside],
+        body=poses.body[rows],
+        pose=poses.pose[rows],
+        sigma=poses.sigma[rows],
+    )
+    return replace(recording, counts=counts, poses=measured)

@@ -1,0 +1,165 @@
+"""What a world is: a name, and labelled cases that any tool can be asked about."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from omnimate.vehicle.errors import OmnimateError
+from studies.mismatch.questions import answered
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    from studies.mismatch.progress import Progress, Report
+    from studies.mismatch.questions import Answer, Question
+
+Label = dict[str, Any]
+FEW = 3  # cases of a labelled set, where a small part is enough
+
+
+class AbsentError(OmnimateError):
+    """A world that is not here: its data, or the engine that makes them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """How much of a world is asked for.
+
+    Attributes:
+        seed: Seed of everything that is drawn by chance.
+        cases: Number of cases, drawn by chance where the world has more; None for all that it has.
+        quick: Whether a small part is enough, as CI runs it.
+    """
+
+    seed: int = 1
+    cases: int | None = None
+    quick: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Corpus:
+    """Labelled recordings of one world.
+
+    Attributes:
+        world: The world.
+        folder: Holds a folder for each case, in which its recordings are.
+        labels: The label of each case, by its name; `recordings` in it names the recordings' folders.
+    """
+
+    world: World
+    folder: Path
+    labels: Mapping[str, Label]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the labels, known before any tool runs."""
+        return hashlib.sha256(_text(self.labels).encode()).hexdigest()
+
+    def question(self, case: str) -> Question:
+        """Return what is asked about a case: its folder and its label."""
+        return self.folder / case, self.labels[case]
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """Where recordings with a known truth come from.
+
+    Attributes:
+        name: Name by which the world is asked for.
+        title: What tables call it.
+        foreign: Whether others than the project made it; the pooled column counts those.
+        ask: Answers the question about one case.
+    """
+
+    name: str
+    title: str
+    foreign: bool = field(default=False, kw_only=True)
+    ask: Callable[[Question], Answer] = field(default=answered, kw_only=True)
+
+    def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:
+        """Return the cases of a request.
+
+        Args:
+            place: Folder of the study; what the world writes goes into it, and is taken up again.
+            request: How much is asked for.
+            jobs: How many processes work at once.
+            progress: Is shown how far the world is.
+
+        Raises:
+            AbsentError: The world is not here.
+            OmnimateError: The folder holds another corpus of this world.
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, slots=True)
+class LabelledWorld(World):
+    """Recordings that are there already, with a `labels.json` beside them.
+
+    Attributes:
+        folder: Folder of both.
+    """
+
+    folder: Path
+
+    def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:  # noqa: ARG002
+        """Return what is there, or a sample of it by the seed."""
+        path = self.folder / "labels.json"
+        if not path.exists():
+            raise AbsentError(f"{self.folder} is not there: {self.name} is left out")
+        if request.quick and request.cases is None:
+            request = replace(request, cases=FEW)
+        return Corpus(self, self.folder, drawn(json.loads(path.read_text(encoding="utf-8")), request))
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenWorld(World):
+    """Recordings that are made for the study.
+
+    Attributes:
+        write: Writes the cases of a request into a folder, each a folder with recordings; returns labels.
+            It goes on where it was stopped, and raises AbsentError where something that it needs is not here.
+    """
+
+    write: Callable[[Path, Request, int, Report], Mapping[str, Label]]
+
+    def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:
+        """Return what was written, now or before a stop."""
+        folder, kept = place / self.name, place / f"{self.name}.json"
+        wanted = asdict(request)
+        if kept.exists():
+            known = json.loads(kept.read_text(encoding="utf-8"))
+            _check(known["request"], wanted, folder)
+            if "labels" in known:
+                return Corpus(self, folder, known["labels"])
+        place.mkdir(parents=True, exist_ok=True)
+        kept.write_text(json.dumps({"request": wanted}), encoding="utf-8")
+        with progress(f"{self.name}: recordings") as report:
+            try:
+                labels = self.write(folder, request, jobs, report)
+            except AbsentError:
+                kept.unlink()
+                raise
+        kept.write_text(_text({"request": wanted, "labels": labels}), encoding="utf-8")
+        return Corpus(self, folder, labels)
+
+
+def _check(known: object, wanted: object, folder: Path) -> None:
+    if known != wanted:
+        raise OmnimateError(f"{folder} holds the cases of {known}; {wanted} needs a folder of its own: --out")
+
+
+def drawn(labels: Mapping[str, Label], request: Request) -> dict[str, Label]:
+    """Return as many of the labelled cases as are asked for, in their order."""
+    count = len(labels) if request.cases is None else min(request.cases, len(labels))
+    names = set(random.Random(request.seed).sample(sorted(labels), count))  # no secret
+    return {name: label for name, label in labels.items() if name in names}
+
+
+def _text(content: object) -> str:
+    return json.dumps(content, indent=1, sort_keys=True)

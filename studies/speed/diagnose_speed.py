@@ -1,0 +1,82 @@
+"""The time and memory of a diagnosis against the whole library, and how both grow with the length of a drive.
+
+Peer: the simulation of the same drive, in the same process.
+
+Usage: python -m studies.speed.diagnose_speed [--samples 20000] [--doublings 2]
+
+Each length has a process of its own, in which a short drive is diagnosed first, so that nothing is compiled
+while the time is measured. For 20,000 samples 2 s of one processor and 500 MiB are wanted.
+"""
+
+import argparse
+import resource
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+
+from rich.progress import track
+
+from omnimate.effects import effect_named
+from omnimate.mismatch import diagnose
+from omnimate.motion.paths import figure_eight
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.recording import Recording
+
+WORN = effect_named("wheel_diameter")("a.left", ratio=1.004), effect_named("joint_bias")("joint_a", bias=0.01)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The figures of one length."""
+
+    samples: int
+    simulation: float  # [s]
+    diagnosis: float  # [s]
+    processor: float  # [s] of it
+    memory: float  # [MiB] at most
+    findings: str
+
+
+def simulated(laps: int) -> Recording:
+    """Return a drive of a robot with a worn wheel and a biased joint."""
+    vehicle = reference_vehicle()
+    return simulate(vehicle, Truth(vehicle, seed=7, effects=WORN), figure_eight(1.0, laps))
+
+
+def measured(samples: int) -> Measured:
+    """Return the figures of a drive of at least so many samples."""
+    lap = simulated(1)
+    diagnose([lap])
+    began = time.perf_counter()
+    recording = simulated(1 + samples // len(lap))
+    simulation = time.perf_counter() - began
+    began, used = time.perf_counter(), time.process_time()
+    diagnosis = diagnose([recording])
+    seconds, processor = time.perf_counter() - began, time.process_time() - used
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    findings = ", ".join(f"{finding.effect} {finding.component}" for finding in diagnosis.findings)
+    return Measured(len(recording), simulation, seconds, processor, memory, findings)
+
+
+def main() -> None:
+    """Print a line for every length."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--samples", type=int, default=20_000)
+    parser.add_argument("--doublings", type=int, default=2)
+    options = parser.parse_args()
+    lengths = [options.samples * 2**number for number in range(options.doublings + 1)]
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        lines = list(track(pool.map(measured, lengths), "diagnosing", total=len(lengths)))
+    for line in lines:
+        ratio = line.diagnosis / line.simulation
+        print(
+            f"{line.samples} samples: {line.diagnosis:.1f} s (processor {line.processor:.1f} s), "
+            f"{ratio:.0f} times the simulation of the drive, {line.memory:.0f} MiB at most: {line.findings}"
+        )
+
+
+if __name__ == "__main__":
+    main()

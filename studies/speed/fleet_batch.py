@@ -1,0 +1,115 @@
+"""What a day's batch costs: processor time and peak memory of `fleet run` on a hall's laps of five minutes.
+
+The laps are those of a hall with sick robots and bad places, one for each robot. Processor time counts,
+because the machine may be shared; simulating and writing the laps does not.
+
+Peer, in the same run: twice as many laps, which should take twice the time.
+
+Usage: python -m studies.speed.fleet_batch [--laps 1000] [--minutes 5] [--no-diagnose]
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import resource
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from omnimate.fleet.batch.run import run_batch
+from omnimate.fleet.batch.tables import columns_of
+from omnimate.fleet.hall.hall import draw_hall
+from omnimate.fleet.hall.store import date_of, write_store
+
+LAPS, WANTED, CORES = 1000, 1800.0, 2  # laps of a day, and their time [s] on some cores
+MEMORY = 2.0  # [GB]
+LINEAR = 2.1  # times the time, that twice the laps may take
+DAYS, LAST = 12, 10  # days of the hall, and the one whose laps are driven: who turns sick is so by then
+SICK, PLACES = 0.03, 20  # part of the robots, and number of places, as in the hall of 1000 robots
+
+
+@dataclass(frozen=True, slots=True)
+class Spent:
+    """What a batch took.
+
+    Attributes:
+        laps: Laps that it worked on.
+        asked: Laps for which the whole diagnosis was made.
+        processor: Processor time [s].
+        wall: [s].
+        memory: Largest memory of the process [GB].
+    """
+
+    laps: int
+    asked: int
+    processor: float
+    wall: float
+    memory: float
+
+    @property
+    def by_lap(self) -> float:
+        """Processor time of a lap [s]."""
+        return self.processor / self.laps
+
+
+def write_laps(folder: Path, laps: int, minutes: float) -> None:
+    """Write a store of some laps and one of twice as many, and one of a lap of each type of robot."""
+    hall = draw_hall(3 * laps + 3, DAYS, sick=round(3 * laps * SICK), places=PLACES, seed=7)
+    first = 0
+    for name, count in (("few", 3), ("single", laps), ("double", 2 * laps)):
+        some = replace(hall, robots=hall.robots[first : first + count])
+        write_store(some, folder / name, range(LAST, LAST + 1), 1, minutes)
+        first += count
+
+
+def spend(folder: Path, name: str, *, diagnosed: bool) -> Spent:
+    """Work on a store of laps, and return what it took."""
+    results = folder / f"{name}-results"
+    processor, wall = time.process_time(), time.perf_counter()
+    outcome = run_batch(str(folder / name), str(results), day=date_of(LAST), diagnosed=diagnosed)
+    processor, wall = time.process_time() - processor, time.perf_counter() - wall
+    assert not outcome.failed, outcome.failed
+    rows = (columns_of(path.read_bytes()) for path in results.glob("recordings/*/*/*.parquet"))
+    asked = sum(row["diagnosis"][0] is not None for row in rows)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    return Spent(outcome.done, asked, processor, wall, memory)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--laps", type=int, default=LAPS, help="of the smaller batch")
+    parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--no-diagnose", action="store_true", help="without the whole diagnoses")
+    options = parser.parse_args()
+    diagnosed = not options.no_diagnose
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        writer = multiprocessing.Process(target=write_laps, args=(folder, options.laps, options.minutes))
+        writer.start()
+        writer.join()
+        spend(folder, "few", diagnosed=diagnosed)  # loads what is compiled
+        batches = []
+        for name in ("single", "double"):
+            batches.append(spent := spend(folder, name, diagnosed=diagnosed))
+            print(
+                f"{spent.laps} laps, {spent.asked} whole diagnoses: {spent.processor:.0f} s of "
+                f"processor time ({spent.by_lap:.2f} s for a lap), {spent.wall:.0f} s by the wall, "
+                f"{spent.memory:.2f} GB at most",
+                flush=True,
+            )
+    single, double = batches
+    day = max(spent.by_lap for spent in batches) * LAPS / CORES
+    ratio = double.processor / single.processor
+    print(f"twice the laps take {ratio:.2f} times the processor time")
+    print(
+        f"{LAPS} laps on {CORES} cores: {day / 60.0:.1f} minutes (wanted: {WANTED / 60.0:.0f}); "
+        f"{double.memory:.2f} GB (wanted: below {MEMORY:.0f})"
+    )
+    return 0 if day <= WANTED and double.memory < MEMORY and ratio <= LINEAR else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,198 @@
+"""The times of the service's answers under load, measured from a second process, while it tracks a bus.
+
+Peer: `/healthz` at the same rate without other load, which does nothing but answer.
+
+Usage: python -m studies.speed.service_load [--seconds 20] [--reads 200] [--posts 50] [--listeners 50]
+
+Calls leave at fixed times, whether or not earlier calls have been answered. The duration of a call counts
+from when it should have left, so that a slow answer is not hidden by the wait for it.
+"""
+
+import argparse
+import asyncio
+import json
+import re
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import httpx2
+import numpy as np
+
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.file import save_vehicle
+from studies.speed.service_process import serving
+
+SESSIONS = "/v1/umbmark/sessions"
+RUN = {"direction": "cw", "after": {"x": 0.1, "y": 0.02}, "calculated": {"x": 0.0, "y": 0.0}}
+IDLE = 3.0  # [s] of calls without other load
+WARM = 5.0  # [s] that do not count: the tracker is loaded in them
+RUNS = 900  # of one session
+
+
+async def paced(rate: float, seconds: float, call) -> list[float]:  # noqa: ANN001  # of an index
+    """Make calls at a rate [1/s]; return how long each took from when it should have left [s]."""
+    began, durations, tasks = time.perf_counter(), [], []
+
+    async def timed(index: int, due: float) -> None:
+        await call(index)
+        durations.append(time.perf_counter() - due)
+
+    for index in range(int(rate * seconds)):
+        due = began + index / rate
+        await asyncio.sleep(max(0.0, due - time.perf_counter()))
+        tasks.append(asyncio.create_task(timed(index, due)))
+    await asyncio.gather(*tasks)
+    return durations
+
+
+class Client:
+    """Keep-alive connections that cost little: on two cores a load that computes would measure itself."""
+
+    def __init__(self, url: str) -> None:
+        _, self.host, port = url.replace("//", "").split(":")
+        self.port = int(port)
+        self._idle: list[tuple[asyncio.StreamReader, asyncio.StreamWriter]] = []
+
+    async def call(self, method: str, path: str, body: bytes = b"") -> bytes:
+        """Make a call; return what it is answered with, where that is a success."""
+        reader, writer = (
+            self._idle.pop() if self._idle else await asyncio.open_connection(self.host, self.port)
+        )
+        writer.write(self._request(method, path, body))
+        head = await reader.readuntil(b"\r\n\r\n")
+        content = await reader.readexactly(int(re.search(rb"content-length: (\d+)", head)[1]))
+        if head.split(None, 2)[1] not in {b"200", b"201"}:
+            raise RuntimeError(f"{method} {path}: {content.decode()}")
+        self._idle.append((reader, writer))
+        return content
+
+    async def listen(self, everybody: asyncio.Barrier, seconds: float) -> int:
+        """Read the stream for so long once everybody listens; return how many `state` events came."""
+        reader, writer = await asyncio.open_connection(self.host, self.port)
+        writer.write(self._request("GET", "/v1/robot/stream", b""))
+        await reader.readuntil(b"event: state")
+        await everybody.wait()
+        seen, end = 0, time.perf_counter() + seconds
+        while time.perf_counter() < end:
+            seen += (await reader.read(65536)).count(b"event: state")
+        writer.close()
+        return seen
+
+    def _request(self, method: str, path: str, body: bytes) -> bytes:
+        return (
+            f"{method} {path} HTTP/1.1\r\nHost: {self.host}:{self.port}\r\n"
+            f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+        ).encode() + body
+
+
+async def idle(url: str, rate: float) -> list[float]:
+    """Return the durations of calls that ask for nothing."""
+    client = Client(url)
+
+    async def live(_index: int) -> None:
+        await client.call("GET", "/healthz")
+
+    return await paced(rate, IDLE, live)
+
+
+async def measure(url: str, options: argparse.Namespace) -> tuple[list[float], list[float], list[int]]:
+    """Return the durations of reads and posts, and the events that each listener got."""
+    client, run = Client(url), json.dumps(RUN).encode()
+    sessions = [
+        json.loads(await client.call("POST", SESSIONS, b'{"side": 4.0}'))["id"]
+        for _ in range(1 + int(options.posts * options.seconds) // RUNS)
+    ]
+
+    async def read(index: int) -> None:
+        await client.call(
+            "GET", ("/v1/robot", f"{SESSIONS}?limit=20", "/v1/vehicles/omnimate", "/v1/bus")[index % 4]
+        )
+
+    async def post(index: int) -> None:
+        await client.call("POST", f"{SESSIONS}/{sessions[index // RUNS]}/samples", run)
+
+    everybody = asyncio.Barrier(options.listeners + 1)
+    listeners = asyncio.gather(*(client.listen(everybody, options.seconds) for _ in range(options.listeners)))
+    await everybody.wait()
+    reads, posts, events = await asyncio.gather(
+        paced(options.reads, options.seconds, read), paced(options.posts, options.seconds, post), listeners
+    )
+    return reads, posts, events
+
+
+def listing(url: str) -> list[float]:
+    """Return how long pages of the sessions' list take [s]."""
+    with httpx2.Client(base_url=url, timeout=60.0) as client:
+        durations, after = [], None
+        for _ in range(100):
+            began = time.perf_counter()
+            page = client.get(SESSIONS, params={"limit": 50} | ({"after": after} if after else {})).json()
+            durations.append(time.perf_counter() - began)
+            after = page["next"]
+    return durations
+
+
+def fill(database: str, count: int) -> None:
+    """Store sessions, as years of use would."""
+    from omnimate.service.store.database import Database
+    from omnimate.service.umbmark.requests import SessionStart
+    from omnimate.service.umbmark.sessions import start_session
+
+    store = Database(database)
+    with store.writing() as db:
+        for _ in range(count):
+            start_session(db, SessionStart(side=4.0), "omnimate", 1e6)
+    store.close()
+
+
+def words(durations: list[float]) -> str:
+    """Return the distribution in milliseconds."""
+    p50, p99, worst = 1e3 * np.percentile(durations, [50, 99, 100])
+    return f"p50 {p50:.1f} ms, p99 {p99:.1f} ms, worst {worst:.1f} ms, of {len(durations)}"
+
+
+def main() -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--bus-rate", type=float, default=100.0)
+    parser.add_argument("--reads", type=float, default=200.0)
+    parser.add_argument("--posts", type=float, default=50.0)
+    parser.add_argument("--listeners", type=int, default=50)
+    parser.add_argument("--stored", type=int, default=10_000)
+    parser.add_argument("--database")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        database = options.database or f"sqlite:///{folder}/service.db"
+        vehicle = reference_vehicle()
+        bus = replace(vehicle.bus, sync_period=1.0 / options.bus_rate)
+        save_vehicle(replace(vehicle, bus=bus), Path(folder) / "vehicle.toml")
+        with serving(folder, database, "--vehicle", "vehicle.toml") as service:
+            print(f"{database.partition(':')[0]}: ready after {service.ready:.2f} s")
+            time.sleep(WARM)
+            unloaded = asyncio.run(idle(service.url, options.reads))
+            before = httpx2.get(f"{service.url}/v1/robot").json()
+            began = time.perf_counter()
+            reads, posts, events = asyncio.run(measure(service.url, options))
+            passed, after = time.perf_counter() - began, httpx2.get(f"{service.url}/v1/robot").json()
+            fill(database, options.stored)
+            pages = listing(service.url)
+    expected = passed * options.bus_rate
+    print(f"/healthz at {options.reads:g}/s, no other load: {words(unloaded)}")
+    print(f"reads at {options.reads:g}/s: {words(reads)}")
+    print(f"posts at {options.posts:g}/s: {words(posts)}")
+    if events:
+        print(
+            f"{len(events)} listeners: {min(events)} to {max(events)} state events in {options.seconds:g} s"
+        )
+    print(
+        f"bus at {options.bus_rate:g} Hz: {after['samples'] - before['samples']} of {expected:.0f} samples, "
+        f"{after['incomplete'] - before['incomplete']} incomplete"
+    )
+    print(f"listing with {options.stored} sessions stored: {words(pages)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""How long it takes from a drive's trouble until all wheels are commanded to stop, cause by cause.
+
+Peer: the same causes with the status word 6041h of the drives in no TPDO, and in one.
+
+The devices are `canopen.LocalNode` with a CiA 402 drive on it (`tests/foreign`), or such on CANopenNode where
+CANOPENNODE names its sources (CONTRIBUTING.md), on a virtual bus whose time is simulated: the driver's own
+work takes none. Each cause happens at many moments of SYNC and heartbeat. The time ends when zero velocity
+has been sent to all four drives.
+
+Usage: python -m studies.speed.stopping_times [LocalNode | CANopenNode]
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from omnimate.driver.errors import DrivesStopped
+from omnimate.driver.robot.driver import Driver
+from omnimate.motion import drive as motion
+from omnimate.motion.journal import Journal
+from omnimate.motion.paths import out_and_back
+from omnimate.motion.runner import Runner
+from tests.foreign import robots
+from tests.foreign.bench import Bench, BenchClock
+from tests.foreign.canopennode import nodes
+from tests.foreign.devices import PRE_OPERATIONAL, STOPPED, SWITCH_ON_DISABLED
+from tests.foreign.robots import FIRST_DRIVE, devices, two_trucks
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.foreign.devices import ForeignDrive
+
+TARGET = 100.0  # [ms]
+MOMENTS = 30
+SPAN = 0.075  # [s]: five SYNC periods are three heartbeats
+SPEED = 4.0  # [rad/s]
+MOVING = 10_000.0  # [counts/s] of a drive that has begun its program
+
+
+def lose_power(drive: ForeignDrive) -> None:
+    drive.power_off()
+
+
+def block(drive: ForeignDrive) -> None:
+    drive.is_blocked = True
+
+
+CAUSES: dict[str, Callable[[ForeignDrive], None]] = {
+    "EMCY 5000h": lambda drive: drive.emergency(0x5000),
+    "status word: fault, no EMCY": lambda drive: drive.fault(),
+    "status word: switch on disabled": lambda drive: setattr(drive, "status", SWITCH_ON_DISABLED),
+    "boot-up": lambda drive: drive.reset(),
+    "NMT pre-operational": lambda drive: setattr(drive, "state", PRE_OPERATIONAL),
+    "NMT stopped": lambda drive: setattr(drive, "state", STOPPED),
+    "no power: heartbeat lost": lose_power,
+    "wheel commanded and stands": block,
+}
+
+
+def stopping_time(happen: Callable[[ForeignDrive], None], status: str | None, phase: float) -> float:
+    """Return the time until all drives are commanded to stop [ms].
+
+    Args:
+        happen: What happens to one drive.
+        status: Where the drives have their status word: None in no TPDO, "last" in one.
+        phase: When it happens after a SYNC [s].
+    """
+    bench = Bench(devices(status))
+    time.monotonic, time.sleep = bench.monotonic, bench.sleep
+    driver = Driver(vehicle := two_trucks(), bench, clock=BenchClock(vehicle.bus.sync_period))
+    driver.configure()
+    driver.enable()
+    for _ in range(20):
+        driver.command((SPEED,) * 4)
+        driver.cycle()
+    began = bench.at(phase, lambda: happen(bench.nodes[FIRST_DRIVE]))
+    sent = len(bench.sent)
+    try:
+        while bench.now < began + 2.0:
+            driver.command((SPEED,) * 4)
+            driver.cycle()
+    except DrivesStopped:
+        zeros = [at for at, can_id, data in bench.sent[sent:] if can_id >> 4 == 0x21 and not any(data)]
+        return (zeros[3] - began) * 1e3
+    finally:
+        bench.shutdown()
+    raise AssertionError("the robot was not stopped")
+
+
+def standing_time(status: str | None, phase: float) -> float:
+    """Return the time from an encoder's last answer until all drives are commanded to stand [ms]."""
+    bench, vehicle = Bench(devices(status)), two_trucks()
+    time.monotonic, time.sleep = bench.monotonic, bench.sleep
+    driver = Driver(vehicle, bench, clock=BenchClock(vehicle.bus.sync_period))
+    driver.configure()
+    driver.enable()
+    program = out_and_back(20.0, 1, speed=0.3, link_length=vehicle.linkage.length)
+    moments = motion.drive(driver, Runner(program, vehicle), vehicle, Journal(program))
+    while bench.nodes[FIRST_DRIVE].velocity < MOVING:
+        next(moments)
+    began, sent = bench.at(phase, bench.nodes[1].power_off), len(bench.sent)
+    while bench.now < began + 0.5:
+        next(moments)
+    bench.shutdown()
+    frames = [frame for frame in bench.sent[sent:] if frame[0] >= began]
+    zeros = [at for at, can_id, data in frames if can_id >> 4 == 0x21 and not any(data)]
+    return (zeros[3] - began) * 1e3
+
+
+def main() -> int:
+    if sys.argv[1:] == ["CANopenNode"]:
+        if missing := nodes.what_is_missing():
+            print(missing)
+            return 1
+        with tempfile.TemporaryDirectory() as folder:
+            robots.FAMILY = nodes.family(nodes.build(Path(folder)))
+    clocks = time.monotonic, time.sleep
+    print(f"{'cause':34}{'6041h by SDO':>20}{'6041h in a TPDO':>20}   [ms], median and slowest")
+    slowest = 0.0
+    for name, happen in CAUSES.items():
+        line = f"{name:34}"
+        for status in (None, "last"):
+            times = [stopping_time(happen, status, SPAN * step / MOMENTS) for step in range(MOMENTS)]
+            line += f"{statistics.median(times):>13.0f}{max(times):>7.0f}"
+            if happen is not block:
+                slowest = max(slowest, *times)
+        print(line)
+    line = f"{'encoder silent, in a program':34}"
+    for status in (None, "last"):
+        times = [standing_time(status, SPAN * step / MOMENTS) for step in range(MOMENTS)]
+        line += f"{statistics.median(times):>13.0f}{max(times):>7.0f}"
+        slowest = max(slowest, *times)
+    print(line)
+    time.monotonic, time.sleep = clocks
+    print(f"slowest, without the declared time of a standing wheel: {slowest:.0f} ms (wanted: {TARGET:g})")
+    return 0 if slowest <= TARGET else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

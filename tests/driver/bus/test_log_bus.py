@@ -1,0 +1,59 @@
+"""A log as a bus: frames come at their pace with the times of the log, and nothing can be sent."""
+
+from types import SimpleNamespace
+
+import can
+import pytest
+
+from omnimate.driver.bus import log_bus
+from omnimate.driver.bus.log_bus import LogBus
+from omnimate.driver.errors import BusError
+from omnimate.files.logs.frames import Frame
+
+FRAMES = [Frame(100.0, 0x181, b"a"), Frame(100.5, 0x182, b"b"), Frame(102.0, 0x183, b"c")]
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Host time that passes only while the bus sleeps."""
+    host = SimpleNamespace(now=7.0)
+    host.monotonic = lambda: host.now
+    host.sleep = lambda seconds: setattr(host, "now", host.now + seconds)
+    monkeypatch.setattr(log_bus, "time", host)
+    return host
+
+
+@pytest.mark.parametrize("pace", [1.0, 4.0])
+def test_frames_come_when_their_time_has_come(clock, pace):
+    bus = LogBus(iter(FRAMES), pace)
+    heard = []
+    while not bus.ended:
+        message = bus._recv_internal(0.1)[0]
+        if message is not None:
+            heard.append((round((clock.now - 7.0) * pace, 6), message.timestamp, bytes(message.data)))
+            assert bus.now() == pytest.approx(message.timestamp)
+    assert heard == [(0.0, 100.0, b"a"), (0.5, 100.5, b"b"), (2.0, 102.0, b"c")]
+    bus.shutdown()
+
+
+def test_the_time_does_not_pass_a_frame_that_is_received_late(clock):
+    bus = LogBus(iter(FRAMES))
+    bus._recv_internal(0.1)
+    clock.now += 1.0
+    assert bus.now() == FRAMES[1].time
+    bus._recv_internal(0.1)
+    assert bus.now() == 101.0
+    bus.shutdown()
+
+
+def test_after_the_end_there_is_silence(clock):
+    bus = LogBus(iter(FRAMES[:1]))
+    assert [bus._recv_internal(0.1)[0] is None for _ in range(3)] == [False, True, True]
+    bus.shutdown()
+
+
+def test_nothing_can_be_sent():
+    bus = LogBus(iter(FRAMES))
+    with pytest.raises(BusError, match="only replayed"):
+        bus.send(can.Message(arbitration_id=0x80))
+    bus.shutdown()

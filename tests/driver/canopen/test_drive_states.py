@@ -1,0 +1,127 @@
+"""The state machine of CiA 402: enabled from every state that a drive can start in, in the right order."""
+
+from __future__ import annotations
+
+import pytest
+
+from omnimate.driver.canopen.drive_states import POLLS, disable_drive, enable_drive
+from omnimate.driver.errors import DriveError, SdoRefused
+
+SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, FAULT = 0x0240, 0x0221, 0x0223, 0x0227, 0x0208
+QUICK_STOP_ACTIVE, FAULT_REACTION = 0x0207, 0x020F
+# Control word by state, and the state that follows: CiA 402, transitions 2 to 8, 12, 15.
+TRANSITIONS = {
+    (SWITCH_ON_DISABLED, 0x06): READY,
+    (READY, 0x07): SWITCHED_ON,
+    (SWITCHED_ON, 0x0F): ENABLED,
+    (SWITCHED_ON, 0x06): READY,
+    (ENABLED, 0x06): READY,
+    (ENABLED, 0x07): SWITCHED_ON,
+    (FAULT, 0x80): SWITCH_ON_DISABLED,
+    (QUICK_STOP_ACTIVE, 0x00): SWITCH_ON_DISABLED,
+}
+
+
+@pytest.fixture
+def drive(kit):
+    """Return a drive that follows the transitions of CiA 402 from a state on, and its objects."""
+
+    def make(state, ignored=()):
+        device = kit.drive_device(1)
+        device.objects[0x6041, 0][0] = state
+
+        def follow(index, _sub, value):
+            status = device.objects[0x6041, 0]
+            if index == 0x6040 and value not in ignored:
+                status[0] = TRANSITIONS.get((status[0], value), status[0])
+            if index == 0x6060:
+                device.objects[0x6061, 0][0] = value
+
+        device.on_write = follow
+        return device, kit.sdo([device])[0]
+
+    return make
+
+
+def no_wait(_seconds):
+    pass
+
+
+@pytest.mark.parametrize("state", [SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, FAULT, QUICK_STOP_ACTIVE])
+def test_from_every_state_it_ends_enabled_in_profile_velocity_mode_at_speed_zero(drive, state):
+    device, sdo = drive(state)
+    device.objects[0x60FF, 0][0] = 12345
+    enable_drive(sdo, no_wait)
+    assert device.objects[0x6041, 0][0] == ENABLED
+    assert device.objects[0x6061, 0][0] == 3
+    assert device.objects[0x60FF, 0][0] == 0
+
+
+@pytest.mark.parametrize("state", [SWITCH_ON_DISABLED, FAULT])
+def test_the_speed_is_zero_before_the_torque_is_on(drive, state):
+    device, sdo = drive(state)
+    enable_drive(sdo, no_wait)
+    order = [(index, value) for index, _, value in device.writes]
+    assert order.index((0x60FF, 0)) < order.index((0x6040, 0x0F))
+
+
+@pytest.mark.parametrize(
+    ("ignored", "expected"),
+    [(0x06, "ready to switch on"), (0x07, "switched on"), (0x0F, "operation enabled")],
+)
+def test_a_transition_that_does_not_happen_is_named_after_all_polls(drive, ignored, expected):
+    _, sdo = drive(SWITCH_ON_DISABLED, ignored={ignored})
+    waits = []
+    with pytest.raises(DriveError, match=expected):
+        enable_drive(sdo, waits.append)
+    assert len(waits) == POLLS
+
+
+def test_a_fault_is_reset_once_the_reaction_to_it_is_over(drive):
+    device, sdo = drive(FAULT_REACTION)
+    status = device.objects[0x6041, 0]
+    enable_drive(sdo, lambda _seconds: status.__setitem__(0, FAULT))
+    assert status[0] == ENABLED
+
+
+def test_a_fault_that_cannot_be_reset_is_an_error(drive):
+    _, sdo = drive(FAULT, ignored={0x80})
+    with pytest.raises(DriveError, match="no fault after a reset") as caught:
+        enable_drive(sdo, no_wait)
+    assert caught.value.status == FAULT
+
+
+def test_a_drive_that_is_slow_is_waited_for(drive):
+    """A brake may take two seconds to open."""
+    device, sdo = drive(SWITCH_ON_DISABLED, ignored={0x0F})
+    waits = []
+
+    def pump(seconds):
+        waits.append(seconds)
+        if len(waits) == POLLS // 2:
+            device.objects[0x6041, 0][0] = ENABLED
+
+    enable_drive(sdo, pump)
+    assert device.objects[0x6041, 0][0] == ENABLED
+
+
+def test_another_mode_of_operation_is_an_error(drive):
+    device, sdo = drive(SWITCH_ON_DISABLED)
+    device.put(0x6061, 0, 1, 1)
+    follow = device.on_write
+    device.on_write = lambda index, sub, value: index == 0x6060 or follow(index, sub, value)
+    with pytest.raises(DriveError, match="6061h shows 1"):
+        enable_drive(sdo, no_wait)
+
+
+def test_disabling_takes_the_torque_away(drive):
+    device, sdo = drive(ENABLED)
+    disable_drive(sdo)
+    assert device.objects[0x6041, 0][0] == READY
+
+
+def test_a_refused_control_word_is_an_error(drive):
+    device, sdo = drive(SWITCH_ON_DISABLED)
+    device.refuse[0x6040, 0] = 0x08000022
+    with pytest.raises(SdoRefused):
+        enable_drive(sdo, no_wait)

@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import pytest
+
+from omnimate.driver.canopen.eds import load_eds
+from omnimate.driver.errors import EdsError
+
+GOOD = """[DeviceInfo]
+VendorName=Maker
+VendorNumber=0x5
+[1000]
+ParameterName=Device type
+ObjectType=0x7
+DataType=0x0007
+AccessType=ro
+DefaultValue=0x00020196
+PDOMapping=0
+"""
+
+
+def load(tmp_path, text, encoding="utf-8"):
+    path = tmp_path / "device.eds"
+    path.write_bytes(text.encode(encoding))
+    return load_eds(path, 5)
+
+
+@pytest.mark.parametrize(
+    ("name", "objects"),
+    [
+        ("cia301_profile_kacanopen.eds", 39),
+        ("cia406_profile_kacanopen.eds", 73),
+        ("elmo_gold.dcf", 167),
+        ("faulhaber_605.3150.71-A.eds", 75),
+        ("lely_co-gw_txt-master.dcf", 20),
+        ("maxon_epos2_347717.eds", 157),
+        ("pilz_prbt_0_1.dcf", 100),
+        ("sick_mls.eds", 33),
+    ],
+)
+def test_every_public_file_loads(shared_data, name, objects):
+    assert len(load_eds(shared_data / "eds" / name, 5).dictionary) == objects
+
+
+def test_every_file_in_the_folder_is_tested(shared_data):
+    names = [path.name for path in (shared_data / "eds").iterdir() if path.suffix in {".eds", ".dcf"}]
+    assert len(names) == 8
+
+
+def test_a_good_file_needs_no_remark(tmp_path):
+    eds = load(tmp_path, GOOD)
+    assert eds.remarks == ()
+    assert eds.dictionary[0x1000].default == 0x00020196
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "remark"),
+    [
+        ("VendorNumber=0x5", "VendorNumber=", "line 3: VendorNumber='' is no number; left out"),
+        ("ObjectType=0x7", "ObjectType=0x7 # VAR", "line 6: ObjectType='0x7 # VAR' read as 0x7"),
+        ("DataType=0x0007", "DataType=", "line 7: DataType='' is no number; taken for 0x000F"),
+        ("PDOMapping=0", "PDOMapping=01", "line 10: PDOMapping='01' read as 1"),
+        ("PDOMapping=0", "PDOMapping 0", "line 10: 'PDOMapping 0' is no key=value; ignored"),
+        (
+            "AccessType=ro",
+            "AccessType=ro\nAccessType=rw",
+            "line 9: AccessType stands twice in its section; the second one is ignored",
+        ),
+        (
+            "[1000]",
+            "[DeviceInfo]\nX=1\n[1000]",
+            "line 4: section [DeviceInfo] stands twice; the second one is ignored",
+        ),
+    ],
+)
+def test_each_repair_is_reported_with_its_line(tmp_path, old, new, remark):
+    eds = load(tmp_path, GOOD.replace(old, new))
+    assert eds.remarks == (remark,)
+    assert 0x1000 in eds.dictionary
+
+
+@pytest.mark.parametrize(
+    "comments", ["Lines=2\nLine1=first\n", "Line1=first\n", "Lines=4\nLine2=second\n", "Lines=x\n"]
+)
+def test_comments_without_all_of_their_lines_are_no_reason_to_refuse_a_file(tmp_path, comments):
+    eds = load(tmp_path, f"{GOOD}[Comments]\n{comments}")
+    assert 0x1000 in eds.dictionary
+
+
+BROKEN_OBJECTS = [
+    "[1018sub1]\nParameterName=Vendor\nDataType=0x7\n",  # without its object
+    "[2000]\nObjectType=0x7\nDataType=0x7\n",  # without a name
+    "[2000]\nParameterName=A\nObjectType=0x8\n[2000Name]\nNrOfEntries=3\n1=one\n",
+    "[2000]\nParameterName=A\nObjectType=0x9\n[2000sub1]\nObjectType=0x7\n",
+]
+
+
+@pytest.mark.parametrize("broken", BROKEN_OBJECTS)
+def test_a_broken_object_is_left_out_and_named_and_the_others_are_read(tmp_path, broken):
+    after = GOOD.split("[1000]")[1].replace("Device type", "After it")
+    eds = load(tmp_path, f"{GOOD}{broken}[6000]{after}")
+    assert {0x1000, 0x6000} <= set(eds.dictionary)
+    index = broken[1:5]
+    assert [remark for remark in eds.remarks if remark.startswith(f"[{index}")]
+
+
+def test_windows_1252_is_read_and_reported(tmp_path):
+    eds = load(tmp_path, GOOD.replace("Maker", "Drehgeber für Räder “neu”"), "cp1252")
+    assert eds.dictionary.device_information.vendor_name == "Drehgeber für Räder “neu”"
+    assert eds.remarks == ("line 2: not UTF-8; read as Windows-1252",)
+
+
+def test_missing_dummies_are_added(tmp_path):
+    eds = load(tmp_path, GOOD + "[DummyUsage]\nDummy0005=1\n")
+    assert "Dummy0001" in eds.remarks[0]
+    assert 5 in eds.dictionary
+
+
+def test_keys_in_other_case_are_understood(tmp_path):
+    assert (
+        load(tmp_path, GOOD.replace("ParameterName", "parametername")).dictionary[0x1000].name
+        == "Device type"
+    )
+
+
+@pytest.mark.parametrize("text", ["[1000]\nObjectType=0x7\n", "\0\1\2", "[1018sub1]\nParameterName=x\n"])
+def test_what_is_no_eds_is_an_error_that_names_the_file(tmp_path, text):
+    path = tmp_path / "bad.eds"
+    path.write_text(text)
+    with pytest.raises(EdsError, match=r"bad\.eds"):
+        load_eds(path, 1)
+
+
+def test_an_absent_file_is_an_error(tmp_path):
+    with pytest.raises(EdsError, match="cannot be read"):
+        load_eds(tmp_path / "none.eds", 1)

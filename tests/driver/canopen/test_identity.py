@@ -1,0 +1,74 @@
+"""A node is the device that `vehicle.toml` means where everything that it states agrees."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from omnimate.driver.canopen.identity import check_identity, read_encoder
+from omnimate.driver.canopen.notes import Notes
+from omnimate.driver.errors import NodeMissing, WrongDevice
+
+RIGHT = {"vendor": 0x123, "product": 0x456, "serial": 1001}
+
+
+def check(kit, device, **stated):
+    notes = Notes()
+    sdo, _ = kit.sdo([device] if device else [])
+    check_identity(sdo, ("a.left",), kit.wheel_encoder("a.left", 1, **stated), notes)
+    return notes
+
+
+@pytest.mark.parametrize("stated", [*product([None, "right", "wrong"], repeat=3)])
+def test_a_device_is_accepted_exactly_where_no_stated_value_differs(kit, stated):
+    values = {
+        key: None if kind is None else RIGHT[key] + (kind == "wrong")
+        for key, kind in zip(RIGHT, stated, strict=True)
+    }
+    device = kit.encoder_device(1)
+    if "wrong" in stated:
+        with pytest.raises(WrongDevice) as caught:
+            check(kit, device, **values)
+        assert caught.value.key == list(RIGHT)[stated.index("wrong")]
+    else:
+        check(kit, device, **values)
+    assert device.writes == []
+
+
+@pytest.mark.parametrize("profile", ["cia406", "cia402"])
+def test_the_profile_must_be_that_of_1000h(kit, profile):
+    device = kit.encoder_device(1) if profile == "cia402" else kit.drive_device(1)
+    with pytest.raises(WrongDevice) as caught:
+        check(kit, device, profile=profile)
+    assert (caught.value.key, caught.value.expected) == ("profile", profile)
+    assert caught.value.actual != profile
+
+
+def test_everything_that_was_read_is_noted_with_its_object(kit):
+    text = "\n".join(check(kit, kit.encoder_device(1)).read)
+    assert "device type 1000h = 00020196h" in text
+    for place in ("vendor 1018h:01 = 291", "product 1018h:02 = 1110", "serial 1018h:04 = 1001"):
+        assert place in text
+
+
+@pytest.mark.usefixtures("_impatient")
+def test_a_node_that_does_not_answer_is_missing(kit):
+    with pytest.raises(NodeMissing):
+        check(kit, None)
+
+
+def test_of_a_drive_only_the_presence_is_checked(kit):
+    notes = Notes()
+    check_identity(kit.sdo([kit.drive_device(1)])[0], ("drive of a.left",), None, notes)
+    assert notes.read == ["device type 1000h = 00020192h"]
+
+
+def test_an_encoder_reports_the_optional_objects_that_it_has(kit):
+    device, notes = kit.encoder_device(1), Notes()
+    device.put(0x6001, 0, 3000, 4)
+    device.put(0x6509, 0, 12, 4)
+    wheel = kit.wheel_encoder("a.left", 1, counts_per_turn=40000)
+    assert read_encoder(kit.sdo([device])[0], [wheel], notes) == {0x6001: 3000, 0x6500: 0, 0x6509: 12}
+    assert any("preset" in remark for remark in notes.remarks)
+    assert any("is no multiple of the 3000 units per turn" in remark for remark in notes.remarks)

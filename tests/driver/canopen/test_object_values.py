@@ -1,0 +1,34 @@
+"""Values of objects: what is written as text is read as the same value."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.driver.canopen.object_values import INTEGERS, ValueTextError, decode, encode
+
+
+@given(kind=st.sampled_from(sorted(INTEGERS)), data=st.data())
+def test_integers(kind, data):
+    bits = int(kind[1:])
+    low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if kind[0] == "i" else (0, 2**bits - 1)
+    value = data.draw(st.integers(low, high))
+    assert decode(encode(str(value), kind), kind) == value
+    for outside in (low - 1, high + 1):
+        with pytest.raises(ValueTextError, match=f"is no {kind}"):
+            encode(str(outside), kind)
+
+
+@given(value=st.floats(allow_nan=False), text=st.text(st.characters(exclude_characters="\0", codec="utf-8")))
+def test_floats_text_and_bytes(value, text):
+    assert decode(encode(repr(value), "f64"), "f64") == value
+    assert decode(encode(text, "text"), "text") == text
+    raw = text.encode()
+    assert bytes.fromhex(str(decode(encode(raw.hex(), "hex"), "hex"))) == raw
+
+
+@given(data=st.binary(max_size=8))
+def test_what_is_not_known_is_a_small_number_or_bytes(data):
+    value = decode(data, None)
+    assert value == (int.from_bytes(data, "little") if len(data) <= 4 else data.hex(" ").upper())

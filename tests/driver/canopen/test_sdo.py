@@ -1,0 +1,116 @@
+"""Objects as numbers: what is put is read back, on two independent SDO servers."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.driver.canopen.dictionary import VARIABLES, standard_dictionary
+from omnimate.driver.canopen.sdo import TRIES
+from omnimate.driver.errors import NotTaken, SdoRefused, SdoSilent
+
+
+def bits_of(index):
+    return len(standard_dictionary()[index])
+
+
+@given(index=st.sampled_from(sorted(VARIABLES)), value=st.integers(-(2**31), 2**32 - 1))
+def test_what_is_put_is_read_back_as_an_unsigned_number(kit, index, value):
+    size = bits_of(index) // 8
+    fake, local = kit.encoder_device(1), kit.LocalDevice(1)
+    fake.put(index, 0, 0, size)
+    for device in (fake, local):
+        sdo, _ = kit.sdo([device])
+        sdo.put(index, 0, value)
+        assert sdo.read(index) == value % 2 ** (8 * size)
+
+
+def test_an_object_that_is_missing_is_none_for_find_and_an_error_for_read(kit):
+    for device in (kit.encoder_device(1), kit.LocalDevice(1)):
+        sdo, _ = kit.sdo([device])
+        assert sdo.find(0x2F00) is None
+        with pytest.raises(SdoRefused) as caught:
+            sdo.read(0x2F00, 3)
+        assert (caught.value.node, caught.value.index, caught.value.subindex) == (1, 0x2F00, 3)
+        assert caught.value.abort_code == 0x06020000
+
+
+@given(code=st.integers(0, 2**32 - 1))
+def test_an_object_that_refuses_to_be_read_with_any_abort_code_is_none_for_find(kit, code):
+    device = kit.encoder_device(1)
+    device.refuse_read[0x6004, 0] = code
+    sdo, _ = kit.sdo([device])
+    assert sdo.find(0x6004) is None
+    with pytest.raises(SdoRefused, match="refused to read 6004h:00"):
+        sdo.read(0x6004)
+
+
+writes = st.lists(st.tuples(st.sampled_from([0x1005, 0x1017, 0x6509]), st.integers(0, 2**16 - 1)))
+
+
+@given(written=writes)
+def test_a_block_that_fails_puts_back_all_that_it_wrote(kit, written):
+    device = kit.encoder_device(1)
+    device.put(0x6509, 0, 7, 4)
+    sdo, _ = kit.sdo([device])
+    before = {key: tuple(entry) for key, entry in device.objects.items()}
+    with pytest.raises(SdoRefused), sdo.restoring():
+        put_all(sdo, [*written, (0x2F00, 1)])  # the last object does not exist
+    assert {key: tuple(entry) for key, entry in device.objects.items()} == before
+    with sdo.restoring():
+        put_all(sdo, written)
+    assert all(device.objects[index, 0][0] == value for index, value in dict(written).items())
+
+
+def put_all(sdo, written):
+    for index, value in written:
+        sdo.put(index, 0, value)
+
+
+def test_an_object_that_holds_its_value_already_is_not_written(kit):
+    device = kit.encoder_device(1)
+    device.refuse[0x1017, 0] = 0x06010002
+    sdo, _ = kit.sdo([device])
+    assert not sdo.put(0x1017, 0, 0)
+    assert device.writes == []
+
+
+def test_an_object_of_another_size_is_written_in_the_size_of_the_device(kit):
+    device = kit.encoder_device(1)
+    device.put(0x1017, 0, 0, 4)
+    sdo, _ = kit.sdo([device])
+    sdo.write(0x1017, 0, 500)
+    assert device.objects[0x1017, 0] == [500, 4]
+
+
+def test_a_value_that_is_confirmed_and_not_kept_is_an_error_with_both_values(kit):
+    device = kit.encoder_device(1)
+    device.on_write = lambda *_write: device.put(0x1017, 0, 250, 2)
+    sdo, _ = kit.sdo([device])
+    with pytest.raises(NotTaken) as caught:
+        sdo.put(0x1017, 0, 500)
+    assert (caught.value.wrote, caught.value.reads) == (500, 250)
+
+
+@pytest.mark.usefixtures("_impatient")
+def test_a_silent_node_is_asked_three_times(kit):
+    device = kit.encoder_device(1)
+    device.mute = True
+    sdo, network = kit.sdo([device])
+    with pytest.raises(SdoSilent) as caught:
+        sdo.read(0x1000)
+    requests = [data for can_id, data in network.can_bus.sent if can_id == 0x601 and data[0] == 0x40]
+    assert len(requests) == TRIES
+    assert (caught.value.node, caught.value.index) == (1, 0x1000)
+
+
+@pytest.mark.usefixtures("_impatient")
+def test_an_answer_to_the_second_try_counts(kit):
+    device = kit.encoder_device(1)
+    sdo, network = kit.sdo([device])
+    lost = iter([True, False])
+    network.can_bus.change = lambda message, answers: (
+        [] if message.data[0] == 0x40 and next(lost) else answers
+    )
+    assert sdo.read(0x1000) == 0x00020196

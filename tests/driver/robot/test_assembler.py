@@ -1,0 +1,291 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.driver.robot.assembler import Assembler
+from omnimate.vehicle.parameters import Bus, Encoder, Linkage, Truck, VehicleParameters
+
+NAMES = ("a.left", "a.right", "b.left", "b.right", "joint_a", "joint_b", "link")
+
+
+def encoder(column):
+    name = NAMES[column]
+    scale = {"counts_per_metre": 1e4} if name == "link" else {"counts_per_turn": 40000}
+    return Encoder(name, column + 1, 0x181 + column, 0, 32, signed=True, sign=1, **scale)
+
+
+TRUCKS = {"a": Truck(0.34, 0.15, 0.15), "b": Truck(0.34, 0.15, 0.15)}
+VEHICLE = VehicleParameters(
+    "v", TRUCKS, Linkage(1.0), Bus(500_000, 0.015), tuple(encoder(i) for i in range(7))
+)
+COB_IDS = [encoder.cob_id for encoder in VEHICLE.encoders]
+
+
+def answer(assembler, count, cob_ids=COB_IDS):
+    for cob_id in cob_ids:
+        assembler.frame(cob_id, count.to_bytes(4, "little", signed=True), 1.0, 2.0)
+
+
+def cycle(assembler, index, count, cob_ids=COB_IDS):
+    assembler.begin(index, 0.015 * index)
+    answer(assembler, count, cob_ids)
+    return assembler.close()
+
+
+def test_all_answers_make_a_full_sample():
+    assembler = Assembler(VEHICLE)
+    sample = cycle(assembler, 0, 5)
+    assert sample.counts == (5,) * 7
+    assert sample.present == (True,) * 7
+    assert sample.device_time == (1.0,) * 7
+    assert sample.arrival_time == (2.0,) * 7
+    assert assembler.is_complete
+
+
+def test_a_missing_answer_is_counted_and_repeats_the_last_count():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 5)
+    sample = cycle(assembler, 1, 6, COB_IDS[1:])
+    assert sample.counts == (5, 6, 6, 6, 6, 6, 6)
+    assert sample.present == (False, *[True] * 6)
+    assert math.isnan(sample.device_time[0])
+    assert math.isnan(sample.arrival_time[0])
+    assert assembler.counts[1].missing == 1
+
+
+def test_a_frame_after_the_sample_closed_is_late():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 5)
+    cycle(assembler, 1, 6, COB_IDS[1:])
+    answer(assembler, 6, COB_IDS[:1])
+    sample = cycle(assembler, 2, 7)
+    assert sample.counts == (7,) * 7
+    assert sample.present == (True,) * 7
+    assert (assembler.counts[1].late, assembler.counts[1].missing) == (1, 0)
+
+
+def test_a_late_answer_after_the_next_sync_never_enters_its_sample():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 5)
+    cycle(assembler, 1, 6, COB_IDS[1:])
+    assembler.begin(2, 0.03)
+    answer(assembler, 6, COB_IDS[:1])
+    assert not assembler.is_settled
+    answer(assembler, 7)
+    assert assembler.is_settled
+    sample = assembler.close()
+    assert sample.counts == (7,) * 7
+    assert (assembler.counts[1].late, assembler.counts[1].missing) == (1, 0)
+
+
+def test_a_single_answer_after_a_lost_one_counts():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 5)
+    cycle(assembler, 1, 6, COB_IDS[1:])
+    sample = cycle(assembler, 2, 7)
+    assert sample.present == (True,) * 7
+    assert (assembler.counts[1].late, assembler.counts[1].missing) == (0, 1)
+
+
+def test_the_first_of_two_answers_counts():
+    assembler = Assembler(VEHICLE)
+    assembler.begin(0, 0.0)
+    answer(assembler, 5)
+    answer(assembler, 6, COB_IDS[:1])
+    assert assembler.close().counts == (5,) * 7
+    assert assembler.counts[1].duplicate == 1
+
+
+@pytest.mark.parametrize("data", [b"", b"\x01", b"\x01\x02\x03"])
+def test_a_short_pdo_never_enters_a_sample(data):
+    assembler = Assembler(VEHICLE)
+    assembler.begin(0, 0.0)
+    assembler.frame(COB_IDS[0], data, 0.0, 0.0)
+    answer(assembler, 5, COB_IDS[1:])
+    assert not assembler.close().present[0]
+    assert assembler.counts[1].wrong_length == 1
+
+
+def takes(assembler, index, data):
+    """Say whether a sample takes the data of the first PDO."""
+    assembler.begin(index, 0.015 * index)
+    assembler.frame(COB_IDS[0], data, 0.0, 0.0)
+    return bool(assembler.close().present[0])
+
+
+def test_a_long_pdo_is_taken_until_the_first_of_the_length_of_its_mapping():
+    assembler = Assembler(VEHICLE)
+    assert takes(assembler, 0, b"\x05\0\0\0\xff")
+    assert not assembler.events.all()
+    assembler.expect_length(COB_IDS[0], 4)
+    assert takes(assembler, 1, b"\x06\0\0\0\xff\0\0\0")
+    assert [event.what for event in assembler.events.all()] == [
+        "PDO 181h has 8 bytes and its mapping 4: the first are taken"
+    ]
+    assert takes(assembler, 2, b"\x07\0\0\0")
+    assert not takes(assembler, 3, b"\x08\0\0\0\xff\0\0\0")
+    assert not takes(assembler, 4, b"\x09\0\0")
+
+
+def test_a_silent_node_is_not_waited_for_until_it_is_heard():
+    assembler = Assembler(VEHICLE)
+    for index in range(3):
+        cycle(assembler, index, 5, COB_IDS[1:])
+    assembler.begin(3, 0.045)
+    answer(assembler, 5, COB_IDS[1:])
+    assert assembler.is_complete
+    assert assembler.is_settled
+    answer(assembler, 5, COB_IDS[:1])
+    assembler.close()
+    assembler.begin(4, 0.06)
+    answer(assembler, 5, COB_IDS[1:])
+    assert not assembler.is_settled
+    words = [event.what for event in assembler.events.all()]
+    assert words == [
+        "a.left: no valid answer to SYNC",
+        "a.left: answers SYNC again after 3 without",
+    ]
+
+
+def test_a_node_that_missed_a_sync_is_only_hoped_for_until_it_is_trusted_again():
+    """Each wait for a node that often misses would cost the whole window."""
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 5, COB_IDS[1:])
+    for index in range(1, 101):
+        assembler.begin(index, 0.015 * index)
+        answer(assembler, 5, COB_IDS[1:])
+        assert assembler.is_complete
+        assert not assembler.is_settled
+        answer(assembler, 5, COB_IDS[:1])
+        assert assembler.is_settled or index == 1
+        assembler.close()
+    assembler.begin(101, 1.515)
+    answer(assembler, 5, COB_IDS[1:])
+    assert not assembler.is_complete
+
+
+def test_a_gap_lasts_from_the_last_to_the_first_good_sample():
+    assembler = Assembler(VEHICLE)
+    for index, count in enumerate((5, 5, None, None, 5)):
+        cycle(assembler, index, 5, COB_IDS if count else COB_IDS[1:])
+    (gap,) = assembler.gaps
+    assert (gap.channel, gap.reason) == ("a.left", "missing")
+    assert (gap.start, gap.end) == pytest.approx((0.015, 0.06))
+
+
+def test_an_open_gap_is_reported_too():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 5)
+    cycle(assembler, 1, 5, COB_IDS[1:])
+    (gap,) = assembler.gaps_until_now()
+    assert (gap.channel, gap.start, gap.end) == ("a.left", 0.0, 0.015)
+
+
+def test_a_restart_rebases_wheels_and_not_joints():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 1000)
+    cycle(assembler, 1, 1010)
+    for node in (1, 5):
+        assembler.node_booted(node)
+        assembler.node_started(node)
+    sample = cycle(assembler, 2, 1020)
+    assert sample.counts[0] == 1020, "the other wheel drove on by ten counts, in proportion"
+    assert sample.counts[1] == 1020
+    assert sample.counts[4] == 1020
+    assert [(gap.channel, gap.reason) for gap in assembler.gaps] == [
+        ("a.left", "reboot"),
+        ("joint_a", "reboot"),
+    ]
+
+
+def test_a_restarted_wheel_goes_on_from_its_new_zero():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 100_000)
+    assembler.node_booted(1)
+    assembler.node_started(1)
+    assert cycle(assembler, 1, 0).counts[0] == 100_000
+    assert cycle(assembler, 2, 7).counts[0] == 100_007
+
+
+def test_an_impossible_reading_is_a_jump():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 0)
+    sample = cycle(assembler, 1, 2**30)
+    assert sample.present == (False,) * 7
+    assert assembler.counts[1].jumps == 1
+    assert {gap.reason for gap in assembler.gaps_until_now()} == {"jump"}
+
+
+def test_syncs_that_were_left_out_widen_what_a_counter_may_have_moved():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 0)
+    assert cycle(assembler, 1001, 200_000).present[0]
+
+
+def test_a_boot_up_is_believed_where_the_pdos_stopped_and_not_where_they_go_on():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 1000)
+    assembler.node_booted(1)
+    assert cycle(assembler, 1, 1010).counts[0] == 1010
+    assert [event.what for event in assembler.events.all()] == [
+        "its boot-up is not believed: its PDOs did not stop"
+    ]
+    assembler.node_booted(1)
+    cycle(assembler, 2, 1020, COB_IDS[1:])
+    assert cycle(assembler, 3, 1030).present[0]
+    assert [(gap.channel, gap.reason) for gap in assembler.gaps] == [("a.left", "reboot")]
+
+
+frames = st.tuples(st.sampled_from([0, 1, 2, 3, 4, 5, 6]), st.binary(max_size=8), st.booleans())
+cycles = st.lists(st.lists(frames, max_size=20), min_size=1, max_size=20)
+
+
+@given(cycles)
+def test_no_order_loss_or_length_raises_or_mixes_cycles(script):
+    """Whatever comes, a sample shows only values that came after its own SYNC."""
+    assembler = Assembler(VEHICLE)
+    for column in range(7):
+        assembler.expect_length(COB_IDS[column], 8)
+    for index, arriving in enumerate(script):
+        assembler.begin(index, 0.015 * index)
+        arrived = set()
+        for number, (column, data, is_good) in enumerate(arriving):
+            stamp = 1000.0 * index + number
+            payload = index.to_bytes(4, "little") + bytes(4) if is_good else data
+            assembler.frame(COB_IDS[column], payload, stamp, stamp)
+            if len(payload) == 8:
+                arrived.add((column, stamp))
+        sample = assembler.close()
+        for column in range(7):
+            if sample.present[column]:
+                assert (column, sample.device_time[column]) in arrived
+            else:
+                assert math.isnan(sample.device_time[column])
+    for counts in assembler.counts.values():
+        assert min(counts.received, counts.missing, counts.late, counts.duplicate, counts.wrong_length) >= 0
+
+
+stretches = st.sampled_from([["good"], ["lost"], ["double"], ["late", "good"], ["lost", "late", "double"]])
+
+
+@given(st.lists(stretches, min_size=1, max_size=40))
+def test_a_value_in_a_sample_is_the_answer_to_its_own_sync(stretches):
+    """Answers that get lost, come twice, or come after the next SYNC and before its answer."""
+    assembler = Assembler(VEHICLE)
+    owed = None
+    for index, fate in enumerate(fate for stretch in stretches for fate in stretch):
+        is_clear = assembler.pdos[COB_IDS[0]].owed.count <= 1
+        assembler.begin(index, 0.015 * index)
+        if owed is not None:
+            answer(assembler, owed, COB_IDS[:1])
+        owed = index if fate == "late" else None
+        for _ in range({"good": 1, "double": 2}.get(fate, 0)):
+            answer(assembler, index, COB_IDS[:1])
+        sample = assembler.close()
+        is_good = fate in {"good", "double"}
+        assert sample.present[0] == is_good or (not is_clear and not sample.present[0])
+        assert sample.counts[0] == index or not sample.present[0]

@@ -1,0 +1,283 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from omnimate.driver.canopen.network import BusNetwork
+from omnimate.driver.errors import (
+    BusOverload,
+    MappingImpossible,
+    NodeMissing,
+    NotTaken,
+    SdoRefused,
+    WrongDevice,
+)
+from omnimate.driver.robot.configuration import with_ranges
+from omnimate.driver.robot.configure import configure_node
+from omnimate.driver.robot.driver import Driver
+from omnimate.vehicle.parameters import Bus
+
+
+def configure(kit, device, vehicle=None):
+    bus = kit.Bus([device] if device else [])
+    vehicle = vehicle or kit.one_truck()
+    link = BusNetwork(bus, kit.Clock())
+    link.handler = lambda message, _arrival: link.notify(message.arbitration_id, message.data, 0.0)
+    return configure_node(link.sdo(1), vehicle, link.nmt_command), bus
+
+
+def test_a_factory_fresh_encoder_answers_sync_afterwards(kit):
+    device = kit.encoder_device(1)
+    report, bus = configure(kit, device)
+    assert device.objects[0x1800, 1][0] == 0x40000181
+    assert device.objects[0x1800, 2][0] == 1
+    assert device.objects[0x1A00, 0][0] == 1
+    assert device.objects[0x1A00, 1][0] == 0x60040020
+    assert device.objects[0x1017, 0][0] == 500
+    assert report.lengths == {0x181: 4}
+    assert report.heartbeat == 0.5
+    assert "TPDO1 181h type 1 maps 6004h:00 32 bits" in report.changed
+    assert (0x000, b"\x80\x01") in bus.sent
+
+
+def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit):
+    device = kit.encoder_device(1)
+    configure(kit, device)
+    mapping = [write for write in device.writes if write[0] in {0x1800, 0x1A00}]
+    assert mapping == [
+        (0x1800, 1, 0xC0000181),
+        (0x1800, 2, 1),
+        (0x1A00, 1, 0x60040020),
+        (0x1A00, 0, 1),
+        (0x1800, 1, 0x40000181),
+    ]
+
+
+def test_inhibit_time_and_event_timer_are_cleared(kit):
+    device = kit.encoder_device(1)
+    device.objects[0x1800, 3][0] = 100
+    device.objects[0x1800, 5][0] = 50
+    configure(kit, device)
+    assert device.objects[0x1800, 3][0] == device.objects[0x1800, 5][0] == 0
+
+
+def test_a_device_that_is_right_already_is_left_alone(kit):
+    device = kit.encoder_device(1)
+    configure(kit, device)
+    device.writes.clear()
+    report, bus = configure(kit, device)
+    assert device.writes == []
+    assert report.changed == ()
+    assert not [data for can_id, data in bus.sent if can_id == 0]
+
+
+def test_a_tpdo_that_only_fills_the_bus_is_switched_off(kit):
+    device = kit.encoder_device(1)
+    device.objects[0x1801, 1][0] = 0x281
+    report, _ = configure(kit, device)
+    assert device.objects[0x1801, 1][0] == 0x80000281
+    assert "TPDO2 281h switched off" in report.changed
+
+
+def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit):
+    device = kit.encoder_device(1)
+    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, cob_id=0x1A1), kit.wheel_encoder("a.right", 2)))
+    configure(kit, device, vehicle)
+    assert device.objects[0x1801, 1][0] & 0x800007FF == 0x1A1
+    assert device.objects[0x1800, 1][0] >> 31
+
+
+@pytest.mark.usefixtures("_impatient")
+def test_nobody_there_names_node_and_channels(kit):
+    with pytest.raises(NodeMissing, match=r"a\.left") as caught:
+        configure(kit, None)
+    assert (caught.value.node, caught.value.names) == (1, ("a.left",))
+
+
+@pytest.mark.parametrize(("key", "value"), [("vendor", 9), ("product", 9), ("serial", 9)])
+def test_another_identity_is_refused_before_anything_is_written(kit, key, value):
+    device = kit.encoder_device(1)
+    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, **{key: value}), kit.wheel_encoder("a.right", 2)))
+    with pytest.raises(WrongDevice, match=key) as caught:
+        configure(kit, device, vehicle)
+    assert caught.value.key == key
+    assert device.writes == []
+
+
+def test_another_profile_is_refused(kit):
+    device = kit.encoder_device(1)
+    device.objects[0x1000, 0][0] = 0x00020192
+    with pytest.raises(WrongDevice, match="profile is cia402"):
+        configure(kit, device)
+
+
+def test_a_device_without_a_profile_is_taken_with_a_remark(kit):
+    device = kit.encoder_device(1)
+    device.objects[0x1000, 0][0] = 0
+    report, _ = configure(kit, device)
+    assert any("1000h states profile 0" in remark for remark in report.remarks)
+
+
+def test_650bh_stands_in_for_a_missing_serial_number(kit):
+    device = kit.encoder_device(1)
+    del device.objects[0x1018, 4]
+    device.put(0x650B, 0, 77, 4)
+    fields = (kit.wheel_encoder("a.left", 1, serial=77), kit.wheel_encoder("a.right", 2))
+    report, _ = configure(kit, device, kit.one_truck(fields))
+    assert any("650Bh" in remark for remark in report.remarks)
+
+
+def test_a_preset_encoder_is_remarked(kit):
+    device = kit.encoder_device(1)
+    device.put(0x6509, 0, 1234, 4)
+    report, _ = configure(kit, device)
+    assert any("offset 6509h = 1234" in remark for remark in report.remarks)
+    assert report.encoder_objects[0x6509] == 1234
+
+
+def test_a_heartbeat_that_cannot_be_set_is_remarked_with_the_refusal(kit):
+    device = kit.encoder_device(1)
+    device.refuse[0x1017, 0] = 0x06010002
+    report, _ = configure(kit, device)
+    assert report.heartbeat is None
+    assert any("read-only" in remark for remark in report.remarks)
+
+
+def test_a_heartbeat_within_reason_stays(kit):
+    device = kit.encoder_device(1)
+    device.objects[0x1017, 0][0] = 1000
+    report, _ = configure(kit, device)
+    assert report.heartbeat == 1.0
+    assert device.objects[0x1017, 0][0] == 1000
+
+
+def test_a_device_that_produces_sync_itself_is_silenced(kit):
+    device = kit.encoder_device(1)
+    device.objects[0x1005, 0][0] = 0x40000080
+    report, _ = configure(kit, device)
+    assert device.objects[0x1005, 0][0] == 0x80
+    assert any("1005h" in change for change in report.changed)
+
+
+def test_a_mapping_that_the_device_refuses_is_explained(kit):
+    device = kit.encoder_device(1)
+    device.refuse[0x1A00, 1, 0x60040020] = 0x06040041
+    with pytest.raises(MappingImpossible, match="cannot be mapped to the PDO"):
+        configure(kit, device)
+
+
+def test_a_value_that_does_not_stay_is_an_error(kit):
+    device = kit.encoder_device(1)
+    device.on_write = lambda index, sub, _value: (
+        device.put(0x1800, 2, 3, 1) if (index, sub) == (0x1800, 2) else None
+    )
+    with pytest.raises(NotTaken) as caught:
+        configure(kit, device)
+    assert (caught.value.wrote, caught.value.reads) == (254, 3)
+
+
+def test_an_object_of_another_width_is_written_in_the_devices_own(kit):
+    device = kit.encoder_device(1)
+    device.put(0x1017, 0, 0, 4)
+    report, _ = configure(kit, device)
+    assert device.objects[0x1017, 0] == [500, 4]
+    assert report.heartbeat == 0.5
+
+
+def test_an_abort_for_another_reason_is_reported_in_words(kit):
+    device = kit.encoder_device(1)
+    device.objects[0x1005, 0][0] = 0x40000080
+    device.refuse[0x1005, 0] = 0x08000022
+    with pytest.raises(SdoRefused, match="present device state") as caught:
+        configure(kit, device)
+    assert (caught.value.index, caught.value.subindex, caught.value.abort_code) == (0x1005, 0, 0x08000022)
+
+
+def two_on_one(kit, **changes):
+    return kit.one_truck(
+        (
+            kit.wheel_encoder("a.left", 1, cob_id=0x181, start_bit=0, **changes),
+            kit.wheel_encoder("a.right", 1, cob_id=0x181, start_bit=32, **changes),
+        )
+    )
+
+
+def test_two_channels_of_one_encoder_are_6020h_in_order(kit):
+    device = kit.encoder_device(1)
+    report, _ = configure(kit, device, two_on_one(kit))
+    assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60200120, 0x60200220]
+    assert report.lengths == {0x181: 8}
+
+
+def test_two_axes_of_one_drive_are_6064h_and_6864h(kit):
+    device = kit.drive_device(1)
+    configure(kit, device, two_on_one(kit, profile="cia402"))
+    assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60640020, 0x68640020]
+
+
+def test_a_gap_is_filled_with_the_status_word(kit):
+    device = kit.encoder_device(1)
+    fields = (kit.wheel_encoder("a.left", 1, start_bit=24), kit.wheel_encoder("a.right", 2))
+    report, _ = configure(kit, device, kit.one_truck(fields))
+    assert [device.objects[0x1A00, n][0] for n in range(4)] == [3, 0x65000010, 0x10010008, 0x60040020]
+    assert report.lengths == {0x181: 7}
+
+
+def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit):
+    device = kit.encoder_device(1)
+    device.refuse[0x1A00, 1, 0x65000010] = 0x06040041
+    fields = (kit.wheel_encoder("a.left", 1, start_bit=16), kit.wheel_encoder("a.right", 2))
+    configure(kit, device, kit.one_truck(fields))
+    assert [device.objects[0x1A00, n][0] for n in range(3)] == [2, 0x00060010, 0x60040020]
+
+
+def test_a_gap_of_no_whole_bytes_is_refused_in_words(kit):
+    fields = (kit.wheel_encoder("a.left", 1, start_bit=3), kit.wheel_encoder("a.right", 2))
+    with pytest.raises(MappingImpossible, match="3 bits"):
+        configure(kit, kit.encoder_device(1), kit.one_truck(fields))
+
+
+@pytest.mark.parametrize(
+    ("reported", "stated", "chosen", "words"),
+    [
+        (2**32 - 1, None, 2**32, "means N - 1"),
+        (0, None, 2**32, "6002h says 0"),
+        (4096, 4096, 4096, "means N"),
+        (4095, 4096, 4096, "means N - 1"),
+        (None, None, 2**32, "no 6002h"),
+        (2**24 - 1, None, 2**24, "taken for N - 1"),
+        (2**24, None, 2**24, "taken for N"),
+        (8192, 4096, 4096, "vehicle.toml 4096"),
+    ],
+)
+def test_the_wrap_range_is_chosen_per_node_and_stated(kit, reported, stated, chosen, words):
+    device = kit.encoder_device(1)
+    if reported is None:
+        del device.objects[0x6002, 0]
+    else:
+        device.objects[0x6002, 0][0] = reported
+    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, range=stated), kit.wheel_encoder("a.right", 2)))
+    report, _ = configure(kit, device, vehicle)
+    assert report.ranges == {"a.left": chosen}
+    assert any(words in remark for remark in report.remarks)
+    assert with_ranges(vehicle, [report]).encoder("a.left").wrap_range == chosen
+
+
+def test_an_overload_is_refused_before_anything_is_sent(kit):
+    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
+    vehicle = replace(kit.one_truck(), bus=Bus(10_000, 0.01))
+    with pytest.raises(BusOverload):
+        Driver(vehicle, bus, clock=kit.Clock()).configure()
+    assert bus.sent == []
+
+
+def test_the_report_has_a_row_for_everything(kit):
+    driver = Driver(
+        kit.one_truck(), kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), clock=kit.Clock()
+    )
+    report = driver.configure()
+    rows = report.rows()
+    assert rows[0][2] == "load"
+    assert {row[0] for row in rows} == {"bus", "1", "2"}
+    assert ("1", "a.left", "changed", "heartbeat 1017h: 0 ms to 500 ms") in rows

@@ -1,0 +1,343 @@
+from __future__ import annotations
+
+import can
+import pytest
+
+from omnimate.driver.errors import BusError, BusLost
+from omnimate.driver.robot import driver as module
+from omnimate.driver.robot.driver import Driver
+
+
+def start(kit, nodes=(1, 2), clock=None, **kwargs):
+    bus = kit.Bus([kit.encoder_device(node) for node in nodes])
+    driver = Driver(kit.one_truck(), bus, clock=clock or kit.Clock(), **kwargs)
+    driver.configure()
+    return driver, bus
+
+
+def words(driver):
+    return [(event.node, event.what) for event in driver.report().events]
+
+
+def test_configured_nodes_answer_each_sync_with_a_sample(kit):
+    driver, bus = start(kit)
+    for count in (10, 20):
+        for device in bus.devices.values():
+            device.position = count
+        sample = driver.cycle()
+        assert sample.counts == (count, count)
+        assert sample.present == (True, True)
+        assert sample.device_time == (1.0, 1.0)
+    assert sample.index == 1
+    assert sample.time == pytest.approx(100.02)
+    assert driver.report().is_clean
+
+
+def test_samples_yields_one_per_sync(kit):
+    driver, _ = start(kit)
+    samples = driver.samples()
+    assert [next(samples).index for _ in range(3)] == [0, 1, 2]
+
+
+def test_a_muted_node_is_missing_and_said_to_be_silent(kit):
+    driver, bus = start(kit)
+    driver.cycle()
+    bus.devices[1].mute = True
+    for _ in range(5):
+        assert driver.cycle().present == (False, True)
+    report = driver.report()
+    assert report.node(1).missing == 5
+    assert (1, "a.left: no valid answer to SYNC") in words(driver)
+    assert [(gap.channel, gap.reason) for gap in report.gaps] == [("a.left", "missing")]
+
+
+def test_frames_left_from_before_a_sync_are_late(kit):
+    driver, bus = start(kit)
+    driver.cycle()
+    bus.devices[1].deaf_to_sync = True
+    driver.cycle()
+    bus.queue.append(kit.frame(0x181, b"\x63\0\0\0"))
+    bus.devices[1].deaf_to_sync = False
+    sample = driver.cycle()
+    assert sample.counts == (0, 0)
+    assert sample.present == (True, True)
+    assert driver.report().node(1).late == 1
+
+
+def test_a_late_answer_behind_the_next_sync_is_not_used(kit):
+    driver, bus = start(kit)
+    driver.cycle()
+    late = []
+
+    def delay(message, answers):
+        if message.arbitration_id != 0x080:
+            return answers
+        held, late[:] = list(late), [answer for answer in answers if answer.arbitration_id == 0x181]
+        return held + [answer for answer in answers if answer.arbitration_id != 0x181]
+
+    bus.devices[1].position = 7
+    bus.change = delay
+    assert driver.cycle().present == (False, True)
+    bus.change = lambda _message, answers: [*late, *answers]
+    bus.devices[1].position = 9
+    sample = driver.cycle()
+    assert sample.counts == (9, 0)
+    assert driver.report().node(1).late == 1
+
+
+def test_answers_that_wait_in_the_queue_count_even_if_the_host_was_slow(kit):
+    driver, _ = start(kit)
+    driver._clock.remaining = lambda: -1.0
+    assert driver.cycle().present == (True, True)
+
+
+def test_wrong_lengths_and_unknown_frames_are_counted_per_node(kit):
+    driver, bus = start(kit)
+    driver.cycle()
+    bus.queue += [
+        kit.frame(0x181, b"\x01"),
+        kit.frame(0x381, b"\x01"),
+        kit.frame(0x701, b""),
+        kit.frame(0x081, b"\x01"),
+        kit.frame(0x581, b"\x01"),
+        kit.frame(0x3FF, b"\x01"),
+        can.Message(arbitration_id=0x18FF1234, data=b"\x01"),
+        can.Message(is_error_frame=True),
+        kit.frame(0x181, is_remote_frame=True),
+    ]
+    driver.cycle()
+    node = driver.report().node(1)
+    assert (node.wrong_length, node.unknown) == (4, 2)
+    kinds = {key: count for key, _, count in driver.report().unknown_frames}
+    assert kinds == {"381h": 1, "3FFh": 1, "18FF1234h": 1, "error frame": 1, "181h remote": 1}
+
+
+def test_a_second_sync_producer_is_counted_as_unknown(kit):
+    driver, bus = start(kit)
+    bus.queue.append(kit.frame(0x080))
+    driver.cycle()
+    assert [(key, what) for key, what, _ in driver.report().unknown_frames] == [("080h", "SYNC")]
+
+
+def test_a_babbling_node_is_named_and_does_not_hold_the_samples_up(kit):
+    driver, bus = start(kit)
+    noise = [kit.frame(0x381, b"\xff" * 8)] * 20
+    bus.change = lambda message, answers: noise + answers if message.arbitration_id == 0x80 else answers
+    for _ in range(200):
+        assert driver.cycle().present == (True, True)
+    report = driver.report()
+    assert report.node(1).unknown == 4000
+    assert (1, "babbles: floods the bus with frames 381h") in words(driver)
+
+
+def test_a_node_that_repeats_its_pdo_babbles(kit):
+    driver, bus = start(kit)
+    bus.change = lambda message, answers: answers * 10 if message.arbitration_id == 0x80 else answers
+    for _ in range(200):
+        assert driver.cycle().present == (True, True)
+    assert driver.report().node(1).duplicate == 199 * 9
+    assert (1, "babbles: floods the bus with PDOs that no SYNC asked for") in words(driver)
+
+
+def test_an_endless_queue_does_not_stop_sync(kit, monkeypatch):
+    monkeypatch.setattr(module, "MAX_DRAIN", 50)
+    driver, bus = start(kit)
+
+    class Endless(list):
+        def popleft(self):
+            return kit.frame(0x381)
+
+    bus.queue = Endless([1])
+    assert driver.cycle().present == (False, False)
+
+
+def reboot(bus, node):
+    fresh = bus.devices[node].boot()
+    bus.devices[node].objects[0x1800, 2][0] = 254
+    bus.devices[node].position = 0
+    bus.queue.extend(fresh)
+
+
+@pytest.mark.parametrize("inline", [True, False])
+def test_a_rebooted_node_is_configured_again_and_its_wheel_goes_on(kit, inline):
+    """In both clocks: held between two SYNCs, or in a thread that the driver's own reading feeds."""
+    driver, bus = start(kit, clock=kit.Clock(inline=inline))
+    for device in bus.devices.values():
+        device.position = 5000
+    driver.cycle()
+    reboot(bus, 1)
+    for _ in range(200_000):
+        sample = driver.cycle()
+        if sample.present == (True, True):
+            break
+    assert sample.counts == (5000, 5000)
+    bus.devices[1].position = 30
+    bus.devices[2].position = 5030
+    assert driver.cycle().counts == (5030, 5030)
+    driver.close()
+    assert (1, "restarted (boot-up)") in words(driver)
+    assert any(node == 1 and "configured again" in what for node, what in words(driver))
+    assert ("a.left", "reboot") in [(gap.channel, gap.reason) for gap in driver.report().gaps]
+    assert driver.report().node(1).restarts == 1
+
+
+@pytest.mark.usefixtures("_impatient")
+def test_sync_goes_on_while_a_node_is_configured_in_the_background(kit):
+    driver, bus = start(kit, clock=kit.Clock(inline=False))
+    driver.cycle()
+    reboot(bus, 1)
+    bus.devices[1].mute = True
+    for _ in range(20):
+        assert driver.cycle().present[1]
+    driver.close()
+
+
+@pytest.mark.usefixtures("_impatient")
+def test_a_node_that_cannot_be_configured_is_tried_again_with_pauses(kit):
+    driver, bus = start(kit)
+    driver.cycle()
+    reboot(bus, 1)
+    bus.devices[1].mute = True
+    for _ in range(100):
+        driver.cycle()
+    failed = [event for event in driver.report().events if "could not be configured" in event.what]
+    assert [event.node for event in failed] == [1]
+    assert failed[0].count == 3
+    bus.devices[1].mute = False
+    for _ in range(200):
+        sample = driver.cycle()
+    assert sample.present == (True, True)
+
+
+def test_two_heartbeats_that_are_not_operational_mean_a_lost_configuration(kit):
+    driver, bus = start(kit)
+    driver.cycle()
+    bus.devices[1].state = 0x7F
+    bus.queue.append(kit.frame(0x701, b"\x7f"))
+    driver.cycle()
+    assert not driver.report().node(1).restarts
+    bus.queue.append(kit.frame(0x701, b"\x7f"))
+    assert driver.cycle().present == (True, True)
+    assert any("lost its configuration" in what for _, what in words(driver))
+
+
+def test_a_preset_during_the_drive_is_reported(kit):
+    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
+    bus.devices[1].put(0x6509, 0, 0, 4)
+    driver = Driver(kit.one_truck(), bus, clock=kit.Clock())
+    driver.configure()
+    driver.cycle()
+    bus.devices[1].objects[0x6509, 0][0] = 99
+    reboot(bus, 1)
+    driver.cycle()
+    assert (1, "6509h was 0, is 99: preset, or another device?") in words(driver)
+
+
+def test_emergencies_are_reported_in_words(kit):
+    driver, bus = start(kit)
+    bus.queue.append(kit.frame(0x082, b"\x10\x81\x11\0\0\0\0\0"))
+    driver.cycle()
+    assert (2, "EMCY 8110h: CAN overrun, objects lost (error register 11h)") in words(driver)
+    assert driver.report().node(2).emergencies == 1
+
+
+def test_a_heartbeat_is_supervised_from_the_first_on(kit):
+    driver, bus = start(kit)
+    for _ in range(300):
+        driver.cycle()
+    assert driver.report().is_clean
+    bus.queue.append(kit.frame(0x701, b"\x05"))
+    for _ in range(200):
+        driver.cycle()
+    bus.queue.append(kit.frame(0x701, b"\x05"))
+    driver.cycle()
+    assert words(driver) == [(1, "heartbeat lost: none for 1.5 s"), (1, "heartbeat is back")]
+
+
+def test_a_sync_that_fails_once_is_sent_again_and_reported(kit):
+    driver, bus = start(kit)
+    bus.failing_sends = 1
+    sample = driver.cycle()
+    assert sample.present == (True, True)
+    assert words(driver) == [(None, "SYNC could not be sent, tried again: no buffer space")]
+
+
+def test_a_lost_bus_of_the_callers_is_the_callers_matter(kit):
+    driver, bus = start(kit)
+    bus.is_dead = True
+    with pytest.raises(BusLost):
+        driver.cycle()
+
+
+class Opener:
+    """Stands for `open_bus`: fails a number of times, then returns the bus."""
+
+    def __init__(self, bus):
+        self.bus, self.failures = bus, 0
+
+    def __call__(self, url, bitrate=None):
+        if self.failures:
+            self.failures -= 1
+            raise BusError(url, "nobody answers")
+        return self.bus
+
+
+def test_a_lost_bus_is_opened_again_with_longer_pauses(kit, monkeypatch):
+    clock = kit.Clock()
+    devices = [kit.encoder_device(1), kit.encoder_device(2)]
+    opener = Opener(kit.Bus(devices))
+    monkeypatch.setattr(module, "open_bus", opener)
+    with Driver(kit.one_truck(), "virtual://fake", clock=clock) as driver:
+        driver.configure()
+        driver.cycle()
+        opener.bus.is_dead = True
+        opener.bus, opener.failures = kit.Bus(devices), 3
+        sample = driver.cycle()
+        assert clock.slept == [0.1, 0.2, 0.4, 0.8]
+        for _ in range(3):
+            sample = driver.cycle()
+        assert sample.present == (True, True)
+        assert any("bus opened again after 1.5 s" in what for _, what in words(driver))
+        assert any("has not restarted" in what for _, what in words(driver))
+
+
+def test_a_bus_that_does_not_come_back_is_given_up(kit, monkeypatch):
+    opener = Opener(kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]))
+    monkeypatch.setattr(module, "open_bus", opener)
+    driver = Driver(kit.one_truck(), "virtual://fake", clock=kit.Clock(), patience=5.0)
+    driver.configure()
+    opener.bus.is_dead = True
+    opener.failures = 100
+    with pytest.raises(BusError, match="not back within 5 s"):
+        driver.cycle()
+
+
+def test_a_frozen_wheel_is_remarked_when_the_other_one_turns(kit):
+    driver, bus = start(kit)
+    for step in range(200):
+        bus.devices[2].position = 100 * step
+        driver.cycle()
+    assert [node for node, what in words(driver) if "stands still" in what] == [1]
+
+
+def test_an_encoder_with_another_range_is_unwrapped_by_it(kit):
+    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
+    bus.devices[1].objects[0x6002, 0][0] = 4095
+    driver = Driver(kit.one_truck(), bus, clock=kit.Clock())
+    driver.configure()
+    assert driver.vehicle.encoder("a.left").wrap_range == 4096
+    bus.devices[1].position = 4090
+    driver.cycle()
+    bus.devices[1].position = 4
+    assert driver.cycle().counts[0] == 4100
+
+
+def test_reading_only_never_writes_a_control_word(kit):
+    drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
+    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)])
+    with Driver(kit.one_truck(drives=drives), bus, clock=kit.Clock()) as driver:
+        driver.configure()
+        driver.cycle()
+        driver.stop()
+    assert bus.devices[17].writes == []
+    assert not [can_id for can_id, _ in bus.sent if can_id in {0x211, 0x212, 0x611, 0x612}]

@@ -1,0 +1,260 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from omnimate.driver.errors import BadCommand, DriveError, DrivesStopped, NodeMissing, NotEnabled
+from omnimate.driver.robot import driver as module
+from omnimate.driver.robot.driver import Driver
+from omnimate.driver.robot.drives import target_velocity
+
+COUNTS = 40000 / (2 * math.pi)
+
+
+@pytest.fixture
+def robot(kit):
+    """A truck of two encoders and two drives, the right one mounted the other way round."""
+    drives = (kit.drive("a.left", 17), kit.drive("a.right", 18, sign=-1))
+    devices = [kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)]
+    bus = kit.Bus(devices)
+    driver = Driver(kit.one_truck(drives=drives), bus, clock=kit.Clock())
+    driver.configure()
+    return driver, bus
+
+
+def targets(bus, cob_id):
+    return [int.from_bytes(data, "little", signed=True) for can_id, data in bus.sent if can_id == cob_id]
+
+
+def test_nothing_is_commanded_before_enable(robot):
+    driver, bus = robot
+    with pytest.raises(NotEnabled, match="has not been called"):
+        driver.command((1.0, 1.0))
+    assert targets(bus, 0x211) == []
+
+
+def test_enable_goes_through_the_states_in_order_at_speed_zero(robot):
+    driver, bus = robot
+    report = driver.enable()
+    device = bus.devices[17]
+    steps = [(index, value) for index, _, value in device.writes if index in {0x6040, 0x6060, 0x60FF}]
+    assert steps == [(0x60FF, 0), (0x6060, 3), (0x6040, 0x06), (0x6040, 0x07), (0x6040, 0x0F)]
+    assert device.state == 5
+    assert device.objects[0x1600, 1][0] == 0x60FF0020
+    assert device.objects[0x1400, 2][0] == 255
+    assert device.objects[0x1016, 1][0] == 127 << 16 | 500
+    assert device.objects[0x6007, 0][0] == 3
+    assert [node.names for node in report] == [("drive of a.left",), ("drive of a.right",)]
+
+
+def test_a_fault_is_reset_first(robot):
+    driver, bus = robot
+    bus.devices[17].objects[0x6041, 0][0] = 0x0218
+    driver.enable()
+    assert next(value for index, _, value in bus.devices[17].writes if index == 0x6040) == 0x80
+
+
+def test_a_drive_that_stays_in_a_state_is_an_error_with_its_status(robot):
+    driver, bus = robot
+    bus.devices[17].on_write = None
+    with pytest.raises(DriveError, match="ready to switch on") as caught:
+        driver.enable()
+    assert (caught.value.node, caught.value.status) == (17, 0x0240)
+    with pytest.raises(NotEnabled):
+        driver.command((0.0, 0.0))
+
+
+@pytest.mark.usefixtures("_impatient")
+def test_a_missing_drive_is_named(robot):
+    driver, bus = robot
+    bus.devices[18].mute = True
+    with pytest.raises(NodeMissing, match=r"drive of a\.right"):
+        driver.enable()
+
+
+def test_a_watchdog_that_the_drive_lacks_is_remarked(robot):
+    driver, bus = robot
+    del bus.devices[17].objects[0x1016, 1]
+    report = driver.enable()
+    assert any("watchdog" in remark for remark in report[0].remarks)
+
+
+def test_a_status_word_sent_at_every_change_gets_an_inhibit_time(robot):
+    """Set while the PDO is switched off, as CiA 301 asks for."""
+    driver, bus = robot
+    report = driver.enable()
+    writes = [write for write in bus.devices[17].writes if write[0] == 0x1800]
+    assert writes == [(0x1800, 1, 0x80000191), (0x1800, 3, 200), (0x1800, 1, 0x191)]
+    assert "inhibit time of TPDO1: 0 to 200 x 100 us" in report[0].changed
+
+
+def test_an_inhibit_time_that_cannot_be_set_is_remarked_and_the_status_stays_on(robot):
+    driver, bus = robot
+    bus.devices[17].refuse[0x1800, 3] = 0x06010002
+    report = driver.enable()
+    assert any("inhibit time of TPDO1 stays" in remark for remark in report[0].remarks)
+    assert bus.devices[17].objects[0x1800, 1][0] == 0x191
+
+
+def test_speeds_are_sent_as_counts_with_the_drives_sign(robot):
+    driver, bus = robot
+    driver.enable()
+    driver.command((1.0, 1.0))
+    assert targets(bus, 0x211)[-1] == round(COUNTS)
+    assert targets(bus, 0x212)[-1] == round(-COUNTS)
+
+
+def test_an_unchanged_command_is_refreshed_every_100_ms_only(robot):
+    driver, bus = robot
+    driver.enable()
+    driver.cycle()
+    before = len(targets(bus, 0x211))
+    for step in range(100):
+        bus.devices[1].position = bus.devices[2].position = 60 * step
+        driver.command((1.0, 1.0))
+        driver.cycle()
+    assert 9 <= len(targets(bus, 0x211)) - before <= 12
+
+
+def test_too_fast_slows_all_wheels_by_one_factor_and_counts(robot):
+    driver, _ = robot
+    driver.enable()
+    limit = driver.vehicle.limits.speed / 0.075
+    assert driver.command((2 * limit, limit)) == pytest.approx((limit, limit / 2))
+    assert driver.drives.limited == 1
+    assert any("slowed down" in event.what for event in driver.report().events)
+    assert driver.command((limit, -limit)) == pytest.approx((limit, -limit))
+    assert driver.drives.limited == 1
+
+
+@pytest.mark.parametrize("speeds", [(math.nan, 0.0), (math.inf, 0.0), (0.0,), (0.0, 0.0, 0.0)])
+def test_what_is_no_speed_is_refused(robot, speeds):
+    driver, _ = robot
+    driver.enable()
+    with pytest.raises(BadCommand, match="2 finite wheel speeds"):
+        driver.command(speeds)
+
+
+def test_without_a_commander_the_wheels_stop_after_200_ms(robot):
+    driver, bus = robot
+    driver.enable()
+    driver.command((1.0, 1.0))
+    for _ in range(19):
+        driver.cycle()
+    assert targets(bus, 0x211)[-1] == round(COUNTS)
+    for _ in range(3):
+        driver.cycle()
+    assert targets(bus, 0x211)[-1] == 0
+    assert any("no command for 0.2 s" in event.what for event in driver.report().events)
+
+
+def test_our_heartbeat_goes_on_while_enabled(robot):
+    driver, bus = robot
+    driver.enable()
+    before = bus.sent.count((0x77F, b"\x05"))
+    for _ in range(100):
+        driver.cycle()
+    assert 9 <= bus.sent.count((0x77F, b"\x05")) - before <= 11
+
+
+def test_stop_is_sent_at_once_and_on_a_dead_bus_noted(robot):
+    driver, bus = robot
+    driver.enable()
+    driver.command((1.0, 1.0))
+    driver.stop()
+    assert targets(bus, 0x211)[-1] == targets(bus, 0x212)[-1] == 0
+    bus.is_dead = True
+    driver.stop()
+    assert any("stop could not be sent" in event.what for event in driver.report().events)
+
+
+def test_close_stops_and_takes_the_torque_away(robot):
+    driver, bus = robot
+    driver.enable()
+    driver.command((1.0, 1.0))
+    driver.close()
+    assert targets(bus, 0x211)[-1] == 0
+    assert bus.devices[17].objects[0x6040, 0][0] == 0x06
+
+
+def out_by_boot(kit, bus):
+    bus.queue.extend(bus.devices[17].boot())
+
+
+def out_by_fault(kit, bus):
+    bus.queue.append(kit.frame(0x191, b"\x18\x02"))
+
+
+def out_by_silence(kit, bus):
+    bus.queue.append(kit.frame(0x711, b"\x05"))
+
+
+@pytest.mark.parametrize("drop_out", [out_by_boot, out_by_fault, out_by_silence])
+def test_a_drive_that_drops_out_stops_all_wheels_until_enable(kit, robot, drop_out):
+    driver, bus = robot
+    driver.enable()
+    driver.command((1.0, 1.0))
+    drop_out(kit, bus)
+    for _ in range(200):
+        driver.cycle()
+    assert targets(bus, 0x212)[-1] == 0
+    with pytest.raises(DrivesStopped, match="node 17"):
+        driver.command((1.0, 1.0))
+    driver.enable()
+    driver.command((1.0, 1.0))
+    assert targets(bus, 0x212)[-1] == round(-COUNTS)
+
+
+def test_a_bus_that_was_lost_leaves_the_drives_disabled(kit, monkeypatch):
+    """They have missed our heartbeat and stopped by themselves; only `enable` starts them again."""
+    drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
+    devices = [kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)]
+    buses = [kit.Bus(devices), kit.Bus(devices)]
+    monkeypatch.setattr(module, "open_bus", lambda *_arguments: buses[0])
+    with Driver(kit.one_truck(drives=drives), "virtual://fake", clock=kit.Clock()) as driver:
+        driver.configure()
+        driver.enable()
+        driver.cycle()
+        buses.pop(0).is_dead = True
+        driver.cycle()
+        with pytest.raises(DrivesStopped, match="the bus was lost"):
+            driver.command((1.0, 1.0))
+        driver.enable()
+        driver.command((1.0, 1.0))
+
+
+def test_a_vehicle_without_drives_cannot_be_enabled(kit):
+    driver = Driver(kit.one_truck(), kit.Bus(), clock=kit.Clock())
+    with pytest.raises(NotEnabled, match="no \\[\\[drive\\]\\]"):
+        driver.enable()
+
+
+def test_a_target_saturates_at_32_bits(kit):
+    assert target_velocity(kit.drive("a.left", 17), 1e12) == 2**31 - 1
+    assert target_velocity(kit.drive("a.left", 17), -1e12) == -(2**31 - 1)
+
+
+def stand_still(driver):
+    for _ in range(150):
+        driver.command((4.0, 4.0))
+        driver.cycle()
+
+
+def test_a_wheel_that_stands_against_its_command_stops_all(robot):
+    driver, bus = robot
+    driver.enable()
+    with pytest.raises(DrivesStopped, match=r"a\.left is commanded and stands"):
+        stand_still(driver)
+    assert targets(bus, 0x212)[-1] == 0
+    assert {event.node for event in driver.report().events if "stands still" in event.what} == {1, 2}
+
+
+def test_a_wheel_that_is_commanded_to_stand_is_not_frozen(robot):
+    driver, bus = robot
+    driver.enable()
+    for step in range(150):
+        bus.devices[2].position = 100 * step
+        driver.command((0.0, 4.0))
+        driver.cycle()
+    assert not [event for event in driver.report().events if "stands still" in event.what]

@@ -1,0 +1,52 @@
+"""The log of events: repetitions are counted, order is that of the first time, and the length is bounded."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.driver.robot.event_log import MAX_EVENTS, EventLog
+
+words = st.tuples(st.sampled_from([None, 1, 2]), st.sampled_from(["lost", "back", "EMCY"]))
+
+
+@pytest.fixture
+def events():
+    return EventLog()
+
+
+def test_repeated_words_are_one_event_that_counts(events):
+    for time in (1.0, 2.0, 5.0):
+        events.add(time, 1, "same")
+    (event,) = events.all()
+    assert (event.time, event.last, event.count) == (1.0, 5.0, 3)
+
+
+def test_the_same_words_about_two_nodes_are_two_events(events):
+    events.add(1.0, 1, "same")
+    events.add(2.0, 2, "same")
+    assert [(event.node, event.count) for event in events.all()] == [(1, 1), (2, 1)]
+
+
+def test_the_log_is_bounded_and_known_events_still_count(events):
+    for number in range(MAX_EVENTS + 10):
+        events.add(float(number), None, f"event {number}")
+    events.add(1e6, None, "event 0")
+    assert len(events.all()) == MAX_EVENTS
+    assert events.dropped == 10
+    assert events.all()[0].count == 2
+
+
+@given(st.lists(words, max_size=50))
+def test_no_event_is_lost_and_the_first_times_are_in_order(script):
+    events = EventLog()
+    for time, (node, what) in enumerate(script):
+        events.add(float(time), node, what)
+    assert {(event.node, event.what): event.count for event in events.all()} == Counter(script)
+    times = [event.time for event in events.all()]
+    assert times == sorted(times)
+    assert all(event.time <= event.last < math.inf for event in events.all())

@@ -1,0 +1,40 @@
+"""A recording folder from a log of another tool: every classical frame, and the robot as it was described."""
+
+import pytest
+
+from omnimate.files.importers.bus_log import import_log
+from omnimate.files.importers.errors import SourceError
+from omnimate.files.logs.frames import FD, Frame
+from omnimate.files.logs.recording_to_frames import frames_of_recording
+from omnimate.files.logs.streaming import LogStream
+from omnimate.files.logs.writing import open_writer
+from omnimate.files.recordings.folder import load_recording
+
+
+def silent(_done, _total):
+    """Take no notice of progress."""
+
+
+@pytest.fixture
+def capture(drive, tmp_path):
+    """The bus of a drive as a capture of Wireshark, with a CAN FD frame at its end."""
+    writer = open_writer(tmp_path / "bus.pcapng", ".pcapng")
+    for frame in frames_of_recording(drive):
+        writer.write_frame(frame)
+    writer.write_frame(Frame(float(drive.time[-1]) + 1.0, 0x181, bytes(12), FD))
+    writer.close()
+    return tmp_path / "bus.pcapng"
+
+
+def test_the_recording_has_the_counts_of_the_drive(capture, drive, tmp_path):
+    done = import_log(LogStream(capture), drive.vehicle, tmp_path / "new", silent)
+    assert done.fd_frames == 1
+    again = load_recording(tmp_path / "new")
+    assert again.counts.tolist() == drive.counts.tolist()
+    assert again.vehicle == drive.vehicle
+
+
+def test_a_recording_is_not_written_over(capture, drive, tmp_path):
+    import_log(LogStream(capture), drive.vehicle, tmp_path / "new", silent)
+    with pytest.raises(SourceError, match=r"it holds a recording \(can.log\)"):
+        import_log(LogStream(capture), drive.vehicle, tmp_path / "new", silent)

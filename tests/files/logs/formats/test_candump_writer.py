@@ -1,0 +1,73 @@
+"""The writer of live logs: nothing that was written is lost."""
+
+import gzip
+import os
+import threading
+
+import pytest
+
+from omnimate.files.logs.formats.candump_writer import CandumpWriter
+from omnimate.files.logs.frames import REMOTE, Frame
+from omnimate.files.logs.reading import read_log
+
+FRAMES = [Frame(1700000000.0 + 0.001 * index, 0x180 + index % 8, bytes(index % 9)) for index in range(100)]
+
+
+def write(path, **options):
+    """A writer with all frames written, not closed."""
+    writer = CandumpWriter(path, **options)
+    for frame in FRAMES:
+        writer.write_frame(frame)
+    return writer
+
+
+def test_a_frame_is_in_the_file_once_it_is_synced_without_closing_it(tmp_path):
+    writer = CandumpWriter(tmp_path / "can.log", sync_interval=3600.0)
+    writer.write(1700000000.00025, 0x181, b"\x00\x10")
+    writer.sync()
+    assert (tmp_path / "can.log").read_bytes() == b"(1700000000.000250) can0 181#0010\n"
+    writer.write(1700000001.0, 0x701, flags=REMOTE, length=1, channel="can1")
+    writer.sync()
+    assert (tmp_path / "can.log").read_bytes().endswith(b"(1700000001.000000) can1 701#R1\n")
+    writer.close()
+
+
+def test_the_thread_puts_the_file_on_disk_by_itself(tmp_path, monkeypatch):
+    synced = threading.Event()
+    monkeypatch.setattr(os, "fsync", lambda _handle: synced.set())
+    with CandumpWriter(tmp_path / "can.log", sync_interval=0.001) as writer:
+        writer.write(1.0, 0x080)
+        assert synced.wait(60.0)
+
+
+def test_an_unfinished_gzip_log_holds_all_that_was_synced(tmp_path):
+    writer = write(tmp_path / "can.log.gz", sync_interval=3600.0)
+    writer.sync()
+    result = read_log(tmp_path / "can.log.gz")
+    assert len(result.frames) == len(FRAMES)
+    assert result.truncated
+    writer.close()
+    assert not read_log(tmp_path / "can.log.gz").truncated
+
+
+@pytest.mark.parametrize("name", ["can.log", "can.log.gz"])
+@pytest.mark.parametrize("form", ["log", "ta"])
+def test_what_is_written_is_read_again(tmp_path, name, form):
+    write(tmp_path / name, form=form).close()
+    assert [frame._replace(length=None) for frame in read_log(tmp_path / name).frames] == FRAMES
+
+
+def test_a_new_writer_replaces_an_old_log_and_closing_twice_does_nothing(tmp_path):
+    write(tmp_path / "can.log").close()
+    writer = CandumpWriter(tmp_path / "can.log")
+    writer.write(1.0, 1)
+    writer.close()
+    writer.close()
+    writer.sync()
+    assert len(read_log(tmp_path / "can.log").frames) == 1
+
+
+def test_gzip_is_chosen_by_the_suffix(tmp_path):
+    write(tmp_path / "can.log.gz").close()
+    with gzip.open(tmp_path / "can.log.gz") as file:
+        assert len(file.read().splitlines()) == len(FRAMES)

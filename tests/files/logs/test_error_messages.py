@@ -1,0 +1,47 @@
+"""The messages for broken logs and recordings, word for word, as the tables under `tests/data/` say."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from omnimate.files.logs.formats.candump_lines import parse_line
+from omnimate.files.logs.formats.minimon import read_trace
+from omnimate.files.recordings.poses_csv import parse_poses
+from omnimate.files.recordings.run_toml import read_run
+from omnimate.vehicle.errors import RecordingError
+
+DATA = Path(__file__).parents[2] / "data" / "logs"
+MINIMON_HEAD = 'ASCII Trace IXXAT MiniMon V3\n"Time";"Identifier (hex)";"Format";"Flags";"Data (hex)"\n'
+
+
+def cases(table):
+    broken = tomllib.loads((DATA / table).read_text(encoding="utf-8"))["case"]
+    return pytest.mark.parametrize(("text", "message"), [(case["input"], case["message"]) for case in broken])
+
+
+@cases("broken_candump_lines.toml")
+def test_a_candump_line_without_a_frame_is_skipped_with_its_reason(text, message):
+    assert parse_line(text.encode()) == message
+
+
+@cases("broken_minimon_lines.toml")
+def test_a_minimon_line_without_a_frame_is_skipped_with_its_reason(text, message):
+    frames, skipped = read_trace(MINIMON_HEAD + text)
+    assert (frames, [(line.line, line.reason) for line in skipped]) == ([], [(3, message)])
+
+
+@cases("broken_poses.toml")
+def test_broken_poses_are_answered_with_file_line_and_expectation(text, message):
+    with pytest.raises(RecordingError) as caught:
+        parse_poses(text, "lap/poses.csv", ("a",))
+    assert str(caught.value) == message
+
+
+@cases("broken_runs.toml")
+def test_a_broken_run_is_answered_with_file_key_and_expectation(tmp_path, monkeypatch, text, message):
+    monkeypatch.chdir(tmp_path)
+    Path("run.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(RecordingError) as caught:
+        read_run("run.toml")
+    assert str(caught.value) == message

@@ -1,0 +1,97 @@
+"""Signals of DBC files are what cantools decodes, one frame at a time and for whole columns."""
+
+from __future__ import annotations
+
+import struct
+
+import cantools
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.files.logs.dbc_reading import EXTENDED_KEY, read_dbc
+from omnimate.files.logs.frames import Frame, frames_of
+from omnimate.files.logs.signals import Signal
+from omnimate.vehicle.errors import LogError
+
+HEAD = 'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: host\n\n'
+
+
+@st.composite
+def layouts(draw):
+    """Where a signal stands: start bit as DBC files count, width, byte order, sign."""
+    bits = draw(st.integers(1, 64))
+    lowest = draw(st.integers(0, 64 - bits))
+    if draw(st.booleans()):
+        return lowest, bits, 1, draw(st.sampled_from("+-"))
+    highest = 64 - bits - lowest  # counted from the first bit of the first byte
+    return highest // 8 * 8 + 7 - highest % 8, bits, 0, draw(st.sampled_from("+-"))
+
+
+def files(tmp_path_factory, text):
+    path = tmp_path_factory.mktemp("dbc") / "bus.dbc"
+    path.write_text(HEAD + text)
+    return path
+
+
+@given(
+    layout=layouts(),
+    factor=st.sampled_from(["1", "0.5", "-2", "1E-3"]),
+    offset=st.sampled_from(["0", "-40", "2.5"]),
+    data=st.binary(min_size=8, max_size=8),
+)
+def test_a_number_is_what_cantools_decodes(tmp_path_factory, layout, factor, offset, data):
+    start, bits, order, sign = layout
+    line = f' SG_ level : {start}|{bits}@{order}{sign} ({factor},{offset}) [0|0] "m" host\n'
+    path = files(tmp_path_factory, f"BO_ 385 tank: 8 host\n{line}")
+    theirs = cantools.database.load_file(path).decode_message(385, data, decode_choices=False)["level"]
+    [ours] = read_dbc(path)[385]
+    assert ours.value(data) == pytest.approx(theirs, rel=1e-12, abs=1e-12)
+    assert ours.values(frames_of([Frame(0.0, 385, data)]))[0] == pytest.approx(theirs, rel=1e-12, abs=1e-12)
+
+
+def test_floats_choices_multiplexors_and_29_bit_identifiers(tmp_path_factory):
+    text = (
+        "BO_ 2566844894 speeds: 8 host\n"
+        ' SG_ which M : 0|8@1+ (1,0) [0|0] "" host\n'
+        ' SG_ left m0 : 8|32@1- (1,0) [0|0] "m/s" host\n'
+        ' SG_ right m1 : 8|16@1- (0.01,0) [0|0] "m/s" host\n'
+        "SIG_VALTYPE_ 2566844894 left : 1;\n"
+        'VAL_ 2566844894 which 0 "left wheel" 1 "right wheel" ;\n'
+    )
+    path = files(tmp_path_factory, text)
+    database, signals = cantools.database.load_file(path), read_dbc(path)
+    assert signals.keys() == {0x18FEF1DE | EXTENDED_KEY} == {2566844894}
+    for data in (b"\0" + struct.pack("<f", 1.25) + bytes(3), b"\1" + struct.pack("<h", -250) + bytes(5)):
+        there = [signal for signal in signals[2566844894] if signal.is_in(data)]
+        theirs = database.decode_message(0x18FEF1DE, data, decode_choices=False)
+        assert {signal.name: signal.value(data) for signal in there} == pytest.approx(theirs)
+    frames = frames_of([Frame(0.0, 1, b"\0" + struct.pack("<f", 1.25)), Frame(0.0, 1, b"\1\0\0\0\0")])
+    assert np.isnan(signals[2566844894][1].values(frames)).tolist() == [False, True]
+    assert signals[2566844894][0].in_words(b"\1") == "which = right wheel (1)"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "problem"),
+    [
+        ("no DBC at all", 1, "no message in the file"),
+        ('BO_ 385 x: 8 host\n SG_ y : 60|8@1+ (1,0) [0|0] "" host\n', 10, "does not fit 8 bytes"),
+        ('BO_ 385 x: 8 host\n SG_ y : 0|8@1+ (a,0) [0|0] "" host\n', 10, "is no number"),
+    ],
+)
+def test_a_broken_file_is_an_error_with_its_line(tmp_path_factory, text, line, problem):
+    with pytest.raises(LogError, match=problem) as caught:
+        read_dbc(files(tmp_path_factory, text))
+    assert caught.value.line == line
+
+
+@given(data=st.binary(max_size=8), start=st.integers(0, 60), bits=st.integers(1, 64), signed=st.booleans())
+def test_one_frame_and_whole_columns_agree_and_short_data_are_told(data, start, bits, signed):
+    signal = Signal("level", start, min(bits, 64 - start), signed)
+    [column] = signal.values(frames_of([Frame(0.0, 1, data)]))
+    if len(data) < signal.length:
+        assert np.isnan(column)
+        assert "wrong length" in signal.in_words(data)
+    else:
+        assert column == pytest.approx(signal.value(data))

@@ -1,0 +1,246 @@
+"""Logs frame by frame: what is written in a format is read again, in bounded memory, by us and by others."""
+
+import gc
+import sys
+import tracemalloc
+import types
+
+import can
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omnimate.files.logs import streaming
+from omnimate.files.logs.formats.block_reader import BlockReader
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, SENT, Frame
+from omnimate.files.logs.reading import read_log
+from omnimate.files.logs.streaming import LogStream
+from omnimate.files.logs.writing import SUFFIXES, log_suffix, open_writer, written_whole
+from omnimate.vehicle.errors import LogError
+from tests.files.logs.any_frames import KINDS, any_frames, logs
+
+CLASSICAL = [kind for kind in KINDS if not kind & FD]
+# What each format holds: kinds of frames, interfaces, directions.
+HELD = {
+    ".log": (KINDS, ("can0", "can1"), (0, SENT)),
+    ".log.gz": (KINDS, ("can0", "can1"), (0, SENT)),
+    ".pcap": (KINDS, ("can0",), (0,)),
+    ".pcapng": (KINDS, ("can0", "vcan7"), (0, SENT)),
+    ".blf": (KINDS, ("can0", "can1"), (0, SENT)),
+    ".asc": ([kind for kind in KINDS if not kind & ERROR], ("can0", "can1"), (0, SENT)),
+    ".csv": (CLASSICAL, ("can0",), (0,)),
+}
+READERS = {
+    ".log": can.CanutilsLogReader,
+    ".blf": can.BLFReader,
+    ".asc": can.ASCReader,
+    ".csv": can.CSVReader,
+}
+
+
+def write(rows, path, suffix):
+    """Write frames; return what the format refused."""
+    writer = open_writer(path, suffix)
+    refused = [writer.write_frame(row) for row in rows]
+    writer.close()
+    return [reason for reason in refused if reason]
+
+
+def relative(rows):
+    """Frames whose times count from the first, to the microsecond."""
+    return [row._replace(time=round(row.time - rows[0].time, 6)) for row in rows]
+
+
+def rows_for(suffix):
+    """Logs that a format can hold, as close together as one of its files may be."""
+    kinds, channels, directions = HELD[suffix]
+    frame = any_frames(kinds=kinds, channels=channels, directions=directions)
+    moments = st.lists(st.integers(0, 10**9), min_size=1, max_size=20).map(sorted)
+    rows = moments.flatmap(lambda at: st.tuples(*(frame.map(lambda f, t=t: f._replace(time=t)) for t in at)))
+    return rows.map(
+        lambda rows: [row._replace(time=float(f"1763670000.{0:06d}") + row.time / 1e6) for row in rows]
+    )
+
+
+@pytest.mark.parametrize("suffix", HELD)
+def test_every_suffix_is_tried(suffix):
+    assert set(HELD) == set(SUFFIXES)
+    assert log_suffix(type("Name", (), {"name": f"a{suffix}"})()) == suffix
+
+
+@pytest.mark.parametrize("suffix", HELD)
+@settings(max_examples=25)
+@given(data=st.data())
+def test_what_is_written_in_a_format_is_read_again(tmp_path, suffix, data):
+    rows = data.draw(rows_for(suffix))
+    path = tmp_path / f"some{suffix}"
+    refused = write(rows, path, suffix)
+    kept = [row for row in rows if not (suffix == ".asc" and row.flags & FD and not row.data)]
+    assert len(refused) == len(rows) - len(kept)
+    if not kept:
+        return
+    again = list(LogStream(path))
+    assert [row._replace(time=0.0) for row in again] == [row._replace(time=0.0) for row in kept]
+    first = kept[0].time if suffix == ".asc" else 0.0
+    assert [row.time for row in again] == pytest.approx([row.time - first for row in kept], abs=2e-6)
+
+
+@pytest.mark.parametrize("suffix", READERS)
+@settings(max_examples=25)
+@given(data=st.data())
+def test_python_can_reads_the_same_frames(tmp_path, suffix, data):
+    rows = data.draw(rows_for(suffix))
+    if suffix == ".log":  # of candump's error frames it knows one class only
+        rows = [row for row in rows if not row.flags & ERROR] or [Frame(1.0, 1)]
+    path = tmp_path / f"some{suffix}"
+    write(rows, path, suffix)
+    kept = [row for row in rows if not (suffix == ".asc" and row.flags & FD and not row.data)]
+    with READERS[suffix](path) as reader:
+        messages = list(reader)
+    for message, row in zip(messages, kept, strict=True):
+        assert message.is_error_frame == bool(row.flags & ERROR)
+        assert (message.is_fd, message.is_remote_frame) == (bool(row.flags & FD), bool(row.flags & REMOTE))
+        if not row.flags & ERROR:
+            assert (message.arbitration_id, bytes(message.data)) == (row.can_id, row.data)
+
+
+def test_asc_holds_that_there_was_an_error_frame_and_no_more(tmp_path):
+    write([Frame(1.0, 1, b"a"), Frame(1.5, 4, b"abc", ERROR)], tmp_path / "a.asc", ".asc")
+    assert [(row.flags, row.data) for row in LogStream(tmp_path / "a.asc")] == [(0, b"a"), (ERROR, b"")]
+
+
+def test_csv_refuses_can_fd_with_the_reason(tmp_path):
+    assert "CAN FD" in write([Frame(1.0, 1, bytes(12), FD)], tmp_path / "a.csv", ".csv")[0]
+
+
+def test_times_before_the_first_are_refused_where_the_format_counts_from_it(tmp_path):
+    rows = [Frame(10.0, 1), Frame(9.0, 1)]
+    assert "earlier than the first" in write(rows, tmp_path / "a.blf", ".blf")[0]
+    assert write(rows, tmp_path / "a.pcap", ".pcap") == []
+
+
+@given(logs(kinds=CLASSICAL))
+def test_a_stream_gives_the_frames_that_reading_at_once_gives(tmp_path, rows):
+    write(rows, tmp_path / "can.log", ".log")
+    assert list(LogStream(tmp_path / "can.log")) == list(read_log(tmp_path / "can.log").frames)
+
+
+def test_a_stream_and_an_array_add_up_the_same_relative_times(tmp_path):
+    lines = (f" ({0 if n == 0 else 5 + n % 3:03d}.000100)  can0  181   [1]  00\n" for n in range(20))
+    (tmp_path / "can.log").write_text("".join(lines))
+    array = read_log(tmp_path / "can.log")
+    assert array.blocks.is_added_up
+    assert [row.time for row in LogStream(tmp_path / "can.log")] == pytest.approx(array.frames.time.tolist())
+
+
+def test_what_is_left_out_is_counted_and_a_cut_line_is_told(tmp_path):
+    (tmp_path / "can.log").write_bytes(b"(1.0) can0 181#01\ngarbage\n(1.1) can0 181#02\n(1.2) can0 181#0")
+    stream = LogStream(tmp_path / "can.log")
+    assert [row.data for row in stream] == [b"\1", b"\2"]
+    assert stream.left_out == 2
+    assert stream.truncated
+    assert not stream.is_whole
+    assert any("ends early" in problem for problem in stream.problems())
+
+
+def test_a_file_without_a_frame_is_an_error(tmp_path):
+    (tmp_path / "can.log").write_text("nothing\n")
+    with pytest.raises(LogError, match="no CAN frame"):
+        list(LogStream(tmp_path / "can.log"))
+    with pytest.raises(LogError, match="cannot be read"):
+        list(LogStream(tmp_path / "absent.log"))
+
+
+@pytest.mark.parametrize("suffix", [".log", ".pcap", ".blf"])
+def test_memory_does_not_grow_with_the_log(tmp_path, suffix, monkeypatch):
+    monkeypatch.setattr(streaming, "BlockReader", lambda path, size=1 << 14: BlockReader(path, size))
+
+    def rows(count):
+        return (Frame(1e9 + 1e-4 * number, 0x181, b"12345678") for number in range(count))
+
+    peaks = []
+    for count in (6_000, 18_000):
+        write(rows(count), tmp_path / f"a{suffix}", suffix)
+        tracemalloc.start()
+        assert sum(1 for _ in LogStream(tmp_path / f"a{suffix}")) == count
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.3 * peaks[0]
+
+
+def test_mf4_is_read_as_python_can_wrote_it(tmp_path):
+    pytest.importorskip("asammdf", reason="the extra mf4 is not installed")
+    rows = [
+        Frame(10.0, 0x181, b"ab"),
+        Frame(10.5, 0x12345, b"", 1 | REMOTE, 4),
+        Frame(11.0, 0x182, bytes(12), FD),
+    ]
+    with can.MF4Writer(tmp_path / "a.mf4") as writer:
+        for row in rows:
+            writer(
+                can.Message(
+                    timestamp=row.time,
+                    arbitration_id=row.can_id,
+                    is_extended_id=bool(row.flags & EXTENDED),
+                    is_remote_frame=bool(row.flags & REMOTE),
+                    is_fd=bool(row.flags & FD),
+                    data=None if row.flags & REMOTE else row.data,
+                    dlc=row.length,
+                    channel=0,
+                )
+            )
+    again = list(LogStream(tmp_path / "a.mf4"))
+    assert [(row.can_id, row.flags, row.data) for row in again] == [(r.can_id, r.flags, r.data) for r in rows]
+    assert [row.time - again[0].time for row in again] == pytest.approx([0.0, 0.5, 1.0], abs=1e-6)
+    assert len(read_log(tmp_path / "a.mf4").frames) == 2
+
+
+def test_an_mf4_is_read_by_python_can_frame_by_frame(tmp_path, monkeypatch):
+    """Without asammdf, whose place is taken here by a reader that fails behind its second frame."""
+
+    class Reader:
+        def __init__(self, path):
+            self.path = path
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_error):
+            pass
+
+        def __iter__(self):
+            yield can.Message(
+                timestamp=1.0, arbitration_id=0x181, is_extended_id=False, data=b"ab", channel=0
+            )
+            yield can.Message(
+                timestamp=2.0, arbitration_id=0x182, is_extended_id=False, data=bytes(12), is_fd=True
+            )
+            raise ValueError(self.path.name)
+
+    monkeypatch.setitem(sys.modules, "asammdf", types.ModuleType("asammdf"))
+    monkeypatch.setattr(can, "MF4Reader", Reader)
+    (tmp_path / "a.mf4").write_bytes(b"MDF     4.10    ")
+    stream = LogStream(tmp_path / "a.mf4")
+    assert [(row.can_id, row.flags) for row in stream] == [(0x181, 0), (0x182, FD)]
+    assert stream.truncated
+    assert "asammdf cannot read on" in stream.skipped[0].reason
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf's destructor
+def test_an_mf4_that_is_no_mf4_is_told(tmp_path):
+    pytest.importorskip("asammdf", reason="the extra mf4 is not installed")
+    (tmp_path / "a.mf4").write_bytes(b"MDF     4.10    " + bytes(200))
+    with pytest.raises(LogError, match="asammdf cannot read on"):
+        list(LogStream(tmp_path / "a.mf4"))
+    gc.collect()
+
+
+def test_nothing_is_left_of_a_file_that_could_not_be_written(tmp_path):
+    def fill_the_disk():
+        with written_whole(tmp_path / "a.log") as partial:
+            partial.write_text("half")
+            raise OSError(28, "No space left on device")
+
+    with pytest.raises(LogError, match="cannot be written"):
+        fill_the_disk()
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,92 @@
+"""`poses.csv`: every digit comes back, and a wrong line is named."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.files.recordings.folder import read_poses, write_poses
+from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.recording import Poses
+
+HEADER = "t,body,x,y,theta,sigma_x,sigma_y,sigma_theta\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("1,a,0,0,0,0,0", "7 columns"),
+        ("1,a,0,0,0,0,0,0,0", "9 columns"),
+        ("1,c,0,0,0,,,", "body 'c'"),
+        ("1,A,0,0,0,,,", "body 'A'"),
+        (",a,0,0,0,,,", "t is empty"),
+        ("1,a,x,0,0,,,", "x 'x' is not a number"),
+        ("1,a,nan,0,0,,,", "not finite"),
+        ("inf,a,0,0,0,,,", "not finite"),
+        ("1,a,0,0,3.15,,,", "outside (-pi, pi]"),
+        ("1,a,0,0,180,,,", "outside (-pi, pi]"),
+        ("1,a,0,0,0,-0.1,,", "negative standard deviation"),
+    ],
+)
+def test_a_wrong_pose_is_named_with_its_line(tmp_path, line, problem):
+    (tmp_path / "poses.csv").write_text(f"{HEADER}0,a,0,0,0,,,\n{line}\n")
+    with pytest.raises(RecordingError) as caught:
+        read_poses(tmp_path / "poses.csv")
+    assert problem in str(caught.value)
+    assert caught.value.source.endswith("poses.csv:3")
+
+
+def test_a_wrong_header_is_named(tmp_path):
+    (tmp_path / "poses.csv").write_text("time,x,y\n1,2,3\n")
+    with pytest.raises(RecordingError, match="expected the header"):
+        read_poses(tmp_path / "poses.csv")
+
+
+def test_a_body_that_the_robot_has_not_is_named(tmp_path):
+    (tmp_path / "poses.csv").write_text(f"{HEADER}0,b,0,0,0,,,\n")
+    with pytest.raises(RecordingError, match="body 'b'"):
+        read_poses(tmp_path / "poses.csv", ("a",))
+
+
+def test_empty_cells_are_unknown_and_pi_may_be_rounded(tmp_path):
+    (tmp_path / "poses.csv").write_text(f"{HEADER}0,a,,2,3.1416,,0.1,\r\n\r\n")
+    poses = read_poses(tmp_path / "poses.csv")
+    assert np.isnan(poses.pose[0, 0])
+    assert abs(poses.pose[0, 2]) == pytest.approx(np.pi, abs=1e-5)
+    assert -np.pi < poses.pose[0, 2] <= np.pi
+    assert np.isnan(poses.sigma[0]).tolist() == [True, False, True]
+
+
+def test_poses_without_any_line_are_none_of_them(tmp_path):
+    (tmp_path / "poses.csv").write_text(HEADER)
+    assert read_poses(tmp_path / "poses.csv").pose.shape == (0, 3)
+
+
+numbers = st.one_of(st.just(np.nan), st.floats(-1e6, 1e6))
+
+
+@given(
+    rows=st.lists(
+        st.tuples(
+            st.floats(0, 4e9),
+            st.sampled_from("ab"),
+            numbers,
+            numbers,
+            st.one_of(st.just(np.nan), st.floats(-3.14, 3.14)),
+            st.floats(0, 1),
+        ),
+        max_size=10,
+    )
+)
+def test_poses_are_written_with_every_digit(tmp_path, rows):
+    poses = Poses(
+        np.array([row[0] for row in rows], float),
+        np.array([row[1] for row in rows], "U1"),
+        np.array([row[2:5] for row in rows], float).reshape(-1, 3),
+        np.array([(row[5],) * 3 for row in rows], float).reshape(-1, 3),
+    )
+    write_poses(poses, tmp_path / "poses.csv")
+    again = read_poses(tmp_path / "poses.csv")
+    assert np.array_equal(again.time, poses.time)
+    assert again.pose == pytest.approx(poses.pose, abs=1e-15, nan_ok=True)
+    assert np.array_equal(again.sigma, poses.sigma)

@@ -1,0 +1,76 @@
+"""The OptiOdom data come out as recordings that say what the data say."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from omnimate.calib.paths.kinematics import Differential
+from omnimate.calib.paths.reference import dead_reckoned
+from omnimate.files.importers.errors import OptiOdomError, SourceError
+from omnimate.files.recordings.folder import load_recording, save_recording
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.se2 import between, compose
+from studies.datasets.optiodom.drives import read_set
+from studies.datasets.optiodom.recordings import each_run, recordings_of
+from studies.datasets.optiodom.scores import score
+from studies.datasets.optiodom.squares import read_squares
+
+SQUARE = "real/optiodom/diff/square/230620202042"
+
+
+@pytest.fixture(scope="module")
+def runs(shared_data):
+    return dict(each_run(shared_data / "real/optiodom"))
+
+
+def test_every_run_of_the_differential_robot_becomes_a_recording_without_gaps(runs):
+    assert len(runs) == 103
+    assert all(recording.present.all() and not recording.gaps for recording in runs.values())
+    assert all(len(recording.poses.time) == len(recording) for recording in runs.values())
+
+
+def test_the_odometry_of_a_recording_is_that_of_the_calibrations_own_reader(runs, shared_data):
+    data = read_set(shared_data / SQUARE)
+    for number, drive in enumerate(data.drives, start=1):
+        recording = runs[f"diff/square/230620202042/run-{number:02}"]
+        path = dead_reckon(recording)
+        away = compose(drive.pose[0], between(path[0], path)) - dead_reckoned(drive, data.kinematics)
+        assert np.abs(away[:, :2]).max() < 1e-9
+    assert isinstance(data.kinematics, Differential)
+    assert score(data, data.kinematics).final == pytest.approx(0.0234, abs=1e-4)
+
+
+def test_squares_keep_their_side_and_the_direction_that_their_wheels_turn(runs, shared_data):
+    expected = read_squares(shared_data / SQUARE)
+    for number, square in enumerate(expected.runs, start=1):
+        run = runs[f"diff/square/230620202042/run-{number:02}"].run
+        assert (run.protocol, run.side) == ("umbmark", expected.side)
+        assert [lap.direction for lap in run.laps] == [square.direction]
+
+
+def test_a_run_survives_its_folder(runs, tmp_path):
+    recording = runs["diff/free/020120212354/run-01"]
+    save_recording(recording, tmp_path)
+    loaded = load_recording(tmp_path)
+    np.testing.assert_array_equal(loaded.counts, recording.counts)
+    assert loaded.vehicle == recording.vehicle
+    assert loaded.run == recording.run
+
+
+def test_one_set_alone_can_be_imported(shared_data):
+    assert len(recordings_of(shared_data / SQUARE)) == 6
+
+
+def test_a_tricycle_is_refused_with_the_reason(shared_data):
+    with pytest.raises(SourceError, match="differential drives only"):
+        recordings_of(shared_data / "real/optiodom/tricyc")
+
+
+def test_a_damaged_run_is_named(shared_data, tmp_path):
+    folder = tmp_path / "square" / "1"
+    shutil.copytree(shared_data / SQUARE, folder)
+    damaged = next(folder.glob("*run-03.csv.gz"))
+    damaged.write_bytes(damaged.read_bytes()[:200])
+    with pytest.raises(OptiOdomError, match="run-03"):
+        recordings_of(folder)

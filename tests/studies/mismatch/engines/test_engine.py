@@ -1,0 +1,151 @@
+"""The independent engine: shares no code with what it proves, and drives as its numbers say."""
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from omnimate.files.recordings.folder import load_recording
+from omnimate.vehicle.linkage import linkage_of
+from omnimate.vehicle.odometry import dead_reckon
+from studies.mismatch.engines.cases import Case
+from studies.mismatch.engines.corpus import make
+from studies.mismatch.engines.engine import Floor
+from studies.mismatch.engines.fault import ConcealedFault
+from studies.mismatch.engines.faults import moved, travelled
+from studies.mismatch.engines.labels import set_bump_times
+from studies.mismatch.engines.scene import scene
+
+ROOT = Path(__file__).resolve().parents[4] / "studies" / "mismatch" / "engines"
+
+
+def test_the_engine_imports_nothing_of_the_project_but_itself():
+    imported = [name for path in ROOT.rglob("*.py") for name in imports(path)]
+    of_the_project = [name for name in imported if name.split(".")[0] == "omnimate"]
+    assert of_the_project
+    assert [name for name in of_the_project if not name.startswith("studies.mismatch.engines.")] == []
+
+
+def imports(path):
+    """Yield the modules that a file imports."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield f"{node.module}.{node.names[0].name}"
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_true_motion_of_the_wheels_integrates_to_the_poses(seed):
+    setting = scene(Case("single", (("wheel_diameter", "a.left"),), "eights", "none"), seed)
+    smooth = replace(setting, floor=Floor(0.0, 0.0))
+    driven = smooth.driven(setting.faults)
+    robot, ratio = setting.robot, setting.faults[0]["ratio"]
+    turned = [
+        2.0
+        * np.pi
+        * robot.devices[wheel].sign
+        * np.diff(driven.counts[:, wheel])
+        / robot.devices[wheel].resolution
+        for wheel in (0, 1)
+    ]
+    left, right = turned[0] * robot.radius[0] * ratio, turned[1] * robot.radius[1]
+    heading = np.cumsum(np.concatenate([[0.0], (right - left) / robot.wheelbase[0]]))
+    step = 0.5 * (left + right) * np.exp(0.5j * (heading[:-1] + heading[1:]))
+    ends = np.cumsum(step)
+    off = np.hypot(ends.real - driven.poses[1:, 0, 0], ends.imag - driven.poses[1:, 0, 1])
+    assert np.abs(heading - driven.poses[:, 0, 2]).max() < 5e-3
+    assert off.max() < 5e-3
+
+
+@pytest.fixture(scope="module")
+def healthy(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("null")
+    make(folder, Case("null", (), "eights", "mocap", note="smooth floor"), 7)
+    return load_recording(folder / "1")
+
+
+def test_a_healthy_robots_odometry_leads_where_it_was_seen(healthy):
+    own = healthy.poses.of("a")
+    start = own.pose[0]
+    driven = dead_reckon(healthy, "a", start)
+    off = [np.interp(own.time, healthy.time, driven[:, axis]) - own.pose[:, axis] for axis in range(2)]
+    assert np.hypot(*off).max() < 0.05
+
+
+def test_a_healthy_robots_linkage_reads_what_lies_between_its_trucks(healthy):
+    a, b = healthy.poses.of("a"), healthy.poses.of("b")
+    joint_a, joint_b, length = linkage_of(a.pose, b.pose)
+    shown = [np.interp(a.time, healthy.time, healthy.joint_angle(name)) for name in ("joint_a", "joint_b")]
+    assert np.abs(np.angle(np.exp(1j * (shown[0] - joint_a)))).max() < 0.02
+    assert np.abs(np.angle(np.exp(1j * (shown[1] - joint_b)))).max() < 0.02
+    assert np.abs(np.interp(a.time, healthy.time, healthy.link_length()) - length).max() < 0.01
+
+
+def test_a_bump_takes_what_its_label_says():
+    fault = ConcealedFault("bump", "a.left", {"times": [0.0], "lost": [2e-3], "radius": 0.075})
+    way = sum(travelled(fault, 1e-3, (0.0, 0.0), (0.1, 0.0), 0.01 * step, 0.01) for step in range(1, 400))
+    assert way == pytest.approx(0.399 - 2e-3, abs=1e-6)
+
+
+def test_a_play_takes_its_width_once_for_each_reversal():
+    fault = ConcealedFault("gear_backlash", "a.left", {"width": 3e-3})
+    there = sum(travelled(fault, 1e-3, (0.0, 0.0), (0.1, 0.0), 0.0, 0.01) for _ in range(50))
+    back = sum(travelled(fault, -1e-3, (0.0, 0.0), (-0.1, 0.0), 0.0, 0.01) for _ in range(50))
+    assert there == pytest.approx(0.05)
+    assert back == pytest.approx(-0.05 + 3e-3)
+
+
+def test_slabs_are_of_the_floor_and_take_as_much_on_the_way_back():
+    fault = ConcealedFault("unknown", "left", {"kind": "slabs", "size": 5e-4, "pitch": 0.6})
+    there = np.arange(0.0, 2.0, 0.01)
+    ways = [
+        sum(travelled(fault, rolled, (0.0, 0.0), (0.3, 0.0), 0.0, 0.01, ("a.left", x, 0.1)) for x in path)
+        for rolled, path in ((0.01, there), (-0.01, there[::-1]))
+    ]
+    assert ways == pytest.approx([2.0 - 3 * 5e-4, -2.0 + 3 * 5e-4])
+
+
+def test_a_wheel_on_a_joint_meets_it_once():
+    fault = ConcealedFault("unknown", "left", {"kind": "slabs", "size": 5e-4, "pitch": 0.6})
+    joint = 0.6 * 0.63
+    xs = joint + 1e-3 * np.sin(np.arange(500.0))
+    ways = [travelled(fault, 0.01, (0.0, 0.0), (0.3, 0.0), 0.0, 0.01, ("a.left", x, 0.1)) for x in xs]
+    assert sum(ways) == pytest.approx(5.0)
+
+
+def test_a_bump_is_labelled_with_the_moment_at_which_the_wheel_comes_to_it(tmp_path):
+    label = make(tmp_path / "bumps", Case("single", (("bump", "a.left"),), "squares", "none"), 28)
+    recording = load_recording(tmp_path / "bumps" / "1")
+    way = np.abs(np.diff(recording.wheel_angle("a.left")))
+    for onset in label["effects"][0]["parameters"]["times"]["value"]:
+        assert way[np.searchsorted(recording.time, onset + 0.05)] > 0.0
+
+
+def test_a_moment_between_two_samples_is_labelled_as_it_is_while_the_wheel_rolls():
+    time = np.arange(0.0, 1.0, 0.02)
+    counts = np.cumsum(np.where(time > 0.5, 10, 0))
+    label = {"parameters": {"times": {"value": [0.2, 0.733]}}}
+    set_bump_times(label, time, counts)
+    assert label["parameters"]["times"]["value"] == pytest.approx([0.5, 0.733])
+
+
+def test_castors_kick_where_the_robot_turns_round_and_not_in_a_spin_on_rough_ground(tmp_path):
+    fault = ConcealedFault("castor_kick", "a", {"yaw": 0.02, "radius": 0.05, "start": 0.0})
+    chance = np.random.default_rng(3)
+    kicked = [
+        moved(fault, (1e-5 * chance.normal(), 0.0, 1e-3), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(400)
+    ]
+    assert max(kicked) == pytest.approx(1e-3)
+    there = [moved(fault, (5e-4, 0.0, 0.0), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(200)]
+    back = [moved(fault, (-5e-4, 0.0, 0.0), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(200)]
+    assert sum(there) == 0.0
+    assert sum(back) == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 999_999, 20_260_001])
+def test_a_recording_of_any_seed_is_read_back(tmp_path, seed):
+    make(tmp_path, Case("insufficient", (), "squares", "none", note="short"), seed)
+    assert len(load_recording(tmp_path / "1")) > 100

@@ -1,0 +1,60 @@
+"""The faults: one of no strength changes nothing, and one of some strength changes the recording."""
+
+import numpy as np
+import pytest
+
+from studies.mismatch.engines.cases import Case
+from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.vocabulary import RATIOS, SIZES, UNNAMED, components
+
+SEED = 11
+PLACES = [
+    (effect, component) for effect in SIZES for component in (components(effect)[0], components(effect)[-1])
+]
+
+
+def setting_of(effect, component, drive="squares", note="short"):
+    return scene(Case("single", ((effect, component),), drive, "none", note=note), SEED)
+
+
+def without_strength(effect, fault):
+    (name,) = SIZES[effect]
+    strength = fault[name]
+    nothing = 1.0 if effect in RATIOS else 0.0
+    return {**fault.parameters, name: [nothing] * len(strength) if isinstance(strength, list) else nothing}
+
+
+@pytest.mark.parametrize(("effect", "component"), PLACES)
+def test_a_fault_of_no_strength_changes_nothing(effect, component):
+    setting = setting_of(effect, component)
+    nothing = setting.fault(effect, component, without_strength(effect, setting.faults[0]))
+    healthy, driven = setting.driven([]), setting.driven([nothing])
+    assert np.array_equal(healthy.counts, driven.counts)
+    assert np.array_equal(healthy.poses, driven.poses)
+
+
+@pytest.mark.parametrize("kind", UNNAMED)
+def test_physics_without_a_name_and_without_strength_changes_nothing(kind):
+    setting = scene(Case("null", (), "squares", "none", note="short"), SEED)
+    parameters = {"kind": kind, "size": 0.0, "pitch": 1.0, "times": [setting.start + 3.0]}
+    nothing = setting.fault("unknown", UNNAMED[kind][0], parameters)
+    healthy, driven = setting.driven([]), setting.driven([nothing])
+    assert np.array_equal(healthy.counts, driven.counts)
+    assert np.array_equal(healthy.poses, driven.poses)
+
+
+@pytest.fixture(scope="module")
+def shuttle():
+    """The robot of the seed, and its drive without a fault."""
+    setting = scene(Case("null", (), "shuttle", "none"), SEED)
+    return setting, setting.driven([])
+
+
+@pytest.mark.parametrize("effect", SIZES)
+def test_a_fault_of_the_size_of_the_corpus_changes_the_recording(effect, shuttle):
+    setting, healthy = shuttle
+    faulty = setting_of(effect, components(effect)[0], drive="shuttle", note="")
+    assert (faulty.robot, faulty.laps) == (setting.robot, setting.laps)
+    driven = setting.driven(faulty.faults)
+    same = np.array_equal(healthy.counts, driven.counts) and np.array_equal(healthy.poses, driven.poses)
+    assert not same

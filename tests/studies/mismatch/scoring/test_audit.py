@@ -1,0 +1,80 @@
+"""What was reported in place of the truth, driven by the engine that concealed it."""
+
+import pytest
+
+from studies.mismatch.engines.cases import Case, cases
+from studies.mismatch.engines.scene import scene
+from studies.mismatch.scoring.audit import audited, questions
+
+SEED = 5
+STEPPED = {"effect": "radius_step", "component": "b.right"}
+
+
+def case(effect, component, poses="none"):
+    return Case("single", ((effect, component),), "squares", poses)
+
+
+def finding(effect, component, intervals=(), probability=0.99, **values):
+    return {
+        "effect": effect,
+        "component": component,
+        "probability": probability,
+        "parameters": {name: {"value": value} for name, value in values.items()},
+        "where": {"intervals": intervals},
+    }
+
+
+def question(concealed, *findings):
+    effect, component = concealed.effects[0]
+    label = {"kind": "single", "effects": [{"effect": effect, "component": component}]}
+    (asked,) = questions({"own-0000": label}, {"own-0000": {"findings": findings}}, [concealed], SEED)
+    return asked
+
+
+def test_the_truth_by_another_name_leaves_nothing():
+    concealed = case("link_bias", "link", poses="mocap")
+    bias = scene(concealed, 10_000 * SEED).faults[0]["bias"]
+    nothing = finding("joint_bias", "joint_a", bias=0.0)
+    audit = audited(question(concealed, nothing, finding("link_bias", "link", bias=bias)))
+    assert audit.left == pytest.approx(0.0, abs=1e-9)
+    assert audit.truth_alone > 0.0
+    assert audit.reported == "joint_bias joint_a + link_bias link"
+
+
+def test_a_name_that_does_something_else_leaves_more_than_it_takes():
+    audit = audited(question(case("wheel_diameter", "a.left"), finding("wheelbase", "b", ratio=1.03)))
+    assert not audit.right
+    assert audit.left > audit.truth_alone > 2.0
+
+
+def test_a_name_of_no_size_leaves_all_that_the_truth_does():
+    audit = audited(question(case("turn_scrub", "a"), finding("wheelbase", "a", ratio=1.0)))
+    assert audit.left == audit.truth_alone > 1.0
+
+
+def test_only_other_names_that_the_engine_can_drive_are_asked_about():
+    concealed = [case("radius_step", "b.right")]
+    label = {"own-0000": {"kind": "single", "effects": [STEPPED]}}
+
+    def count(*findings):
+        return len(questions(label, {"own-0000": {"findings": list(findings)}}, concealed, SEED))
+
+    assert count(finding("slip_patch", "b.right", fraction=0.01)) == 1
+    assert count(finding("radius_step", "b.right", ratio=1.01)) == 0
+    assert count(finding("unknown", "b.right")) == 0
+    assert count(finding("latency", "poses", delay=0.1)) == 0
+    assert count(finding("slip_patch", "b.right", probability=0.4, fraction=0.01)) == 0
+    assert count() == 0
+
+
+def test_numbers_of_cases_are_those_of_the_corpus():
+    whole = cases(quick=False)
+    number = next(at for at, case in enumerate(whole) if case.kind == "single")
+    effect, component = whole[number].effects[0]
+    label = {"kind": "single", "effects": [{"effect": effect, "component": component}]}
+    findings = [finding("wheelbase", "b", ratio=1.01)]
+    (asked,) = questions(
+        {f"own-{number:04d}": label}, {f"own-{number:04d}": {"findings": findings}}, whole, SEED
+    )
+    assert asked.case is whole[number]
+    assert asked.seed == 10_000 * SEED + number

@@ -1,0 +1,110 @@
+"""Worlds: labelled cases of one form, written once, taken up again, and left out where they are not here."""
+
+import json
+from contextlib import contextmanager
+
+import pytest
+
+from omnimate.files.recordings.folder import load_recording
+from omnimate.vehicle.errors import OmnimateError
+from studies.mismatch.worlds.registry import chosen, worlds
+from studies.mismatch.worlds.world import AbsentError, LabelledWorld, Request, WrittenWorld, drawn
+
+LABELS = {f"case-{number}": {"kind": "null", "recordings": ["1"], "effects": []} for number in range(10)}
+
+
+@contextmanager
+def silent(_doing):
+    yield lambda _done, _total: None
+
+
+ALL = Request()
+
+
+def corpus(world, place, request=ALL):
+    return world.corpus(place, request, 1, silent)
+
+
+def written(calls):
+    def write(_folder, request, _jobs, _report):
+        calls.append(request)
+        return drawn(LABELS, request)
+
+    return WrittenWorld("made", "made", write)
+
+
+def test_a_world_is_written_once_and_taken_up_again_with_the_same_seal(tmp_path):
+    calls = []
+    first, again = (corpus(written(calls), tmp_path) for _ in range(2))
+    assert first.digest == again.digest
+    assert again.labels == LABELS
+    assert calls == [Request()]
+
+
+def test_a_world_that_was_not_written_to_its_end_goes_on(tmp_path):
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        corpus(WrittenWorld("made", "made", stopped), tmp_path)
+    assert corpus(written([]), tmp_path).labels == LABELS
+
+
+def test_another_request_needs_another_folder(tmp_path):
+    corpus(written([]), tmp_path)
+    with pytest.raises(OmnimateError, match="needs a folder of its own: --out"):
+        corpus(written([]), tmp_path, Request(seed=2))
+
+
+def test_a_smaller_number_of_cases_is_drawn_by_the_seed():
+    first, again, other = (drawn(LABELS, Request(seed, cases=4)) for seed in (1, 1, 2))
+    assert len(first) == 4
+    assert first == again != other
+    assert drawn(LABELS, Request(cases=99)) == LABELS
+
+
+@pytest.mark.parametrize("name", ["concealed", "concealed2", "contact"])
+def test_a_labelled_set_that_is_not_here_is_left_out(tmp_path, name):
+    (world,) = chosen(tmp_path, [name])
+    with pytest.raises(AbsentError, match=f"{name} is not there: {name} is left out"):
+        corpus(world, tmp_path)
+
+
+def test_a_world_whose_engine_is_not_installed_is_left_out_and_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr("studies.mismatch.worlds.engines.find_spec", lambda _name: None)
+    (world,) = chosen(tmp_path, ["bullet"])
+    with pytest.raises(AbsentError, match="pybullet is not installed"):
+        corpus(world, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_that_no_world_has_is_refused_with_the_names_that_they_have(tmp_path):
+    with pytest.raises(OmnimateError, match="no world 'husky'; expected engine, wide, mujoco"):
+        chosen(tmp_path, ["husky"])
+
+
+@pytest.mark.parametrize("name", ["concealed", "concealed2", "contact"])
+def test_the_recordings_of_a_labelled_set_are_where_its_labels_say(shared_data, tmp_path, name):
+    found = corpus(worlds(shared_data)[name], tmp_path)
+    assert len(found.labels) >= 13
+    folder, label = found.question(next(iter(found.labels)))
+    assert len(load_recording(folder / label["recordings"][0])) > 100
+
+
+def test_the_labels_of_a_set_are_those_in_its_file(tmp_path):
+    (tmp_path / "labels.json").write_text(json.dumps(LABELS))
+    assert corpus(LabelledWorld("set", "set", tmp_path), tmp_path / "out").labels == LABELS
+
+
+def test_the_engines_cases_are_drawn_by_the_seed_and_written_case_by_case(tmp_path, monkeypatch):
+    made = []
+
+    def ask_all(_write, wanted, _jobs, _report, _kept):
+        made.append(wanted)
+        return {name: {"kind": case.kind} for name, (_, case, _) in wanted.items()}
+
+    monkeypatch.setattr("studies.mismatch.run.ask_all", ask_all)
+    for number, seed in enumerate((1, 1, 2)):
+        corpus(worlds(tmp_path)["engine"], tmp_path / str(number), Request(seed, cases=20))
+    assert len(made[0]) == 20
+    assert list(made[0]) == list(made[1]) != list(made[2])

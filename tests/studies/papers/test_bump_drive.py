@@ -1,0 +1,47 @@
+"""The growth-rate concept in numbers, C Table I and (6)-(8), and as errors over the way."""
+
+import numpy as np
+import pytest
+
+from omnimate.effects.crossing import chord_loss
+from omnimate.ipec.corrector import correct
+from omnimate.ipec.errors import NoLinkageError
+from omnimate.vcan_sim.reference import reference_single
+from studies.papers.bump_drive import bump_drive
+from studies.papers.bump_errors import bump_errors
+from studies.papers.robots import fine
+
+
+def test_the_numbers_of_table_i_and_of_6_to_8():
+    """NOTES: 2.63 mm, 0.44 degrees, 77 mm after 10 m; (6) 0.15 mm, (7) 0.01 and (8) 0.43 degrees."""
+    lost = chord_loss(0.075, 0.010)
+    errors = bump_errors(lost, 0.340, 0.020, 1.0)
+    assert f"{1e3 * lost:.2f}" == "2.63"
+    assert f"{np.degrees(errors.heading):.2f}" == "0.44"
+    assert f"{10e3 * errors.lateral:.0f}" == "77"
+    assert 1e3 * errors.lateral_in_interval == pytest.approx(0.155, abs=0.001)  # printed cut off: 0.15
+    assert f"{np.degrees(errors.misread):.2f}" == "0.01"
+    assert f"{np.degrees(errors.measured):.2f}" == "0.43"
+
+
+def test_plain_keeps_the_heading_error_and_its_lateral_error_grows_ipec_removes_it_at_once():
+    robot = fine()
+    lost = chord_loss(0.075, 0.010)
+    drive = bump_drive(robot, lost)
+    errors = bump_errors(lost, 0.340, 0.5 * robot.bus.sync_period, 1.0)
+    plain, path = (
+        correct(drive.recording, drive.pose_a[0], method=method).pose_a - drive.pose_a
+        for method in ("plain", "clapper")
+    )
+    past = drive.way > 0.55
+    assert np.abs(plain[past, 2]) == pytest.approx(errors.heading, rel=1e-3)
+    assert abs(plain[-1, 1] - plain[past, 1][0]) == pytest.approx(
+        errors.lateral * (drive.way[-1] - drive.way[past][0]), rel=0.01
+    )
+    assert np.degrees(np.abs(path[:, 2]).max()) < 0.015  # C (7) allows 0.01 for each truck
+    assert np.abs(path[:, 1]).max() < 0.0005
+
+
+def test_a_bump_drive_needs_a_linkage():
+    with pytest.raises(NoLinkageError):
+        bump_drive(reference_single(), 0.003)
