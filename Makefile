@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 
 .PHONY: demo test coverage lint types smoke check bench docs clean
 
-demo: $(VENV)/.installed
+demo: $(VENV)/.installed .mypy_path/omnimate
 	$(BIN)/omnimate demo --out demo-out
 
 # Each file of tests runs in one process, and each process computes in one thread.
@@ -41,7 +41,7 @@ docs: $(VENV)/.installed-docs .mypy_path/omnimate
 clean:
 	rm -rf $(VENV) .mypy_path site demo-out build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage
 
-# The rooms are folders here and `omnimate.<room>` to Python; mypy finds them under that name through this link.
+# The rooms are folders here and `omnimate.<room>` to Python; mypy and editors find them under that name through this link.
 .mypy_path/omnimate:
 	mkdir -p $(@D)
 	ln -sfn .. $@
