@@ -7,16 +7,25 @@ itself is wrong.
 from __future__ import annotations
 
 import sys
+from typing import TYPE_CHECKING
 
 from omnimate.cli.console import complain, take_problems
 from omnimate.cli.verbs import command
 from omnimate.vehicle.errors import OmnimateError
 
+if TYPE_CHECKING:
+    from typer import Typer
+
 app = command()
 
 
 def main() -> None:
-    """Run one verb; a problem that the user can solve is one sentence on stderr and exit code 1."""
+    """Run one verb of `omnimate`."""
+    run(app)
+
+
+def run(app: Typer) -> None:
+    """Run a command; a problem that the user can solve is one sentence on stderr and exit code 1."""
     take_problems()
     try:
         app()

@@ -110,21 +110,13 @@ VERBS = {
         "omnimate.cli.diagnose:diagnose",
         "Hold a simulation of the robot against recordings: where they differ, which physics is missing.",
     ),
-    "prove": Verb(
-        "omnimate.cli.prove:prove",
-        "Prove the mismatch tool on recordings of known truth, from many worlds that share no code with it.",
-    ),
-    "reproduce": Verb(
-        "omnimate.cli.reproduce:reproduce",
-        "Recompute the numbers of the three papers: printed, ours, verdict.",
-    ),
     "serve": Verb(
         "omnimate.cli.serve:serve",
         "Serve calibration, recordings, diagnoses and fleets over REST, and a page for people, until Ctrl-C.",
     ),
     "import": Verb(
         "omnimate.cli.import_.verb:app",
-        "Make recording folders from bus logs, public data sets, CSV files or ROS bags.",
+        "Make recording folders from bus logs, CSV files or ROS bags.",
     ),
     "export": Verb(
         "omnimate.cli.export:export",

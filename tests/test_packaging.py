@@ -10,7 +10,7 @@ import pytest
 import omnimate
 
 ROOT = Path(__file__).resolve().parents[1]
-STUDIES = {"proof", "evaluation", "reproduction"}
+STUDIES = {"studies"}
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PACKAGED = SETTINGS["tool"]["setuptools"]
 EXTRAS = SETTINGS["project"]["optional-dependencies"]
@@ -45,7 +45,7 @@ def test_every_file_of_a_room_is_code_of_a_package_or_data_of_one(room):
 
 
 def test_the_newest_version_of_the_changelog_is_the_version_of_the_package():
-    versions = re.findall(r"^## (\d\S*)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    versions = re.findall(r"^## ([\d.]+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert versions[0] == omnimate.__version__
 
 

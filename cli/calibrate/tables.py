@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from omnimate.calib.estimation.estimates import DownWeighted, Estimate
     from omnimate.calib.estimation.parameters import Coordinate
     from omnimate.calib.paths.least_squares import Quantity
-    from studies.datasets.optiodom.scores import RobotScores, Score
 
 _SCREEN = {"1": ("%", 1e2), "rad": ("deg", math.degrees(1.0)), "m": ("mm", 1e3), "s": ("ms", 1e3)}
 _MOST_NAMED = 5  # fixes that are listed one by one
@@ -76,27 +75,6 @@ def noise_sentences(estimate: Estimate) -> list[str]:
     return sentences
 
 
-def scores_table(robot: RobotScores) -> Table:
-    """Return the scores of one OptiOdom robot on all sets: final / rms distance."""
-    heads = (
-        "runs",
-        "raw\nfinal, rms",
-        "printed UMBmark\nfinal, rms",
-        "least squares\nfinal, rms",
-        "and markers\nplaced",
-    )
-    table = new_table(
-        f"{robot.kind}: dead reckoning against motion capture, millimetres; calibrated on the squares",
-        ("set", "calibration"),
-        heads,
-    )
-    for drives in robot.sets:
-        seen = "has seen it" if drives.seen else "held out"
-        scores = (_score(score) for score in (drives.raw, drives.printed, drives.fitted, drives.placed))
-        table.add_row(Text(drives.name), seen, str(drives.runs), *scores)
-    return table
-
-
 def _how(freedom: float) -> str:
     return f"estimated, {freedom:.0f} degrees of freedom" if freedom > 0.0 else "assumed"
 
@@ -104,10 +82,6 @@ def _how(freedom: float) -> str:
 def _contradicted(fix: DownWeighted) -> str:
     far = f"{fix.distance:.1f} sigma from what all others say, weight {fix.weight:.2g}"
     return f"down-weighted: {fix.source}, {fix.time:.3f} s: {far}"
-
-
-def _score(score: Score | None) -> str:
-    return "-" if score is None else f"{1e3 * score.final:.1f}, {1e3 * score.rms:.1f}"
 
 
 def _size(parameter: Coordinate, value: float, *, sign: bool = False) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.calibrate.tables import factors_table, noise_sentences, quantities_table, scores_table
+from omnimate.cli.calibrate.tables import factors_table, noise_sentences, quantities_table
 from omnimate.cli.choices import TruckChoice
 from omnimate.cli.console import out, warn
 from omnimate.cli.tables import show
@@ -38,9 +38,7 @@ class Options:
 
 
 def calibrate(
-    sources: Annotated[
-        list[Path] | None, typer.Argument(help="Recording folders of one robot.", exists=True)
-    ] = None,
+    sources: Annotated[list[Path], typer.Argument(help="Recording folders of one robot.", exists=True)],
     truck: Annotated[
         TruckChoice | None, typer.Option(help="Calibrate this truck only; else each one that has poses.")
     ] = None,
@@ -75,18 +73,8 @@ def calibrate(
     profile: Annotated[
         tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the trucks there under this name.")
     ] = None,
-    optiodom: Annotated[
-        Path | None,
-        typer.Option(help="Root of the OptiOdom data: calibrate on its squares, score on all.", exists=True),
-    ] = None,
 ) -> None:
     """Calibrate from any drive with absolute poses, by least squares; or a linkage from its own readings."""
-    if optiodom is not None:
-        _score(optiodom)
-    if not sources:
-        if optiodom is None:
-            raise typer.BadParameter("give recording folders, or --optiodom ROOT")
-        return
     from omnimate.files.recordings.folder import load_recording
 
     if relative is not None:
@@ -129,7 +117,7 @@ def _relative(
         raise typer.BadParameter("--relative needs one recording, whose clock its file shares")
     name: TruckName = "a" if choice is None else choice.value
     found = calibrate_relative(recordings[0], load_motions(path), name)
-    _print(f"Truck {name} and its sensor, {found.source}", found.quantities, found.estimate)
+    print_estimate(f"Truck {name} and its sensor, {found.source}", found.quantities, found.estimate)
     if found.degenerate is not None:
         warn(found.degenerate)
     if found.outlying:
@@ -169,7 +157,7 @@ def _truck(recordings: list[Recording], name: TruckName, options: Options) -> Pa
         hold=options.hold,
         spacing=options.spacing,
     )
-    _print(f"Truck {name}, {calibration.source}", calibration.quantities, calibration.estimate)
+    print_estimate(f"Truck {name}, {calibration.source}", calibration.quantities, calibration.estimate)
     return calibration
 
 
@@ -180,13 +168,14 @@ def _linkage(
     from omnimate.vehicle.file import save_vehicle
 
     calibration = calibrate_linkage(recordings, trucks=trucks)
-    _print(f"Linkage, {calibration.source}", calibration.quantities, calibration.estimate)
+    print_estimate(f"Linkage, {calibration.source}", calibration.quantities, calibration.estimate)
     if out_file is not None:
         save_vehicle(corrected_linkage(recordings[0].vehicle, calibration), out_file)
         out.print(f"calibrated: {out_file}", soft_wrap=True)
 
 
-def _print(title: str, quantities: tuple[Quantity, ...], estimate: Estimate) -> None:
+def print_estimate(title: str, quantities: tuple[Quantity, ...], estimate: Estimate) -> None:
+    """Print parameters before and after a fit, its coordinates and its noise."""
     show(quantities_table(title, quantities))
     show(factors_table(estimate))
     for sentence in noise_sentences(estimate):
@@ -222,11 +211,3 @@ def _draw(recording: Recording, calibrations: dict[TruckName, PathCalibration], 
     tracks = [Track("odometry before", before), Track("odometry calibrated", after, dashed=True)]
     plot_floor_plan(tracks, path, title=f"truck {name}", fixes=drive.pose)
     out.print(f"figure: {path}", soft_wrap=True)
-
-
-def _score(root: Path) -> None:
-    from studies.datasets.optiodom.scores import score_optiodom
-
-    for robot in score_optiodom(root):
-        _print(f"{robot.kind}, all squares", robot.calibration.quantities, robot.calibration.estimate)
-        show(scores_table(robot))

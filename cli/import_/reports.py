@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from rich.progress import track
-
-from omnimate.cli.console import err, out
+from omnimate.cli.console import out
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
     from pathlib import Path
 
     from omnimate.vehicle.parameters import VehicleParameters
@@ -30,27 +27,6 @@ def show_topics(source: Path, vehicle: VehicleParameters | None) -> None:
     out.print(
         "\n# a mapping by guess:\n" + (as_toml(plan) or "# nothing is named like a wheel"), soft_wrap=True
     )
-
-
-def save_set(recordings: Iterable[tuple[str, Recording]], to: Path) -> None:
-    """Write many recordings, and say how far the odometry of all of them is off."""
-    from omnimate.files.importers.sanity import average, look
-    from omnimate.files.recordings.folder import save_recording
-
-    samples, looks = [], []
-    for name, recording in track(recordings, "importing", console=err, transient=True):
-        (to / name).parent.mkdir(parents=True, exist_ok=True)
-        save_recording(recording, to / name)
-        samples.append(len(recording))
-        looks.append(look(recording))
-    out.print(f"{len(samples)} recording(s), {sum(samples)} samples in {to}", soft_wrap=True)
-    mean = average([result for result in looks if result is not None])
-    if mean is not None:
-        out.print(
-            f"nominal odometry ends {1e3 * mean.away:.1f} mm and {math.degrees(mean.turned):.2f} deg from "
-            f"the last pose (root mean square), after {mean.way:.2f} m on average",
-            soft_wrap=True,
-        )
 
 
 def report_recording(recording: Recording, to: Path) -> None:

@@ -1,4 +1,4 @@
-"""`omnimate import`: recording folders from bus logs, public data sets, CSV files and ROS bags."""
+"""`omnimate import`: recording folders from bus logs, CSV files and ROS bags."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.progress import Progress
 
 from omnimate.cli.console import err, progress_bar, report_problem, warn
 from omnimate.cli.errors import CallError
-from omnimate.cli.import_.reports import report_recording, save_set, show_topics
+from omnimate.cli.import_.reports import report_recording, show_topics
 from omnimate.cli.loading import load, report_problems
 
 if TYPE_CHECKING:
@@ -18,12 +18,11 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 app = typer.Typer(
-    help="Make recording folders from bus logs, public data sets, CSV files or ROS bags.",
+    help="Make recording folders from bus logs, CSV files or ROS bags.",
     no_args_is_help=True,
 )
 
 Out = Annotated[Path, typer.Argument(help="Recording folder to write.")]
-OutSet = Annotated[Path, typer.Argument(help="Folder to write the recording folders into.")]
 Vehicle = Annotated[Path | None, typer.Option(help="vehicle.toml of the robot; else the mapping's own.")]
 
 
@@ -47,44 +46,6 @@ def log(
     if done.fd_frames:
         report_problem(f"{source}: {done.fd_frames} CAN FD frames left out; recordings hold classical CAN")
     report_recording(load(to), to)
-
-
-@app.command()
-def optiodom(
-    source: Annotated[Path, typer.Argument(help="A set, or a folder of sets, of the differential robot.")],
-    to: OutSet,
-) -> None:
-    """Take the runs of OptiOdom's differential robot: dense poses, one recording folder each."""
-    from studies.datasets.optiodom.recordings import differential_sets, each_run
-
-    save_set(each_run(source), to)
-    others = differential_sets(source)[1]
-    if others:
-        warn(
-            f"{len(others)} set(s) of the tricycle left out: recording folders hold differential drives only"
-        )
-
-
-@app.command()
-def labyrinth(
-    source: Annotated[Path, typer.Argument(help="Folder with Indoor_UWB_Input.txt and Indoor_UWB_GT.txt.")],
-    to: OutSet,
-) -> None:
-    """Take the drive of TU Chemnitz's Labyrinth as its readme describes it, which is known to be wrong."""
-    from studies.datasets.labyrinth import recordings_of
-
-    save_set((("run-01", recording) for recording in recordings_of(source)), to)
-
-
-@app.command()
-def husky(
-    source: Annotated[Path, typer.Argument(help="Folder with husky_windows.npz.")],
-    to: OutSet,
-) -> None:
-    """Take the DRIVE data of a Clearpath Husky: a recording folder for each window of two seconds."""
-    from studies.datasets.husky import each_window
-
-    save_set(each_window(source), to)
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""Where `omnimate umbmark` takes its experiments from: recordings, a table, OptiOdom folders."""
+"""Where `omnimate umbmark` takes its experiments from: recordings, or a table."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.recordings import has_fixes
 from omnimate.calib.umbmark.experiment import Experiment, experiment_of_recordings, experiment_of_table
 from omnimate.cli.loading import load
-from studies.datasets.optiodom.files import is_optiodom
-from studies.datasets.optiodom.squares import experiment_of_optiodom
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +27,7 @@ class Case:
         label: What the tables call it.
         truck: The truck of the robot.
         experiment: Its experiment.
-        recordings: The recordings of the experiment; empty for a table or an OptiOdom folder.
+        recordings: The recordings of the experiment; empty for a table.
     """
 
     label: str
@@ -46,24 +44,21 @@ def load_cases(
 ) -> tuple[list[Case], VehicleParameters | None]:
     """Return the experiments of all sources, and the robot that they are about where it is known.
 
-    All recordings together make one experiment for each truck; every table and every OptiOdom folder makes
-    one of its own. `vehicle` stands in for the parameters in recordings; a table needs it.
+    All recordings together make one experiment for each truck; every table makes one of
+    its own. `vehicle` stands in for the parameters in recordings; a table needs it.
 
     Raises:
-        CalibrationError: a source is none of the three, or does not make an experiment.
+        CalibrationError: a source is neither, or does not make an experiment.
     """
     cases: list[Case] = []
     folders: list[Path] = []
     for source in sources:
         if source.is_file():
             cases.append(_table_case(source, truck or "a", side, vehicle))
-        elif is_optiodom(source):
-            cases.append(Case(source.resolve().name, truck or "a", experiment_of_optiodom(source, side)))
         elif (source / "vehicle.toml").is_file():
             folders.append(source)
         else:
-            expected = "a recording folder, a CSV table of return errors, or an OptiOdom folder"
-            raise CalibrationError(source, f"expected {expected}")
+            raise CalibrationError(source, "expected a recording folder or a CSV table of return errors")
     recordings = [_with_trucks(load(folder), vehicle) for folder in folders]
     if recordings:
         cases = _recording_cases(recordings, folders[0].resolve().name, truck, side) + cases

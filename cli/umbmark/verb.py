@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 def umbmark(
     sources: Annotated[
         list[Path],
-        typer.Argument(
-            help="Recording folders, a CSV table of return errors, or OptiOdom folders.", exists=True
-        ),
+        typer.Argument(help="Recording folders, or a CSV table of return errors.", exists=True),
     ],
     truck: Annotated[
         TruckChoice | None, typer.Option(help="Calibrate this truck only; else each one that has fixes.")

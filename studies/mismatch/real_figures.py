@@ -1,4 +1,4 @@
-"""What the real part of `omnimate prove` draws of robots that are described wrongly."""
+"""What the real part of `python -m studies prove` draws of robots that are described wrongly."""
 
 from __future__ import annotations
 

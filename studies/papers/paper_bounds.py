@@ -1,6 +1,6 @@
 """Whether the papers' figures that ours do not keep can be kept: the posterior Cramer-Rao bound of each.
 
-Peers: the papers' printed figures, and IPEC as `omnimate reproduce` measures it on the same drives.
+Peers: the papers' printed figures, and IPEC as `python -m studies reproduce` measures it on the same drives.
 
 A run of C 6.2 and a lap of O 3 are simulated with the papers' stated encoders, a concrete floor, and what a
 calibration leaves. The bound is the posterior covariance of an estimator that knows the statistics of all

@@ -1,38 +1,19 @@
 """Running the `omnimate` command in this process."""
 
-import os
-import sys
 from contextlib import contextmanager
 from types import SimpleNamespace
-from typing import NamedTuple
 
 import pytest
 
 from docs.generate.conformance import BenchBus
 from omnimate.cli.main import main
-
-
-class Result(NamedTuple):
-    code: int
-    out: str
-    err: str
+from tests.commands import runner
 
 
 @pytest.fixture
 def omnimate(capsys, monkeypatch):
-    """Return a function that runs the command with arguments and gives its exit code and output."""
-    monkeypatch.setitem(os.environ, "COLUMNS", "200")
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["omnimate", *map(str, arguments)])
-        try:
-            main()
-            code = 0
-        except SystemExit as ended:
-            code = ended.code if isinstance(ended.code, int) else 1
-        return Result(code, *capsys.readouterr())
-
-    return run
+    """Return a function that runs `omnimate` with arguments and gives its exit code and output."""
+    return runner("omnimate", main, capsys, monkeypatch)
 
 
 @pytest.fixture
@@ -50,7 +31,13 @@ def on_bench(monkeypatch):
         monkeypatch.setattr("omnimate.driver.bus.bus.open_bus", opened)
         monkeypatch.setattr("omnimate.driver.canopen.node_access.open_bus", opened)
         passed = SimpleNamespace(monotonic=lambda: bus.time, time=lambda: bus.time)
-        for module in ("node_access", "sdo_client", "conformance.probe", "scan.scan", "clock"):
+        for module in (
+            "canopen.node_access",
+            "canopen.sdo_client",
+            "conformance.probe",
+            "scan.scan",
+            "bus.clock",
+        ):
             monkeypatch.setattr(f"omnimate.driver.{module}.time", passed)  # it passes on the bench alone
         return bus
 

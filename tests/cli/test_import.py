@@ -60,33 +60,6 @@ def bag(tmp_path):
     return tmp_path / "drive"
 
 
-def test_an_optiodom_set_becomes_recordings_with_poses_and_its_odometry_is_told(
-    omnimate, shared_data, tmp_path
-):
-    source = shared_data / "real/optiodom/diff/square/230620202042"
-    result = omnimate("import", "optiodom", source, tmp_path / "out")
-    assert result.code == 0
-    folders = sorted(path.parent for path in (tmp_path / "out").rglob("vehicle.toml"))
-    assert len(folders) == 6
-    assert load_recording(folders[0]).poses is not None
-    assert "nominal odometry ends 23.4 mm and 2.43 deg from the last pose" in result.out
-
-
-def test_the_labyrinth_and_the_husky_become_recordings(omnimate, shared_data, tmp_path):
-    for name, count in (("labyrinth_tuc", 1), ("drive_ugv", 603)):
-        verb = name.split("_")[0].replace("drive", "husky")
-        result = omnimate("import", verb, shared_data / "real" / name, tmp_path / verb)
-        assert result.code == 0
-        assert f"{count} recording(s)" in result.out
-        assert len(list((tmp_path / verb).rglob("can.log"))) == count
-
-
-def test_a_tricycle_is_refused_in_one_sentence(omnimate, shared_data, tmp_path):
-    result = omnimate("import", "optiodom", shared_data / "real/optiodom/tricyc", tmp_path / "out")
-    assert result.code == 1
-    assert "differential drives only" in result.err
-
-
 def test_a_csv_file_becomes_a_recording_and_its_odometry_is_told(omnimate, tmp_path):
     rows = "\n".join(f"{0.05 * row:.2f},{10 * row},{10 * row},{0.01 * row},0,0" for row in range(50))
     (tmp_path / "drive.csv").write_text("t,left,right,x,y,yaw\n" + rows + "\n")

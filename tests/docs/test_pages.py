@@ -5,8 +5,10 @@ import shlex
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from typer.main import get_command
 
 from omnimate.cli.verbs import whole_command
+from studies.__main__ import app as STUDIES  # noqa: N812
 from tests.docs.pages import PAGES, ROOT, blocks, groups
 from tests.docs.running import commands_of, run, steps_of
 
@@ -35,11 +37,13 @@ def test_commands_that_need_hardware_have_options_that_exist(block):
         words = shlex.split(step.command, comments=True)
         if words[0] == "omnimate":
             parse(words[1:])
+        elif words[:3] == ["python", "-m", "studies"]:
+            parse(words[3:], get_command(STUDIES))
 
 
-def parse(words):
+def parse(words, command=None):
     """Parse the options of a verb, without looking at its files."""
-    command = whole_command()
+    command = command or whole_command()
     context = command.make_context("omnimate", [], resilient_parsing=True)
     while hasattr(command, "commands"):
         command = command.get_command(context, words[0])

@@ -345,7 +345,7 @@ def test_an_encoder_without_transmission_type_1_is_in_every_sample(monkeypatch, 
     device.allowed[0x1800, 2] = [255]
     device.local.data_store.setdefault(0x6004, {})[0] = bytes(4)
     bus = TimedBus(phase, skew, device)
-    for module in ("sdo_client", "driver"):
+    for module in ("canopen.sdo_client", "robot.driver"):
         monkeypatch.setattr(f"omnimate.driver.{module}.time", SimpleNamespace(monotonic=lambda: bus.time))
     vehicle = VehicleParameters(
         "one", robot().trucks, None, Bus(500_000, period),

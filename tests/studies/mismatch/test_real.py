@@ -3,7 +3,7 @@
 import typer
 from typer.testing import CliRunner
 
-from omnimate.cli.prove import prove
+from studies.mismatch.command import prove
 
 
 def call(*arguments):

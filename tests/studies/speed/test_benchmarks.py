@@ -14,9 +14,7 @@ NAMES = sorted(name for name, text in MODULES.items() if "Usage: python -m" in t
 
 
 def test_the_list_names_every_benchmark_and_no_other():
-    rows = [
-        line.split("|") for line in (FOLDER / "speed" / "README.md").read_text(encoding="utf-8").splitlines()
-    ]
+    rows = [line.split("|") for line in (FOLDER / "README.md").read_text(encoding="utf-8").splitlines()]
     assert sorted(row[1].strip(" `") for row in rows if len(row) == 5 and "`" in row[1]) == NAMES
 
 

@@ -1,4 +1,4 @@
-"""A small part of the proof, as `omnimate prove` runs it: concealed by one engine, found by another."""
+"""A small part of `python -m studies prove`: concealed by one engine, found by another."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""`omnimate prove`: ask the mismatch tool about recordings of known truth; print how often it is right."""
+"""`python -m studies prove`: how often the mismatch tool is right on recordings of known truth."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from omnimate.cli.console import out, progress_bar
-from omnimate.cli.studies import check_checkout
 from omnimate.cli.tables import show
 
 
@@ -64,7 +63,6 @@ def prove(
     ] = False,
 ) -> None:
     """Prove the mismatch tool on recordings of known truth, from many worlds that share no code with it."""
-    check_checkout("prove", "evaluation")
     if laws:
         _laws(folder, cases, seed, jobs, figures, quick=quick)
         return

@@ -1,4 +1,4 @@
-"""`omnimate reproduce`: the three papers' numbers, recomputed."""
+"""`python -m studies reproduce`: the three papers' numbers, recomputed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from omnimate.cli.console import err, out, report_problem
-from omnimate.cli.studies import check_checkout
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +31,6 @@ def reproduce(
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that compute at once.")] = 2,
 ) -> None:
     """Recompute the numbers of the three papers: printed, ours, verdict."""
-    check_checkout("reproduce", "reproduction")
     from studies.papers.rows import LEGEND
     from studies.papers.run import run, under_way
     from studies.papers.table import stages

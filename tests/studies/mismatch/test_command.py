@@ -1,4 +1,4 @@
-"""`omnimate prove`: which worlds are asked about, and that one table, its JSON and its figure come out."""
+"""`python -m studies prove`: the worlds asked for, and one table with its JSON and its figure."""
 
 import json
 
@@ -45,8 +45,8 @@ def data(tmp_path):
     return tmp_path / "data"
 
 
-def test_one_table_has_a_column_for_each_world_that_is_asked_for(omnimate, asked, data):
-    shown = omnimate("prove", "--world", "concealed", "--world", "contact", "--data", data).out
+def test_one_table_has_a_column_for_each_world_that_is_asked_for(studies, asked, data):
+    shown = studies("prove", "--world", "concealed", "--world", "contact", "--data", data).out
     assert [len(names) for names in asked] == [1, 3]
     assert "false alarm on a null" in shown
     assert "0 of 1" in shown
@@ -55,64 +55,64 @@ def test_one_table_has_a_column_for_each_world_that_is_asked_for(omnimate, asked
     assert "concealed2" not in shown
 
 
-def test_a_world_that_is_not_there_is_left_out_and_that_is_said(omnimate, asked, tmp_path):
-    shown = omnimate("prove", "--world", "concealed", "--data", tmp_path)
+def test_a_world_that_is_not_there_is_left_out_and_that_is_said(studies, asked, tmp_path):
+    shown = studies("prove", "--world", "concealed", "--data", tmp_path)
     assert shown.code == 0
     assert "concealed is left out" in shown.out
 
 
-def test_labels_are_sealed_before_the_tool_is_asked(omnimate, asked, data):
+def test_labels_are_sealed_before_the_tool_is_asked(studies, asked, data):
     assert (
-        "labels of concealed2: 2, SHA-256 " in omnimate("prove", "--world", "concealed2", "--data", data).out
+        "labels of concealed2: 2, SHA-256 " in studies("prove", "--world", "concealed2", "--data", data).out
     )
 
 
-def test_the_table_is_written_as_json_and_drawn(omnimate, asked, data, tmp_path):
+def test_the_table_is_written_as_json_and_drawn(studies, asked, data, tmp_path):
     kept, figures = tmp_path / "kept", tmp_path / "drawn"
     figures.mkdir()
-    omnimate("prove", "--world", "concealed", "--data", data, "--out", kept, "--figures", figures)
+    studies("prove", "--world", "concealed", "--data", data, "--out", kept, "--figures", figures)
     written = json.loads((kept / "proof.json").read_text())
     assert written["worlds"]["concealed"]["lines"][0]["name"] == "false alarm on a null"
     assert (figures / "reliability.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_recordings_that_are_refused_are_no_silent_misses(omnimate, asked, data, monkeypatch):
+def test_recordings_that_are_refused_are_no_silent_misses(studies, asked, data, monkeypatch):
     refused = {"verdict": "error", "says": "can.log:1: no CAN frame", "findings": [], "fit": None}
     monkeypatch.setattr(
         "studies.mismatch.run.ask_all",
         lambda _ask, wanted, _jobs, _tell, _kept=None: dict.fromkeys(wanted, refused),
     )
-    shown = omnimate("prove", "--world", "contact", "--data", data)
+    shown = studies("prove", "--world", "contact", "--data", data)
     assert "3 of 3 cases were refused or failed" in shown.out
     assert "can.log:1: no CAN frame" in shown.out
 
 
-def test_quick_asks_about_a_small_part_of_the_engine(omnimate, asked):
-    assert "own engine" in omnimate("prove", "--quick", "--world", "engine").out
+def test_quick_asks_about_a_small_part_of_the_engine(studies, asked):
+    assert "own engine" in studies("prove", "--quick", "--world", "engine").out
     assert [len(names) for names in asked] == [len(cases(quick=True))]
 
 
-def test_as_many_cases_are_asked_about_as_are_wanted(omnimate, asked):
-    omnimate("prove", "--cases", "7", "--world", "engine")
+def test_as_many_cases_are_asked_about_as_are_wanted(studies, asked):
+    studies("prove", "--cases", "7", "--world", "engine")
     assert [len(names) for names in asked] == [7]
 
 
-def test_the_engines_cases_are_asked_about_without_what_is_concealed_on_request(omnimate, asked):
-    shown = omnimate("prove", "--quick", "--world", "engine", "--leave-one-out").out
+def test_the_engines_cases_are_asked_about_without_what_is_concealed_on_request(studies, asked):
+    shown = studies("prove", "--quick", "--world", "engine", "--leave-one-out").out
     whole = cases(quick=True)
     alone = [one for one in whole if one.kind in {"single", "masked"} and len(one.effects) == 1]
     assert [len(names) for names in asked] == [len(whole), len(alone)]
     assert "Leave one out" in shown
 
 
-def test_a_study_that_was_stopped_goes_on_with_the_same_cases_and_no_others(omnimate, asked, tmp_path):
+def test_a_study_that_was_stopped_goes_on_with_the_same_cases_and_no_others(studies, asked, tmp_path):
     kept = tmp_path / "kept"
-    omnimate("prove", "--quick", "--world", "engine", "--out", kept)
-    assert "own engine" in omnimate("prove", "--quick", "--world", "engine", "--out", kept).out
-    refused = omnimate("prove", "--quick", "--world", "engine", "--seed", "2", "--out", kept)
+    studies("prove", "--quick", "--world", "engine", "--out", kept)
+    assert "own engine" in studies("prove", "--quick", "--world", "engine", "--out", kept).out
+    refused = studies("prove", "--quick", "--world", "engine", "--seed", "2", "--out", kept)
     assert refused.code == 1
     assert "a folder of its own" in refused.err
 
 
-def test_a_world_of_no_known_name_is_refused(omnimate, asked):
-    assert "no world 'husky'; expected engine" in omnimate("prove", "--world", "husky").err
+def test_a_world_of_no_known_name_is_refused(studies, asked):
+    assert "no world 'husky'; expected engine" in studies("prove", "--world", "husky").err

@@ -1,0 +1,147 @@
+"""The public data sets on the command line: as recordings, calibrated, and by UMBmark."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.progress import track
+from rich.text import Text
+
+from omnimate.cli.choices import MethodChoice
+from omnimate.cli.console import err, out, warn
+from omnimate.cli.tables import new_table, show
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rich.table import Table
+
+    from omnimate.vehicle.recording import Recording
+    from studies.datasets.optiodom.scores import RobotScores, Score
+
+Out = Annotated[Path, typer.Argument(help="Folder to write the recording folders into.")]
+importers = typer.Typer(help="Make recording folders of a public data set.", no_args_is_help=True)
+
+
+@importers.command()
+def optiodom(
+    source: Annotated[Path, typer.Argument(help="A set, or a folder of sets, of the differential robot.")],
+    to: Out,
+) -> None:
+    """Take the runs of OptiOdom's differential robot: dense poses, one recording folder each."""
+    from studies.datasets.optiodom.recordings import differential_sets, each_run
+
+    save_set(each_run(source), to)
+    others = differential_sets(source)[1]
+    if others:
+        warn(
+            f"{len(others)} set(s) of the tricycle left out: recording folders hold differential drives only"
+        )
+
+
+@importers.command()
+def labyrinth(
+    source: Annotated[Path, typer.Argument(help="Folder with Indoor_UWB_Input.txt and Indoor_UWB_GT.txt.")],
+    to: Out,
+) -> None:
+    """Take the drive of TU Chemnitz's Labyrinth as its readme describes it, which is known to be wrong."""
+    from studies.datasets.labyrinth import recordings_of
+
+    save_set((("run-01", recording) for recording in recordings_of(source)), to)
+
+
+@importers.command()
+def husky(
+    source: Annotated[Path, typer.Argument(help="Folder with husky_windows.npz.")],
+    to: Out,
+) -> None:
+    """Take the DRIVE data of a Clearpath Husky: a recording folder for each window of two seconds."""
+    from studies.datasets.husky import each_window
+
+    save_set(each_window(source), to)
+
+
+def umbmark(
+    sources: Annotated[list[Path], typer.Argument(help="OptiOdom sets of squares.", exists=True)],
+    side: Annotated[float | None, typer.Option(help="Side of the square [m], if not the metadata's.")] = None,
+    method: Annotated[
+        MethodChoice, typer.Option(help="Method whose result --plot takes.")
+    ] = MethodChoice.exact,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the return errors before and after: .png, .svg or .pdf.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Use a result that the checks refuse.")] = False,
+) -> None:
+    """Calibrate OptiOdom's differential robot by UMBmark from its sets of squares."""
+    from omnimate.cli.umbmark.report import draw, report
+    from omnimate.cli.umbmark.results import heed_advice, result_of
+    from omnimate.cli.umbmark.sources import Case
+    from studies.datasets.optiodom.squares import experiment_of_optiodom
+
+    cases = [Case(source.resolve().name, "a", experiment_of_optiodom(source, side)) for source in sources]
+    results = [result_of(case, method.value, 1.0) for case in cases]
+    report(results, 1.0, None)
+    heed_advice(results, force=force)
+    if plot is not None:
+        draw(results, plot)
+
+
+def calibrate(
+    root: Annotated[Path, typer.Argument(help="Root of the OptiOdom data.", exists=True)],
+) -> None:
+    """Calibrate OptiOdom's robots on their squares by least squares, and score them on all sets."""
+    from omnimate.cli.calibrate.verb import print_estimate
+    from studies.datasets.optiodom.scores import score_optiodom
+
+    for robot in score_optiodom(root):
+        print_estimate(f"{robot.kind}, all squares", robot.calibration.quantities, robot.calibration.estimate)
+        show(_scores_table(robot))
+
+
+def save_set(recordings: Iterable[tuple[str, Recording]], to: Path) -> None:
+    """Write many recordings, and say how far the odometry of all of them is off."""
+    from omnimate.files.importers.sanity import average, look
+    from omnimate.files.recordings.folder import save_recording
+
+    samples, looks = [], []
+    for name, recording in track(recordings, "importing", console=err, transient=True):
+        (to / name).parent.mkdir(parents=True, exist_ok=True)
+        save_recording(recording, to / name)
+        samples.append(len(recording))
+        looks.append(look(recording))
+    out.print(f"{len(samples)} recording(s), {sum(samples)} samples in {to}", soft_wrap=True)
+    mean = average([result for result in looks if result is not None])
+    if mean is not None:
+        out.print(
+            f"nominal odometry ends {1e3 * mean.away:.1f} mm and {math.degrees(mean.turned):.2f} deg from "
+            f"the last pose (root mean square), after {mean.way:.2f} m on average",
+            soft_wrap=True,
+        )
+
+
+def _scores_table(robot: RobotScores) -> Table:
+    """Return the scores of one OptiOdom robot on all sets: final / rms distance."""
+    heads = (
+        "runs",
+        "raw\nfinal, rms",
+        "printed UMBmark\nfinal, rms",
+        "least squares\nfinal, rms",
+        "and markers\nplaced",
+    )
+    table = new_table(
+        f"{robot.kind}: dead reckoning against motion capture, millimetres; calibrated on the squares",
+        ("set", "calibration"),
+        heads,
+    )
+    for drives in robot.sets:
+        seen = "has seen it" if drives.seen else "held out"
+        scores = (_score(score) for score in (drives.raw, drives.printed, drives.fitted, drives.placed))
+        table.add_row(Text(drives.name), seen, str(drives.runs), *scores)
+    return table
+
+
+def _score(score: Score | None) -> str:
+    return "-" if score is None else f"{1e3 * score.final:.1f}, {1e3 * score.rms:.1f}"
