@@ -3,15 +3,27 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test coverage lint types smoke check bench docs clean
+.PHONY: demo test test-all test-touched coverage lint types smoke check commits bench docs clean
 
 demo: $(VENV)/.installed .mypy_path/omnimate
 	$(BIN)/omnimate demo --out demo-out
 
 # Each file of tests runs in one process, and each process computes in one thread.
-test: export OMP_NUM_THREADS = 1
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+
+test test-all test-touched: export OMP_NUM_THREADS = 1
 test: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+	$(PYTEST) -m "not slow"
+
+# With the slow tests, and with as many examples of each property as hypothesis takes by itself.
+test-all: export HYPOTHESIS_PROFILE = nightly
+test-all: $(VENV)/.installed-dev
+	$(PYTEST)
+
+# The slow tests of the files and pages that differ from the commit BASE.
+BASE ?= HEAD~1
+test-touched: $(VENV)/.installed-dev
+	$(PYTEST) -m slow --touched-since $(BASE)
 
 # The tests, the slowest of them, and which part of each room they ran; measuring takes a quarter more time.
 coverage: export PYTEST_ADDOPTS = --quiet --durations=20 --cov --cov-report=
@@ -31,6 +43,11 @@ smoke:
 	.ci/smoke $(PYTHON)
 
 check: lint test
+
+# Commits are named `area: what changes` since 0.3.0.
+commits:
+	$(PYTHON) .ci/check_commits.py --since 7f9a071
+
 
 bench: $(VENV)/.installed-dev
 	$(BIN)/python -m studies.speed

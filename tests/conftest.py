@@ -1,6 +1,7 @@
 """What several rooms' tests need."""
 
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -8,18 +9,49 @@ from hypothesis import HealthCheck, settings
 
 # No test depends on the speed of the machine: the first example may have to compile what it calls.
 # The examples of a test may share its fixtures, which they do not change.
-settings.register_profile(
-    "project",
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
-)
-settings.load_profile("project")
+# `make test-all` takes the profile `nightly`.
+for profile, examples in (("project", 25), ("nightly", 100)):
+    settings.register_profile(
+        profile,
+        max_examples=examples,
+        deadline=None,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+    )
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "project"))
 
 # pytest-xdist tells its processes the size of the terminal, which the command line would then keep to.
 for size in ("COLUMNS", "LINES"):
     os.environ.pop(size, None)
 
 ROOT = Path(__file__).resolve().parents[1]
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--touched-since", metavar="COMMIT", help="only tests whose file, page or module differs from COMMIT"
+    )
+
+
+def pytest_collection_modifyitems(config, items):
+    """Keep the tests that `--touched-since` asks for."""
+    commit = config.getoption("--touched-since")
+    if commit is None:
+        return
+    command = ["git", "diff", "--name-only", "--diff-filter=AM", "--find-renames", commit]
+    changes = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    touched = set(changes.stdout.splitlines())
+    kept = [item for item in items if touched.intersection(sources_of(item))]
+    config.hook.pytest_deselected(items=[item for item in items if item not in kept])
+    items[:] = kept
+
+
+def sources_of(item):
+    """Yield the files that a test is about: its own, the module that it mirrors, the page that it runs."""
+    path = item.path.relative_to(ROOT)
+    yield str(path)
+    yield str(Path(*path.parts[1:-1], path.name.removeprefix("test_")))
+    if hasattr(item, "callspec"):
+        yield from (f"docs/{value}" for value in item.callspec.params.values() if isinstance(value, str))
 
 
 @pytest.fixture(scope="session")

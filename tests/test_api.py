@@ -59,6 +59,7 @@ def test_calibrating_nothing_is_refused_with_what_is_expected():
         omnimate.calibrate([])
 
 
+@pytest.mark.slow
 def test_a_driver_on_a_bus_without_nodes_says_which_node_is_missing_and_closes_the_bus():
     with pytest.raises(omnimate.OmnimateError, match="node 1"):
         omnimate.open_driver(reference_vehicle(), "virtual://empty")

@@ -70,6 +70,7 @@ def test_a_bus_that_nobody_answers_is_said_and_no_folder_is_left(omnimate, tmp_p
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_silent_bus_names_the_node_that_is_missing(omnimate, tmp_path):
     sentence = said(omnimate("record", tmp_path / "out", "--bus", "virtual://nobody-here"))
     assert "node 1" in sentence

@@ -39,12 +39,14 @@ def test_the_demo_writes_both_recordings_the_calibrated_robot_and_the_figures(om
     assert "each answered by every node in time" in result.out
 
 
+@pytest.mark.slow
 def test_the_demo_repeats_exactly(omnimate, tmp_path):
     first, second = (omnimate("demo", "--out", tmp_path, *SMALL, "--seed", 3) for _ in range(2))
     assert first.code == second.code == 0
     assert np.array_equal(returns(first.out), returns(second.out))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("faults", "told"),
     [

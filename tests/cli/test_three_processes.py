@@ -91,6 +91,7 @@ def test_our_recorder_and_can_logger_keep_the_same_frames(bus, tmp_path):
     assert recording.channel_counts("a.left")[-1] != recording.channel_counts("a.left")[0], "it drove"
 
 
+@pytest.mark.slow
 def test_can_player_replays_a_log_into_our_recorder(bus, omnimate, tmp_path):
     """What python-can's player sends is recorded frame by frame, nothing is sent, and it makes samples."""
     assert omnimate("simulate", tmp_path / "drive", "--protocol", "eight", "--side", 1, "--runs", 1).code == 0

@@ -14,6 +14,7 @@ from tests.docs.running import commands_of, run, steps_of
 
 RUN = {name: pages for name, pages in groups().items() if any(steps_of(page) for page in pages)}
 NOT_RUN = [block for pages in groups().values() for page in pages for block in blocks(page) if block.not_run]
+SLOW = {"how-to/nights.md", "how-to/fleet.md", "how-to/device.md", "index.md"}  # 10 s to a minute each
 EXAMPLES = sorted(path.name for path in (ROOT / "examples").glob("[0-9][0-9]_*"))
 
 
@@ -25,7 +26,13 @@ def running(request, tmp_path_factory):
         yield {name: pool.submit(run, RUN[name], tmp_path_factory.mktemp("page")) for name in names}
 
 
-@pytest.mark.parametrize("name", sorted(RUN, key=lambda name: name != "tutorial"))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else [])
+        for name in sorted(RUN, key=lambda name: name != "tutorial")
+    ],
+)
 def test_what_a_page_says_happens(name, running):
     problems = [outcome.problem for outcome in running[name].result() if outcome.problem]
     assert not problems, "\n\n".join(problems)

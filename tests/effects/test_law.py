@@ -38,6 +38,7 @@ def laws(draw):
     return law(component, formula, acts_on, **curve, period=draw(st.sampled_from([0.0, math.tau])))
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(acting=laws(), cuts=st.lists(st.integers(0, 400), max_size=5))
 def test_a_drive_in_pieces_gives_the_same_as_the_whole(block, acted, acting, cuts):

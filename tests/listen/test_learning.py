@@ -171,6 +171,7 @@ def test_a_mapping_that_sdo_traffic_shows_counts_before_statistics():
     assert meanings_of(findings)[first.label].name == "Position_actual_value_0"
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=30, deadline=None)
 def test_whatever_is_on_the_bus_is_learned_without_an_exception(data):

@@ -51,6 +51,7 @@ def test_a_worn_wheel_helps_on_laps_that_it_has_not_seen(diagnosed, effect):
     assert fit.rerun["joint_a"].after < 0.6 * fit.rerun["joint_a"].before
 
 
+@pytest.mark.slow
 def test_what_is_left_out_of_the_library_is_not_named_and_nothing_wrong_is(drive, effect):
     gone = ["wheel_diameter", "radius_vs_speed", "count_loss", "radius_step"]
     diagnosis = diagnose([drive(effect("wheel_diameter", "a.left", ratio=1.004))], without=gone)
@@ -88,6 +89,7 @@ def test_the_effects_found_go_through_their_file(diagnosed, effect):
     assert parse_effects(format_effects(diagnosis.effects)) == diagnosis.effects
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not CONCEALED.is_dir(), reason="../shared/data/concealed is not there")
 @pytest.mark.parametrize("name", ["6e57128b", "f66eb555", "93d39ee1"])
 def test_recordings_of_another_simulator_get_a_right_answer(name):

@@ -56,6 +56,7 @@ def zipped(members):
     return buffer.getvalue()
 
 
+@pytest.mark.slow
 def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, day, until):
     location = client.post(PATH, json={"name": "small"}).headers["Location"]
     for _ in range(2):  # the same files twice do no harm

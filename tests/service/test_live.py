@@ -23,6 +23,7 @@ def url(tmp_path_factory):
         yield service.url
 
 
+@pytest.mark.slow
 def test_the_stream_begins_with_the_robot_and_its_nodes(url):
     with httpx2.stream("GET", f"{url}/v1/robot/stream", timeout=60.0) as stream:
         assert stream.headers["content-type"].startswith("text/event-stream")
@@ -61,6 +62,7 @@ def test_the_example_with_curl_calibrates_the_robot(url):
     assert "wheel_separation_multiplier: 0.98" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_example_with_a_generated_client_calibrates_the_robot(url, tmp_path):
     generator = Path(sys.executable).with_name("openapi-python-client")
     subprocess.run(
@@ -76,6 +78,7 @@ def test_the_example_with_a_generated_client_calibrates_the_robot(url, tmp_path)
     assert "is now at version" in done.stdout
 
 
+@pytest.mark.slow
 def test_no_answer_is_one_that_the_document_does_not_know(url, tmp_path):
     run = contract(tmp_path, url, 3, "examples,fuzzing", None)
     assert run.returncode == 0, run.stdout[-4000:]

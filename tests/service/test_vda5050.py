@@ -212,6 +212,7 @@ def manager(serial):
         client.loop_stop()
 
 
+@pytest.mark.slow
 def test_a_fleet_manager_sees_the_robot_asks_for_its_factsheet_and_gets_a_new_calibration(
     broker, sheet, tmp_path, serving
 ):

@@ -56,6 +56,7 @@ def test_what_its_process_dies_of_is_tried_again_and_then_given_up(client, recor
     assert "given up after 3 attempts" in job["error"]
 
 
+@pytest.mark.slow
 def test_what_a_dead_service_worked_at_is_taken_up(client, recording, until):
     with client.components.database.writing() as db:
         db.add(

@@ -188,6 +188,7 @@ def test_a_function_that_no_file_holds_is_compiled_without_a_disk_cache(cache):
     assert not list(cache.rglob("*.nbi"))
 
 
+@pytest.mark.slow
 def test_processes_that_compile_at_the_same_time_all_compute_what_they_should(tmp_path):
     """Each calls the same functions with another type; their entries would share numba's numbered files."""
     program = """

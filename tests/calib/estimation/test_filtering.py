@@ -65,6 +65,7 @@ def dense(chains: Chains):
     return residual.ravel(), design, spread
 
 
+@pytest.mark.slow
 def test_the_estimate_is_that_of_one_large_least_squares_problem(chains):
     residual, design, spread = dense(chains)
     weighed = np.linalg.solve(spread, design)

@@ -30,6 +30,7 @@ def errors_of(estimate):
     return np.where(free, (estimate.coordinates - TRUTH) / np.where(free, estimate.sigma, 1.0), np.nan)
 
 
+@pytest.mark.slow
 def test_a_drive_with_turns_tells_all_but_the_size_of_the_wheels():
     """Ten free drives: biases, wheelbases and ratios within their uncertainty; no outside measurement."""
     errors = []

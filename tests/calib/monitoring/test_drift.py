@@ -29,6 +29,7 @@ def healthy():
     return [squares(1), squares(2, day=1)]
 
 
+@pytest.mark.slow
 def test_a_robot_that_wore_out_is_reported_with_the_lap_from_which_on(healthy):
     """16 laps in each direction, then 8 of the worn robot; the order in which they are given is no matter."""
     worn = squares(3, WORN, day=2)

@@ -75,6 +75,7 @@ def test_any_drive_with_fixes_at_the_stops_gives_the_truth_back_on_a_smooth_floo
     np.testing.assert_allclose(found.estimate.coordinates, TRUE, atol=3e-5)
 
 
+@pytest.mark.slow
 def test_intervals_of_95_per_cent_hold_the_truth_as_often(robot):
     """UMBmark with two and two runs on concrete: 25 experiments, wheelbase and E_d, roughness estimated."""
     inside, errors = [], []

@@ -127,6 +127,7 @@ def test_what_is_exported_can_be_imported_again(drive, tmp_path):
     np.testing.assert_allclose(again.poses.pose, recording.poses.of("a").pose, atol=1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(rows=logs(directions=(0,)), name=st.sampled_from(TARGETS))
 def test_frames_are_can_msgs_on_the_topic_of_their_interface(tmp_path_factory, rows, name):

@@ -79,6 +79,7 @@ def test_a_broken_recording_says_why_and_the_others_have_their_results(store, tm
     assert str(tmp_path) not in errors[0]
 
 
+@pytest.mark.slow
 def test_results_are_the_same_bytes_when_workers_are_killed_at_any_moment(store, results, tmp_path):
     """Each worker is killed once it has written some more files than the one before; the last one may end."""
     broken = tmp_path / "results"
@@ -93,6 +94,7 @@ def test_results_are_the_same_bytes_when_workers_are_killed_at_any_moment(store,
     assert contents(broken) == contents(results)
 
 
+@pytest.mark.slow
 def test_results_are_the_same_bytes_when_processes_of_dask_are_killed_while_they_work(
     store, results, tmp_path
 ):
@@ -123,6 +125,7 @@ def test_results_are_the_same_bytes_when_processes_of_dask_are_killed_while_they
     assert contents(mine) == contents(results)
 
 
+@pytest.mark.slow
 def test_results_are_the_same_bytes_when_the_scheduler_is_killed(store, results, tmp_path):
     """The batch's process, which is the scheduler, is killed once files are there, and started again."""
     pytest.importorskip("distributed")

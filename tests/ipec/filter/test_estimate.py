@@ -95,6 +95,7 @@ def test_live_and_at_once_are_equal_also_with_missing_readings_and_fixes(robot):
     assert state.slow.joint_bias == pytest.approx(at_once.slow.joint_bias, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_step_leaves_the_state_before_it_as_it_was(robot):
     filter_, nan = Filter(robot), (float("nan"),) * 7
     state = filter_.start()
@@ -129,6 +130,7 @@ def test_innovations_are_as_large_as_they_should_be(robot):
         assert 1.8 < np.nanmean(estimate(recording, prior=CALIBRATED).nis) < 3.3
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_they_should_be(robot):
     """NEES of the last pose by axis over 40 robots and floors: between a third and two.
 
@@ -187,6 +189,7 @@ def test_straight_out_and_back_with_20_bumps_it_stays_close(robot):
     assert np.hypot(*rms(filtered)[:2]) < 0.015
 
 
+@pytest.mark.slow
 def test_a_lap_with_20_bumps_it_is_clearly_better_than_ipec(robot):
     """O 3, lap 7: 9 mm cables under the outside wheel of the front truck."""
     filtered, corrected = [], []

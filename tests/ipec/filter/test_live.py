@@ -31,6 +31,7 @@ def drive():
     return simulate(robot, Truth(robot, floor=Floor(bumps=bumps), seed=3), free(1, 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [estimate, smooth])
 def test_from_another_start_the_estimate_is_the_same_one_moved(drive, method):
     here, there = method(drive), method(drive, START)
@@ -58,6 +59,7 @@ steps = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(steps)
 def test_whatever_the_encoders_read_the_estimate_stays_finite_and_its_covariance_one(steps):

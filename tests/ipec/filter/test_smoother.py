@@ -28,6 +28,7 @@ def scattered(poses, seed):
     return Poses(poses.time, poses.body, pose, np.tile(SIGMA, (len(poses.time), 1)))
 
 
+@pytest.mark.slow
 def test_it_ends_where_the_filter_ends_and_begins_where_it_was_put(robot):
     recording = drive(robot, 1)
     start = np.array([1.0, 2.0, 3.0])
@@ -38,6 +39,7 @@ def test_it_ends_where_the_filter_ends_and_begins_where_it_was_put(robot):
     assert smoothed.sigma_a[0] == pytest.approx([0.0] * 3, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_fix_at_the_end_corrects_the_way_before_it(robot):
     """Dead reckoning from both ends: the middle is half as uncertain, and the error as large as it says."""
     errors, sigmas, forward = [], [], []

@@ -24,6 +24,7 @@ def calibrated(drive, watched, effect, usual_noise):
     return of
 
 
+@pytest.mark.slow
 def test_where_the_recording_needs_it_it_is_as_fitted(calibrated):
     (fitted_size, fitted_variance), (size, variance) = calibrated(0.01, 2e-3)
     assert size == pytest.approx(fitted_size, rel=1e-3)

@@ -28,6 +28,7 @@ def test_what_is_not_foreseen_goes_with_nothing_that_was_there_before(seed, coun
         assert abs(left[late:] @ values[:-late]) < 1e-6 * (np.abs(values) @ np.abs(values))
 
 
+@pytest.mark.slow
 def test_what_wheels_round_off_is_no_delay_of_the_link(tmp_path):
     """Truck b holds the link's length, so that little but rounding is in the rate of the link."""
     make(tmp_path, Case(kind="null", effects=(), drive="shuttle", poses="none", trucks=2), 3)

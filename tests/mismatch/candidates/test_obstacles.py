@@ -46,6 +46,7 @@ def met(drive, regression):
     return told
 
 
+@pytest.mark.slow
 def test_obstacles_are_told_by_what_they_leave_behind_however_they_shake_the_truck(met, shaking):
     told = met(*shaking)
     assert [term.component for term in told.terms] == ["a.left"]
@@ -81,6 +82,7 @@ def test_what_is_no_obstacle_is_none_however_often_it_happens(met, effect, name,
     assert met(effect(name, component, **values)).terms == []
 
 
+@pytest.mark.slow
 def test_obstacles_in_several_recordings_are_told_together(drive, effect, usual_noise):
     recordings = [drive(*shaken_from(effect, start), start_time=start) for start in (0.0, 1000.0)]
     signals = [signals_of(single) for single in recordings]
@@ -119,6 +121,7 @@ def test_the_answer_names_the_obstacles_and_nothing_that_they_shake(drive, shaki
     assert np.mean(lost.value) == pytest.approx(TAKEN, rel=0.1)
 
 
+@pytest.mark.slow
 def test_obstacles_are_not_told_where_bumps_are_left_out_of_the_library(drive, shaking):
     answer = diagnose([drive(*shaking)], without=["bump"])
     assert "bump" not in {finding.effect for finding in answer.findings}

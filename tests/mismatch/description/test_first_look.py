@@ -69,6 +69,7 @@ def test_every_wrong_wiring_is_found_where_headings_are_measured(drive, wiring):
     assert look.equals == ()
 
 
+@pytest.mark.slow
 def test_positions_without_headings_leave_two_wirings_and_both_are_told(drive):
     recording = without_headings(described(drive, Wiring(exchanged=True), wheelbase=0.5))
     look = first_look([recording])

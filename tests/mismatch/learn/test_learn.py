@@ -39,6 +39,7 @@ def recoveries(drive, laws, seeds):
             yield found, unseen.recovered(found, size * law(unseen.variables))
 
 
+@pytest.mark.slow
 def test_laws_of_the_library_are_found_by_name_and_hold_on_another_drive(drive):
     cases = list(recoveries(drive, INSIDE, range(2)))
     assert np.mean([share >= 0.95 for _, share in cases]) >= 0.9
@@ -47,6 +48,7 @@ def test_laws_of_the_library_are_found_by_name_and_hold_on_another_drive(drive):
     assert np.mean(named) >= 0.8
 
 
+@pytest.mark.slow
 def test_of_laws_outside_the_library_four_in_five_are_recovered_to_four_fifths_on_another_drive(drive):
     shares = [share for _, share in recoveries(drive, OUTSIDE, range(3))]
     assert np.mean([share >= 0.8 for share in shares]) >= 0.8
@@ -61,6 +63,7 @@ def test_what_is_learned_predicts_unseen_folds_better_than_nothing_and_as_well_a
     assert found.noise == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_of_100_recordings_with_noise_alone_at_most_one_per_cent_give_a_law(drive):
     false = 0
     for seed in range(10):
@@ -71,6 +74,7 @@ def test_of_100_recordings_with_noise_alone_at_most_one_per_cent_give_a_law(driv
     assert false <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["twice as large", "coloured", "heavy-tailed"])
 def test_noise_that_is_not_as_assumed_is_no_law_either(drive, kind):
     false = 0
@@ -85,6 +89,7 @@ def test_noise_that_is_not_as_assumed_is_no_law_either(drive, kind):
     assert false <= 1
 
 
+@pytest.mark.slow
 def test_a_coefficient_is_as_far_from_the_truth_as_its_sigma_says(drive):
     away = []
     for seed in range(12):
@@ -107,6 +112,7 @@ def test_a_fold_in_which_the_robot_stands_says_nothing_and_does_no_harm(drive):
     assert found.gain[0] == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["speed", "step of speed", "speed and heading"])
 def test_the_units_of_variables_and_of_the_law_do_not_matter(drive, name):
     law = {**INSIDE, **OUTSIDE}[name]

@@ -47,6 +47,7 @@ def test_where_nothing_happened_hardly_a_window_is_left_out(whitened):
     assert windows[0].rounding.shape == plain.windows[0].rounding.shape
 
 
+@pytest.mark.slow
 def test_what_happens_all_the_time_is_how_the_floor_is(whitened, effect):
     times = tuple(np.linspace(2.0, 78.0, 40).tolist())
     rough = whitened(effect("bump", "a.left", times=times, lost=(5e-3,) * 40))

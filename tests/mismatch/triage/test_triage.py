@@ -36,6 +36,7 @@ def test_a_healthy_robot_is_called_one_that_is_not_once_in_a_hundred_drives(driv
     assert verdicts.count("mismatch") <= 2
 
 
+@pytest.mark.slow
 def test_in_the_wide_world_it_gives_no_more_false_alarms_than_the_whole_diagnosis(wide):
     """That one calls a fifth of these robots ill; five of eight by chance have a probability of 1 %."""
     verdicts = [triage([single]).verdict for single in wide]

@@ -1,9 +1,12 @@
 """The figures of the papers, drawn from simulated drives."""
 
+import pytest
+
 from studies.papers.figures import draw_all
 from studies.papers.lap_table import lap_errors_of
 
 
+@pytest.mark.slow
 def test_all_figures_of_the_papers_are_drawn(tmp_path):
     names = [path.stem for path in draw_all(tmp_path / "new")]
     assert [name[:3] for name in names] == ["u06", "u11", "c08", "c10", "o05", "o06", "o07", "o08", "gro"]

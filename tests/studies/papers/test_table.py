@@ -25,6 +25,7 @@ def test_the_method_leaves_what_its_scatter_makes_of_it():
     assert by_what["variance of E_b, E_d over the bound, true weights"].verdict == "agrees"
 
 
+@pytest.mark.slow
 def test_the_omnimate_with_bumps_keeps_the_papers_bounds():
     rows = {row.what: row for row in omnimate_laps(2)}
     assert rows["worst |heading|, bumps [deg], OmniMate"].verdict == "agrees"

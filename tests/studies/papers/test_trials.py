@@ -64,6 +64,7 @@ def test_the_bound_is_the_textbook_s_for_headings_alone() -> None:
     assert bound[0, 0] == pytest.approx(0.01**2 / 160.0 * (2.0 / np.pi) ** 2, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_wheelbase_fitted_with_everything_free_is_inside_its_interval() -> None:
     """25 experiments of 0.95 each: 20 are three and a half sigma below; every one of them has a solution."""
     share, fits = free_coverage(Trial(*FIGURE_11, floor_covariance(0.025), runs=2), 25, seed=400)

@@ -116,6 +116,7 @@ def test_a_wheel_on_a_joint_meets_it_once():
     assert sum(ways) == pytest.approx(5.0)
 
 
+@pytest.mark.slow
 def test_a_bump_is_labelled_with_the_moment_at_which_the_wheel_comes_to_it(tmp_path):
     label = make(tmp_path / "bumps", Case("single", (("bump", "a.left"),), "squares", "none"), 28)
     recording = load_recording(tmp_path / "bumps" / "1")

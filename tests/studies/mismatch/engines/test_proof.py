@@ -30,18 +30,21 @@ def proved(tmp_path_factory):
     return labels, {name: diagnose([load_recording(folder / name / "1")]).as_json() for name in labels}
 
 
+@pytest.mark.slow
 def test_healthy_robots_raise_no_alarm(proved):
     labels, answers = proved
     table = {row.name: row for row in rows(labels, answers)}
     assert table["false alarm on a null"].hits == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["worn", "turned"])
 def test_what_is_concealed_is_named_first(proved, name):
     labels, answers = proved
     assert first_right(labels[name], answers[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "component", "least"),
     [("strange", "link", 0.9), ("pushed", "a", 0.9), ("warming", "a.left", 0.5)],

@@ -147,6 +147,7 @@ def test_every_effect_of_the_vocabulary_has_a_law_on_every_component_that_it_may
         assert all(np.isfinite(each).all() for each in changed.values())
 
 
+@pytest.mark.slow
 def test_a_curve_in_one_quantity_is_not_outside_and_a_product_of_two_is(healthy, ruler):
     way = healthy.way[:, 0]
     steps, speed = np.diff(way), np.gradient(way, healthy.time)[1:]

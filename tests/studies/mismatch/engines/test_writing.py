@@ -28,6 +28,7 @@ def written(folder, setting, driven, measuring=MOCAP, dropped=0.0):
     return load_recording(folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [SHORT, Case("single", (("bump", "a.left"),), "squares", "sonar")])
 def test_the_same_seed_gives_the_same_bytes(tmp_path, case):
     labels = [make(tmp_path / name, case, SEED) for name in ("first", "second")]

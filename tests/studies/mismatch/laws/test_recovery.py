@@ -24,6 +24,7 @@ def test_two_drives_are_of_one_robot_with_the_effect_and_scatter_anew(drives):
     assert np.any(drives.seen.poses.pose != drives.unseen.poses.pose)
 
 
+@pytest.mark.slow
 def test_a_law_recovers_four_fifths_of_what_the_effect_itself_explains_on_an_unseen_drive(drives):
     found = recovered_from(drives)
     assert found["gain"] > 30.0

@@ -31,6 +31,7 @@ def question(concealed, *findings):
     return asked
 
 
+@pytest.mark.slow
 def test_the_truth_by_another_name_leaves_nothing():
     concealed = case("link_bias", "link", poses="mocap")
     bias = scene(concealed, 10_000 * SEED).faults[0]["bias"]
@@ -41,12 +42,14 @@ def test_the_truth_by_another_name_leaves_nothing():
     assert audit.reported == "joint_bias joint_a + link_bias link"
 
 
+@pytest.mark.slow
 def test_a_name_that_does_something_else_leaves_more_than_it_takes():
     audit = audited(question(case("wheel_diameter", "a.left"), finding("wheelbase", "b", ratio=1.03)))
     assert not audit.right
     assert audit.left > audit.truth_alone > 2.0
 
 
+@pytest.mark.slow
 def test_a_name_of_no_size_leaves_all_that_the_truth_does():
     audit = audited(question(case("turn_scrub", "a"), finding("wheelbase", "a", ratio=1.0)))
     assert audit.left == audit.truth_alone > 1.0
