@@ -22,16 +22,11 @@ NOTES = {
     "confidence interval, and advice where the numbers look wrong. "
     "[UMBmark](../explanation/umbmark.md) explains them.",
     "calibrate": "It prints parameters, their bounds, and what these drives cannot tell. Poses may be "
-    "dense, or at the stops. It also fits joint and link biases, and OptiOdom's sets, "
-    "tricycles included.",
+    "dense, or at the stops. It also fits joint and link biases.",
     "profile apply": "`umbmark` and `calibrate` write profiles with `--profile FILE NAME`.",
     "diagnose": "`--report` is for people, `--json` [for programs](diagnosis.md), `--effects-out` [for "
     "the simulator](effects.md). [The mismatch method](../explanation/mismatch.md) explains "
     "it.",
-    "prove": "It prints one table with a column for each world, and `--out` keeps it as `proof.json`. Labels "
-    "are sealed before the tool is asked, answers are kept as they come, and a run that was stopped goes on. "
-    "`--quick` takes a few minutes; `--real-only` shows the real recordings. [What was "
-    "proven](../explanation/proven.md) has the results.",
     "track": "Live or over a recording, with what was corrected and why: "
     "[IPEC](../explanation/ipec.md), [the filter](../explanation/filter.md).",
     "dump": "`-L` of candump byte for byte, or `-ta`. [My CAN log](../how-to/can-log.md) shows it.",
