@@ -15,6 +15,7 @@ from omnimate.ipec.filter.findings import Findings, findings
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
+from omnimate.vehicle.odometry import Odometer
 from omnimate.vehicle.parameters import WHEELS
 from omnimate.vehicle.recording import Recording
 
@@ -75,7 +76,8 @@ class Tracker:
 
     Args:
         vehicle: Robot with two trucks as `vehicle.toml` describes it.
-        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
+        plain: Plain odometry of truck a, from whose pose the tracker starts, and which it steps from then on;
+            None to start from the origin.
         prior: How well `vehicle` is known.
 
     Attributes:
@@ -86,12 +88,12 @@ class Tracker:
     """
 
     def __init__(
-        self, vehicle: VehicleParameters, start: ArrayLike = ORIGIN, *, prior: Prior = CALIBRATED
+        self, vehicle: VehicleParameters, plain: Odometer | None = None, *, prior: Prior = CALIBRATED
     ) -> None:
         self.vehicle = vehicle
-        self._plain, self._ipec = Corrector(vehicle, "plain"), Corrector(vehicle)
-        self._filter = Filter(vehicle, prior=prior)
-        self._states = self._plain.start(start), self._ipec.start(start), self._filter.start(start)
+        self._plain = Odometer(vehicle) if plain is None else plain
+        self._ipec, self._filter = Corrector(vehicle), Filter(vehicle, prior=prior)
+        self._states = self._ipec.start(self._plain.pose), self._filter.start(self._plain.pose)
         self._corrections, self._lost = np.zeros(2), np.zeros(4)
         self._ended: list[Disturbance] = []
         self._open: dict[Channel, Disturbance] = {}
@@ -99,10 +101,9 @@ class Tracker:
 
     def step(self, sample: Sample) -> None:
         """Take the next sample."""
-        plain, ipec, filtered = self._states
-        filtered = self._filter.step(filtered, sample)
-        ipec = self._ipec.step(ipec, sample)
-        self._states = self._plain.step(plain, sample), ipec, filtered
+        self._plain.step(sample)
+        ipec, filtered = self._states
+        self._states = ipec, filtered = self._ipec.step(ipec, sample), self._filter.step(filtered, sample)
         self._corrections = self._corrections + ipec.corrections
         self._lost = self._lost + filtered.lost
         self._samples.append(sample)
@@ -125,12 +126,12 @@ class Tracker:
     @property
     def slow(self) -> SlowParameters:
         """The systematic errors of the encoders, as the filter has estimated them."""
-        return self._states[2].slow
+        return self._states[1].slow
 
     @property
     def findings(self) -> Findings:
         """What seems wrong with the description of the robot, or with the model of its motion."""
-        return findings(self._filter.settings, self._states[2].record, self._states[2].filters)
+        return findings(self._filter.settings, self._states[1].record, self._states[1].filters)
 
     def take_disturbances(self) -> tuple[Disturbance, ...]:
         """Return the disturbances that have ended since the last call."""
@@ -139,10 +140,10 @@ class Tracker:
 
     def look(self) -> Row:
         """Return the poses after the last sample; there must have been one."""
-        plain, ipec, filtered = self._states
+        ipec, filtered = self._states
         return Row(
             self._samples[-1].time,
-            plain.pose_a,
+            np.array(self._plain.pose),
             ipec.pose_a,
             filtered.pose("a"),
             filtered.sigma("a"),

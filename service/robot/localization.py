@@ -43,12 +43,13 @@ class Localization:
 
     def step(self, sample: Sample) -> None:
         """Take a sample."""
-        for odometer in self._odometers.values():
-            odometer.step(sample)
         self._joints = self._link.read(sample.counts)
         if self.tracker is not None:
             self.tracker.step(sample)
-        elif self._first_samples is not None and all(sample.present):
+            return
+        for odometer in self._odometers.values():
+            odometer.step(sample)
+        if self._first_samples is not None and all(sample.present):
             self._first_samples.append(sample)
             if len(self._first_samples) == LOADING_SAMPLES:
                 samples, self._first_samples = self._first_samples, None
@@ -63,8 +64,7 @@ class Localization:
         trial = Tracker(self._vehicle)
         for sample in samples:
             trial.step(sample)
-        pose = self._odometers["a"].pose
-        self.tracker = Tracker(self._vehicle, pose)
+        self.tracker = Tracker(self._vehicle, self._odometers["a"])  # and from now on, it steps truck a
         gc.freeze()  # a garbage collection of everything that was loaded would take a tenth of a second
 
     def as_event(self) -> dict[str, Any]:
