@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.floor import Floor
-from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vehicle.sonar import Sonar
 
 if TYPE_CHECKING:
     from omnimate.effects.effect import Effect

@@ -9,8 +9,8 @@ import numpy as np
 
 from omnimate.service.errors import InvalidValueError
 from omnimate.service.umbmark.requests import ByWalls
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vehicle.se2 import between, wrap
+from omnimate.vehicle.sonar import Sonar
 
 if TYPE_CHECKING:
     from omnimate.service.umbmark.requests import Fix, Walls

@@ -27,10 +27,10 @@ from omnimate.vcan_sim.bumps import Bump, bumps_under
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import between, compose, wrap
+from omnimate.vehicle.sonar import Sonar
 
 if TYPE_CHECKING:
     from omnimate.ipec.corrector import Method

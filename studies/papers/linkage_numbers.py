@@ -14,9 +14,9 @@ from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.se2 import between, compose, wrap
+from omnimate.vehicle.sonar import Sonar
 from studies.papers.bump_drive import bump_drive
 from studies.papers.bump_errors import bump_errors
 from studies.papers.robots import clapper, fine

@@ -12,9 +12,9 @@ from omnimate.ipec.filter.prior import Prior
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+from omnimate.vehicle.sonar import Sonar
 
 if TYPE_CHECKING:
     from omnimate.vcan_sim.bumps import Bump

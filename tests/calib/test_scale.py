@@ -14,10 +14,10 @@ from omnimate.motion.program import LINE, Program, Row, in_lap, rest
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.sonar import Sonar
 
 NOMINAL = reference_single()
 LARGE = Truck(0.340 * 1.01, 0.150 * 1.01, 0.150 * 1.01)

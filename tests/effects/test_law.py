@@ -16,9 +16,9 @@ from omnimate.effects.variables import VARIABLES, Motion, known
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.linkage import linkage_of
+from omnimate.vehicle.sonar import Sonar
 
 PERIOD, START = 0.015, 1000.0
 TARGETS = [(component, acts_on) for component in Law.components for acts_on in quantities(component)]

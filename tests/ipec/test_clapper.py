@@ -12,8 +12,8 @@ from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.sonar import Sonar
 
 EXACT = Sonar(sigma=0.0)
 

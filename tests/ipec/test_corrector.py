@@ -12,12 +12,12 @@ from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.linkage import follower
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.sample import Sample
+from omnimate.vehicle.sonar import Sonar
 
 EXACT = Sonar(sigma=0.0)
 

@@ -7,8 +7,8 @@ from omnimate.ipec.corrector import correct
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.sonar import Sonar
 from studies.papers.bump_drive import bump_drive
 
 

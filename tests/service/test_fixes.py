@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from omnimate.service.errors import InvalidValueError
 from omnimate.service.umbmark.fixes import pose_of, return_error
 from omnimate.service.umbmark.requests import ByWalls, Coordinates, Walls
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vehicle.se2 import compose
+from omnimate.vehicle.sonar import Sonar
 
 LENGTH, ANGLE = st.floats(-10.0, 10.0), st.floats(-3.0, 3.0)
 POSES = st.builds(lambda x, y, theta: np.array([x, y, theta]), LENGTH, LENGTH, ANGLE)

@@ -21,9 +21,9 @@ from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.sonar import Sonar
 from tests.service.hall_results import SICK, night_of_two_floors, write_results
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")

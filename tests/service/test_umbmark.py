@@ -7,7 +7,7 @@ import time
 import pytest
 
 from omnimate.service.store.tables import SessionRow
-from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vehicle.sonar import Sonar
 
 SESSIONS = "/v1/umbmark/sessions"
 

@@ -15,8 +15,8 @@ from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.sonar import Sonar
 
 DT = 0.015
 EXACT = {"floor": SMOOTH, "sonar": Sonar(sigma=0.0), "servo": 1e9}

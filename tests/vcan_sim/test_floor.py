@@ -11,12 +11,12 @@ from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose
+from omnimate.vehicle.sonar import Sonar
 
 
 @pytest.fixture

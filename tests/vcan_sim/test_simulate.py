@@ -17,13 +17,13 @@ from omnimate.vcan_sim.errors import EndStopError, SimulationError
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.counters import counter_law
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.odometry import Odometer, dead_reckon
 from omnimate.vehicle.sample import Sample
 from omnimate.vehicle.se2 import between, compose, wrap
+from omnimate.vehicle.sonar import Sonar
 
 
 @pytest.fixture

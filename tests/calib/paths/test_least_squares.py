@@ -14,12 +14,12 @@ from omnimate.motion.paths import figure_eight, free, out_and_back, squares, umb
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import compose, wrap
+from omnimate.vehicle.sonar import Sonar
 
 NOMINAL = Truck(0.340, 0.150, 0.150)
 TRUE = np.array([np.log(336.17 / 340.0), 0.0, np.log(1.00084)])

@@ -19,11 +19,11 @@ from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.sample import Sample
 from omnimate.vehicle.se2 import wrap
+from omnimate.vehicle.sonar import Sonar
 
 EXACT = Sonar(sigma=0.0)
 CALIBRATED = Prior(scale=1e-4, ratio=2e-4, wheelbase=1e-3, joint=np.radians(0.01), link=3e-4)

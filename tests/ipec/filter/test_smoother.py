@@ -11,9 +11,9 @@ from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.sonar import Sonar
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.recording import Poses
+from omnimate.vehicle.sonar import Sonar
 
 SIGMA = (0.002, 0.002, np.radians(0.2))
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.sonar import Sonar
+from omnimate.vehicle.sonar import Sonar
 
 poses = st.tuples(st.floats(-1.5, 5.0), st.floats(-5.0, 5.0), st.floats(-0.78, 0.78))
 
