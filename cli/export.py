@@ -33,15 +33,16 @@ def export(
         bool, typer.Option("--frames", help="Write a drive's CAN frames too (.mcap, .parquet, a bag).")
     ] = False,
 ) -> None:
-    """Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, Vector or pandas."""
+    """Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, pandas."""
     from omnimate.files.exporters.errors import ExportError
     from omnimate.files.exporters.export import DRIVE_SUFFIXES, export_drive, export_frames, suffix_of
     from omnimate.files.logs.streaming import LogStream
 
+    suffix = suffix_of(to)  # names a missing extra before anything is computed
     log = LogStream(log_of(source))
     try:
         with progress_bar("writing") as watch:
-            if suffix_of(to) in DRIVE_SUFFIXES and (source.is_dir() or vehicle is not None):
+            if suffix in DRIVE_SUFFIXES and (source.is_dir() or vehicle is not None):
                 done = export_drive(_drive(source, vehicle), to, watch, log if frames else None)
             else:
                 done = export_frames(log, to, watch)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import heapq
+import importlib.util
 from collections import Counter
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from omnimate.files.exporters.errors import ExportError
+from omnimate.files.exporters.errors import ExportError, MissingLibraryError
 from omnimate.files.exporters.messages import Messages
 from omnimate.files.exporters.parquet import frame_table, write_parquet
 from omnimate.files.exporters.sinks import bag_sink, mcap_sink
@@ -29,6 +30,11 @@ if TYPE_CHECKING:
 
 MCAP, PARQUET, TUM, BAG = ".mcap", ".parquet", ".tum", ""
 DRIVE_SUFFIXES = (MCAP, PARQUET, TUM, BAG)  # of formats that hold a drive
+EXTRAS = {  # format: its extra, and the modules that it installs
+    MCAP: ("mcap", ("rosbags.typesys", "mcap.writer")),
+    BAG: ("rosbag", ("rosbags.typesys",)),
+    PARQUET: ("parquet", ("pyarrow",)),
+}
 _EVERY = 2000  # frames or messages between two reports of progress
 
 
@@ -48,16 +54,28 @@ class Exported:
 
 
 def suffix_of(target: Path) -> str:
-    """Return the suffix that says the format of a file or folder to be written.
+    """Return the suffix that says the format of a file or folder to be written; its libraries are there.
 
     Raises:
         ExportError: No format has this suffix.
+        MissingLibraryError: A library of an extra is not installed.
     """
     suffix = log_suffix(target) or target.suffix.lower()
     if suffix not in {*LOG_SUFFIXES, *DRIVE_SUFFIXES}:
         known = ", ".join(sorted({*LOG_SUFFIXES, MCAP, PARQUET, TUM}))
         raise ExportError(target, f"no format {suffix}; expected {known}, or no suffix for a ROS 2 bag")
+    extra, modules = EXTRAS.get(suffix, ("", ()))
+    for module in modules:
+        if not _is_installed(module):
+            raise MissingLibraryError(target, module.partition(".")[0], extra)
     return suffix
+
+
+def _is_installed(module: str) -> bool:
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ModuleNotFoundError:  # the package around it
+        return False
 
 
 def export_frames(log: LogStream, target: Path, watch: Callable[[int, int], None]) -> Exported:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from omnimate.files.exporters.errors import ExportError, MissingLibraryError
+from omnimate.files.exporters.errors import ExportError
 from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 from omnimate.vehicle.parameters import JOINTS
@@ -74,15 +74,9 @@ class Messages:
 
         Args:
             target: What is written, for the error.
-
-        Raises:
-            MissingLibraryError: rosbags is not installed.
         """
-        try:
-            from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: PLC0415 -- an extra
-        except ImportError as error:
-            extra = "mcap" if target.suffix == ".mcap" else "rosbag"
-            raise MissingLibraryError(target, "rosbags", extra) from error
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: PLC0415 -- an extra
+
         self._target = target
         self.typestore: Typestore = get_typestore(Stores.ROS2_HUMBLE)
         for kind, text in _DEFINITIONS.items():

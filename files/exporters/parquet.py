@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.files.exporters.errors import MissingLibraryError
 from omnimate.files.exporters.messages import channel_values
 from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, RECEIVED, REMOTE, SENT
 
@@ -30,9 +29,6 @@ def write_parquet(drive: Drive, target: FilePath) -> tuple[FilePath, ...]:
     """Write samples, and beside them measured poses and events where there are any; return the files.
 
     `drive.parquet` has the samples; `drive-poses.parquet` and `drive-events.parquet` the others.
-
-    Raises:
-        MissingLibraryError: pyarrow is not installed.
     """
     tables = {"": _samples(drive), "-poses": _poses(drive), "-events": _events(drive)}
     written = []
@@ -46,12 +42,8 @@ def write_parquet(drive: Drive, target: FilePath) -> tuple[FilePath, ...]:
 
 @contextmanager
 def frame_table(path: FilePath) -> Iterator[Callable[[Frame], None]]:
-    """Open a table of frames for writing, and give what takes each frame.
-
-    Raises:
-        MissingLibraryError: pyarrow is not installed.
-    """
-    arrow, parquet = _libraries(path)
+    """Open a table of frames for writing, and give what takes each frame."""
+    arrow, parquet = _libraries()
     schema = arrow.schema(
         [
             arrow.field("time", arrow.float64(), metadata={"unit": "s"}),
@@ -138,7 +130,7 @@ def _events(drive: Drive) -> Columns:
 
 
 def _write(columns: Columns, path: FilePath) -> None:
-    arrow, parquet = _libraries(path)
+    arrow, parquet = _libraries()
     arrays = [arrow.array(values, from_pandas=True) for values, _ in columns.values()]
     fields = [
         arrow.field(name, array.type, metadata={"unit": unit} if unit else None)
@@ -147,15 +139,9 @@ def _write(columns: Columns, path: FilePath) -> None:
     parquet.write_table(arrow.table(arrays, schema=arrow.schema(fields)), path)
 
 
-def _libraries(path: FilePath) -> tuple[Any, Any]:
-    """Return pyarrow and its module of Parquet, which have no types.
+def _libraries() -> tuple[Any, Any]:
+    """Return pyarrow and its module of Parquet, which have no types."""
+    import pyarrow  # noqa: ICN001, PLC0415 -- an extra; few need it
+    from pyarrow import parquet  # noqa: PLC0415 -- likewise
 
-    Raises:
-        MissingLibraryError: pyarrow is not installed.
-    """
-    try:
-        import pyarrow  # noqa: ICN001, PLC0415 -- an extra; few need it
-        from pyarrow import parquet  # noqa: PLC0415 -- likewise
-    except ImportError as error:
-        raise MissingLibraryError(path, "pyarrow", "parquet") from error
     return pyarrow, parquet

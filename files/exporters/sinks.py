@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from omnimate.files.exporters.errors import ExportError, MissingLibraryError
+from omnimate.files.exporters.errors import ExportError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,15 +32,9 @@ class Sink(Protocol):
 
 @contextmanager
 def mcap_sink(path: Path, typestore: Typestore) -> Iterator[Sink]:
-    """Open an MCAP file of the profile `ros2` for writing.
+    """Open an MCAP file of the profile `ros2` for writing."""
+    from mcap.writer import Writer  # noqa: PLC0415 -- an extra; few need it
 
-    Raises:
-        MissingLibraryError: mcap is not installed.
-    """
-    try:
-        from mcap.writer import Writer  # noqa: PLC0415 -- an extra; few need it
-    except ImportError as error:
-        raise MissingLibraryError(path, "mcap", "mcap") from error
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start("ros2", _LIBRARY)

@@ -65,13 +65,16 @@ def test_what_a_format_cannot_hold_is_told_and_gives_exit_code_1(omnimate, tmp_p
         ("pyarrow", "a.parquet", "parquet"),
     ],
 )
-def test_a_library_that_is_missing_is_named_with_its_extra(
+def test_a_library_that_is_missing_is_named_with_its_extra_before_anything_is_read(
     omnimate, drive, tmp_path, monkeypatch, library, name, extra
 ):
     monkeypatch.setitem(sys.modules, library, None)
-    result = omnimate("export", drive, tmp_path / name)
-    assert result.code == 1
-    assert f"pip install 'omnimate[{extra}]'" in result.err
+    monkeypatch.setattr("omnimate.files.recordings.folder.read_recording", None)  # nothing is computed before
+    monkeypatch.setattr("omnimate.files.logs.streaming.LogStream", None)  # nor read
+    for source in (drive, drive / "can.log"):
+        result = omnimate("export", source, tmp_path / name)
+        assert result.code == 1
+        assert f"pip install 'omnimate[{extra}]'" in result.err
     assert not (tmp_path / name).exists()
 
 
