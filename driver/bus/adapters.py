@@ -20,7 +20,12 @@ if TYPE_CHECKING:
 CLOCK = 8_000_000  # [Hz] on which bit timing is given where the URL has no f_clock; python-can adjusts it
 REGISTERS = ("brp", "tseg1", "tseg2", "sjw")  # of the controller, on f_clock
 TIMING_KEYS = frozenset({*REGISTERS, "nof_samples", "f_clock", "sample_point"})
-EXTRAS = {"gs_usb": "gs-usb", "udp_multicast": "multicast", "cantact": "cantact", "slcan": "serial"}
+EXTRAS = {  # what installs the libraries of an interface
+    "udp_multicast": "omnimate[multicast]",
+    "slcan": "omnimate[slcan]",
+    "gs_usb": "python-can[gs-usb]",
+    "cantact": "python-can[cantact]",
+}
 _URL = re.compile(r"(?P<interface>\w+):(?://)?(?P<channel>[^?]*)(?:\?(?P<query>.*))?")
 _DOCUMENTED = re.compile(r":param\s+(?:[^:\n]*?\s)?(\w+)\s*:")
 
@@ -93,7 +98,8 @@ def open_adapter(url: BusUrl, bitrate: int | None) -> can.BusABC:
         raise BusError(url.text, f"{url.interface} has no {', '.join(sorted(unknown))}; expected {expected}")
     try:
         return kind(**options)
-    except (ImportError, NameError, AttributeError) as error:  # python-can finds some only now
+    except (ImportError, NameError, AttributeError, can.CanInterfaceNotImplementedError) as error:
+        # python-can looks for some libraries only now
         raise _not_here(url, error) from error
 
 
@@ -110,12 +116,9 @@ def _class_of(url: BusUrl) -> type[can.BusABC]:
 
 
 def _not_here(url: BusUrl, error: Exception) -> BusError:
-    extra = EXTRAS.get(url.interface, url.interface)
-    return BusError(
-        url.text,
-        f"what {url.interface} needs is not here ({error}); install the adapter's driver, and pip install "
-        f"'python-can[{extra}]' where there is such an extra",
-    )
+    extra = EXTRAS.get(url.interface)
+    remedy = f"pip install '{extra}'" if extra else "install the adapter's driver"
+    return BusError(url.text, f"what {url.interface} needs is not installed ({error}): {remedy}")
 
 
 def _keys_of(kind: type[can.BusABC]) -> frozenset[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import logging
 import socket
 from dataclasses import replace
@@ -74,8 +73,6 @@ def _socketcan(url: BusUrl, _bitrate: int | None) -> can.BusABC:
 
 
 def _slcan(url: BusUrl, bitrate: int | None) -> can.BusABC:
-    if importlib.util.find_spec("serial") is None:
-        raise BusError(url.text, "slcan needs pyserial: pip install 'omnimate[slcan]'")
     device, _, rate = url.channel.partition("@")
     options = {"bitrate": int(rate)} if rate else {}
     return open_adapter(replace(url, channel=device, options=options | dict(url.options)), bitrate)

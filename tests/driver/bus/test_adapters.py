@@ -112,7 +112,7 @@ def test_a_key_that_is_documented_only_is_passed_on():
             "bit timing of brp, tseg1; expected bitrate and sample_point, or brp",
         ),
         ("acme_plain://7?sample_point=80&bitrate=1000", "acme_plain takes no bit timing"),
-        ("acme_absent://7", "what acme_absent needs is not here"),
+        ("acme_absent://7", "what acme_absent needs is not installed"),
         ("nobody://7", r"unknown interface 'nobody'; expected one of .*pcan://.*vector://"),
         ("PCAN_USBBUS1", "expected interface://channel"),
     ],

@@ -128,10 +128,21 @@ def test_an_absent_network_interface_is_named():
         open_bus("socketcan://can99")
 
 
-def test_slcan_without_pyserial_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(module.importlib.util, "find_spec", lambda _name: None)
-    with pytest.raises(BusError, match="pyserial"):
-        open_bus("slcan:///dev/ttyACM0@500000")
+@pytest.mark.parametrize(
+    ("url", "library", "extra"),
+    [
+        ("slcan:///dev/ttyACM0@500000", "can.interfaces.slcan.serial", "slcan"),
+        (
+            "udp_multicast://239.74.163.2?port=43117",
+            "can.interfaces.udp_multicast.utils.msgpack",
+            "multicast",
+        ),
+    ],
+)
+def test_an_interface_without_its_library_names_the_extra(monkeypatch, url, library, extra):
+    monkeypatch.setattr(library, None)
+    with pytest.raises(BusError, match=rf"pip install 'omnimate\[{extra}\]'"):
+        open_bus(url)
 
 
 @pytest.mark.parametrize("url", ["socketcand:///can0", "socketcand://host:port/can0", "can0", ""])
