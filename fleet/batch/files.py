@@ -14,7 +14,13 @@ if TYPE_CHECKING:
 
 
 class Files(Protocol):
-    """Files under one root; paths are relative to it, with slashes."""
+    """Files under one root; paths are relative to it, with slashes.
+
+    Attributes:
+        url: The root, as it was given.
+    """
+
+    url: str
 
     def glob(self, pattern: str) -> list[str]:
         """Return the paths of files and folders that fit a pattern, in order; no hidden ones."""
@@ -43,10 +49,12 @@ class LocalFiles:
 
     Attributes:
         root: The folder.
+        url: The folder, as text.
     """
 
     def __init__(self, root: Path) -> None:
         self.root = root
+        self.url = str(root)
 
     def glob(self, pattern: str) -> list[str]:
         """Return the paths that fit a pattern, in order; no hidden ones."""
@@ -72,6 +80,7 @@ class RemoteFiles:
     """Files under a URL of fsspec, whose writes are whole or not at all, as those of object stores are."""
 
     def __init__(self, url: str) -> None:
+        self.url = url
         try:
             from fsspec.core import url_to_fs  # noqa: PLC0415 -- an extra; a folder needs none
         except ImportError as error:

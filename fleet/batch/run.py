@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.store import recordings_in
+from omnimate.fleet.batch.tables import parquet_libraries
 from omnimate.fleet.batch.work import work_on
 from omnimate.fleet.errors import FleetError
 
@@ -80,6 +81,7 @@ def run_batch(
     Raises:
         FleetError: The store has no recording, or a library is missing.
     """
+    parquet_libraries()  # names a missing extra before anything is computed
     recordings = recordings_in(open_files(store), day or "*")
     crew = workers or Workers()
     here = crew.jobs == 1 and crew.scheduler is None

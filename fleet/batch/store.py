@@ -75,8 +75,10 @@ def recordings_in(files: Files, day: str = "*") -> list[StoredRecording]:
         found.append(StoredRecording(robot.removeprefix("robot="), date.removeprefix("day="), name))
     if not found:
         raise FleetError(
-            "store",
-            "no recording in it; expected folders robot=NAME/day=YYYY-MM-DD/RECORDING/ with vehicle.toml",
+            files.url,
+            f"no recording{'' if day == '*' else f' of {day}'}; expected recording folders under "
+            "robot=NAME/day=YYYY-MM-DD/, such as robot=tug-1/day=2026-03-02/lap-1/ with can.log and "
+            "vehicle.toml: move yours there, or write an example with `omnimate fleet simulate FOLDER`",
         )
     return found
 

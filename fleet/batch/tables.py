@@ -139,7 +139,7 @@ def parquet_bytes(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
     Raises:
         FleetError: pyarrow is not installed.
     """
-    arrow, parquet = _libraries()
+    arrow, parquet = parquet_libraries()
     schema = arrow.schema(
         [
             arrow.field(name, _type(arrow, kind), metadata={"meaning": meaning})
@@ -154,7 +154,7 @@ def parquet_bytes(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
 
 def columns_of(content: bytes) -> dict[str, Any]:
     """Return the columns of a table's bytes; lists stay lists, numbers become arrays."""
-    _, parquet = _libraries()
+    _, parquet = parquet_libraries()
     rows = parquet.ParquetFile(io.BytesIO(content)).read(use_threads=False)  # small: threads only wait
     return {
         name: column.to_pylist() if _is_object(column) else column.to_numpy()
@@ -182,7 +182,12 @@ def _type(arrow: Any, kind: str) -> Any:  # noqa: ANN401 -- likewise
     return arrow.list_(plain, int(size[:-1])) if size != "]" else arrow.list_(plain)
 
 
-def _libraries() -> tuple[Any, Any]:
+def parquet_libraries() -> tuple[Any, Any]:
+    """Return pyarrow and its module of Parquet, which have no types.
+
+    Raises:
+        FleetError: pyarrow is not installed.
+    """
     try:
         import pyarrow  # noqa: ICN001, PLC0415 -- an extra
         from pyarrow import parquet  # noqa: PLC0415 -- likewise

@@ -1,5 +1,7 @@
 """`omnimate fleet`: a store is written, worked on, and reported."""
 
+import sys
+
 import pytest
 
 from omnimate.cli.fleet.report import since, size, speed
@@ -53,7 +55,22 @@ def test_a_small_hall_goes_through_all_verbs(omnimate, tmp_path):
     assert (tmp_path / "plots" / "floor.png").exists()
 
 
-def test_a_folder_that_is_no_store_is_refused(omnimate, tmp_path):
-    told = omnimate("fleet", "run", tmp_path)
-    assert told.code == 1
-    assert "expected folders robot=NAME/day=YYYY-MM-DD" in told.err
+@pytest.mark.parametrize(
+    ("options", "missing"), [((), "no recording;"), (("--day", "2026-03-01"), "of 2026-03-01;")]
+)
+def test_a_folder_that_is_no_store_is_refused_with_what_was_expected_and_what_to_do(
+    omnimate, tmp_path, options, missing
+):
+    refused = omnimate("fleet", "run", tmp_path, *options)
+    assert refused.code == 1
+    assert refused.err.startswith(f"error: {tmp_path}: ")
+    for words in (missing, "robot=NAME/day=YYYY-MM-DD/", "move yours there", "omnimate fleet simulate"):
+        assert words in refused.err
+
+
+def test_parquet_that_is_missing_is_named_before_any_recording_is_worked_on(omnimate, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setattr("omnimate.fleet.batch.run.recordings_in", None)
+    refused = omnimate("fleet", "run", tmp_path)
+    assert refused.code == 1
+    assert "pip install 'omnimate[fleet]'" in refused.err
