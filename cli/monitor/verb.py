@@ -22,12 +22,16 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 SCREEN = (80, 24)  # characters of a picture
+AT_ONCE = 1e9  # times faster than recorded: a year in 32 ms
 _LOOK = 0.1  # [s] between two looks whether a log has ended, without a screen
 
 
 def monitor(
     source: Annotated[
-        Path | None, typer.Argument(help="Log of any format or recording folder, replayed as it was.")
+        Path | None,
+        typer.Argument(
+            help="Log of any format or recording folder, replayed as it was; into a pipe, read at once."
+        ),
     ] = None,
     bus: Annotated[str | None, typer.Option(help="Watch this bus, such as socketcan://can0.")] = None,
     vehicle: Annotated[
@@ -42,8 +46,11 @@ def monitor(
         Path | None, typer.Option(help="Folder (with a vehicle) or log that the key r records into.")
     ] = None,
     pace: Annotated[
-        float, typer.Option(help="How many times faster than recorded to replay a log.", min=0.001)
-    ] = 1.0,
+        float | None,
+        typer.Option(
+            help="How many times faster than recorded to replay a log; 1, or at once into a pipe.", min=0.001
+        ),
+    ] = None,
     bitrate: Annotated[
         int | None, typer.Option(help="Of the bus [bit/s]; else by the URL or the vehicle.", min=10_000)
     ] = None,
@@ -55,7 +62,7 @@ def monitor(
         bool, typer.Option("--no-color", help="Without colours; changed bytes have a star.")
     ] = False,
 ) -> None:
-    """Watch a bus in the terminal: rates, values, node states, load, odometry, events. Sends nothing."""
+    """Watch a bus in the terminal: rates, values, node states, odometry. Sends nothing."""
     from omnimate.cli.monitor.lines import Wanted
     from omnimate.driver.robot.watch.bus_watch import BusWatch
 
@@ -67,15 +74,19 @@ def monitor(
     robot = vehicle_of(vehicle, source)
     known = descriptions(robot, dbc or (), eds or ())
     rate = bitrate or _bitrate(bus, robot)
+    has_screen = out.is_terminal or screenshot is not None
+    if pace is None:  # without a screen, and with no time to end at, nobody watches it happen
+        pace = 1.0 if has_screen or seconds is not None else AT_ONCE
     opened = _opener(source, bus, pace, rate)
     name = str(bus or source)
     with BusWatch(opened, robot) as watch:
-        if out.is_terminal or screenshot is not None:
+        if has_screen:
             _screen(watch, known, name, rate, Wanted.of(show), record, seconds, screenshot, no_color=no_color)
         elif seconds is None and source is None:
             raise CallError("this is no terminal; give --seconds, after which what was seen is printed")
         else:
-            _wait(watch, seconds)
+            with err.status("watching"):
+                _wait(watch, seconds)
             _print(watch.snapshot, known, name, rate, Wanted.of(show))
     if out.is_terminal:
         last = watch.snapshot

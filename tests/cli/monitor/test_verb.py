@@ -6,6 +6,8 @@ import sys
 import pytest
 
 from omnimate.cli.console import out
+from omnimate.cli.monitor.verb import AT_ONCE
+from omnimate.driver.bus.log_bus import LogBus
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import dead_reckon
 
@@ -34,6 +36,25 @@ def test_the_odometry_of_a_replayed_log_is_that_of_its_recording(omnimate, drive
         x, y, theta = dead_reckon(recording, truck)[-1].tolist()
         degrees = math.degrees(math.remainder(theta, 2.0 * math.pi))
         assert f"{truck}: x {x:.3f} m  y {y:.3f} m  {degrees:.1f} degrees" in printed
+
+
+def test_a_log_is_read_at_once_into_a_pipe_and_as_recorded_on_a_screen_or_for_a_time(
+    omnimate, drive, monkeypatch, tmp_path
+):
+    paces = []
+
+    class Replayed(LogBus):
+        def __init__(self, frames, pace):
+            paces.append(pace)
+            super().__init__(frames, AT_ONCE)
+
+    monkeypatch.setattr("omnimate.driver.bus.log_bus.LogBus", Replayed)
+    whole = omnimate("monitor", drive)
+    assert "the log has ended" in whole.out
+    omnimate("monitor", drive, "--seconds", "0.1")
+    omnimate("monitor", drive, "--seconds", "0.1", "--screenshot", tmp_path / "m.svg")
+    omnimate("monitor", drive, "--pace", "7000")
+    assert paces == [AT_ONCE, 1.0, 1.0, 7000.0]
 
 
 def test_rows_may_be_filtered(omnimate, drive):
