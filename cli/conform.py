@@ -37,7 +37,10 @@ def conform(
     force: Annotated[bool, typer.Option("--force", help="Go on although another master sends SYNC.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
 ) -> None:
-    """Check a device against CiA 301, 305, 402 and 406, and say what it does not do. It must not drive."""
+    """Check a device against CiA 301, 305, 402 and 406, without driving it.
+
+    What it does not do is printed with the reason. The device must not drive meanwhile.
+    """
     from omnimate.driver.bus.bus import open_bus
     from omnimate.driver.canopen.node_access import refuse_beside_a_master
     from omnimate.driver.conformance.probe import Probe

@@ -43,7 +43,7 @@ def diagnose(
         typer.Option("--triage", help="Only ask, in 0.3 s, whether anything is there, and where."),
     ] = False,
 ) -> None:
-    """Hold a simulation of the robot against recordings: where they differ, which physics is missing."""
+    """Compare recordings with a simulation: where they differ, which physics is missing."""
     if triage and (report or effects_out):
         raise CallError("--triage names no effects; leave out --report and --effects-out")
     if each:

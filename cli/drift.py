@@ -25,7 +25,7 @@ def drift(
         float, typer.Option(help="Drives between two false alarms, on the average.", min=10.0)
     ] = 1000.0,
 ) -> None:
-    """Say whether it is time to calibrate again: fine, calibrate again, or cannot tell."""
+    """Later, from new recordings: say whether it is time to calibrate again."""
     from omnimate.calib.monitoring.drift import watch_drift
     from omnimate.cli.loading import load
 

@@ -34,8 +34,9 @@ class TurnChoice(Enum):
 
 
 def listen(
-    bus: Annotated[str | None, typer.Option(help="Bus to listen to, such as socketcan://can0.")] = None,
-    log: Annotated[Path | None, typer.Option(help="Log of any form, or recording folder, instead.")] = None,
+    source: Annotated[Path | None, typer.Argument(help="Log of any format, or recording folder.")] = None,
+    bus: Annotated[str | None, typer.Option(help="Listen to this bus, such as socketcan://can0.")] = None,
+    log: Annotated[Path | None, typer.Option(hidden=True)] = None,
     seconds: Annotated[
         float, typer.Option(help="How long to listen [s]; Ctrl-C ends it earlier.", min=1.0)
     ] = 60.0,
@@ -54,15 +55,16 @@ def listen(
         bool, typer.Option("--reasons", help="Say of each signal how it was decided; report.txt always does.")
     ] = False,
 ) -> None:
-    """Say what an unknown bus carries: nodes, PDOs and their signals, wheels. Nothing is sent."""
+    """Find what an unknown bus carries: nodes, PDOs, signals, wheels. Sends nothing."""
     from omnimate.listen.as_json import findings_as_json
     from omnimate.listen.learning import learn_bus
     from omnimate.listen.meanings import meanings_of
     from omnimate.listen.text import report_lines
 
-    if (bus is None) == (log is None):
-        raise CallError("give either --bus URL or --log FILE")
-    frames = _logged(log) if log is not None else _heard(str(bus), seconds)
+    source = source or log  # scripts of version 0.2 have --log
+    if (bus is None) == (source is None):
+        raise CallError("listen takes either a bus (--bus URL) or a log; give one of them")
+    frames = _logged(source) if source is not None else _heard(str(bus), seconds)
     frames = _of_channel(frames, channel)
     known = _known(frames)
     with progress_bar("learning signals") as progress:

@@ -101,7 +101,7 @@ def od(
     timeout: Timeout = 0.5,
     as_json: AsJson = False,
 ) -> None:
-    """Read all objects of a node, those of its EDS or else those of the profiles, and print them."""
+    """Read and print all objects of a node: those of its EDS, or else of the profiles."""
     with _opened(bus, node, eds, timeout) as objects:
         rows = _all(objects, shows_absent=eds is not None)
     if as_json:

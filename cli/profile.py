@@ -10,7 +10,7 @@ import typer
 from omnimate.cli.console import out
 
 app = typer.Typer(
-    help="Parameters by name, for several floors or loads: list them, or put one into vehicle.toml.",
+    help="Parameters by name for several floors or loads: list, or put one into vehicle.toml.",
     no_args_is_help=True,
 )
 

@@ -41,7 +41,7 @@ def replay(
     csv: Annotated[Path | None, typer.Option(help="Write the trajectories of all trucks here.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the floor plan: .png, .svg or .pdf.")] = None,
 ) -> None:
-    """Say what a recording or a log holds and where its odometry leads; or send it onto a bus again."""
+    """Summarise a recording or a log and its odometry, or send its frames onto a bus again."""
     if bus is not None:
         _send(source, bus, pace)
         return

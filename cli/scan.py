@@ -53,7 +53,7 @@ def scan(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Say who is on a bus, by listening and reading alone, and draft a vehicle.toml from it."""
+    """Find who is on a bus by listening and reading alone, and draft a vehicle.toml."""
     from omnimate.driver.bus.bus import open_bus
     from omnimate.driver.scan.scan import scan as look
 

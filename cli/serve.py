@@ -75,7 +75,7 @@ def serve(
         Path | None, typer.Option(help="The robot's VDA 5050 factsheet (JSON), which --mqtt needs.")
     ] = None,
 ) -> None:
-    """Serve calibration, recordings, diagnoses and fleets over REST, and a page for people, until Ctrl-C."""
+    """Serve calibration, recordings, diagnoses and fleets over REST, with a web page."""
     _require_service()
     from omnimate.service.settings import Settings
 

@@ -62,7 +62,7 @@ def sim(
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0)] = 0,
 ) -> None:
-    """Serve the bus of a simulated vehicle to other processes, by the socketcand protocol, until Ctrl-C."""
+    """Serve the bus of a simulated vehicle to other processes by the socketcand protocol."""
     from omnimate.vcan_sim.fault_text import parse_fault
     from omnimate.vcan_sim.plant import Plant
     from omnimate.vcan_sim.self_driving import SelfDriving

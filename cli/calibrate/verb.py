@@ -74,7 +74,7 @@ def calibrate(
         tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the trucks there under this name.")
     ] = None,
 ) -> None:
-    """Calibrate from any drive with absolute poses, by least squares; or a linkage from its own readings."""
+    """In place of umbmark: calibrate from any drive whose absolute poses are measured."""
     from omnimate.files.recordings.folder import load_recording
 
     if relative is not None:

@@ -37,7 +37,7 @@ def demo(
         ),
     ] = None,
 ) -> None:
-    """Drive UMBmark with a simulated OmniMate on a virtual CAN bus, calibrate it, and drive again."""
+    """Drive UMBmark with a simulated robot on a virtual bus, calibrate it, drive again."""
     from omnimate.cli.demo.drive import Settings, drive
     from omnimate.cli.demo.results import draw_clusters, draw_paths, result_table
     from omnimate.cli.tables import show

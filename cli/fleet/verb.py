@@ -10,7 +10,7 @@ import typer
 from omnimate.cli.console import out, progress_bar
 
 app = typer.Typer(
-    help="Recordings of many robots: which robot is sick, which place of the floor is bad.",
+    help="Recordings of many robots: which robot is faulty, which place of the floor is bad.",
     no_args_is_help=True,
 )
 

@@ -57,7 +57,7 @@ def track(
     ] = None,
     every: Annotated[float, typer.Option(help="Seconds between rows; 0 for every sample.", min=0.0)] = 0.1,
 ) -> None:
-    """Show where the robot is by odometry, IPEC and the filter, with what was corrected and why."""
+    """Show the pose by odometry, IPEC and the filter, with what was corrected and why."""
     from omnimate.cli.robots import nominal_vehicle
     from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL
     from omnimate.ipec.tracker import Tracker

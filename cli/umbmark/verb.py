@@ -62,7 +62,7 @@ def umbmark(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Use a result that the checks refuse.")] = False,
 ) -> None:
-    """Calibrate wheelbase and wheel diameters from squares driven cw and ccw (UMBmark)."""
+    """Begin with this: calibrate wheelbase and wheel diameters from squares (UMBmark)."""
     from omnimate.calib.profiles import save_profile
     from omnimate.calib.scale import scale_from_tape
     from omnimate.cli.umbmark.outputs import calibrated_trucks, calibrated_vehicle, export

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from mkdocs.structure.files import File
 
-from omnimate.cli.verbs import whole_command
+from omnimate.cli.verbs import GROUPS, whole_command
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,11 +18,14 @@ NOTES = {
     "demo": "`--fault reboot:node=2,at=30` breaks a device on the way.",
     "record": "It finds the encoders, configures them by SDO, reads everything back, produces SYNC, and "
     "goes on when devices or the bus fail. `--listen-only` sends nothing.",
-    "umbmark": "It prints the paper's equations and the exact inversion side by side, each with its "
+    "umbmark": "Begin with this one: it needs no reference but the place where each square begins and ends. "
+    "It prints the paper's equations and the exact inversion side by side, each with its "
     "confidence interval, and advice where the numbers look wrong. "
     "[UMBmark](../explanation/umbmark.md) explains them.",
-    "calibrate": "It prints parameters, their bounds, and what these drives cannot tell. Poses may be "
-    "dense, or at the stops. It also fits joint and link biases.",
+    "calibrate": "Take it instead of [`umbmark`](#umbmark) where something measures absolute poses all the "
+    "way, such as motion capture or a lidar, or for the biases of a linkage. It prints parameters, their "
+    "bounds, and what these drives do not identify. Poses may be dense, or at the stops.",
+    "drift": "For a robot that is calibrated: it calibrates nothing.",
     "profile apply": "`umbmark` and `calibrate` write profiles with `--profile FILE NAME`.",
     "diagnose": "`--report` is for people, `--json` [for programs](diagnosis.md), `--effects-out` [for "
     "the simulator](effects.md). [The mismatch method](../explanation/mismatch.md) explains "
@@ -41,9 +44,12 @@ NOTES = {
     "sim": "[My driver's tests](../how-to/driver-tests.md) shows it.",
 }
 
+GROUP_OF = {verb: group for group, verbs in GROUPS.items() for verb in verbs}
+
 HEAD = """# Commands
 
-`omnimate VERB --help` prints the same. The verbs are listed in the order in which most people need them.
+`omnimate VERB --help` prints the same. Begin with `demo`, which needs no robot; with a robot, with `record`
+and `umbmark`.
 
 | command | what it does |
 | --- | --- |
@@ -63,7 +69,12 @@ def _page() -> Iterator[str]:
     if unknown:
         raise ValueError(f"notes on verbs that do not exist: {', '.join(sorted(unknown))}")
     yield HEAD
+    group_before = ""
     for name, command in verbs:
+        group_of_verb = GROUP_OF[name.split()[1]]
+        if group_of_verb != group_before:
+            group_before = group_of_verb
+            yield f"| **{group_of_verb}** | |\n"
         text = _sentence(command.help or "")
         yield f"| [`{name}`](#{_anchor(name)}) | {_cell(text)} |\n"
     for name, command in verbs:
@@ -83,7 +94,11 @@ def _verbs(group: Any, prefix: str) -> Iterator[tuple[str, Any]]:  # noqa: ANN40
 
 def _verb(name: str, command: Any) -> Iterator[str]:  # noqa: ANN401
     arguments = [each for each in command.params if each.param_type_name == "argument"]
-    options = [each for each in command.params if each.param_type_name == "option" and each.name != "help"]
+    options = [
+        each
+        for each in command.params
+        if each.param_type_name == "option" and each.name != "help" and not each.hidden
+    ]
     usage = " ".join([name, *(_metavar(each) for each in arguments), *(["[OPTIONS]"] if options else [])])
     note = NOTES.get(name.removeprefix("omnimate "), "")
     yield f"{command.help}\n\n{note}\n\n```text\n{usage}\n```\n\n"

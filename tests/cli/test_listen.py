@@ -19,7 +19,7 @@ def log(tmp_path_factory):
 
 def test_a_log_gives_a_dbc_a_draft_a_report_and_pictures(omnimate, log, tmp_path):
     folder = tmp_path / "found"
-    result = omnimate("listen", "--log", log, "--write", folder, "--turn", "left")
+    result = omnimate("listen", log, "--write", folder, "--turn", "left")
     assert result.code == 0
     assert "wheel_1_0" in result.out
     assert cantools.database.load_file(folder / "bus.dbc").messages
@@ -30,14 +30,19 @@ def test_a_log_gives_a_dbc_a_draft_a_report_and_pictures(omnimate, log, tmp_path
 
 def test_a_draft_is_never_overwritten(omnimate, log, tmp_path):
     (tmp_path / "vehicle.toml").write_text("mine")
-    result = omnimate("listen", "--log", log, "--write", tmp_path)
+    result = omnimate("listen", log, "--write", tmp_path)
     assert result.code != 0
     assert "exists already" in result.err
     assert (tmp_path / "vehicle.toml").read_text() == "mine"
 
 
+def test_a_log_is_an_argument_and_the_option_of_older_scripts_still_works(omnimate, log):
+    assert omnimate("listen", "--log", log, "--json") == omnimate("listen", log, "--json")
+    assert "--log" not in omnimate("listen", "--help").out
+
+
 def test_json_is_all_that_is_printed(omnimate, log):
-    result = omnimate("listen", "--log", log, "--json")
+    result = omnimate("listen", log, "--json")
     assert {message["can_id"] for message in json.loads(result.out)["messages"]} == {0x185, 0x186, 0x286}
 
 
@@ -69,4 +74,4 @@ def test_a_live_bus_is_heard_and_nothing_is_sent(omnimate, monkeypatch):
 def test_either_a_bus_or_a_log_is_asked_for(omnimate):
     result = omnimate("listen")
     assert result.code != 0
-    assert "give either --bus URL or --log FILE" in result.err
+    assert "give one of them" in result.err

@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from omnimate import __version__
-from omnimate.cli.verbs import VERBS, load_verb
+from omnimate.cli.verbs import GROUPS, VERBS, load_verb
 
 SLOW = (
     "numba",
@@ -88,3 +88,18 @@ def test_every_verb_is_listed_with_the_whole_of_its_line_of_help(omnimate, verb)
     listed = omnimate("--help")
     assert listed.code == 0
     assert f" {verb} {VERBS[verb].help}" in " ".join(listed.out.split())
+
+
+def test_the_help_has_groups_and_names_the_verb_to_begin_with(omnimate, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    listed = omnimate("--help").out
+    places = [listed.index(f"\n{group}:\n") for group in GROUPS]
+    assert places == sorted(places)
+    assert "Begin with `omnimate demo`" in listed
+    assert "  umbmark    Begin with this: " in listed
+
+
+def test_the_help_of_every_verb_fits_on_one_line_of_100_characters(omnimate, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    lines = omnimate("--help").out.splitlines()
+    assert all(f"  {name:<9}  {verb.help}" in lines for name, verb in VERBS.items())
