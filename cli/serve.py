@@ -60,7 +60,7 @@ def serve(
         ),
     ] = 40.0,
     rate: Annotated[float, typer.Option(help="Calls a second that one caller may make.", min=1.0)] = 1000.0,
-    fleets: Annotated[str, typer.Option(help="Folder or URL for the recordings of fleets.")] = "fleets",
+    fleets: Annotated[str, typer.Option(help="Folder or URL for all recordings and fleets.")] = "fleets",
     jobs: Annotated[
         int, typer.Option(help="Processes for a fleet's batch; more than 1 need Dask.", min=1)
     ] = 1,

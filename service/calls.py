@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from fastapi import Depends, Header, Request
 from fastapi.responses import Response
@@ -11,7 +11,14 @@ from pydantic import BaseModel
 from starlette.concurrency import run_in_threadpool
 
 from omnimate.service.access import Caller, require_role
-from omnimate.service.idempotency import Answer, IdempotentRequest, act_once, digest_of, storable_key
+from omnimate.service.idempotency import (
+    Answer,
+    IdempotentRequest,
+    act_once,
+    digest_of,
+    replayed,
+    storable_key,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,6 +26,8 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from omnimate.service.components import Components
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +52,36 @@ class Call:
         Raises:
             StateError: the Idempotency-Key was used for another request.
         """
+        return self._act(self._request(body), act)
+
+    def compute_and_change(
+        self, body: BaseModel | bytes | None, compute: Callable[[], T], act: Callable[[Session, T], Answer]
+    ) -> Response:
+        """Compute outside of any transaction, then carry out a change in a short one, as `change`.
+
+        Args:
+            body: The body of the request.
+            compute: Reads and computes what the change needs; not called for a repeated request.
+            act: Checks that what was read has not changed meanwhile, and makes the change.
+
+        Raises:
+            StateError: the Idempotency-Key was used for another request.
+        """
+        request = self._request(body)
+        response = replayed(self.components.database, request) if request is not None else None
+        if response is not None:
+            return response
+        computed = compute()
+        return self._act(request, lambda db: act(db, computed))
+
+    def _request(self, body: BaseModel | bytes | None) -> IdempotentRequest | None:
+        if self.key is None:
+            return None
+        return IdempotentRequest(self.caller.name, self.key, self.name, digest_of(body))
+
+    def _act(self, request: IdempotentRequest | None, act: Callable[[Session], Answer]) -> Response:
         database = self.components.database
-        if self.key is not None:
-            request = IdempotentRequest(self.caller.name, self.key, self.name, digest_of(body))
+        if request is not None:
             return act_once(database, request, act)
         with database.writing() as db:
             answer = act(db)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,15 +12,15 @@ from omnimate.service.access import Callers
 from omnimate.service.event_stream import EventStream
 from omnimate.service.fleets.batches import Batches
 from omnimate.service.fleets.deliverer import Deliverer
-from omnimate.service.fleets.stores import Stores
 from omnimate.service.jobs.diagnosing import Diagnosing
-from omnimate.service.jobs.housekeeping import keep_house
+from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
 from omnimate.service.jobs.worker import Worker
 from omnimate.service.robot.connection import simulated_plant
 from omnimate.service.robot.robot_thread import RobotThread
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.store import vehicles
 from omnimate.service.store.database import Database
+from omnimate.service.store.recordings import FleetStores, RecordingStore
 from omnimate.service.vda5050.factsheet import load_factsheet
 from omnimate.service.vda5050.publisher import BrokerError, Publisher
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -46,6 +47,7 @@ class Components:
         worker: Works on the queued diagnoses.
         batch_worker: Works on the queued batches of fleets.
         deliverer: Sends messages to webhooks.
+        recordings: The store of uploaded and driven recordings.
         stores: The stores of the fleets.
         publisher: Publishes the robot by VDA 5050; None where no broker is given.
         callers: The callers of the last second.
@@ -60,7 +62,8 @@ class Components:
     worker: Worker
     batch_worker: Worker
     deliverer: Deliverer
-    stores: Stores
+    recordings: RecordingStore
+    stores: FleetStores
     publisher: Publisher | None
     callers: Callers
 
@@ -100,14 +103,17 @@ def make_components(settings: Settings) -> Components:
         first = _first_version(database, vehicle)
     except IntegrityError:  # another service that starts at the same time was faster
         first = _first_version(database, vehicle)
+    recordings = RecordingStore(settings.fleets, settings.unpacked)
+    recordings.take_from_rows(database)
+    recordings.delete_orphans(database, time.time())
     plant = simulated_plant(first) if settings.bus is None else None
-    reporter = SessionReporter(database, events, vehicle.name, settings.instance)
+    reporter = SessionReporter(database, events, vehicle.name, settings.instance, recordings)
     robot = RobotThread(settings.bus, plant, settings.pace, events, reporter)
-    stores = Stores(settings.fleets)
+    stores = FleetStores(settings.fleets)
     batches = Batches(stores, settings.jobs, settings.scheduler)
 
-    def keep() -> None:
-        for session in keep_house(database):
+    def expire() -> None:
+        for session in expire_sessions_and_requeue_jobs(database):
             reporter.announce(session)
 
     return Components(
@@ -117,9 +123,10 @@ def make_components(settings: Settings) -> Components:
         vehicle=vehicle.name,
         reporter=reporter,
         robot=robot,
-        worker=Worker(database, events, settings.instance, Diagnosing(settings.unpacked), keep),
+        worker=Worker(database, events, settings.instance, Diagnosing(recordings), expire),
         batch_worker=Worker(database, events, settings.instance, batches),
         deliverer=Deliverer(database),
+        recordings=recordings,
         stores=stores,
         publisher=_publisher(settings, robot, reporter),
         callers=Callers(keyless_allowed=settings.is_loopback),

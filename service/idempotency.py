@@ -81,9 +81,9 @@ def act_once(database: Database, request: IdempotentRequest, act: Callable[[Sess
     """
     try:
         with database.writing() as db:
-            before = db.get(AnswerRow, (request.caller, request.key))
-            if before is not None:
-                return _replayed(before, request)
+            response = _replayed(db, request)
+            if response is not None:
+                return response
             row = _claim_key(db, request)
             answer = act(db)
             db.flush()
@@ -91,11 +91,20 @@ def act_once(database: Database, request: IdempotentRequest, act: Callable[[Sess
             row.headers = json.dumps(answer.headers)
         return answer.as_response()
     except IntegrityError:  # the same request came twice at once, and the other one was first
-        with database.reading() as db:
-            before = db.get(AnswerRow, (request.caller, request.key))
-            if before is None:
-                raise
-            return _replayed(before, request)
+        response = replayed(database, request)
+        if response is None:
+            raise
+        return response
+
+
+def replayed(database: Database, request: IdempotentRequest) -> Response | None:
+    """Return the answer to a request that was carried out already; None where it was not.
+
+    Raises:
+        StateError: the key was used for another request.
+    """
+    with database.reading() as db:
+        return _replayed(db, request)
 
 
 def _claim_key(db: Session, request: IdempotentRequest) -> AnswerRow:
@@ -114,7 +123,10 @@ def _claim_key(db: Session, request: IdempotentRequest) -> AnswerRow:
     return row
 
 
-def _replayed(before: AnswerRow, request: IdempotentRequest) -> Response:
+def _replayed(db: Session, request: IdempotentRequest) -> Response | None:
+    before = db.get(AnswerRow, (request.caller, request.key))
+    if before is None:
+        return None
     if (before.call, before.digest) != (request.call, request.digest):
         raise StateError(
             f"Idempotency-Key {request.key!r} was used for another request; send a new key with a new request"

@@ -1,25 +1,17 @@
-"""Recordings as zip files: checked before they are unpacked, and read before they are kept."""
+"""Recording folders as zip files, which are checked while they are unpacked."""
 
 from __future__ import annotations
 
 import io
-import secrets
 import stat
-import tempfile
-import time
 import zipfile
-from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
-from omnimate.files.recordings.folder import load_recording
 from omnimate.service.errors import InvalidValueError, MediaTypeError, TooLargeError
-from omnimate.service.store.tables import RecordingRow
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from omnimate.vehicle.recording import Recording
+    from pathlib import Path
 
 MOST_FILES = 64  # in a zip
 BLOCK = 1 << 20  # [bytes] that are unpacked at a time
@@ -94,40 +86,3 @@ def pack(folder: Path) -> bytes:
         for path in sorted(folder.iterdir()):
             archive.write(path, path.name)
     return buffer.getvalue()
-
-
-def make_row(name: str, content: bytes, recording: Recording) -> RecordingRow:
-    """Return the database row of a recording."""
-    return RecordingRow(
-        id=secrets.token_hex(8),
-        name=name,
-        vehicle=recording.vehicle.name[:100],
-        samples=len(recording),
-        seconds=float(recording.time[-1] - recording.time[0]),
-        laps=0 if recording.run is None else len(recording.run.laps),
-        poses=0 if recording.poses is None else len(recording.poses.time),
-        size=len(content),
-        created=time.time(),
-        content=content,
-    )
-
-
-def check_upload(name: str, content: bytes, limit: int) -> RecordingRow:
-    """Return the database row of an uploaded zip, after its recording was read completely.
-
-    Raises:
-        MediaTypeError: the content is not a zip.
-        InvalidValueError: the zip is not one of a recording folder.
-        TooLargeError: the zip is larger than the limit [bytes] when it is unpacked.
-        OmnimateError: the recording cannot be read.
-    """
-    with tempfile.TemporaryDirectory() as place:
-        return make_row(name, content, load_recording(unpack(content, Path(place), limit)))
-
-
-def load_rows(rows: list[RecordingRow], place: Path, limit: int) -> Iterator[Recording]:
-    """Yield recordings of the database, each unpacked into a folder of its own in `place`."""
-    for row in rows:
-        folder = place / row.id
-        folder.mkdir()
-        yield replace(load_recording(unpack(row.content, folder, limit)), source=row.name)

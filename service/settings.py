@@ -18,7 +18,8 @@ class Settings:
         bus: The URL of the robot's bus; None for a simulated robot in this process.
         vehicle: The file of the robot's parameters; None for the reference robot.
         database: The URL of the database, in SQLAlchemy's form.
-        fleets: The folder or URL of the fleets' stores; services that share a database share it, too.
+        fleets: The folder or URL of all recordings, and of the results of fleets; services that share a
+            database share it, too.
         jobs: The processes that work on a fleet's batch on this machine.
         scheduler: The address of the Dask scheduler that works on batches; None for this machine.
         host: The address at which the service listens.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from omnimate.fleet.errors import FleetError
-from omnimate.vehicle.atomic import write_bytes
+from omnimate.vehicle.atomic import make_folder, write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -68,7 +68,7 @@ class LocalFiles:
     def write(self, path: str, content: bytes) -> None:
         """Replace a file's content in one step."""
         target = self.root / path
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         write_bytes(target, content)
 
     def delete(self, path: str) -> None:

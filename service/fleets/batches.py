@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from omnimate.fleet.batch.run import Workers
-    from omnimate.service.fleets.stores import Stores
     from omnimate.service.jobs.process import JobProcess
+    from omnimate.service.store.database import Database
+    from omnimate.service.store.recordings import FleetStores
     from omnimate.service.store.tables import JobRow
 
 SHOWN_FAILURES = 50
@@ -63,21 +64,22 @@ class Batches:
     """The batches among the jobs.
 
     Args:
-        stores: The fleets' stores.
+        stores: The stores of the fleets.
         jobs: Processes that work on a batch on this machine.
         scheduler: Address of the Dask scheduler that works on batches; None for this machine.
     """
 
     kind: Final = "batch"
 
-    def __init__(self, stores: Stores, jobs: int = 1, scheduler: str | None = None) -> None:
+    def __init__(self, stores: FleetStores, jobs: int = 1, scheduler: str | None = None) -> None:
         self._stores, self._jobs, self._scheduler = stores, jobs, scheduler
 
-    def start(self, db: Session, job_id: str, _place: Path) -> AbstractContextManager[JobProcess]:
+    def start(self, database: Database, job_id: str, _place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a batch."""
         from omnimate.fleet.batch.run import Workers
 
-        row = find_job(db, job_id, "batch")
+        with database.reading() as db:
+            row = find_job(db, job_id, "batch")
         assert row.fleet is not None
         asked = json.loads(row.asked or "{}")
         workers = Workers(self._jobs, self._scheduler)
@@ -86,10 +88,11 @@ class Batches:
 
     def keep(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
         """Keep what a batch did, and note the night's findings with the messages that tell of them."""
+        morning = outcome.pop("morning", None)
         row.summary = json.dumps(outcome)
-        if outcome["night"] is not None:
+        if morning is not None:
             assert row.fleet is not None
-            note_findings(db, row.fleet, read_morning(self._stores.results_of(row.fleet), outcome["night"]))
+            note_findings(db, row.fleet, morning)
 
     def view(self, row: JobRow) -> Batch:
         """Return a batch as clients see it."""
@@ -133,7 +136,11 @@ def run_fleet_batch(
             "note": None,
         }
         try:
-            outcome["night"] = judge_night(open_files(results), day, read).day
+            files = open_files(results)
+            outcome["night"] = judge_night(files, day, read).day
+            outcome["morning"] = read_morning(
+                files, outcome["night"]
+            )  # here: no file is read in a transaction
         except FleetError as error:
             outcome["note"] = str(error)
         parent.send(outcome)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import logging
 import signal
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from omnimate.service.errors import NotFoundError
 from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import find_job, job_view
-from omnimate.service.recording_zip import unpack
 from omnimate.service.store.tables import RecordingRow
 from omnimate.vehicle.errors import OmnimateError
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
     from omnimate.service.jobs.models import Job
     from omnimate.service.jobs.process import JobProcess
+    from omnimate.service.store.database import Database
+    from omnimate.service.store.recordings import RecordingStore
     from omnimate.service.store.tables import JobRow
 
 _log = logging.getLogger(__name__)
@@ -32,23 +35,25 @@ class Diagnosing:
     """The diagnoses among the jobs.
 
     Args:
-        unpacked_limit: The largest recording after it was unpacked [bytes].
+        recordings: The store of the recordings.
     """
 
     kind: Final = "diagnose"
 
-    def __init__(self, unpacked_limit: int) -> None:
-        self._unpacked_limit = unpacked_limit
+    def __init__(self, recordings: RecordingStore) -> None:
+        self._recordings = recordings
 
-    def start(self, db: Session, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
+    def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a job, which works in the folder `place`."""
+        with database.reading() as db:
+            wanted = json.loads(find_job(db, job_id).recordings)
+            rows = [row for recording in wanted if (row := db.get(RecordingRow, recording)) is not None]
         folders = []
-        for recording_id in json.loads(find_job(db, job_id).recordings):
-            row = db.get(RecordingRow, recording_id)
-            if row is not None:
-                folder = place / row.id
-                folder.mkdir()
-                folders.append((row.name, str(unpack(row.content, folder, self._unpacked_limit))))
+        for row in rows:
+            folder = place / row.id
+            folder.mkdir()
+            with suppress(NotFoundError):  # deleted meanwhile
+                folders.append((row.name, str(self._recordings.unpack(row, folder))))
         return running(run_diagnosis, folders)
 
     def keep(self, _db: Session, row: JobRow, outcome: dict[str, Any]) -> None:

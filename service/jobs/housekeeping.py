@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 ANSWERS_KEPT = 86400.0  # [s] in which a request with an Idempotency-Key may be repeated
 
 
-def keep_house(database: Database) -> list[str]:
+def expire_sessions_and_requeue_jobs(database: Database) -> list[str]:
     """Do all of it once; return the ids of the sessions that were interrupted."""
     now = time.time()
     _give_back_orphans(database, now)

@@ -38,7 +38,7 @@ class Jobs(Protocol):
     def kind(self) -> JobKind:
         """The kind, as the table has it."""
 
-    def start(self, db: Session, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
+    def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a job, which works in the folder `place`."""
 
     def keep(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
@@ -96,8 +96,8 @@ class Worker:
                 if job_id is not None:
                     self._work(job_id)
                     continue
-            except SQLAlchemyError:
-                _log.exception("the database did not answer; it is tried again")
+            except (SQLAlchemyError, OSError):
+                _log.exception("the database or a file did not answer; it is tried again")
             self._wake.wait(LOOK_PERIOD)
             self._wake.clear()
 
@@ -111,11 +111,11 @@ class Worker:
     def _work(self, job_id: str) -> None:
         """Work in another process, and keep the outcome."""
         self._publish(job_id)
-        with tempfile.TemporaryDirectory() as place:
-            with self._database.reading() as db:
-                starting = self._jobs.start(db, job_id, Path(place))
-            with starting as process:
-                self._finish(job_id, process.outcome(lambda message: self._renew(job_id, message)))
+        with (
+            tempfile.TemporaryDirectory() as place,
+            self._jobs.start(self._database, job_id, Path(place)) as process,
+        ):
+            self._finish(job_id, process.outcome(lambda message: self._renew(job_id, message)))
         self._publish(job_id)
 
     def _renew(self, job_id: str, message: dict[str, Any]) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from omnimate.files.recordings.folder import load_recording
-from omnimate.service.recording_zip import make_row, pack
+from omnimate.service.recording_zip import pack
 from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
@@ -25,10 +25,13 @@ if TYPE_CHECKING:
 
     from omnimate.service.event_stream import EventStream
     from omnimate.service.store.database import Database
+    from omnimate.service.store.recordings import RecordingStore
     from omnimate.service.umbmark.fields import Direction
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
+
+MEASURE = "one {} square is driven: measure where the robot stands, and post it as a sample"
 
 
 class LapError(OmnimateError):
@@ -43,10 +46,13 @@ class SessionReporter:
         events: Publishes each change of a session.
         vehicle: The name of the robot on the bus.
         instance: The id of this service among those that share the database.
+        recordings: Stores the recordings of laps.
     """
 
-    def __init__(self, database: Database, events: EventStream, vehicle: str, instance: str) -> None:
-        self._database, self._events = database, events
+    def __init__(
+        self, database: Database, events: EventStream, vehicle: str, instance: str, recordings: RecordingStore
+    ) -> None:
+        self._database, self._events, self._recordings = database, events, recordings
         self._vehicle, self._instance = vehicle, instance
 
     def vehicle(self) -> VehicleParameters:
@@ -78,17 +84,23 @@ class SessionReporter:
             CalibrationError: the lap is not a square with a fix before and after it.
         """
         recording = replace(load_recording(folder), source=f"the {direction} square")
-        content = pack(folder)
+        with self._database.reading() as db:
+            row = find_row(db, SessionRow, session)
+            self._require_driving(row)
+            vehicle = vehicle_of(db, row)
+        measured = recording.poses is not None
+        errors = _return_errors(recording, vehicle, row.side) if measured else {}
+        ends = {} if measured else _ends(recording)
+        stored = self._recordings.add(f"session {session}, {direction}", pack(folder), recording)
         with self._database.writing() as db:
             row = find_row(db, SessionRow, session, for_change=True)
             self._require_driving(row)
-            kept = make_row(f"session {session}, {direction}", content, recording)
-            db.add(kept)
-            if recording.poses is None:
-                _wait_for_measurement(row, direction, recording)
+            db.add(stored)
+            if measured:
+                add_sample(db, row, direction, errors, "driven", stored.id)
             else:
-                errors = _return_errors(recording, vehicle_of(db, row), row.side)
-                add_sample(db, row, direction, errors, "driven", kept.id)
+                row.pending = json.dumps({"direction": direction, "calculated": ends})
+                end_lease(row, "measuring", MEASURE.format(direction))
             row.changed = time.time()
         self.announce(session)
 
@@ -129,8 +141,8 @@ class SessionReporter:
         return view.model_dump(exclude={"samples"})
 
 
-def _wait_for_measurement(row: SessionRow, direction: Direction, recording: Recording) -> None:
-    """Keep where odometry ended, until a person measures where the robot stands."""
+def _ends(recording: Recording) -> dict[TruckName, list[float]]:
+    """Return the pose of each truck at the end of the lap by odometry, seen from its start."""
     assert recording.run is not None  # it was driven by a program
     lap = recording.run.laps[-1]
     inside = recording.between(lap.start, lap.end)
@@ -138,9 +150,7 @@ def _wait_for_measurement(row: SessionRow, direction: Direction, recording: Reco
     for truck in recording.vehicle.trucks:
         path = dead_reckon(recording, truck)[inside]
         ends[truck] = between(path[0], path[-1]).tolist()
-    row.pending = json.dumps({"direction": direction, "calculated": ends})
-    detail = f"one {direction} square is driven: measure where the robot stands, and post it as a sample"
-    end_lease(row, "measuring", detail)
+    return ends
 
 
 def _return_errors(recording: Recording, vehicle: VehicleParameters, side: float) -> dict[TruckName, Array]:

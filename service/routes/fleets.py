@@ -11,11 +11,11 @@ from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Operating, Reading
+from omnimate.service.errors import StateError
 from omnimate.service.fleets.batches import add_batch, batch_view
 from omnimate.service.fleets.fields import PlainName
 from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, Upload
 from omnimate.service.fleets.results import fleet_view
-from omnimate.service.fleets.stores import add_fleet
 from omnimate.service.fleets.upload import store_day
 from omnimate.service.idempotency import Answer
 from omnimate.service.jobs.queue import cancel_job, find_job
@@ -36,13 +36,16 @@ BatchId = Annotated[Id, PathParameter(description="The id of the batch.")]
 @router.post("", operation_id="createFleet", status_code=201, response_model=Fleet)
 def create(body: FleetStart, call: Operating) -> Response:
     """Make a fleet: robots that share floors, each of which has one frame of poses."""
+    row = FleetRow(id=body.name, created=time.time())
 
-    def act(db: Db) -> Answer:
-        row = add_fleet(db, body.name, time.time())
-        view = fleet_view(row, call.components.stores.results_of(row.id))
+    def act(db: Db, view: Fleet) -> Answer:
+        if db.get(FleetRow, row.id) is not None:
+            raise StateError(f"fleet {row.id!r} exists already")
+        db.add(row)
         return Answer(view, 201, {"Location": f"{PREFIX}/{row.id}"})
 
-    return call.change(body, act)
+    results = call.components.stores.results_of(row.id)
+    return call.compute_and_change(body, lambda: fleet_view(row, results), act)
 
 
 @router.get("", operation_id="listFleets", response_model=Page[Fleet], responses=documented(404))
@@ -72,13 +75,14 @@ def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
 )
 def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:
     """Upload a zip of folders robot=NAME/day=YYYY-MM-DD/RECORDING/. What is there already is replaced."""
-    with call.components.database.reading() as db:
-        find_row(db, FleetRow, fleet)
-    # Before the transaction, which would keep all other writers waiting; the same files twice do no harm.
-    stored = store_day(
-        call.components.stores.recordings_of(fleet), content, call.components.settings.unpacked
-    )
-    return call.change(content, lambda _db: Answer(stored, 201))
+
+    def store() -> Upload:
+        with call.components.database.reading() as db:
+            find_row(db, FleetRow, fleet)
+        files = call.components.stores.recordings_of(fleet)
+        return store_day(files, content, call.components.settings.unpacked)
+
+    return call.compute_and_change(content, store, lambda _db, stored: Answer(stored, 201))
 
 
 @router.post(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from fastapi import APIRouter, Query
@@ -14,7 +12,6 @@ from omnimate.service.errors import UnavailableError
 from omnimate.service.idempotency import Answer
 from omnimate.service.learned import Learned, accept_learned, learned_view
 from omnimate.service.problems import documented
-from omnimate.service.recording_zip import load_rows
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.routes.recordings import RecordingId
 from omnimate.service.routes.vehicles import Vehicle, vehicle_view
@@ -87,16 +84,19 @@ def accept_of_recording(
     recording_id: RecordingId, call: Operating, if_match: IfMatch, uncalibrated: Uncalibrated = False
 ) -> Response:
     """Make what the filter has learned by the end of a recording the newest version of its vehicle."""
-    expected = expected_version(if_match)
-    recording, estimate = _estimate(call, recording_id, uncalibrated=uncalibrated)
+    expected, accepted = expected_version(if_match), []
 
-    def act(db: Db) -> Answer:
+    def act(db: Db, learned: tuple[Recording, Estimate]) -> Answer:
+        recording, estimate = learned
+        accepted.append(recording.vehicle.name)
         origin = f"learned from recording {recording_id}"
         row = accept_learned(db, recording.vehicle, estimate.slow, origin, expected)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
-    response = call.change(None, act)
-    if recording.vehicle.name == call.components.vehicle:
+    response = call.compute_and_change(
+        None, lambda: _estimate(call, recording_id, uncalibrated=uncalibrated), act
+    )
+    if call.components.vehicle in accepted:
         call.components.robot.reload()
     return response
 
@@ -127,7 +127,7 @@ def _estimate(call: Call, recording_id: str, *, uncalibrated: bool) -> tuple[Rec
     from omnimate.ipec.filter.estimate import estimate
     from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL
 
-    with call.components.database.reading() as db, tempfile.TemporaryDirectory() as place:
+    with call.components.database.reading() as db:
         row = find_row(db, RecordingRow, recording_id)
-        (recording,) = load_rows([row], Path(place), call.components.settings.unpacked)
+    recording = call.components.recordings.load(row)
     return recording, estimate(recording, prior=NOMINAL if uncalibrated else CALIBRATED)

@@ -15,7 +15,6 @@ from omnimate.service.calls import Operating, Reading
 from omnimate.service.errors import MediaTypeError
 from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
-from omnimate.service.recording_zip import check_upload
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.store.lists import read_page
 from omnimate.service.store.rows import find_row
@@ -87,13 +86,13 @@ def upload(
     name: Annotated[Name | None, Query(description="The name of the recording in lists.")] = None,
 ) -> Response:
     """Upload a zip of a recording folder. The recording is read completely before it is kept."""
-    row = check_upload(name or "uploaded", content, call.components.settings.unpacked)
 
-    def act(db: Db) -> Answer:
+    def act(db: Db, row: RecordingRow) -> Answer:
         db.add(row)
         return Answer(recording_view(row), 201, {"Location": f"{router.prefix}/{row.id}"})
 
-    return call.change(content, act)
+    store = call.components.recordings
+    return call.compute_and_change(content, lambda: store.add_upload(name or "uploaded", content), act)
 
 
 @router.get("", operation_id="listRecordings", response_model=Page[Recording], responses=documented(404))
@@ -122,7 +121,8 @@ def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
 def download(recording_id: RecordingId, call: Reading) -> Response:
     """Return the zip of the recording folder."""
     with call.components.database.reading() as db:
-        content = find_row(db, RecordingRow, recording_id).content
+        row = find_row(db, RecordingRow, recording_id)
+    content = call.components.recordings.content(row)
     headers = {"Content-Disposition": f'attachment; filename="recording-{recording_id}.zip"'}
     return Response(content, media_type="application/zip", headers=headers)
 
@@ -132,9 +132,14 @@ def download(recording_id: RecordingId, call: Reading) -> Response:
 )
 def delete(recording_id: RecordingId, call: Operating) -> Response:
     """Delete a recording."""
+    deleted = []
 
     def act(db: Db) -> Answer:
-        db.delete(find_row(db, RecordingRow, recording_id))
+        deleted.append(find_row(db, RecordingRow, recording_id))
+        db.delete(deleted[0])
         return Answer(Done(done=f"recording {recording_id} is deleted"))
 
-    return call.change(None, act)
+    response = call.change(None, act)
+    for row in deleted:
+        call.components.recordings.delete(row)
+    return response

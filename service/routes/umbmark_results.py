@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Annotated
 
 from fastapi import APIRouter
@@ -17,10 +18,11 @@ from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.requests import Accept, Solve
-from omnimate.service.umbmark.responses import Result, Session
+from omnimate.service.umbmark.responses import Result, Sample, Session
+from omnimate.service.umbmark.session_states import require_call
 from omnimate.service.umbmark.session_views import samples_of, session_with_samples
 from omnimate.service.umbmark.sessions import extend_lifetime, session_for
-from omnimate.service.umbmark.solving import accept_result, last_result, solve_session, vehicle_of
+from omnimate.service.umbmark.solving import accept_result, last_result, store_result, vehicle_of
 
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
@@ -34,13 +36,23 @@ router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> Response:
     """Solve the session with the runs that it has. More runs may be added, and the session solved again."""
 
-    def act(db: Db) -> Answer:
+    def compute() -> tuple[list[Sample], Result]:
+        from omnimate.service.umbmark.result import make_result  # imports scipy.stats, which takes a second
+
+        with call.components.database.reading() as db:
+            row = find_row(db, SessionRow, session_id)
+            require_call(row, "solve", time.time())
+            samples, vehicle = samples_of(db, row), vehicle_of(db, row)
+        return samples, make_result(row, samples, vehicle, (body or Solve()).method)
+
+    def act(db: Db, computed: tuple[list[Sample], Result]) -> Answer:
         row = session_for(db, session_id, "solve")
-        result = solve_session(db, row, (body or Solve()).method)
+        samples, result = computed
+        store_result(db, row, samples, result)
         extend_lifetime(row, call.components.settings.lifetime)
         return Answer(result, 200, {"ETag": etag(result.revision)})
 
-    response = call.change(body, act)
+    response = call.compute_and_change(body, compute, act)
     call.components.reporter.announce(session_id)
     return response
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
+import time
 from typing import Annotated
 
 from fastapi import APIRouter
@@ -12,24 +11,26 @@ from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Call, Operating
-from omnimate.service.errors import InvalidValueError, NotFoundError
+from omnimate.service.errors import InvalidValueError
 from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
-from omnimate.service.recording_zip import load_rows
 from omnimate.service.routes.common import ALWAYS, Done
 from omnimate.service.routes.session_drives import SessionDrives
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
-from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow
+from omnimate.service.store.rows import find_row
+from omnimate.service.store.tables import RecordingRow, SessionRow
 from omnimate.service.umbmark.fields import Direction
 from omnimate.service.umbmark.requests import SampleGiven, SampleOfFixes
 from omnimate.service.umbmark.responses import Sample
 from omnimate.service.umbmark.samples import add_measured_sample, add_sample, remove_sample
+from omnimate.service.umbmark.session_states import require_call
 from omnimate.service.umbmark.session_views import count_samples, sample_view
 from omnimate.service.umbmark.sessions import extend_lifetime, session_for
 from omnimate.service.umbmark.solving import vehicle_of
 from omnimate.vehicle.parameters import TruckName
 from omnimate.vehicle.se2 import Array
 
+Squares = list[tuple[Direction, dict[TruckName, Array]]]  # with the return error `(3,)` of each truck
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
 
@@ -44,13 +45,19 @@ def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
     """Add a run by its fixes, or all runs of a recording. A run that was answered with 201 is not lost."""
     drives = SessionDrives(call.components)
 
-    def act(db: Db) -> Answer:
+    def compute() -> Squares | None:
+        return None if isinstance(body, SampleOfFixes) else _squares(call, session_id, body.recording)
+
+    def act(db: Db, squares: Squares | None) -> Answer:
         row = session_for(db, session_id, "sample")
         was_measuring = row.state == "measuring"
         if isinstance(body, SampleOfFixes):
             sample = add_measured_sample(db, row, body)
         else:
-            sample = _add_recording(call, db, row, body.recording)[-1]
+            assert squares is not None
+            recording = find_row(db, RecordingRow, body.recording)  # it may have been deleted meanwhile
+            for direction, errors in squares:
+                sample = add_sample(db, row, direction, errors, recording.name, recording.id)
         extend_lifetime(row, call.components.settings.lifetime)
         db.flush()
         if was_measuring:
@@ -58,7 +65,7 @@ def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
         location = f"{PREFIX}/{session_id}/samples/{sample.number}"
         return Answer(sample_view(sample), 201, {"Location": location})
 
-    response = drives.begin_after(lambda: call.change(body, act))
+    response = drives.begin_after(lambda: call.compute_and_change(body, compute, act))
     call.components.reporter.announce(session_id)
     return response
 
@@ -72,8 +79,8 @@ def _continue_driving(db: Db, row: SessionRow, drives: SessionDrives) -> None:
         drives.prepare(row)
 
 
-def _add_recording(call: Call, db: Db, row: SessionRow, recording_id: str) -> list[SampleRow]:
-    """Add every square of an uploaded recording.
+def _squares(call: Call, session_id: str, recording_id: str) -> Squares:
+    """Return the squares of an uploaded recording, of which there is one at least.
 
     Raises:
         NotFoundError: there is no such recording.
@@ -83,17 +90,17 @@ def _add_recording(call: Call, db: Db, row: SessionRow, recording_id: str) -> li
     from omnimate.calib.recordings import has_fixes
     from omnimate.calib.umbmark.recordings import square_runs
 
-    stored = db.get(RecordingRow, recording_id)
-    if stored is None:
-        raise NotFoundError("recording", recording_id)
+    with call.components.database.reading() as db:
+        row = find_row(db, SessionRow, session_id)
+        require_call(row, "sample", time.time())
+        stored = find_row(db, RecordingRow, recording_id)
+        vehicle = vehicle_of(db, row)
     if stored.vehicle != row.vehicle:
         raise InvalidValueError(
             "recording", f"it is of the robot {stored.vehicle!r}; this session is of {row.vehicle!r}"
         )
-    vehicle = vehicle_of(db, row)
-    with tempfile.TemporaryDirectory() as place:
-        (recording,) = load_rows([stored], Path(place), call.components.settings.unpacked)
-    squares: list[tuple[Direction, dict[TruckName, Array]]] = []
+    recording = call.components.recordings.load(stored)
+    squares: Squares = []
     for name, truck in vehicle.trucks.items():
         for number, run in enumerate(square_runs(recording, name) if has_fixes(recording, name) else ()):
             run.check(truck, row.side)
@@ -102,7 +109,7 @@ def _add_recording(call: Call, db: Db, row: SessionRow, recording_id: str) -> li
             squares[number][1][name] = run.return_error(truck)
     if not squares:
         raise InvalidValueError("recording", "no square with fixes before and after it (run.toml, poses.csv)")
-    return [add_sample(db, row, direction, errors, stored.name, stored.id) for direction, errors in squares]
+    return squares
 
 
 @router.delete(

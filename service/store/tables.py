@@ -63,7 +63,7 @@ class SampleRow(Base):
 
 
 class RecordingRow(Base):
-    """A recording folder, as a zip."""
+    """A recording folder; its zip is a file of `omnimate.service.store.recordings`."""
 
     __tablename__ = "recordings"
     __table_args__ = (Index("recordings_by_age", "created", "id"),)
@@ -76,7 +76,14 @@ class RecordingRow(Base):
     poses: Mapped[int]
     size: Mapped[int]
     created: Mapped[float]
-    content: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+
+
+class RecordingContentRow(Base):
+    """The zip of a recording that an earlier version stored, until the service's next start makes it a file."""
+
+    __tablename__ = "recording_contents"
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    content: Mapped[bytes] = mapped_column(LargeBinary)
 
 
 class JobRow(Base):

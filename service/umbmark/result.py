@@ -7,7 +7,6 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from omnimate.calib.apply import corrected_vehicle
 from omnimate.calib.errors import CalibrationError, MethodError
 from omnimate.calib.umbmark.assessment import Assessment, assess
 from omnimate.calib.umbmark.experiment import Calibration, Experiment, calibrate
@@ -25,7 +24,7 @@ from omnimate.service.umbmark.responses import (
     TruckResult,
     TruckSizes,
 )
-from omnimate.vehicle.parameters import TRUCKS, Truck
+from omnimate.vehicle.parameters import TRUCKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -118,12 +117,6 @@ def _error(pose: Array) -> ReturnError:
 
 def _or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-def calibrated_vehicle(vehicle: VehicleParameters, result: Result) -> VehicleParameters:
-    """Return the vehicle with the calibrated sizes of a result's trucks."""
-    trucks = {name: Truck(**truck.calibrated.model_dump()) for name, truck in result.trucks.items()}
-    return corrected_vehicle(vehicle, trucks)
 
 
 def cluster_panels(experiments: dict[TruckName, Experiment], result: Result) -> list[Clusters]:

@@ -1,36 +1,40 @@
-"""A session's result: calculated from its runs, read, and accepted as the vehicle's newest version."""
+"""A session's result: read, and accepted as the vehicle's newest version."""
 
 from __future__ import annotations
 
 import time
 from typing import TYPE_CHECKING
 
+from omnimate.calib.apply import corrected_vehicle
 from omnimate.service.errors import ModifiedError, StateError
 from omnimate.service.store import vehicles
 from omnimate.service.umbmark.responses import Result
 from omnimate.service.umbmark.session_states import possible_calls
 from omnimate.service.umbmark.session_views import samples_of
+from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sqlalchemy.orm import Session as Db
 
     from omnimate.service.store.tables import SessionRow, VehicleRow
-    from omnimate.service.umbmark.fields import Method
+    from omnimate.service.umbmark.responses import Sample
     from omnimate.vehicle.parameters import VehicleParameters
 
 
-def solve_session(db: Db, row: SessionRow, method: Method) -> Result:
-    """Solve a session with the runs that it has.
+def store_result(db: Db, row: SessionRow, samples: Sequence[Sample], result: Result) -> None:
+    """Make a result that was calculated from some runs that of their session.
 
     Raises:
-        StateError: the runs of a direction are missing.
-        InvalidValueError: the runs do not allow the method.
+        StateError: the session has other runs now.
     """
-    from omnimate.service.umbmark.result import make_result  # imports scipy.stats, which takes a second
-
-    result = make_result(row, samples_of(db, row), vehicle_of(db, row), method)
+    if samples_of(db, row) != samples:
+        raise StateError(
+            f"the runs of session {row.id} changed while it was solved; solve it again",
+            possible_calls(row, time.time()),
+        )
     row.state, row.result, row.detail = "solved", result.model_dump_json(), ""
-    return result
 
 
 def last_result(row: SessionRow) -> Result:
@@ -57,8 +61,6 @@ def accept_result(db: Db, row: SessionRow, revision: str | None, *, force: bool)
         ModifiedError: the result has another revision, or the vehicle has a newer version.
         StateError: a check of the result reports an error, and `force` is not set.
     """
-    from omnimate.service.umbmark.result import calibrated_vehicle
-
     result = last_result(row)
     if revision is not None and revision != result.revision:
         raise ModifiedError(
@@ -66,7 +68,8 @@ def accept_result(db: Db, row: SessionRow, revision: str | None, *, force: bool)
         )
     if not result.usable and not force:
         raise StateError("a check of this result reports an error (see advice); send force to use it anyway")
-    vehicle = calibrated_vehicle(vehicle_of(db, row), result)
+    trucks = {name: Truck(**truck.calibrated.model_dump()) for name, truck in result.trucks.items()}
+    vehicle = corrected_vehicle(vehicle_of(db, row), trucks)
     version = vehicles.add_version(db, vehicle, f"session {row.id}", row.vehicle_version)
     row.state, row.detail = "accepted", f"vehicle {row.vehicle} is now at version {version.version}"
     return version

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 
 from omnimate.service.fleets.deliverer import deliver_due, send_message
 from omnimate.service.fleets.findings import note_findings
-from omnimate.service.fleets.stores import add_fleet
 from omnimate.service.fleets.webhooks import (
     LEASE,
     PAUSES,
@@ -38,7 +37,7 @@ def fleet(database):
     with database.writing() as db:
         for table in (DeliveryRow, WebhookRow, FindingRow, FleetRow):
             db.query(table).delete()
-        add_fleet(db, "hall", 0.0)
+        db.add(FleetRow(id="hall", created=0.0))
         db.flush()
         add_webhook(db, "hall", "http://127.0.0.1:9/hook")
     return database
@@ -147,7 +146,7 @@ def test_no_message_is_lost_when_services_die_while_they_send(database, dies):
     with database.writing() as db:
         for table in (DeliveryRow, WebhookRow, FindingRow, FleetRow):
             db.query(table).delete()
-        add_fleet(db, "hall", 0.0)
+        db.add(FleetRow(id="hall", created=0.0))
         db.flush()
         add_webhook(db, "hall", "http://127.0.0.1:9/hook")
     note(database, replace(night(), places=()))

@@ -11,9 +11,8 @@ from omnimate.fleet.hall.store import write_store
 from omnimate.fleet.kept import keep_night
 from omnimate.service.fleets.batches import add_batch
 from omnimate.service.fleets.models import BatchStart
-from omnimate.service.fleets.stores import add_fleet
 from omnimate.service.jobs.queue import claim_job
-from omnimate.service.store.tables import JobRow
+from omnimate.service.store.tables import FleetRow, JobRow
 from tests.service.hall_results import (
     ASKED,
     DATES,
@@ -104,7 +103,7 @@ def test_a_batch_is_started_once_however_often_it_is_asked_for(client, hall):
 def test_the_more_urgent_batch_is_claimed_first_and_no_diagnosis_with_them(database):
     with database.writing() as db:
         db.query(JobRow).delete()
-        add_fleet(db, "a", 0.0)
+        db.add(FleetRow(id="a", created=0.0))
         late = add_batch(db, "a", BatchStart(priority=0)).id
         db.flush()
         early = add_batch(db, "a", BatchStart(priority=5)).id

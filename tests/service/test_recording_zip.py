@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
-from omnimate.service.recording_zip import MOST_FILES, check_upload, load_rows, pack, unpack
+from omnimate.service.recording_zip import MOST_FILES, pack, unpack
+from omnimate.service.store.recordings import RecordingStore
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
@@ -55,19 +56,21 @@ def test_a_recording_may_lie_in_a_folder_of_its_zip(recording, tmp_path):
 
 def test_the_row_of_an_upload_says_what_is_in_it(recording, tmp_path):
     content = pack(recording)
-    row = check_upload("hall 3", content, LIMIT)
+    store = RecordingStore(str(tmp_path), LIMIT)
+    row = store.add_upload("hall 3", content)
     assert (row.name, row.vehicle, row.laps, row.size) == ("hall 3", "omnimate", 2, len(content))
-    (loaded,) = load_rows([row], tmp_path, LIMIT)
+    loaded = store.load(row)
     assert (loaded.source, len(loaded)) == ("hall 3", row.samples)
     assert loaded.time[-1] - loaded.time[0] == pytest.approx(row.seconds)
 
 
 @pytest.mark.parametrize("case", REFUSED, ids=lambda case: case["message"][:40])
-def test_a_zip_that_is_no_recording_is_refused_with_its_message(case):
+def test_a_zip_that_is_no_recording_is_refused_with_its_message(case, tmp_path):
     content = case["content"].encode() if "content" in case else zipped(case["members"])
     with pytest.raises(ServiceError) as caught:
-        check_upload("x", content, LIMIT)
+        RecordingStore(str(tmp_path), LIMIT).add_upload("x", content)
     assert (caught.value.status, str(caught.value)) == (case["status"], case["message"])
+    assert not list(tmp_path.iterdir())
 
 
 def test_too_many_files_are_refused(tmp_path):

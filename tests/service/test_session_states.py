@@ -15,11 +15,12 @@ from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.fields import Call, State
 from omnimate.service.umbmark.leases import drives_for, end_lease, interrupt_orphans, take_lease
 from omnimate.service.umbmark.requests import Coordinates, SampleOfFixes, SessionStart
+from omnimate.service.umbmark.result import make_result
 from omnimate.service.umbmark.samples import add_measured_sample, remove_sample
 from omnimate.service.umbmark.session_states import OPEN_STATES, possible_calls, require_call, state_of
-from omnimate.service.umbmark.session_views import session_with_samples
+from omnimate.service.umbmark.session_views import samples_of, session_with_samples
 from omnimate.service.umbmark.sessions import session_for, start_session
-from omnimate.service.umbmark.solving import accept_result, solve_session
+from omnimate.service.umbmark.solving import accept_result, store_result, vehicle_of
 
 CALLS, STATES = get_args(Call), get_args(State)
 BY_HAND = {
@@ -108,7 +109,11 @@ class Session(RuleBasedStateMachine):
 
     @rule()
     def solve(self):
-        self.call("solve", lambda db, row: solve_session(db, row, "exact"))
+        def solve_session(db, row):
+            samples = samples_of(db, row)
+            store_result(db, row, samples, make_result(row, samples, vehicle_of(db, row), "exact"))
+
+        self.call("solve", solve_session)
 
     @rule()
     def accept(self):

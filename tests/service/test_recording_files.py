@@ -1,0 +1,105 @@
+"""The files of recordings: there before their rows, deleted after them, taken from rows of earlier versions."""
+
+import sqlite3
+import time
+
+import pytest
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import create_engine
+
+from omnimate.motion.paths import umbmark
+from omnimate.service.errors import NotFoundError
+from omnimate.service.store.database import MIGRATIONS, Database
+from omnimate.service.store.recordings import DAY, RecordingStore
+from omnimate.service.store.tables import RecordingContentRow, RecordingRow
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+
+LIMIT = 1_000_000
+
+
+@pytest.fixture(scope="module")
+def recording():
+    vehicle = reference_vehicle()
+    program = umbmark(0.2, 1, speed=0.4, link_length=vehicle.linkage.length)
+    return simulate(vehicle, Truth(vehicle, seed=3), program)
+
+
+@pytest.fixture
+def database(tmp_path):
+    database = Database(f"sqlite:///{tmp_path}/service.db")
+    yield database
+    database.close()
+
+
+def stored(database, recording_id):
+    with database.reading() as db:
+        return db.get(RecordingRow, recording_id)
+
+
+def test_files_without_a_row_are_deleted_a_day_later_and_no_others(database, recording, tmp_path):
+    store = RecordingStore(f"{tmp_path}/files", LIMIT)
+    acknowledged, orphan = store.add("a", b"zip", recording), store.add("b", b"zip", recording)
+    acknowledged_id, now = acknowledged.id, time.time()
+    with database.writing() as db:
+        db.add(acknowledged)
+    store.delete_orphans(database, now)
+    assert store.content(orphan) == b"zip"
+    store.delete_orphans(database, now + 2.0 * DAY)
+    with pytest.raises(NotFoundError):
+        store.content(orphan)
+    assert store.content(stored(database, acknowledged_id)) == b"zip"
+
+
+def test_a_recording_whose_file_is_deleted_is_not_there(recording, tmp_path):
+    store = RecordingStore(str(tmp_path), LIMIT)
+    row = store.add("a", b"zip", recording)
+    store.delete(row)
+    with pytest.raises(NotFoundError, match=row.id):
+        store.load(row)
+
+
+@pytest.mark.parametrize("dies_after", [0, 1, 2], ids=lambda count: f"dies after {count}")
+def test_recordings_of_earlier_versions_are_moved_from_rows_into_files(dies_after, tmp_path, monkeypatch):
+    """The service may die while it moves them, and goes on at the next start."""
+    url = f"sqlite:///{tmp_path}/old.db"
+    old_database(tmp_path / "old.db", {"one": b"first zip", "two": b"second zip"})
+    database, store = Database(url), RecordingStore(f"{tmp_path}/files", LIMIT)
+    moved = []
+
+    def write(path, content, write=store._files.write):
+        if len(moved) == dies_after:
+            raise OSError("no space left")
+        moved.append(path)
+        write(path, content)
+
+    if dies_after < 2:
+        monkeypatch.setattr(store._files, "write", write)
+        with pytest.raises(OSError, match="no space"):
+            store.take_from_rows(database)
+        monkeypatch.undo()
+    store.take_from_rows(database)
+    contents = {name: store.content(stored(database, name)) for name in ("one", "two")}
+    assert contents == {"one": b"first zip", "two": b"second zip"}
+    with database.reading() as db:
+        assert db.query(RecordingContentRow).count() == 0
+    database.close()
+
+
+def old_database(path, contents):
+    """Make a database of an earlier version."""
+    engine, config = create_engine(f"sqlite:///{path}"), Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0003")
+    engine.dispose()
+    with sqlite3.connect(path) as connection:
+        for name, content in contents.items():
+            connection.execute(
+                "insert into recordings values (?, ?, 'omnimate', 1, 1.0, 0, 0, ?, 1e9, ?)",
+                (name, name, len(content), content),
+            )
+    connection.close()
