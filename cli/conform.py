@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import err, out
+from omnimate.cli.options import AsJson, Bus, Force, Node, Timeout
 
 if TYPE_CHECKING:
     from omnimate.driver.conformance.run import Result
@@ -24,8 +25,8 @@ class Most(Enum):
 
 
 def conform(
-    bus: Annotated[str, typer.Option(help="Bus of the device, such as socketcan://can0.")],
-    node: Annotated[int, typer.Option(min=1, max=127, help="Its node id.")],
+    bus: Bus,
+    node: Node,
     most: Annotated[
         Most,
         typer.Option(
@@ -33,9 +34,9 @@ def conform(
             "take its node id away for a moment."
         ),
     ] = Most.resets,
-    timeout: Annotated[float, typer.Option(min=0.01, help="Time in which it answers [s].")] = 0.5,
-    force: Annotated[bool, typer.Option("--force", help="Go on although another master sends SYNC.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+    timeout: Timeout = 0.5,
+    force: Force = False,
+    as_json: AsJson = False,
 ) -> None:
     """Check a device against CiA 301, 305, 402 and 406, without driving it.
 

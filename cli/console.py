@@ -15,7 +15,7 @@ err = Console(stderr=True, highlight=False, emoji=False)
 _problems: list[str] = []
 
 
-def complain(sentence: str) -> None:
+def print_error(sentence: str) -> None:
     """Print one error sentence."""
     err.print("[bold red]error:[/] ", end="")
     err.print(sentence, markup=False, soft_wrap=True)

@@ -12,7 +12,7 @@ import typer
 from omnimate.cli.console import err, out, progress_bar, report_problem
 from omnimate.cli.descriptions import described_by
 from omnimate.cli.errors import CallError
-from omnimate.cli.objects import AsJson, Bus, Force, Node, Timeout
+from omnimate.cli.options import AsJson, Bus, Force, Node, Timeout
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
-
-import typer
+from typing import TYPE_CHECKING, NamedTuple
 
 from omnimate.cli.console import warn
 from omnimate.cli.errors import CallError
@@ -17,12 +15,6 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.eds import Eds
     from omnimate.files.logs.signals import Signal
     from omnimate.vehicle.parameters import VehicleParameters
-
-
-DbcFiles = Annotated[list[Path] | None, typer.Option(help="DBC file whose signals to name; repeatable.")]
-EdsFiles = Annotated[
-    list[str] | None, typer.Option(help="NODE=FILE: EDS or DCF whose objects to name; repeatable.")
-]
 
 
 class Descriptions(NamedTuple):

@@ -16,9 +16,10 @@ import numpy as np
 import typer
 
 from omnimate.cli.console import warn
-from omnimate.cli.descriptions import DbcFiles, EdsFiles, descriptions, vehicle_of
+from omnimate.cli.descriptions import descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of
+from omnimate.cli.options import DbcFiles, EdsFiles
 from omnimate.files.logs.blocks import LogBlocks
 from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.filters import FrameFilter, IdentifierRule, around, trigger_of

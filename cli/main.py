@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from omnimate.cli.console import complain, take_problems
+from omnimate.cli.console import print_error, take_problems
 from omnimate.cli.verbs import command
 from omnimate.vehicle.errors import OmnimateError
 
@@ -34,7 +34,7 @@ def run(app: Typer) -> None:
             sys.exit(1)
         raise
     except OmnimateError as error:
-        complain(str(error))
+        print_error(str(error))
         sys.exit(1)
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output went away, as `head` does

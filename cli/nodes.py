@@ -11,7 +11,7 @@ import typer
 
 from omnimate.cli.console import out
 from omnimate.cli.errors import CallError
-from omnimate.cli.objects import AsJson, Bus, Force
+from omnimate.cli.options import AsJson, Bus, Force
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

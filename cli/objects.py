@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from enum import Enum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -12,18 +11,13 @@ import typer
 from omnimate.cli.console import out, progress_bar
 from omnimate.cli.descriptions import described_by
 from omnimate.cli.errors import CallError
+from omnimate.cli.options import AsJson, Bus, Eds, Force, Node, Timeout
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
+    from pathlib import Path
 
     from omnimate.driver.canopen.sdo import Sdo
-
-Bus = Annotated[str, typer.Option(help="Bus of the device, such as socketcan://can0.")]
-Node = Annotated[int, typer.Option(min=1, max=127, help="Its node id.")]
-Eds = Annotated[Path | None, typer.Option(help="EDS or DCF of the device, for names and types.")]
-Timeout = Annotated[float, typer.Option(min=0.01, help="Time in which it answers [s].")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Force = Annotated[bool, typer.Option("--force", help="Go on although another master sends SYNC.")]
 
 sdo = typer.Typer(no_args_is_help=True, help="Read or write one object of a node by SDO.")
 

@@ -19,7 +19,8 @@ from omnimate.cli.console import err, out
 from omnimate.cli.descriptions import descriptions_of
 from omnimate.cli.driver_reports import show_configuration, show_report
 from omnimate.cli.errors import CallError
-from omnimate.cli.robots import Protocol, nominal_vehicle, program_of
+from omnimate.cli.options import ListenOnly, Protocol, Speed, VehicleFile
+from omnimate.cli.robots import nominal_vehicle, program_of
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -66,13 +67,8 @@ def record(
         str,
         typer.Option(help="socketcan://can0, socketcand://host:port/can0, pcan://PCAN_USBBUS1, or another."),
     ],
-    vehicle: Annotated[
-        Path | None, typer.Option(help="vehicle.toml of the robot; else the reference robot.")
-    ] = None,
-    listen_only: Annotated[
-        bool,
-        typer.Option("--listen-only", help="Send nothing; another device must produce SYNC."),
-    ] = False,
+    vehicle: VehicleFile = None,
+    listen_only: ListenOnly = False,
     seconds: Annotated[
         float | None, typer.Option(help="End after so long [s], also a drive; else at Ctrl-C.", min=0.1)
     ] = None,
@@ -81,7 +77,7 @@ def record(
     ] = None,
     side: Annotated[float, typer.Option(help="Side of the square [m].", min=0.5, max=100.0)] = 4.0,
     runs: Annotated[int, typer.Option(help="Squares in each direction.", min=1, max=1000)] = 5,
-    speed: Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.02, max=5.0)] = 0.2,
+    speed: Speed = 0.2,
     verbose: Annotated[bool, typer.Option("--verbose", help="Show all that the nodes answered.")] = False,
 ) -> None:
     """Read the encoders of a robot from its bus and write a recording, until Ctrl-C."""

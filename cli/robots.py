@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-from enum import Enum
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import warn
+from omnimate.cli.options import Protocol
 from omnimate.vehicle.file import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from pathlib import Path
 
     from omnimate.motion.program import Program
     from omnimate.vcan_sim.truth import Truth
     from omnimate.vehicle.parameters import VehicleParameters
-
-
-class Protocol(Enum):
-    """What to drive."""
-
-    umbmark = "umbmark"
-    straight = "straight"
-    rectangle = "rectangle"
-    free = "free"
-    eight = "eight"
 
 
 def nominal_vehicle(path: Path | None) -> VehicleParameters:

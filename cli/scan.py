@@ -12,7 +12,7 @@ from rich.text import Text
 
 from omnimate.cli.console import out, progress_bar, report_problem, warn
 from omnimate.cli.errors import CallError
-from omnimate.cli.objects import AsJson, Bus, Timeout
+from omnimate.cli.options import AsJson, Bus, Timeout
 from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import sys
 import time
+from enum import Enum
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from omnimate.cli.choices import KeyRole
 from omnimate.cli.console import out
 from omnimate.cli.errors import CallError
+from omnimate.cli.options import VehicleFile
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -36,6 +37,13 @@ Database = Annotated[
 keys = typer.Typer(help="API keys of the service: add, list, revoke.", no_args_is_help=True)
 
 
+class KeyRole(Enum):
+    """What a key may do."""
+
+    read = "read"
+    operate = "operate"
+
+
 class NoKeyError(OmnimateError):
     """Listening to the network without a single key."""
 
@@ -45,7 +53,7 @@ def serve(
         str | None,
         typer.Option(help="socketcan://can0, socketcand://host:port/can0, ...; else a simulated robot."),
     ] = None,
-    vehicle: Annotated[Path | None, typer.Option(help="vehicle.toml; else the reference robot.")] = None,
+    vehicle: VehicleFile = None,
     database: Database = DATABASE,
     host: Annotated[
         str, typer.Option(help="Address to listen at; others than loopback need keys.")

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import out
-from omnimate.cli.robots import Protocol, nominal_vehicle, program_of, truth_of
+from omnimate.cli.options import Bumps, Effects, Laps, Protocol, Seed, Side, Speed, TrueVehicle, VehicleFile
+from omnimate.cli.robots import nominal_vehicle, program_of, truth_of
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -31,27 +32,17 @@ class AddressError(OmnimateError):
 
 def sim(
     listen: Annotated[str, typer.Option(help="host:port for socketcand clients.")] = "127.0.0.1:29536",
-    vehicle: Annotated[
-        Path | None,
-        typer.Option(help="vehicle.toml of the robot as described; else the reference robot."),
-    ] = None,
-    true_vehicle: Annotated[
-        Path | None,
-        typer.Option(help="vehicle.toml of the robot as it truly is; else with the errors of U Fig. 11."),
-    ] = None,
+    vehicle: VehicleFile = None,
+    true_vehicle: TrueVehicle = None,
     drive: Annotated[
         Protocol | None,
         typer.Option(help="Drive this without commands; else its drives are commanded over the bus."),
     ] = None,
-    side: Annotated[
-        float, typer.Option(help="Side of the square, or length of the path [m].", min=0.5, max=100.0)
-    ] = 4.0,
-    runs: Annotated[int, typer.Option(help="Laps in each direction, or free drives.", min=1, max=1000)] = 5,
-    speed: Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.02, max=5.0)] = 0.2,
-    bump: Annotated[
-        list[str] | None, typer.Option(help="Bump on the floor, as for `omnimate simulate`.")
-    ] = None,
-    effects: Annotated[Path | None, typer.Option(help="Effects file, as for `omnimate simulate`.")] = None,
+    side: Side = 4.0,
+    runs: Laps = 5,
+    speed: Speed = 0.2,
+    bump: Bumps = None,
+    effects: Effects = None,
     fault: Annotated[
         list[str] | None,
         typer.Option(help="Fault of a device, such as reboot:node=2,at=30 [s since the start]."),
@@ -60,7 +51,7 @@ def sim(
         Path | None,
         typer.Option(help="Folder for poses.csv and run.toml of what --drive drove."),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0)] = 0,
+    seed: Seed = 0,
 ) -> None:
     """Serve the bus of a simulated vehicle to other processes by the socketcand protocol."""
     from omnimate.vcan_sim.fault_text import parse_fault

@@ -9,33 +9,21 @@ from typing import Annotated
 import typer
 
 from omnimate.cli.console import err, out
-from omnimate.cli.robots import Protocol, nominal_vehicle, program_of, truth_of
+from omnimate.cli.options import Bumps, Effects, Laps, Protocol, Seed, Side, Speed, TrueVehicle, VehicleFile
+from omnimate.cli.robots import nominal_vehicle, program_of, truth_of
 
 
 def simulate(
     folder: Annotated[Path, typer.Argument(help="Recording folder to write.")],
     protocol: Annotated[Protocol, typer.Option(help="What to drive.")] = Protocol.umbmark,
-    vehicle: Annotated[
-        Path | None,
-        typer.Option(help="vehicle.toml of the robot as described; else the reference robot."),
-    ] = None,
-    true_vehicle: Annotated[
-        Path | None,
-        typer.Option(help="vehicle.toml of the robot as it truly is; else with the errors of U Fig. 11."),
-    ] = None,
-    side: Annotated[
-        float, typer.Option(help="Side of the square, or length of the path [m].", min=0.5, max=100.0)
-    ] = 4.0,
-    runs: Annotated[int, typer.Option(help="Laps in each direction, or free drives.", min=1, max=1000)] = 5,
-    speed: Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.02, max=5.0)] = 0.2,
-    bump: Annotated[
-        list[str] | None,
-        typer.Option(help="Bump on the floor, such as wheel=a.right,after=3,height=0.01; may be repeated."),
-    ] = None,
-    effects: Annotated[
-        Path | None, typer.Option(help="Effects file: physics that the nominal robot leaves out.")
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0)] = 0,
+    vehicle: VehicleFile = None,
+    true_vehicle: TrueVehicle = None,
+    side: Side = 4.0,
+    runs: Laps = 5,
+    speed: Speed = 0.2,
+    bump: Bumps = None,
+    effects: Effects = None,
+    seed: Seed = 0,
     start: Annotated[float | None, typer.Option(help="Time of the first sample [s]; now by default.")] = None,
 ) -> None:
     """Simulate a robot that drives a protocol, and write its recording: arrays, no bus."""

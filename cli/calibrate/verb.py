@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.calibrate.tables import factors_table, noise_sentences, quantities_table
-from omnimate.cli.choices import TruckChoice
 from omnimate.cli.console import out, warn
+from omnimate.cli.options import OutFile, Profile, TruckChoice
 from omnimate.cli.tables import show
 
 if TYPE_CHECKING:
@@ -64,15 +64,11 @@ def calibrate(
     spacing: Annotated[
         float, typer.Option(help="Time between absolute poses that are used [s]; 0 takes all.", min=0.0)
     ] = 2.0,
-    out_file: Annotated[
-        Path | None, typer.Option("--out", help="Write the calibrated vehicle.toml here.")
-    ] = None,
+    out_file: OutFile = None,
     plot: Annotated[
         Path | None, typer.Option(help="Draw the first drive before and after: .png, .svg or .pdf.")
     ] = None,
-    profile: Annotated[
-        tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the trucks there under this name.")
-    ] = None,
+    profile: Profile = None,
 ) -> None:
     """In place of umbmark: calibrate from any drive whose absolute poses are measured."""
     from omnimate.files.recordings.folder import load_recording

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import err, out
-from omnimate.cli.descriptions import DbcFiles, EdsFiles, descriptions, vehicle_of
+from omnimate.cli.descriptions import descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of
+from omnimate.cli.options import DbcFiles, EdsFiles
 
 if TYPE_CHECKING:
     from omnimate.cli.descriptions import Descriptions

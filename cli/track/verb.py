@@ -10,6 +10,7 @@ import typer
 
 from omnimate.cli.console import err
 from omnimate.cli.errors import CallError
+from omnimate.cli.options import ListenOnly
 from omnimate.cli.track.rows import RowWriter, open_rows
 from omnimate.cli.track.words import disturbance_in_words, show_summary
 
@@ -34,9 +35,7 @@ def track(
         Path | None,
         typer.Option(help="vehicle.toml of the robot on the bus; else the reference robot."),
     ] = None,
-    listen_only: Annotated[
-        bool, typer.Option("--listen-only", help="Send nothing; another device must produce SYNC.")
-    ] = False,
+    listen_only: ListenOnly = False,
     seconds: Annotated[
         float | None, typer.Option(help="End after so many seconds; else at Ctrl-C.", min=0.1)
     ] = None,

@@ -9,7 +9,7 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.exports import calibration_json, ros2_yaml, vda5050_json
 from omnimate.calib.umbmark.floor import floor_roughness
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
-from omnimate.cli.choices import Format
+from omnimate.cli.options import Format
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.choices import Format, MethodChoice, TruckChoice
 from omnimate.cli.console import out
+from omnimate.cli.options import Format, MethodChoice, OutFile, Profile, TruckChoice
 
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName
@@ -27,9 +27,7 @@ def umbmark(
         Path | None,
         typer.Option(help="vehicle.toml that the odometry was calculated with; a table needs it."),
     ] = None,
-    out_file: Annotated[
-        Path | None, typer.Option("--out", help="Write the calibrated vehicle.toml here.")
-    ] = None,
+    out_file: OutFile = None,
     plot: Annotated[
         Path | None, typer.Option(help="Draw the return errors before and after: .png, .svg or .pdf.")
     ] = None,
@@ -51,9 +49,7 @@ def umbmark(
         list[Path] | None,
         typer.Option(help="Recording of squares with bumps: the extended UMBmark.", exists=True),
     ] = None,
-    profile: Annotated[
-        tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the result there under this name.")
-    ] = None,
+    profile: Profile = None,
     export_as: Annotated[
         Format | None, typer.Option("--export", help="Print the result in this format, and nothing else.")
     ] = None,

@@ -10,8 +10,8 @@ import typer
 from rich.progress import track
 from rich.text import Text
 
-from omnimate.cli.choices import MethodChoice
 from omnimate.cli.console import err, out, warn
+from omnimate.cli.options import MethodChoice
 from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:

@@ -1,13 +1,13 @@
 """What goes to stderr, and what makes the exit code 1."""
 
-from omnimate.cli.console import complain, report_problem, take_problems, warn
+from omnimate.cli.console import print_error, report_problem, take_problems, warn
 
 
 def test_only_a_reported_problem_is_kept_and_it_is_kept_until_it_is_taken(capsys):
     take_problems()
     warn("a note")
     report_problem("can.log:3: skipped")
-    complain("no such file")
+    print_error("no such file")
     assert capsys.readouterr().err == "warning: a note\nwarning: can.log:3: skipped\nerror: no such file\n"
     assert take_problems() == ["can.log:3: skipped"]
     assert take_problems() == []

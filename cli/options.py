@@ -1,0 +1,91 @@
+"""The options that several verbs share; nothing is imported here that takes time."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class TruckChoice(Enum):
+    """Which truck to calibrate."""
+
+    a = "a"
+    b = "b"
+
+
+class MethodChoice(Enum):
+    """Method whose result --out, --plot and --profile take."""
+
+    exact = "exact"
+    weighted = "weighted"
+    heading = "heading"
+    printed = "printed"
+
+
+class Format(Enum):
+    """What --export writes."""
+
+    ros2 = "ros2"
+    vda5050 = "vda5050"
+    json = "json"
+
+
+class Protocol(Enum):
+    """What to drive."""
+
+    umbmark = "umbmark"
+    straight = "straight"
+    rectangle = "rectangle"
+    free = "free"
+    eight = "eight"
+
+
+# A device on a bus.
+Bus = Annotated[str, typer.Option(help="Bus of the device, such as socketcan://can0.")]
+Node = Annotated[int, typer.Option(min=1, max=127, help="Its node id.")]
+Eds = Annotated[Path | None, typer.Option(help="EDS or DCF of the device, for names and types.")]
+Timeout = Annotated[float, typer.Option(min=0.01, help="Time in which it answers [s].")]
+Force = Annotated[bool, typer.Option("--force", help="Go on although another master sends SYNC.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+# What frames mean.
+DbcFiles = Annotated[list[Path] | None, typer.Option(help="DBC file whose signals to name; repeatable.")]
+EdsFiles = Annotated[
+    list[str] | None, typer.Option(help="NODE=FILE: EDS or DCF whose objects to name; repeatable.")
+]
+
+# A robot on a bus.
+VehicleFile = Annotated[
+    Path | None, typer.Option(help="vehicle.toml of the robot; else the reference robot.")
+]
+ListenOnly = Annotated[
+    bool, typer.Option("--listen-only", help="Send nothing; another device must produce SYNC.")
+]
+
+# A simulated drive.
+TrueVehicle = Annotated[
+    Path | None,
+    typer.Option(help="vehicle.toml of the robot as it truly is; else with the errors of U Fig. 11."),
+]
+Side = Annotated[
+    float, typer.Option(help="Side of the square, or length of the path [m].", min=0.5, max=100.0)
+]
+Laps = Annotated[int, typer.Option(help="Laps in each direction, or free drives.", min=1, max=1000)]
+Speed = Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.02, max=5.0)]
+Bumps = Annotated[
+    list[str] | None,
+    typer.Option(help="Bump on the floor, such as wheel=a.right,after=3,height=0.01; may be repeated."),
+]
+Effects = Annotated[
+    Path | None, typer.Option(help="Effects file: physics that the nominal robot leaves out.")
+]
+Seed = Annotated[int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0)]
+
+# A calibration.
+OutFile = Annotated[Path | None, typer.Option("--out", help="Write the calibrated vehicle.toml here.")]
+Profile = Annotated[
+    tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the result there under this name.")
+]
