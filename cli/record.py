@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.live import Live
-from rich.text import Text
 
-from omnimate.cli.console import err, out
+from omnimate.cli.console import out
 from omnimate.cli.descriptions import descriptions_of
 from omnimate.cli.driver_reports import show_configuration, show_report
 from omnimate.cli.errors import CallError
+from omnimate.cli.following import follow
 from omnimate.cli.options import ListenOnly, Protocol, Speed, VehicleFile
 from omnimate.cli.robots import nominal_vehicle, program_of
 from omnimate.vehicle.errors import OmnimateError
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
     from omnimate.vehicle.arcs import PoseTuple
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.sample import Sample
-
-REFRESH = 0.25  # [s] between two updates of the status line
 
 
 class NothingHeardError(OmnimateError):
@@ -156,20 +153,15 @@ def _open(
 
 
 def _follow(samples: Iterable[Sample], robot: VehicleParameters, seconds: float | None) -> None:
-    """Take samples until the time is up, the source ends or Ctrl-C, with a line that says how it goes."""
+    """Take samples until the time is up, the source ends or Ctrl-C; the status line has each truck's pose."""
     from omnimate.vehicle.odometry import Odometer
 
     odometers = {truck: Odometer(robot, truck) for truck in robot.trucks}
-    shown, first = -math.inf, None
-    with Live(console=err, transient=True, auto_refresh=False) as live:
-        for sample in samples:
-            poses = {truck: odometer.step(sample) for truck, odometer in odometers.items()}
-            first = sample.time if first is None else first
-            if seconds is not None and sample.time - first >= seconds:
-                break
-            if sample.time - shown >= REFRESH:
-                shown = sample.time
-                live.update(Text(_status(sample, poses, sample.time - first)), refresh=True)
+    poses: dict[TruckName, PoseTuple] = {}
+    followed = follow(samples, seconds, lambda last, passed: _status(last, poses, passed))
+    with contextlib.closing(followed):
+        for sample in followed:
+            poses.update({truck: odometer.step(sample) for truck, odometer in odometers.items()})
 
 
 def _status(sample: Sample, poses: Mapping[TruckName, PoseTuple], passed: float) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import TYPE_CHECKING
 
-from rich.live import Live
-from rich.text import Text
-
 from omnimate.cli.console import err, warn
+from omnimate.cli.following import follow
 from omnimate.cli.track.words import disturbance_in_words, frozen_in_words, row_in_words
 
 if TYPE_CHECKING:
@@ -18,11 +17,10 @@ if TYPE_CHECKING:
     from omnimate.ipec.tracker import Tracker
     from omnimate.vehicle.sample import Sample
 
-REFRESH = 0.25  # [s] between two updates of the status line
 CHECK = 5.0  # [s] between two checks for frozen channels
 
 
-def follow(
+def follow_robot(
     samples: Iterable[Sample], tracker: Tracker, writer: RowWriter, *, seconds: float | None, every: float
 ) -> None:
     """Take samples until the time is up, the source ends or Ctrl-C; write rows, say what happens.
@@ -35,26 +33,21 @@ def follow(
         every: Time between two rows [s].
     """
     first: float | None = None
-    shown = written = -math.inf
-    checked = 0.0
+    written, checked = -math.inf, 0.0
     reported: set[str] = set()
-    with Live(console=err, transient=True, auto_refresh=False) as live:
-        for sample in samples:
+    followed = follow(samples, seconds, lambda last, passed: row_in_words(tracker.look(), last.time - passed))
+    with contextlib.closing(followed):
+        for sample in followed:
             tracker.step(sample)
             if first is None:
                 first = checked = sample.time
             if sample.time - written >= every - 1e-9:
                 written = sample.time
                 writer.write(tracker.row())
-            if sample.time - shown >= REFRESH:
-                shown = sample.time
-                live.update(Text(row_in_words(tracker.look(), first)), refresh=True)
             _report_disturbances(tracker, first)
             if sample.time - checked >= CHECK:
                 checked = sample.time
                 _report_frozen(tracker, reported)
-            if seconds is not None and sample.time - first >= seconds:
-                break
 
 
 def _report_disturbances(tracker: Tracker, first: float) -> None:

@@ -124,7 +124,7 @@ def _track_bus(
     from omnimate.calib.linkage.learned import learned_values
     from omnimate.cli.descriptions import descriptions_of
     from omnimate.cli.driver_reports import report_problems
-    from omnimate.cli.track.live import follow
+    from omnimate.cli.track.live import follow_robot
     from omnimate.driver.robot.opening import open_driver
     from omnimate.driver.robot.passive import PassiveReader
 
@@ -135,7 +135,7 @@ def _track_bus(
     else:
         reader = open_driver(robot, bus, descriptions=descriptions_of(robot))[0]
     with reader, contextlib.suppress(KeyboardInterrupt):
-        follow(reader.samples(), tracker, writer, seconds=seconds, every=every)
+        follow_robot(reader.samples(), tracker, writer, seconds=seconds, every=every)
     report_problems(reader.report())
     if tracker.started:
         values = learned_values(tracker.vehicle, tracker.slow)

@@ -11,7 +11,7 @@ import typer
 from typer.testing import CliRunner
 
 from omnimate.cli.errors import CallError
-from omnimate.cli.track.live import follow
+from omnimate.cli.track.live import follow_robot
 from omnimate.cli.track.rows import RowFileError, open_rows
 from omnimate.cli.track.verb import track
 from omnimate.effects.crossing import crossing_of
@@ -113,7 +113,7 @@ def test_csv_holds_a_row_for_every_sample_if_asked(folder, drive, tmp_path):
 def test_a_live_stream_gives_the_rows_of_the_recording_until_the_time_is_up(drive, tmp_path, capsys):
     path = tmp_path / "rows.jsonl"
     with open_rows(None, str(path)) as writer:
-        follow(samples(drive), Tracker(drive.vehicle), writer, seconds=20.0, every=0.1)
+        follow_robot(samples(drive), Tracker(drive.vehicle), writer, seconds=20.0, every=0.1)
     rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
     assert rows[-1]["t"] - rows[0]["t"] == pytest.approx(20.0, abs=0.11)
     assert np.diff([row["t"] for row in rows]).min() >= 0.1 - 1e-9
@@ -123,7 +123,7 @@ def test_a_live_stream_gives_the_rows_of_the_recording_until_the_time_is_up(driv
 def test_a_joint_that_freezes_live_is_told_once_with_its_node(drive, capsys):
     broken = frozen(drive)
     with open_rows(None, None) as writer:
-        follow(samples(broken), Tracker(broken.vehicle), writer, seconds=None, every=1.0)
+        follow_robot(samples(broken), Tracker(broken.vehicle), writer, seconds=None, every=1.0)
     told = capsys.readouterr().err
     assert told.count("joint_a (node 5) stands still") == 1
     assert "check its coupling" in told

@@ -1,0 +1,41 @@
+"""The samples of a robot on a bus, as they come, with a status line."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from rich.live import Live
+from rich.text import Text
+
+from omnimate.cli.console import err
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable
+
+    from omnimate.vehicle.sample import Sample
+
+REFRESH = 0.25  # [s] between two updates of the status line
+
+
+def follow(
+    samples: Iterable[Sample], seconds: float | None, status: Callable[[Sample, float], str]
+) -> Generator[Sample]:
+    """Yield samples until the time is up or the source ends, and show a status line until it is closed.
+
+    Args:
+        samples: The samples.
+        seconds: After how long to end [s]; None for never.
+        status: Returns the line, of the last sample that was yielded and the time since the first [s].
+    """
+    first, shown = math.nan, -math.inf
+    with Live(console=err, transient=True, auto_refresh=False) as live:
+        for sample in samples:
+            first = sample.time if math.isnan(first) else first
+            yield sample
+            passed = sample.time - first
+            if sample.time - shown >= REFRESH:
+                shown = sample.time
+                live.update(Text(status(sample, passed)), refresh=True)
+            if seconds is not None and passed >= seconds:
+                return
