@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -56,19 +57,15 @@ def diagnose(
         return
     if jobs > 1:
         raise CallError("--jobs shares recordings of several robots among processes; add --each")
-    loaded = [_load(folder) for folder in recordings]
+    from omnimate.cli.loading import load
+
+    loaded = [load(folder) for folder in recordings]
     if triage:
         _triage(loaded, json_out)
         return
     diagnosis = _watched(loaded)
     _write(diagnosis, json_out, report, effects_out)
     _show(diagnosis)
-
-
-def _load(folder: Path) -> Recording:
-    from omnimate.cli.loading import load
-
-    return load(folder)
 
 
 def _watched(recordings: Sequence[Recording]) -> Diagnosis:
@@ -118,30 +115,23 @@ def _write(
         save_effects(effects_out, diagnosis.effects)
 
 
-def _triage_folder(folder: Path) -> tuple[Path, str]:
-    """Ask whether a folder shows anything, in a separate process; return the line that says what came out."""
+def _diagnose_folder(folder: Path, *, triage: bool) -> tuple[Path, str]:
+    """Diagnose a folder, or triage it, in a separate process; return it with one line of answer."""
     from omnimate.files.recordings.folder import load_recording
-    from omnimate.mismatch.triage.triage import triage
-
-    try:
-        answer = triage([load_recording(folder)])
-    except OmnimateError as error:
-        return folder, f"error: {error}"
-    _write_json(folder.with_name(f"{folder.name}.triage.json"), answer.as_json())
-    return folder, f"{answer.verdict}: {answer.says}"
-
-
-def _diagnose_folder(folder: Path) -> tuple[Path, str]:
-    """Diagnose a folder in a separate process; return the line that says what came out."""
-    from omnimate.files.recordings.folder import load_recording
+    from omnimate.mismatch import Diagnosis
     from omnimate.mismatch import diagnose as ask
+    from omnimate.mismatch.triage.triage import triage as ask_triage
 
     try:
-        diagnosis = ask([load_recording(folder)])
+        recordings = [load_recording(folder)]
+        answer = ask_triage(recordings) if triage else ask(recordings)
     except OmnimateError as error:
         return folder, f"error: {error}"
-    _write(diagnosis, folder.with_name(f"{folder.name}.json"), folder.with_name(f"{folder.name}.html"), None)
-    return folder, f"{diagnosis.verdict}: {diagnosis.says}"
+    if isinstance(answer, Diagnosis):
+        _write(answer, folder.with_name(f"{folder.name}.json"), folder.with_name(f"{folder.name}.html"), None)
+    else:
+        _write_json(folder.with_name(f"{folder.name}.triage.json"), answer.as_json())
+    return folder, f"{answer.verdict}: {answer.says}"
 
 
 def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
@@ -153,7 +143,7 @@ def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
         ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool,
     ):
         task = progress.add_task("diagnosing", total=len(folders))
-        for folder, line in pool.map(_triage_folder if triage else _diagnose_folder, folders):
+        for folder, line in pool.map(partial(_diagnose_folder, triage=triage), folders):
             progress.advance(task)
             if line.startswith("error: "):
                 report_problem(f"{folder}: {line.removeprefix('error: ')}")
@@ -178,8 +168,8 @@ def _show(diagnosis: Diagnosis) -> None:
             out.print(f"       to tell them apart, drive: {finding.separates}", soft_wrap=True)
     if diagnosis.calibrated:
         out.print("\ncalibrated from the poses beside it, and no finding:")
-    for single in diagnosis.calibrated:
-        out.print(f"       {single.effect} on {single.component}: {', '.join(map(shown, single.parameters))}")
+    for effect in diagnosis.calibrated:
+        out.print(f"       {effect.effect} on {effect.component}: {', '.join(map(shown, effect.parameters))}")
     if diagnosis.fit is not None:
         out.print()
         table = Table(title="residual on data that no fit has seen (1.00 = the sensors' own noise)")
