@@ -121,7 +121,7 @@ GROUPS = {
     },
     "Files": {
         "import": Verb(
-            "omnimate.cli.import_.verb:app",
+            "omnimate.cli.importing:app",
             "Make recording folders from bus logs, CSV files or ROS bags.",
         ),
         "export": Verb(

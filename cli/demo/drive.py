@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,17 +12,22 @@ import numpy as np
 from omnimate.cli.console import out
 from omnimate.cli.driver_reports import show_configuration, show_report
 from omnimate.cli.driving import drive_program
-from omnimate.cli.simulated import simulated_robot
+from omnimate.driver.bus.clock import SyncClock
+from omnimate.driver.robot.driver import Driver
+from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import load_recording
 from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.coupled_bus import CoupledBus
+from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from omnimate.motion.drive import Moment
+    from omnimate.motion.program import Program
     from omnimate.vcan_sim.faults import DeviceFault
-    from omnimate.vcan_sim.plant import Plant
     from omnimate.vcan_sim.truth import Truth
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
@@ -86,3 +92,44 @@ class _TruePath:
     def poses(self) -> Array:
         """The path so far, `(N, 3)`."""
         return np.array(self._poses)
+
+
+@dataclass(frozen=True)
+class SimulatedRobot:
+    """What stands on both sides of the bus.
+
+    Attributes:
+        driver: reads and commands, through the bus alone.
+        recorder: gets every frame.
+        plant: is asked for absolute fixes, as the sonar calibrator would be.
+    """
+
+    driver: Driver
+    recorder: Recorder
+    plant: Plant
+
+
+@contextmanager
+def simulated_robot(
+    vehicle: VehicleParameters,
+    truth: Truth,
+    folder: Path,
+    program: Program,
+    faults: Iterable[DeviceFault] = (),
+) -> Iterator[SimulatedRobot]:
+    """Open a virtual bus with a simulated vehicle on it and the driver, as fast as they go.
+
+    Args:
+        vehicle: as its owner believes it to be.
+        truth: as it is.
+        folder: of the recording.
+        program: whose protocol and side stand in `run.toml`.
+        faults: of the devices.
+    """
+    plant = Plant(truth, vehicle)
+    with (
+        CoupledBus(vehicle, plant, faults) as bus,
+        Recorder(folder, vehicle, protocol=program.protocol, side=program.side) as recorder,
+        Driver(vehicle, bus, clock=SyncClock(vehicle.bus.sync_period), recorder=recorder) as driver,
+    ):
+        yield SimulatedRobot(driver, recorder, plant)

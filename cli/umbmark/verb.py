@@ -61,10 +61,14 @@ def umbmark(
     """Begin with this: calibrate wheelbase and wheel diameters from squares (UMBmark)."""
     from omnimate.calib.profiles import save_profile
     from omnimate.calib.scale import scale_from_tape
-    from omnimate.cli.umbmark.outputs import calibrated_trucks, calibrated_vehicle, export
-    from omnimate.cli.umbmark.report import draw, extended, report
-    from omnimate.cli.umbmark.results import heed_advice, result_of
-    from omnimate.cli.umbmark.sentences import say, show_worksheet
+    from omnimate.cli.umbmark.report import draw, extended, report, say, show_worksheet
+    from omnimate.cli.umbmark.results import (
+        calibrated_trucks,
+        calibrated_vehicle,
+        export,
+        heed_advice,
+        result_of,
+    )
     from omnimate.cli.umbmark.sources import load_cases
     from omnimate.cli.umbmark.tables import METHOD_WORDS
     from omnimate.vehicle.file import load_vehicle, save_vehicle

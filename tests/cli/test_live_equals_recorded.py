@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 
+from omnimate.cli.demo.drive import simulated_robot
 from omnimate.cli.robots import truth_of
-from omnimate.cli.simulated import simulated_robot
 from omnimate.files.recordings.folder import load_recording
 from omnimate.motion.drive import drive
 from omnimate.motion.journal import Journal

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.progress import Progress
 
-from omnimate.cli.console import err, progress_bar, report_problem, warn
+from omnimate.cli.console import err, out, progress_bar, report_problem, warn
 from omnimate.cli.errors import CallError
-from omnimate.cli.import_.reports import report_recording, show_topics
 from omnimate.cli.loading import load, report_problems
 
 if TYPE_CHECKING:
     from omnimate.files.importers.rosbag.plan import Plan
     from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import Recording
 
 app = typer.Typer(
     help="Make recording folders from bus logs, CSV files or ROS bags.",
@@ -45,7 +45,7 @@ def log(
     report_problems(stream)
     if done.fd_frames:
         report_problem(f"{source}: {done.fd_frames} CAN FD frames left out; recordings hold classical CAN")
-    report_recording(load(to), to)
+    _report_recording(load(to), to)
 
 
 @app.command()
@@ -64,7 +64,7 @@ def csv(
     with err.status("reading"):
         recording = read_csv(source, mapping, _vehicle(vehicle))
         save_recording(recording, to)
-    report_recording(recording, to)
+    _report_recording(recording, to)
 
 
 @app.command()
@@ -86,20 +86,17 @@ def rosbag(
     from omnimate.files.recordings.folder import save_recording
 
     if show:
-        show_topics(source, _vehicle(vehicle))
+        _show_topics(source, _vehicle(vehicle))
         return
     if to is None:
         raise CallError("import rosbag needs the recording folder to write; --list shows what is in the bag")
     plan, robot = _plan(source, mapping, channel or [], pose or [], _vehicle(vehicle))
-    with Progress(console=err, transient=True) as progress:
-        task = progress.add_task("reading", total=None)
-        imported = read_bag(
-            source, plan, robot, lambda done, of: progress.update(task, completed=done, total=of)
-        )
+    with progress_bar("reading") as progress:
+        imported = read_bag(source, plan, robot, progress)
     for note in imported.notes:
         warn(note)
     save_recording(imported.recording, to)
-    report_recording(imported.recording, to)
+    _report_recording(imported.recording, to)
 
 
 def _plan(
@@ -133,3 +130,39 @@ def _vehicle(path: Path | None) -> VehicleParameters | None:
     from omnimate.vehicle.file import load_vehicle
 
     return None if path is None else load_vehicle(path)
+
+
+def _show_topics(source: Path, vehicle: VehicleParameters | None) -> None:
+    """Say what is in a bag, and what the names in it suggest."""
+    from omnimate.files.importers.rosbag.guess import as_toml, guess
+    from omnimate.files.importers.rosbag.reader import topics_of
+
+    topics = topics_of(source)
+    for topic in topics:
+        parts = f" ({', '.join(topic.parts)})" if topic.parts else ""
+        out.print(f"{topic.count:8d}  {topic.kind:32s}  {topic.name}{parts}", soft_wrap=True)
+    plan = guess(topics) if vehicle is None else guess(topics, vehicle.channels)
+    out.print(
+        "\n# a mapping by guess:\n" + (as_toml(plan) or "# nothing is named like a wheel"), soft_wrap=True
+    )
+
+
+def _report_recording(recording: Recording, to: Path) -> None:
+    """Say what a recording holds, and how far its odometry is off."""
+    from omnimate.files.importers.sanity import look
+
+    span, period = recording.time[-1] - recording.time[0], recording.vehicle.bus.sync_period
+    poses = 0 if recording.poses is None else len(recording.poses.time)
+    out.print(
+        f"{len(recording)} samples of {span:.1f} s, one in {1e3 * period:.1f} ms, "
+        f"{len(recording.gaps)} gap(s), {poses} poses in {to}",
+        soft_wrap=True,
+    )
+    for truck in recording.vehicle.trucks:
+        seen = look(recording, truck)
+        if seen is not None:
+            out.print(
+                f"truck {truck}: nominal odometry ends {1e3 * seen.away:.1f} mm and "
+                f"{math.degrees(seen.turned):.2f} deg from the last pose, after {seen.way:.2f} m",
+                soft_wrap=True,
+            )
