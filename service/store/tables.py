@@ -79,7 +79,7 @@ class RecordingRow(Base):
 
 
 class RecordingContentRow(Base):
-    """The zip of a recording that an earlier version stored, until the service's next start makes it a file."""
+    """The zip of a recording of an earlier version, until the next start makes it a file."""
 
     __tablename__ = "recording_contents"
     id: Mapped[str] = mapped_column(String(32), primary_key=True)

@@ -1,4 +1,4 @@
-"""The files of recordings: there before their rows, deleted after them, taken from rows of earlier versions."""
+"""The files of recordings: there before their rows, deleted after them, taken from old rows."""
 
 import sqlite3
 import time
