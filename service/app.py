@@ -27,7 +27,6 @@ from omnimate.service.routes import (
     umbmark_results,
     umbmark_samples,
     umbmark_sessions,
-    vehicle_exports,
     vehicles,
 )
 
@@ -42,7 +41,6 @@ ROUTES = (
     umbmark_samples,
     umbmark_results,
     vehicles,
-    vehicle_exports,
     recordings,
     learned,
     diagnoses,

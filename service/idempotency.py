@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -88,7 +87,7 @@ def act_once(database: Database, request: IdempotentRequest, act: Callable[[Sess
             answer = act(db)
             db.flush()
             row.status, row.body = answer.status, answer.content.model_dump_json()
-            row.headers = json.dumps(answer.headers)
+            row.headers = answer.headers
         return answer.as_response()
     except IntegrityError:  # the same request came twice at once, and the other one was first
         response = replayed(database, request)
@@ -114,7 +113,7 @@ def _claim_key(db: Session, request: IdempotentRequest) -> AnswerRow:
         call=request.call,
         digest=request.digest,
         status=0,
-        headers="{}",
+        headers={},
         body="",
         created=time.time(),
     )
@@ -131,5 +130,5 @@ def _replayed(db: Session, request: IdempotentRequest) -> Response | None:
         raise StateError(
             f"Idempotency-Key {request.key!r} was used for another request; send a new key with a new request"
         )
-    headers = json.loads(before.headers) | {"Idempotency-Replayed": "true"}
+    headers = before.headers | {"Idempotency-Replayed": "true"}
     return Response(before.body, before.status, headers, JSON)

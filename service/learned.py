@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from omnimate.calib.linkage.learned import advice_of, learned_values, learned_vehicle
 from omnimate.service.errors import ModifiedError, NotFoundError, StateError
 from omnimate.service.store import vehicles
-from omnimate.service.umbmark.responses import Advice
+from omnimate.service.umbmark.models import Advice
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

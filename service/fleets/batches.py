@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import signal
 from typing import TYPE_CHECKING, Any, Final
@@ -42,16 +41,16 @@ def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
         NotFoundError: there is no fleet of this name.
     """
     find_row(db, FleetRow, fleet)
-    asked = json.dumps({"day": start.day, "diagnose": start.diagnose})
-    return queue_job(db, kind="batch", fleet=fleet, asked=asked, priority=start.priority, recordings="[]")
+    asked = {"day": start.day, "diagnose": start.diagnose}
+    return queue_job(db, kind="batch", fleet=fleet, asked=asked, priority=start.priority, recordings=[])
 
 
 def batch_view(row: JobRow) -> Batch:
     """Return a batch as clients see it."""
-    summary = json.loads(row.summary) if row.summary else {}
+    summary = row.summary or {}
     return Batch.model_validate(
         {
-            "id": row.id, "fleet": row.fleet, **json.loads(row.asked or "{}"), "priority": row.priority,
+            "id": row.id, "fleet": row.fleet, **(row.asked or {}), "priority": row.priority,
             "state": row.state, "progress": row.progress, "doing": row.doing, "done": summary.get("done"),
             "known": summary.get("known"), "failures": summary.get("failures", []),
             "night": summary.get("night"), "note": summary.get("note"), "error": row.error,
@@ -81,7 +80,7 @@ class Batches:
         with database.reading() as db:
             row = find_job(db, job_id, "batch")
         assert row.fleet is not None
-        asked = json.loads(row.asked or "{}")
+        asked = row.asked or {}
         workers = Workers(self._jobs, self._scheduler)
         store, results = self._stores.store(row.fleet), self._stores.results(row.fleet)
         return running(run_fleet_batch, store, results, asked["day"], asked["diagnose"], workers)
@@ -89,7 +88,7 @@ class Batches:
     def keep(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
         """Keep what a batch did, and note the night's findings with the messages that tell of them."""
         morning = outcome.pop("morning", None)
-        row.summary = json.dumps(outcome)
+        row.summary = outcome
         if morning is not None:
             assert row.fleet is not None
             note_findings(db, row.fleet, morning)

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
 from omnimate.service.errors import InvalidValueError, MediaTypeError, TooLargeError
-from omnimate.service.fleets.fields import PLAIN_PATTERN
-from omnimate.service.fleets.models import Upload
+from omnimate.service.fleets.models import PLAIN_PATTERN, Upload
 
 if TYPE_CHECKING:
     from omnimate.fleet.batch.files import Files

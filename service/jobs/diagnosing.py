@@ -46,7 +46,7 @@ class Diagnosing:
     def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a job, which works in the folder `place`."""
         with database.reading() as db:
-            wanted = json.loads(find_job(db, job_id).recordings)
+            wanted = find_job(db, job_id).recordings
             rows = [row for recording in wanted if (row := db.get(RecordingRow, recording)) is not None]
         folders = []
         for row in rows:

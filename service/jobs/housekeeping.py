@@ -12,8 +12,7 @@ from sqlalchemy import delete, select, update
 
 from omnimate.service.jobs.queue import give_back
 from omnimate.service.store.tables import AnswerRow, JobRow, SessionRow
-from omnimate.service.umbmark.leases import interrupt_orphans
-from omnimate.service.umbmark.session_states import OPEN_STATES
+from omnimate.service.umbmark.sessions import OPEN_STATES, interrupt_orphans
 
 if TYPE_CHECKING:
     from omnimate.service.store.database import Database

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
-from omnimate.service.umbmark.fields import Id, RequestModel
+from omnimate.service.umbmark.models import Id, RequestModel
 
 JobKind = Literal["diagnose", "batch"]
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]

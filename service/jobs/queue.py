@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import secrets
 import time
 from typing import TYPE_CHECKING, Any
@@ -33,7 +32,7 @@ def add_job(db: Session, recordings: Sequence[str]) -> JobRow:
     for recording in recordings:
         if db.get(RecordingRow, recording) is None:
             raise NotFoundError("recording", recording)
-    return queue_job(db, recordings=json.dumps(list(recordings)))
+    return queue_job(db, kind="diagnose", recordings=list(recordings))
 
 
 def queue_job(db: Session, **about: Any) -> JobRow:  # noqa: ANN401  # columns of `JobRow`
@@ -81,13 +80,7 @@ def cancel_job(db: Session, job_id: str, kind: JobKind = "diagnose") -> JobRow:
 
 def job_view(row: JobRow) -> Job:
     """Return a job as clients see it."""
-    return Job.model_validate(
-        {
-            "id": row.id, "recordings": json.loads(row.recordings), "state": row.state,
-            "progress": row.progress, "doing": row.doing, "verdict": row.verdict, "says": row.says,
-            "error": row.error, "attempts": row.attempts, "created": row.created, "changed": row.changed,
-        }
-    )  # fmt: skip
+    return Job.model_validate(row, from_attributes=True)
 
 
 def has_queued(db: Session, kind: JobKind = "diagnose") -> bool:

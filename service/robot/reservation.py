@@ -11,7 +11,7 @@ from omnimate.service.errors import StateError, UnavailableError
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from omnimate.service.umbmark.fields import Direction
+    from omnimate.service.umbmark.models import Direction
 
 
 class StoppedError(OmnimateError):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from omnimate.service.robot.observer import Observer
     from omnimate.service.robot.reservation import DriveOrder, Reservation
     from omnimate.service.robot.session_reporter import SessionReporter
-    from omnimate.service.umbmark.fields import Direction
+    from omnimate.service.umbmark.models import Direction
 
 T = TypeVar("T")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -12,9 +11,9 @@ from omnimate.service.recording_zip import pack
 from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
-from omnimate.service.umbmark.leases import drives_for, end_lease, renew_lease
 from omnimate.service.umbmark.samples import add_sample
 from omnimate.service.umbmark.session_views import count_samples, session_view
+from omnimate.service.umbmark.sessions import drives_for, end_lease, renew_lease
 from omnimate.service.umbmark.solving import vehicle_of
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.odometry import dead_reckon
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from omnimate.service.event_stream import EventStream
     from omnimate.service.store.database import Database
     from omnimate.service.store.recordings import RecordingStore
-    from omnimate.service.umbmark.fields import Direction
+    from omnimate.service.umbmark.models import Direction
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
@@ -99,7 +98,7 @@ class SessionReporter:
             if measured:
                 add_sample(db, row, direction, errors, "driven", stored.id)
             else:
-                row.pending = json.dumps({"direction": direction, "calculated": ends})
+                row.pending = {"direction": direction, "calculated": ends}
                 end_lease(row, "measuring", MEASURE.format(direction))
             row.changed = time.time()
         self.announce(session)

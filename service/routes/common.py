@@ -8,7 +8,7 @@ from fastapi import Header, Query
 from pydantic import BaseModel
 
 from omnimate.service.problems import documented
-from omnimate.service.umbmark.fields import Id
+from omnimate.service.umbmark.models import Id
 
 T = TypeVar("T")
 

@@ -17,9 +17,9 @@ from omnimate.service.jobs.models import DiagnosisStart, Job
 from omnimate.service.jobs.queue import add_job, cancel_job, find_job, job_view
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Limit, Page
-from omnimate.service.store.lists import read_page
+from omnimate.service.store.rows import read_page
 from omnimate.service.store.tables import JobRow
-from omnimate.service.umbmark.fields import Id
+from omnimate.service.umbmark.models import Id
 
 router = APIRouter(prefix="/v1/diagnoses", tags=["diagnoses"], responses=ALWAYS)
 DiagnosisId = Annotated[Id, PathParameter(description="The id of the diagnosis.")]

@@ -11,8 +11,18 @@ from fastapi.responses import HTMLResponse, Response
 from omnimate.fleet.batch.files import Files
 from omnimate.fleet.kept import days_kept
 from omnimate.service.calls import Call, Reading
-from omnimate.service.fleets.fields import DAY_PATTERN, PLAIN_PATTERN, Day, PlainName, State
-from omnimate.service.fleets.models import FleetFloor, FleetHistory, FleetNight, FleetRecording, FleetRobot
+from omnimate.service.fleets.models import (
+    DAY_PATTERN,
+    PLAIN_PATTERN,
+    Day,
+    FleetFloor,
+    FleetHistory,
+    FleetNight,
+    FleetRecording,
+    FleetRobot,
+    PlainName,
+    State,
+)
 from omnimate.service.fleets.results import (
     LATEST,
     floor_view,

@@ -10,9 +10,8 @@ from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Operating, Reading
-from omnimate.service.fleets.fields import FindingState
 from omnimate.service.fleets.findings import finding_view
-from omnimate.service.fleets.models import Delivery, Finding, Webhook, WebhookStart
+from omnimate.service.fleets.models import Delivery, Finding, FindingState, Webhook, WebhookStart
 from omnimate.service.fleets.webhooks import (
     add_webhook,
     delivery_view,
@@ -23,10 +22,9 @@ from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.routes.fleets import PREFIX, FleetName
-from omnimate.service.store.lists import read_page
-from omnimate.service.store.rows import find_row
+from omnimate.service.store.rows import find_row, read_page
 from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
-from omnimate.service.umbmark.fields import Id
+from omnimate.service.umbmark.models import Id
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
 WebhookId = Annotated[Id, PathParameter(description="The id of the webhook.")]

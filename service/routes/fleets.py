@@ -13,8 +13,7 @@ from sqlalchemy.orm import Session as Db
 from omnimate.service.calls import Operating, Reading
 from omnimate.service.errors import StateError
 from omnimate.service.fleets.batches import add_batch, batch_view
-from omnimate.service.fleets.fields import PlainName
-from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, Upload
+from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, PlainName, Upload
 from omnimate.service.fleets.results import fleet_view
 from omnimate.service.fleets.upload import store_day
 from omnimate.service.idempotency import Answer
@@ -22,10 +21,9 @@ from omnimate.service.jobs.queue import cancel_job, find_job
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.recordings import BINARY, Zip
-from omnimate.service.store.lists import read_page
-from omnimate.service.store.rows import find_row
+from omnimate.service.store.rows import find_row, read_page
 from omnimate.service.store.tables import FleetRow, JobRow
-from omnimate.service.umbmark.fields import Id
+from omnimate.service.umbmark.models import Id
 
 PREFIX = "/v1/fleets"
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)

@@ -16,10 +16,9 @@ from omnimate.service.errors import MediaTypeError
 from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
-from omnimate.service.store.lists import read_page
-from omnimate.service.store.rows import find_row
+from omnimate.service.store.rows import find_row, read_page
 from omnimate.service.store.tables import RecordingRow
-from omnimate.service.umbmark.fields import Id, Name
+from omnimate.service.umbmark.models import Id, Name
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], responses=ALWAYS)
 RecordingId = Annotated[Id, PathParameter(description="The id of the recording.")]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.service.errors import InvalidValueError
 from omnimate.service.robot.reservation import DriveOrder
-from omnimate.service.umbmark.leases import take_lease
+from omnimate.service.umbmark.sessions import take_lease
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -17,11 +17,9 @@ from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_versi
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
-from omnimate.service.umbmark.requests import Accept, Solve
-from omnimate.service.umbmark.responses import Result, Sample, Session
-from omnimate.service.umbmark.session_states import require_call
+from omnimate.service.umbmark.models import Accept, Result, Sample, Session, Solve
 from omnimate.service.umbmark.session_views import samples_of, session_with_samples
-from omnimate.service.umbmark.sessions import extend_lifetime, session_for
+from omnimate.service.umbmark.sessions import extend_lifetime, require_call, session_for
 from omnimate.service.umbmark.solving import accept_result, last_result, store_result, vehicle_of
 
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
@@ -83,8 +81,7 @@ def plot(
     """Return a figure of the return errors before and after calibration, like U Fig. 11."""
     from omnimate.figures.clusters import cluster_figure
     from omnimate.figures.files import rendered
-    from omnimate.service.umbmark.experiments import experiments_of
-    from omnimate.service.umbmark.result import cluster_panels
+    from omnimate.service.umbmark.result import cluster_panels, experiments_of
 
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)

@@ -19,13 +19,10 @@ from omnimate.service.routes.session_drives import SessionDrives
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import RecordingRow, SessionRow
-from omnimate.service.umbmark.fields import Direction
-from omnimate.service.umbmark.requests import SampleGiven, SampleOfFixes
-from omnimate.service.umbmark.responses import Sample
+from omnimate.service.umbmark.models import Direction, Sample, SampleGiven, SampleOfFixes
 from omnimate.service.umbmark.samples import add_measured_sample, add_sample, remove_sample
-from omnimate.service.umbmark.session_states import require_call
 from omnimate.service.umbmark.session_views import count_samples, sample_view
-from omnimate.service.umbmark.sessions import extend_lifetime, session_for
+from omnimate.service.umbmark.sessions import extend_lifetime, require_call, session_for
 from omnimate.service.umbmark.solving import vehicle_of
 from omnimate.vehicle.parameters import TruckName
 from omnimate.vehicle.se2 import Array

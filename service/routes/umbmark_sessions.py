@@ -14,15 +14,11 @@ from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Limit, Page
 from omnimate.service.routes.session_drives import SessionDrives
-from omnimate.service.store.lists import read_page
-from omnimate.service.store.rows import find_row
+from omnimate.service.store.rows import find_row, read_page
 from omnimate.service.store.tables import SessionRow
-from omnimate.service.umbmark.fields import Id, State
-from omnimate.service.umbmark.leases import end_lease
-from omnimate.service.umbmark.requests import SessionStart
-from omnimate.service.umbmark.responses import Session
+from omnimate.service.umbmark.models import Id, Session, SessionStart, State
 from omnimate.service.umbmark.session_views import count_samples, session_view, session_with_samples
-from omnimate.service.umbmark.sessions import extend_lifetime, session_for, start_session
+from omnimate.service.umbmark.sessions import end_lease, extend_lifetime, session_for, start_session
 
 PREFIX = "/v1/umbmark/sessions"
 SessionId = Annotated[Id, PathParameter(description="The id of the session.")]

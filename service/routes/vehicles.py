@@ -1,18 +1,19 @@
-"""Vehicles over REST: their parameters and versions."""
+"""The parameters of vehicles over REST: versions, and the formats of other tools."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import asdict
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
 from fastapi import Path as PathParameter
-from fastapi.responses import Response
+from fastapi.responses import PlainTextResponse, Response
 from pydantic import BaseModel
 from sqlalchemy.orm import Session as Db
 from starlette.concurrency import run_in_threadpool
 
+from omnimate.calib.exports import ros2_yaml, vda5050_json
 from omnimate.service.calls import Operating, Reading
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ModifiedError
 from omnimate.service.idempotency import Answer
@@ -20,8 +21,7 @@ from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.store import vehicles
 from omnimate.service.store.tables import VehicleRow
-from omnimate.service.umbmark.fields import NAME_PATTERN, Name
-from omnimate.service.umbmark.responses import TruckSizes
+from omnimate.service.umbmark.models import NAME_PATTERN, Name, TruckSizes
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
@@ -158,3 +158,43 @@ def get_version(
     """Return one version of a vehicle."""
     with call.components.database.reading() as db:
         return vehicle_view(vehicles.version(db, name, version))
+
+
+EXPORT_TYPES: dict[str, Any] = {
+    "application/toml": {"schema": {"type": "string"}},
+    "application/yaml": {},
+    "application/json": {"schema": {"type": "object"}},
+}
+
+
+@router.get(
+    "/{name}/exports/{format}",
+    operation_id="exportVehicle",
+    response_class=Response,
+    responses={**documented(404), 200: {"content": EXPORT_TYPES}},
+)
+def export(
+    name: VehicleName,
+    format: Literal["toml", "ros2", "vda5050"],  # noqa: A002  # the word in the path
+    call: Reading,
+    wheel_width: Annotated[
+        float,
+        Query(
+            gt=0.0,
+            lt=1.0,
+            allow_inf_nan=False,
+            description="The width of the wheels in the VDA 5050 export [m].",
+        ),
+    ] = 0.04,
+) -> Response:
+    """Return the parameters as vehicle.toml, as ROS 2 parameters, or as VDA 5050 wheelDefinitions."""
+    with call.components.database.reading() as db:
+        row = vehicles.newest(db, name)
+        last = vehicles.parameters_of(row)
+        first = vehicles.parameters_of(vehicles.version(db, name, 1))
+    if format == "ros2":
+        both = {truck: (first.trucks.get(truck, size), size) for truck, size in last.trucks.items()}
+        return PlainTextResponse(ros2_yaml(both), media_type="application/yaml")
+    if format == "vda5050":
+        return Response(vda5050_json(last, wheel_width), media_type="application/json")
+    return PlainTextResponse(row.toml, media_type="application/toml")

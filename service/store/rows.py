@@ -1,13 +1,25 @@
-"""Rows that are found by their key."""
+"""Rows that are found by their key, and lists that are read page by page, newest first."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
+from sqlalchemy import select, tuple_
+
 from omnimate.service.errors import NotFoundError
-from omnimate.service.store.tables import FleetRow, KeyRow, RecordingRow, SessionRow, WebhookRow
+from omnimate.service.store.tables import (
+    DeliveryRow,
+    FindingRow,
+    FleetRow,
+    JobRow,
+    KeyRow,
+    RecordingRow,
+    SessionRow,
+    WebhookRow,
+)
 
 if TYPE_CHECKING:
+    from sqlalchemy import ColumnElement
     from sqlalchemy.orm import Session
 
 Found = TypeVar("Found", FleetRow, KeyRow, RecordingRow, SessionRow, WebhookRow)
@@ -39,3 +51,32 @@ def find_row(
     if row is None or any(getattr(row, name) != value for name, value in having.items()):
         raise NotFoundError(_NOUNS[table], key)
     return row
+
+
+Listed = TypeVar("Listed", SessionRow, RecordingRow, JobRow, FleetRow, FindingRow, WebhookRow, DeliveryRow)
+
+
+def read_page(
+    db: Session, table: type[Listed], limit: int, after: str | None, *where: ColumnElement[bool]
+) -> tuple[list[Listed], str | None]:
+    """Return a page of rows and the cursor of the next page, which is None after the last one.
+
+    Args:
+        db: The open transaction.
+        table: The table that is listed.
+        limit: The largest number of rows of the page.
+        after: The cursor: id of the row before the page; None for the first page.
+        *where: The conditions that listed rows fulfil.
+
+    Raises:
+        NotFoundError: there is no row with the cursor's id.
+    """
+    query = select(table).where(*where).order_by(table.created.desc(), table.id.desc()).limit(limit + 1)
+    if after is not None:
+        last = db.get(table, after)
+        if last is None:
+            raise NotFoundError("row of the cursor", after)
+        query = query.where(tuple_(table.created, table.id) < tuple_(last.created, last.id))
+    rows = list(db.scalars(query))
+    more = len(rows) > limit
+    return rows[:limit], rows[limit - 1].id if more else None

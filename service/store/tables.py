@@ -1,9 +1,29 @@
-"""The tables. Times are seconds since 1970; JSON is kept as text, alike in both databases."""
+"""The tables. Times are seconds since 1970; JSON is stored as text, alike in both databases."""
 
 from __future__ import annotations
 
-from sqlalchemy import Double, ForeignKey, Index, LargeBinary, String, Text
+import json
+from typing import Any
+
+from sqlalchemy import Dialect, Double, ForeignKey, Index, LargeBinary, String, Text, TypeDecorator
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+from omnimate.vehicle.parameters import TruckName
+
+
+class JsonText(TypeDecorator[Any]):
+    """A value of JSON; it is replaced as a whole and never changed in place."""
+
+    impl = Text
+    cache_ok = True
+
+    def process_bind_param(self, value: Any, dialect: Dialect) -> str | None:  # noqa: ANN401, ARG002
+        """Return the text of a value; None stays NULL."""
+        return None if value is None else json.dumps(value)
+
+    def process_result_value(self, value: str | None, dialect: Dialect) -> Any:  # noqa: ANN401, ARG002
+        """Return the value of a text."""
+        return None if value is None else json.loads(value)
 
 
 class Base(DeclarativeBase):
@@ -43,7 +63,7 @@ class SessionRow(Base):
     expires: Mapped[float]
     revision: Mapped[int] = mapped_column(default=1)
     result: Mapped[str | None] = mapped_column(Text)
-    pending: Mapped[str | None] = mapped_column(Text)  # JSON of a lap that is driven and not yet measured
+    pending: Mapped[dict[str, Any] | None] = mapped_column(JsonText)  # a lap that is driven, not yet measured
     owner: Mapped[str | None] = mapped_column(String(32))  # instance of the service that drives for it
     lease: Mapped[float | None]  # time at which its ownership ends unless it is renewed
     __mapper_args__ = {"version_id_col": revision}  # noqa: RUF012  # SQLAlchemy's own form
@@ -56,7 +76,7 @@ class SampleRow(Base):
     session: Mapped[str] = mapped_column(ForeignKey("sessions.id"), primary_key=True)
     number: Mapped[int] = mapped_column(primary_key=True)
     direction: Mapped[str] = mapped_column(String(3))
-    errors: Mapped[str] = mapped_column(Text)
+    errors: Mapped[dict[TruckName, dict[str, float | None]]] = mapped_column(JsonText)
     source: Mapped[str] = mapped_column(String(200))
     recording: Mapped[str | None] = mapped_column(String(32))
     created: Mapped[float]
@@ -94,10 +114,10 @@ class JobRow(Base):
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     kind: Mapped[str] = mapped_column(String(20), default="diagnose")
     fleet: Mapped[str | None] = mapped_column(String(64))
-    asked: Mapped[str | None] = mapped_column(Text)  # JSON of what a batch shall do
-    summary: Mapped[str | None] = mapped_column(Text)  # JSON of what a batch did
+    asked: Mapped[dict[str, Any] | None] = mapped_column(JsonText)  # what a batch shall do
+    summary: Mapped[dict[str, Any] | None] = mapped_column(JsonText)  # what a batch did
     priority: Mapped[int] = mapped_column(default=0)  # higher ones first
-    recordings: Mapped[str] = mapped_column(Text)
+    recordings: Mapped[list[str]] = mapped_column(JsonText)
     state: Mapped[str] = mapped_column(String(20))
     progress: Mapped[float]
     doing: Mapped[str] = mapped_column(String(200))
@@ -135,7 +155,7 @@ class AnswerRow(Base):
     call: Mapped[str] = mapped_column(String(400))
     digest: Mapped[str] = mapped_column(String(64))
     status: Mapped[int]
-    headers: Mapped[str] = mapped_column(Text)
+    headers: Mapped[dict[str, str]] = mapped_column(JsonText)
     body: Mapped[str] = mapped_column(Text)
     created: Mapped[float]
 

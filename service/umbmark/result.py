@@ -5,17 +5,20 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
+
+import numpy as np
 
 from omnimate.calib.errors import CalibrationError, MethodError
 from omnimate.calib.umbmark.assessment import Assessment, assess
 from omnimate.calib.umbmark.experiment import Calibration, Experiment, calibrate
+from omnimate.calib.umbmark.return_errors import ReturnErrors
 from omnimate.calib.umbmark.stop_rule import stop_rule
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
-from omnimate.service.errors import InvalidValueError
-from omnimate.service.umbmark.experiments import DIRECTIONS, experiments_of
-from omnimate.service.umbmark.responses import (
+from omnimate.service.errors import InvalidValueError, StateError
+from omnimate.service.umbmark.models import (
     Advice,
+    Direction,
     Errors,
     Limits,
     MethodResult,
@@ -33,9 +36,44 @@ if TYPE_CHECKING:
     from omnimate.calib.umbmark.uncertainty import Interval
     from omnimate.figures.clusters import Clusters
     from omnimate.service.store.tables import SessionRow
-    from omnimate.service.umbmark.responses import Sample
+    from omnimate.service.umbmark.models import Sample
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.se2 import Array
+
+DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
+
+
+def experiments_of(
+    row: SessionRow, samples: Sequence[Sample], vehicle: VehicleParameters
+) -> dict[TruckName, Experiment]:
+    """Return the experiment of every truck that has runs in both directions.
+
+    Raises:
+        StateError: no truck has runs in both directions.
+    """
+    experiments = {}
+    for name, truck in vehicle.trucks.items():
+        cw, ccw = (_return_errors(samples, name, direction) for direction in DIRECTIONS)
+        if len(cw) and len(ccw):
+            errors = ReturnErrors(cw, ccw, row.side, f"session {row.id}, truck {name}")
+            experiments[name] = Experiment(errors.source, truck, errors)
+    if not experiments:
+        counts = {turn: sum(sample.direction == turn for sample in samples) for turn in DIRECTIONS}
+        raise StateError(
+            f"{counts['cw']} run(s) cw and {counts['ccw']} ccw; one direction alone cannot separate the "
+            "wheelbase from the diameters: drive the square in both directions, five times each",
+        )
+    return experiments
+
+
+def _return_errors(samples: Sequence[Sample], truck: TruckName, direction: Direction) -> Array:
+    """Return the return errors `(N, 3)` of a truck in one direction; theta is nan where unknown."""
+    rows = [
+        (error.x, error.y, math.nan if error.theta is None else error.theta)
+        for sample in samples
+        if sample.direction == direction and (error := sample.errors.get(truck)) is not None
+    ]
+    return np.array(rows, np.float64).reshape(-1, 3)
 
 
 def make_result(
@@ -72,7 +110,8 @@ def _truck(assessment: Assessment, method: Method) -> TruckResult:
     experiment, errors = assessment.experiment, assessment.experiment.errors
     chosen = assessment.by(method)
     centres = {
-        direction: _error(centre) for direction, centre in zip(DIRECTIONS, errors.centres, strict=True)
+        direction: ReturnError.of(centre)
+        for direction, centre in zip(DIRECTIONS, errors.centres, strict=True)
     }
     return TruckResult(
         errors=Errors(
@@ -109,10 +148,6 @@ def _method(calibration: Calibration) -> MethodResult:
 
 def _limits(interval: Interval) -> Limits:
     return Limits(value=interval.value, low=_or_none(interval.low), high=_or_none(interval.high))
-
-
-def _error(pose: Array) -> ReturnError:
-    return ReturnError(x=float(pose[0]), y=float(pose[1]), theta=_or_none(float(pose[2])))
 
 
 def _or_none(value: float) -> float | None:

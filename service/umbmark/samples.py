@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from typing import TYPE_CHECKING
@@ -13,9 +12,10 @@ from sqlalchemy import func, select
 from omnimate.calib.umbmark.return_errors import LONGEST
 from omnimate.service.errors import InvalidValueError, NotFoundError, StateError
 from omnimate.service.store.tables import SampleRow
-from omnimate.service.umbmark.fixes import pose_of, return_error
-from omnimate.service.umbmark.session_states import possible_calls
-from omnimate.vehicle.se2 import compose
+from omnimate.service.umbmark.models import ByWalls, ReturnError
+from omnimate.service.umbmark.sessions import possible_calls
+from omnimate.vehicle.se2 import between, compose, wrap
+from omnimate.vehicle.sonar import Sonar
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
 
     from omnimate.service.store.tables import SessionRow
-    from omnimate.service.umbmark.fields import Direction
-    from omnimate.service.umbmark.requests import SampleOfFixes
+    from omnimate.service.umbmark.models import Direction, Fix, SampleOfFixes, Walls
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.se2 import Array
 
@@ -52,7 +51,7 @@ def _start(request: SampleOfFixes) -> Array:
 
 
 def _direction(row: SessionRow, request: SampleOfFixes) -> Direction:
-    driven: Direction | None = json.loads(row.pending)["direction"] if row.pending else None
+    driven: Direction | None = row.pending["direction"] if row.pending else None
     if driven is not None and request.direction not in {None, driven}:
         raise StateError(f"the driven lap that has to be measured is {driven}, not {request.direction}")
     direction = request.direction or driven
@@ -70,7 +69,7 @@ def _calculated(row: SessionRow, request: SampleOfFixes) -> Array:
             "`calculated` is missing, and there is no driven lap that gives it; send the pose of odometry at "
             "the end of the run"
         )
-    driven = json.loads(row.pending)["calculated"].get(request.truck)
+    driven = row.pending["calculated"].get(request.truck)
     if driven is None:
         raise InvalidValueError("truck", f"the robot has no truck {request.truck!r}")
     return np.asarray(compose(_start(request), driven), np.float64)
@@ -101,7 +100,7 @@ def add_sample(
         session=row.id,
         number=last + 1,
         direction=direction,
-        errors=json.dumps({truck: _as_json(error) for truck, error in errors.items()}),
+        errors={truck: ReturnError.of(error).model_dump() for truck, error in errors.items()},
         source=source,
         recording=recording,
         created=time.time(),
@@ -121,11 +120,6 @@ def _check_size(row: SessionRow, truck: TruckName, error: Array) -> None:
         )
 
 
-def _as_json(error: Array) -> dict[str, float | None]:
-    theta = float(error[2])
-    return {"x": float(error[0]), "y": float(error[1]), "theta": theta if math.isfinite(theta) else None}
-
-
 def remove_sample(db: Db, row: SessionRow, number: int) -> None:
     """Remove a run; a former result of the session is discarded.
 
@@ -143,3 +137,48 @@ def _discard_result(row: SessionRow) -> None:
     row.result = None
     if row.state == "solved":
         row.state = "collecting"
+
+
+def pose_of(fix: Fix, where: str) -> Array:
+    """Return the pose `(3,)` of a fix; theta is nan where it was not measured.
+
+    Args:
+        fix: The fix, by coordinates or by distances to walls.
+        where: The field of the request that holds the fix, for messages.
+
+    Raises:
+        InvalidValueError: no pose has such distances to the walls.
+    """
+    if isinstance(fix, ByWalls):
+        return _pose_by_walls(fix.walls, where)
+    return np.array([fix.x, fix.y, math.nan if fix.theta is None else fix.theta], np.float64)
+
+
+def _pose_by_walls(walls: Walls, where: str) -> Array:
+    sonar = Sonar(**walls.geometry.model_dump())
+    pose = sonar.solve(np.array([walls.right_front, walls.right_rear, walls.behind]))
+    if not np.isfinite(pose).all():
+        raise InvalidValueError(
+            f"{where}.walls",
+            f"right_front and right_rear differ by more than their baseline of "
+            f"{walls.geometry.baseline:g} m; measure them again, perpendicular to the wall",
+        )
+    return pose
+
+
+def return_error(before: Array, after: Array, calculated: Array) -> Array:
+    """Return the return error `(3,)` of a run; theta is nan where it is not known.
+
+    Args:
+        before: The absolute pose `(3,)` before the run.
+        after: The absolute pose `(3,)` after the run.
+        calculated: The pose `(3,)` that odometry shows after the run.
+
+    Raises:
+        InvalidValueError: the heading before the run is not known.
+    """
+    if not math.isfinite(before[2]):
+        raise InvalidValueError("before.theta", "missing; expected the heading at the start (usually 0)")
+    absolute, odometry = between(before, after), between(before, calculated)
+    error = absolute - odometry
+    return np.array([error[0], error[1], float(wrap(error[2]))], np.float64)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import time
 from typing import TYPE_CHECKING
 
 from sqlalchemy import func, select
 
 from omnimate.service.store.tables import SampleRow
-from omnimate.service.umbmark.responses import Counts, ReturnError, Sample, Session
-from omnimate.service.umbmark.session_states import possible_calls, state_of
+from omnimate.service.umbmark.models import Counts, Sample, Session
+from omnimate.service.umbmark.sessions import possible_calls, state_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -61,12 +60,4 @@ def samples_of(db: Db, row: SessionRow) -> list[Sample]:
 
 def sample_view(row: SampleRow) -> Sample:
     """Return a run as clients see it."""
-    errors = {truck: ReturnError(**error) for truck, error in json.loads(row.errors).items()}
-    return Sample(
-        number=row.number,
-        direction="cw" if row.direction == "cw" else "ccw",
-        created=row.created,
-        errors=errors,
-        source=row.source,
-        recording=row.recording,
-    )
+    return Sample.model_validate(row, from_attributes=True)

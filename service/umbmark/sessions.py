@@ -1,4 +1,4 @@
-"""UMBmark sessions in the database: started, found, and prepared for a change."""
+"""UMBmark sessions in the database: their states, started, found, driven by one service at a time."""
 
 from __future__ import annotations
 
@@ -6,16 +6,58 @@ import secrets
 import time
 from typing import TYPE_CHECKING
 
+from sqlalchemy import select
+
+from omnimate.service.errors import ExpiredError, StateError
 from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
-from omnimate.service.umbmark.session_states import require_call
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
 
-    from omnimate.service.umbmark.fields import Call
-    from omnimate.service.umbmark.requests import SessionStart
+    from omnimate.service.umbmark.models import Call, SessionStart
+
+OPEN_STATES = ("collecting", "driving", "measuring", "interrupted", "solved")
+
+ALLOWED_CALLS: dict[str, tuple[Call, ...]] = {
+    "collecting": ("sample", "remove", "solve", "abort"),
+    "driving": ("abort",),
+    "measuring": ("sample", "abort"),
+    "interrupted": ("resume", "remove", "solve", "abort"),
+    "solved": ("sample", "remove", "solve", "accept", "abort"),
+}
+
+
+def state_of(row: SessionRow, now: float) -> str:
+    """Return the state of a session; an open session whose lifetime is over is expired."""
+    may_expire = row.state in OPEN_STATES and row.state != "driving"
+    return "expired" if may_expire and now > row.expires else row.state
+
+
+def possible_calls(row: SessionRow, now: float) -> tuple[Call, ...]:
+    """Return the calls that the session allows now.
+
+    A session that the service drives takes its samples itself, except where a person has to measure.
+    """
+    calls = ALLOWED_CALLS.get(state_of(row, now), ())
+    takes_samples_itself = row.how == "drive" and row.state != "measuring"
+    return tuple(call for call in calls if not (call == "sample" and takes_samples_itself))
+
+
+def require_call(row: SessionRow, call: Call, now: float) -> None:
+    """Refuse a call that the session does not allow.
+
+    Raises:
+        ExpiredError: the session has expired.
+        StateError: the state of the session does not allow the call.
+    """
+    state = state_of(row, now)
+    if state == "expired":
+        raise ExpiredError(f"session {row.id} has expired because it was not used in time; start a new one")
+    allowed = possible_calls(row, now)
+    if call not in allowed:
+        raise StateError(f"session {row.id} is {state} and cannot take {call!r}", allowed)
 
 
 def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) -> SessionRow:
@@ -68,3 +110,37 @@ def extend_lifetime(row: SessionRow, lifetime: float) -> None:
     """Note that a session was used now, so that it expires `lifetime` [s] later."""
     row.changed = time.time()
     row.expires = row.changed + lifetime
+
+
+LEASE = 10.0  # [s]
+
+
+def take_lease(row: SessionRow, instance: str) -> None:
+    """Note that a service drives for the session from now on."""
+    row.state, row.detail, row.owner = "driving", "", instance
+    renew_lease(row)
+
+
+def renew_lease(row: SessionRow) -> None:
+    """Note that the service that drives for the session is alive."""
+    row.lease = time.time() + LEASE
+
+
+def end_lease(row: SessionRow, state: str, detail: str) -> None:
+    """Note that no service drives for the session any more, and the state in which that leaves it."""
+    row.state, row.detail, row.owner, row.lease = state, detail, None, None
+    row.changed = time.time()
+
+
+def drives_for(row: SessionRow, instance: str) -> bool:
+    """Return whether a service drives for the session."""
+    return row.state == "driving" and row.owner == instance
+
+
+def interrupt_orphans(db: Db) -> list[str]:
+    """Interrupt the sessions whose service has died; return their ids."""
+    orphaned = (SessionRow.state == "driving") & (SessionRow.lease < time.time())
+    rows = db.scalars(select(SessionRow).where(orphaned).with_for_update()).all()
+    for row in rows:
+        end_lease(row, "interrupted", "interrupted: the service that drove it has ended")
+    return [row.id for row in rows]

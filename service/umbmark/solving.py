@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from omnimate.calib.apply import corrected_vehicle
 from omnimate.service.errors import ModifiedError, StateError
 from omnimate.service.store import vehicles
-from omnimate.service.umbmark.responses import Result
-from omnimate.service.umbmark.session_states import possible_calls
+from omnimate.service.umbmark.models import Result
 from omnimate.service.umbmark.session_views import samples_of
+from omnimate.service.umbmark.sessions import possible_calls
 from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
 
     from omnimate.service.store.tables import SessionRow, VehicleRow
-    from omnimate.service.umbmark.responses import Sample
+    from omnimate.service.umbmark.models import Sample
     from omnimate.vehicle.parameters import VehicleParameters
 
 

@@ -137,7 +137,7 @@ def listing(url: str) -> list[float]:
 def fill(database: str, count: int) -> None:
     """Store sessions, as years of use would."""
     from omnimate.service.store.database import Database
-    from omnimate.service.umbmark.requests import SessionStart
+    from omnimate.service.umbmark.models import SessionStart
     from omnimate.service.umbmark.sessions import start_session
 
     store = Database(database)

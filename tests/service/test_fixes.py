@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.service.errors import InvalidValueError
-from omnimate.service.umbmark.fixes import pose_of, return_error
-from omnimate.service.umbmark.requests import ByWalls, Coordinates, Walls
+from omnimate.service.umbmark.models import ByWalls, Coordinates, Walls
+from omnimate.service.umbmark.samples import pose_of, return_error
 from omnimate.vehicle.se2 import compose
 from omnimate.vehicle.sonar import Sonar
 

@@ -88,7 +88,7 @@ def test_a_day_without_recordings_fails_with_its_reason(client, until):
     path = client.post(f"{location}/batches", json={}).headers["Location"]
     batch = until(lambda: (now := client.get(path).json())["state"] in ENDED and now)
     assert batch["state"] == "failed"
-    assert "no recording in it" in batch["error"]
+    assert "no recording; expected" in batch["error"]
     assert client.post(f"{path}/cancel").status_code == 409
     assert client.get(f"{location}/nights/latest").status_code == 404
 

@@ -5,13 +5,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.service.errors import NotFoundError
-from omnimate.service.store.lists import read_page
+from omnimate.service.store.rows import read_page
 from omnimate.service.store.tables import JobRow
 
 
 def job(number, created, state="done"):
     return JobRow(
-        id=f"job{number}", recordings="[]", state=state, progress=1.0, doing="", attempts=1,
+        id=f"job{number}", recordings=[], state=state, progress=1.0, doing="", attempts=1,
         created=float(created), changed=float(created),
     )  # fmt: skip
 

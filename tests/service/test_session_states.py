@@ -12,14 +12,22 @@ from omnimate.service.errors import ExpiredError, OmnimateError, StateError
 from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
-from omnimate.service.umbmark.fields import Call, State
-from omnimate.service.umbmark.leases import drives_for, end_lease, interrupt_orphans, take_lease
-from omnimate.service.umbmark.requests import Coordinates, SampleOfFixes, SessionStart
+from omnimate.service.umbmark.models import Call, Coordinates, SampleOfFixes, SessionStart, State
 from omnimate.service.umbmark.result import make_result
 from omnimate.service.umbmark.samples import add_measured_sample, remove_sample
-from omnimate.service.umbmark.session_states import OPEN_STATES, possible_calls, require_call, state_of
 from omnimate.service.umbmark.session_views import samples_of, session_with_samples
-from omnimate.service.umbmark.sessions import session_for, start_session
+from omnimate.service.umbmark.sessions import (
+    OPEN_STATES,
+    drives_for,
+    end_lease,
+    interrupt_orphans,
+    possible_calls,
+    require_call,
+    session_for,
+    start_session,
+    state_of,
+    take_lease,
+)
 from omnimate.service.umbmark.solving import accept_result, store_result, vehicle_of
 
 CALLS, STATES = get_args(Call), get_args(State)

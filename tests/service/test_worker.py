@@ -61,7 +61,7 @@ def test_what_a_dead_service_worked_at_is_taken_up(client, recording, until):
     with client.components.database.writing() as db:
         db.add(
             JobRow(
-                id="orphan", recordings=f'["{recording}"]', state="running", progress=0.5, doing="",
+                id="orphan", recordings=[recording], state="running", progress=0.5, doing="",
                 attempts=1, created=time.time(), changed=time.time(), owner="another",
                 lease=time.time() - 1.0,
             )

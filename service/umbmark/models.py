@@ -1,0 +1,279 @@
+"""The bodies of requests and answers about UMBmark sessions, in SI units; times are seconds since 1970."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from omnimate.vehicle.parameters import TruckName
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.se2 import Array
+
+How = Literal["manual", "recordings", "drive"]
+Direction = Literal["cw", "ccw"]
+Method = Literal["printed-x", "printed-y", "printed", "printed-true-b", "heading", "exact", "weighted"]
+Severity = Literal["note", "warning", "error"]
+State = Literal[
+    "collecting", "driving", "measuring", "interrupted", "solved", "accepted", "aborted", "failed", "expired"
+]
+Call = Literal["sample", "remove", "solve", "accept", "resume", "abort"]
+
+Metre = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False, description="[m]")]
+Range = Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False, description="[m]")]
+Radian = Annotated[
+    float,
+    Field(ge=-2.0 * math.pi, le=2.0 * math.pi, allow_inf_nan=False, description="[rad], counter-clockwise"),
+]
+NAME_PATTERN = r"^[^\x00-\x1f/\\]{1,100}$"
+Name = Annotated[str, Field(min_length=1, max_length=100, pattern=NAME_PATTERN)]
+Id = Annotated[str, Field(min_length=1, max_length=32, pattern=r"^[0-9a-z]+$")]
+
+
+class RequestModel(BaseModel):
+    """The body of a request; a field that is not known is refused."""
+
+    model_config = ConfigDict(extra="forbid", str_strip_whitespace=True)
+
+
+class Geometry(RequestModel):
+    """The positions of the three range sensors on the truck and of the two walls (U section V)."""
+
+    baseline: Annotated[
+        Range, Field(description="The distance between the two sensors on the right side [m].")
+    ] = 0.405
+    side: Annotated[
+        Metre, Field(description="The distance of these two sensors from the truck's middle line [m].")
+    ] = 0.3
+    rear: Annotated[
+        Metre, Field(description="The distance of the rear sensor behind the drive axle [m].")
+    ] = 0.3
+    wall_x: Annotated[Metre, Field(description="The x coordinate of the short wall [m].")] = -2.5
+    wall_y: Annotated[Metre, Field(description="The y coordinate of the long wall [m].")] = -6.0
+
+
+class Walls(RequestModel):
+    """Three distances to an L-shaped corner of walls, each measured perpendicular to its wall."""
+
+    right_front: Range
+    right_rear: Range
+    behind: Range
+    geometry: Geometry = Geometry()
+
+
+class Coordinates(RequestModel):
+    """An absolute pose. The heading `theta` may be left out when it was not measured."""
+
+    x: Metre
+    y: Metre
+    theta: Radian | None = None
+
+
+class ByWalls(RequestModel):
+    """An absolute pose, given by the distances to the walls from which it is calculated."""
+
+    walls: Walls
+
+
+Fix = Coordinates | ByWalls
+
+
+class SessionStart(RequestModel):
+    """The square that is going to be driven, and how its runs are measured."""
+
+    vehicle: Annotated[
+        Name | None, Field(description="The name of the vehicle. Default: the vehicle on the service's bus.")
+    ] = None
+    side: Annotated[
+        float, Field(ge=0.2, le=100.0, allow_inf_nan=False, description="The side of the square [m].")
+    ] = 4.0
+    runs: Annotated[
+        int, Field(ge=1, le=50, description="The number of runs that are wanted in each direction.")
+    ] = 5
+    how: How = "manual"
+    speed: Annotated[
+        float,
+        Field(
+            ge=0.02,
+            le=2.0,
+            allow_inf_nan=False,
+            description="The speed of the wheels when the service drives the robot [m/s].",
+        ),
+    ] = 0.4
+    lifeline: Annotated[
+        float | None,
+        Field(
+            ge=1.0,
+            le=3600.0,
+            allow_inf_nan=False,
+            description="When the service drives the robot: it stops when no client has asked for the "
+            "session for this time [s]. Null: it never stops for this reason.",
+        ),
+    ] = 30.0
+
+
+class SampleOfFixes(RequestModel):
+    """One run, given by its absolute poses and by the pose that odometry shows at its end."""
+
+    direction: Annotated[
+        Direction | None, Field(description="The direction of the run. Default: that of the driven lap.")
+    ] = None
+    truck: TruckName = "a"
+    before: Annotated[
+        Fix | None, Field(description="The pose before the run. Default: the origin with heading 0.")
+    ] = None
+    after: Fix
+    calculated: Annotated[
+        Coordinates | None,
+        Field(
+            description="The pose that odometry shows at the end of a run that began at `before`. "
+            "Default: that of the driven lap."
+        ),
+    ] = None
+
+
+class SampleOfRecording(RequestModel):
+    """All runs of an uploaded recording."""
+
+    recording: Id
+
+
+SampleGiven = SampleOfFixes | SampleOfRecording
+
+
+class Solve(RequestModel):
+    """The method by which a session is solved."""
+
+    method: Method = "exact"
+
+
+class Accept(RequestModel):
+    """Whether to accept a result although a check of it reports an error."""
+
+    force: bool = False
+
+
+class ReturnError(BaseModel):
+    """The return error of a run: absolute minus calculated pose, U (3.1), in the frame of its start."""
+
+    x: float
+    y: float
+    theta: float | None
+
+    @classmethod
+    def of(cls, pose: Array) -> ReturnError:
+        """Return an error `(3,)` of which theta may be nan."""
+        x, y, theta = (float(value) for value in pose)
+        return cls(x=x, y=y, theta=theta if math.isfinite(theta) else None)
+
+
+class Sample(BaseModel):
+    """One run of a session."""
+
+    number: int
+    direction: Direction
+    created: float
+    errors: dict[TruckName, ReturnError]
+    source: str
+    recording: str | None
+
+
+class Counts(BaseModel):
+    """The number of runs in each direction."""
+
+    cw: int
+    ccw: int
+
+
+class Session(BaseModel):
+    """A UMBmark session. Lists of sessions leave out the samples."""
+
+    id: str
+    vehicle: str
+    vehicle_version: int
+    side: float
+    runs: int
+    how: How
+    state: State
+    detail: str
+    possible: list[Call]
+    created: float
+    changed: float
+    expires: float
+    counts: Counts
+    samples: list[Sample] | None = None
+
+
+class Limits(BaseModel):
+    """A value and its 95 % confidence interval, which is null when there are too few runs."""
+
+    value: float
+    low: float | None
+    high: float | None
+
+
+class MethodResult(BaseModel):
+    """The calibration of a truck by one method."""
+
+    method: Method
+    e_b: Limits
+    e_d: Limits
+    c_left: float
+    c_right: float
+    wheelbase: Limits
+    diameter_left: Limits
+    diameter_right: Limits
+    after: Annotated[
+        float, Field(description="The error E_max,syst that remains after this calibration [m].")
+    ]
+
+
+class Errors(BaseModel):
+    """The return errors of all runs in summary, U (3.2) to (3.4) [m]."""
+
+    e_max_syst: float
+    after: float
+    centres: dict[Direction, ReturnError]
+    scatter: float | None
+    sem: float | None
+
+
+class Advice(BaseModel):
+    """The finding of a check of the runs: what is wrong, and what to do about it."""
+
+    severity: Severity
+    what: str
+    do: str
+
+
+class TruckSizes(BaseModel):
+    """The wheelbase and the wheel diameters of a truck [m]."""
+
+    wheelbase: float
+    wheel_diameter_left: float
+    wheel_diameter_right: float
+
+
+class TruckResult(BaseModel):
+    """The calibration of one truck."""
+
+    errors: Errors
+    methods: list[MethodResult]
+    advice: list[Advice]
+    second_pass: str
+    nominal: TruckSizes
+    calibrated: TruckSizes
+
+
+class Result(BaseModel):
+    """The result of a session."""
+
+    session: str
+    revision: Annotated[str, Field(description="The revision of the result, which is also its ETag.")]
+    vehicle: str
+    vehicle_version: int
+    method: Method
+    trucks: dict[TruckName, TruckResult]
+    usable: bool
