@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import err, out
+from omnimate.cli.console import err, say
 from omnimate.cli.options import AsJson, Bus, Force, Node, Timeout
 
 if TYPE_CHECKING:
@@ -55,9 +55,9 @@ def conform(
         for result in run(probe, most.value):
             results.append(result)
             if not as_json:
-                out.print(_line(result), soft_wrap=True)
+                say(_line(result))
     if as_json:
-        out.print(json.dumps([_fields(result) for result in results], indent=1), soft_wrap=True)
+        say(json.dumps([_fields(result) for result in results], indent=1))
     counts = {name: sum(r.outcome == name for r in results) for name in ("passed", "failed", "absent")}
     err.print(", ".join(f"{count} {name}" for name, count in counts.items()))
     if counts["failed"]:

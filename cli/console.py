@@ -10,9 +10,21 @@ from rich.console import Console
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from rich.text import Text
+
 out = Console(highlight=False, markup=False, emoji=False)
 err = Console(stderr=True, highlight=False, emoji=False)
 _problems: list[str] = []
+
+
+def say(line: str | Text) -> None:
+    """Print a line of results, which the terminal wraps."""
+    out.print(line, soft_wrap=True)
+
+
+def note(line: str) -> None:
+    """Print a line beside the results."""
+    err.print(line, markup=False, soft_wrap=True)
 
 
 def print_error(sentence: str) -> None:

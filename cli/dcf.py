@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import err, out, progress_bar, report_problem
+from omnimate.cli.console import err, progress_bar, report_problem, say
 from omnimate.cli.descriptions import described_by
 from omnimate.cli.errors import CallError
 from omnimate.cli.options import AsJson, Bus, Force, Node, Timeout
@@ -83,7 +83,7 @@ def _differences(objects: Sdo, eds: Eds) -> list[Difference]:
 
 def _show(wrong: Sequence[Difference], *, as_json: bool) -> None:
     if as_json:
-        out.print(json.dumps([asdict(difference) for difference in wrong], indent=1), soft_wrap=True)
+        say(json.dumps([asdict(difference) for difference in wrong], indent=1))
         return
     for difference in wrong:
-        out.print(difference.in_words(), soft_wrap=True)
+        say(difference.in_words())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.text import Text
 
-from omnimate.cli.console import out
+from omnimate.cli.console import say
 from omnimate.cli.tables import new_table, show
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
@@ -50,12 +50,9 @@ def design(
     show(designs_table(designs))
     for candidate in designs:
         for held in candidate.held:
-            out.print(f"{candidate.name}: {held.name} is not identified; {held.reason}", soft_wrap=True)
+            say(f"{candidate.name}: {held.name} is not identified; {held.reason}")
     if not heading:
-        out.print(
-            "where headings can be measured, open straights plus counted spins say more: give --heading",
-            soft_wrap=True,
-        )
+        say("where headings can be measured, open straights plus counted spins say more: give --heading")
 
 
 def designs_table(designs: Sequence[Design]) -> Table:

@@ -14,7 +14,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from omnimate.cli.console import err, out, report_problem
+from omnimate.cli.console import err, out, report_problem, say
 from omnimate.cli.errors import CallError
 from omnimate.vehicle.errors import OmnimateError
 
@@ -148,7 +148,7 @@ def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
             if line.startswith("error: "):
                 report_problem(f"{folder}: {line.removeprefix('error: ')}")
             else:
-                out.print(f"{folder}: {line}", soft_wrap=True)
+                say(f"{folder}: {line}")
 
 
 def _show(diagnosis: Diagnosis) -> None:
@@ -156,16 +156,13 @@ def _show(diagnosis: Diagnosis) -> None:
     out.print(f"{diagnosis.verdict}: {diagnosis.says}", style="bold", soft_wrap=True)
     for finding in diagnosis.findings:
         out.print()
-        out.print(
-            f"{finding.probability:5.0%}  {finding.effect} on {finding.component}: {finding.says}",
-            soft_wrap=True,
-        )
+        say(f"{finding.probability:5.0%}  {finding.effect} on {finding.component}: {finding.says}")
         for parameter in finding.parameters:
             out.print(f"       {shown(parameter)}")
         for other in finding.alternatives:
             out.print(f"       or {other.effect} on {other.component} ({other.probability:.0%})")
         if finding.separates:
-            out.print(f"       to tell them apart, drive: {finding.separates}", soft_wrap=True)
+            say(f"       to tell them apart, drive: {finding.separates}")
     if diagnosis.calibrated:
         out.print("\ncalibrated from the poses beside it, and no finding:")
     for effect in diagnosis.calibrated:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import out
+from omnimate.cli.console import say
 
 if TYPE_CHECKING:
     from omnimate.calib.monitoring.drift import DriftReport, MonitoredQuantity
@@ -30,7 +30,7 @@ def drift(
     from omnimate.cli.loading import load
 
     report = watch_drift([load(source) for source in sources], false_alarm)
-    out.print(verdict(report), soft_wrap=True)
+    say(verdict(report))
 
 
 def verdict(report: DriftReport) -> str:

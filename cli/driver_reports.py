@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from omnimate.cli.console import out, report_problem
+from omnimate.cli.console import out, report_problem, say
 from omnimate.cli.tables import show
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ COUNTERS = {
 
 def show_configuration(report: ConfigurationReport, *, verbose: bool = False) -> None:
     """Print the bus load, what was changed at each node, and what to read; all that was found if verbose."""
-    out.print(report.load.in_words(), soft_wrap=True)
+    say(report.load.in_words())
     table = Table("node", "channel", "", "what", box=SIMPLE_HEAD)
     for node in report.nodes:
         kinds = [("found", node.read if verbose else ()), ("changed", node.changed), ("remark", node.remarks)]
@@ -51,7 +51,7 @@ def show_report(report: DriverReport) -> None:
     _show_events(report)
     _show_gaps(report)
     for identifier, what, frames in report.unknown_frames:
-        out.print(f"  not of this vehicle: {identifier} {what}: {frames} frames", soft_wrap=True)
+        say(f"  not of this vehicle: {identifier} {what}: {frames} frames")
     report_problems(report)
 
 
@@ -83,7 +83,7 @@ def _show_events(report: DriverReport) -> None:
         until = event.last - report.started
         often = f" ({event.count} times until {until:.2f} s)" if event.count > 1 else ""
         at = event.time - report.started
-        out.print(f"  {at:9.3f} s  {node:<8} {event.what}{often}", soft_wrap=True)
+        say(f"  {at:9.3f} s  {node:<8} {event.what}{often}")
     hidden = max(0, len(report.events) - MOST_SHOWN) + report.events_dropped
     if hidden:
         out.print(f"  and {hidden} more events")
@@ -96,6 +96,6 @@ def _show_gaps(report: DriverReport) -> None:
         same.setdefault((gap.start, gap.end, gap.reason), []).append(gap.channel)
     for (start, end, reason), channels in list(same.items())[:MOST_SHOWN]:
         when = f"{start - report.started:9.3f} to {end - report.started:.3f} s"
-        out.print(f"  gap: {when}, {', '.join(channels)} ({reason})", soft_wrap=True)
+        say(f"  gap: {when}, {', '.join(channels)} ({reason})")
     if len(same) > MOST_SHOWN:
         out.print(f"  and {len(same) - MOST_SHOWN} more gaps")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import out, progress_bar, report_problem, warn
+from omnimate.cli.console import out, progress_bar, report_problem, say, warn
 from omnimate.cli.loading import log_of, report_problems
 
 if TYPE_CHECKING:
@@ -86,4 +86,4 @@ def _report(log: LogStream, done: Exported) -> None:
     if done.frames:
         out.print(f"{done.frames} frames")
     for path in done.files:
-        out.print(f"written: {path}", soft_wrap=True)
+        say(f"written: {path}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import err, out, progress_bar, report_problem, warn
+from omnimate.cli.console import err, progress_bar, report_problem, say, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import load, report_problems
 
@@ -140,11 +140,9 @@ def _show_topics(source: Path, vehicle: VehicleParameters | None) -> None:
     topics = topics_of(source)
     for topic in topics:
         parts = f" ({', '.join(topic.parts)})" if topic.parts else ""
-        out.print(f"{topic.count:8d}  {topic.kind:32s}  {topic.name}{parts}", soft_wrap=True)
+        say(f"{topic.count:8d}  {topic.kind:32s}  {topic.name}{parts}")
     plan = guess(topics) if vehicle is None else guess(topics, vehicle.channels)
-    out.print(
-        "\n# a mapping by guess:\n" + (as_toml(plan) or "# nothing is named like a wheel"), soft_wrap=True
-    )
+    say("\n# a mapping by guess:\n" + (as_toml(plan) or "# nothing is named like a wheel"))
 
 
 def _report_recording(recording: Recording, to: Path) -> None:
@@ -153,16 +151,14 @@ def _report_recording(recording: Recording, to: Path) -> None:
 
     span, period = recording.time[-1] - recording.time[0], recording.vehicle.bus.sync_period
     poses = 0 if recording.poses is None else len(recording.poses.time)
-    out.print(
+    say(
         f"{len(recording)} samples of {span:.1f} s, one in {1e3 * period:.1f} ms, "
-        f"{len(recording.gaps)} gap(s), {poses} poses in {to}",
-        soft_wrap=True,
+        f"{len(recording.gaps)} gap(s), {poses} poses in {to}"
     )
     for truck in recording.vehicle.trucks:
         seen = look(recording, truck)
         if seen is not None:
-            out.print(
+            say(
                 f"truck {truck}: nominal odometry ends {1e3 * seen.away:.1f} mm and "
-                f"{math.degrees(seen.turned):.2f} deg from the last pose, after {seen.way:.2f} m",
-                soft_wrap=True,
+                f"{math.degrees(seen.turned):.2f} deg from the last pose, after {seen.way:.2f} m"
             )

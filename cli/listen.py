@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import out, progress_bar, warn
+from omnimate.cli.console import progress_bar, say, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of
 from omnimate.files.logs.frames import Frames, frames_of
@@ -71,14 +71,14 @@ def listen(
         findings = learn_bus(frames, known, progress)
     meanings = meanings_of(findings)
     if as_json:
-        out.print(json.dumps(findings_as_json(findings, meanings), indent=1), soft_wrap=True)
+        say(json.dumps(findings_as_json(findings, meanings), indent=1))
     else:
         for line in report_lines(findings, meanings, reasons=reasons):
-            out.print(line, soft_wrap=True)
+            say(line)
     if write is not None:
         _write(write, findings, meanings, bus, turn)
         if not as_json:
-            out.print(f"written: {write}", soft_wrap=True)
+            say(f"written: {write}")
 
 
 def _logged(path: Path) -> Frames:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from omnimate.cli.console import out, progress_bar
+from omnimate.cli.console import progress_bar, say
 from omnimate.cli.descriptions import described_by
 from omnimate.cli.errors import CallError
 from omnimate.cli.options import AsJson, Bus, Eds, Force, Node, Timeout
@@ -63,7 +63,7 @@ def read(
         place = place_of(item, dictionary)
         data = objects.read_bytes(*place)
     row = _row(*place, _name(dictionary, *place), kind.value if kind else kind_of(dictionary, *place), data)
-    out.print(json.dumps(row) if as_json else _value(row), soft_wrap=True)
+    say(json.dumps(row) if as_json else _value(row))
 
 
 @sdo.command()
@@ -99,10 +99,10 @@ def od(
     with _opened(bus, node, eds, timeout) as objects:
         rows = _all(objects, shows_absent=eds is not None)
     if as_json:
-        out.print(json.dumps(rows, indent=1), soft_wrap=True)
+        say(json.dumps(rows, indent=1))
         return
     for row in rows:
-        out.print(f"{row['object']:<9} {row['name']:<44} {_value(row)}".rstrip(), soft_wrap=True)
+        say(f"{row['object']:<9} {row['name']:<44} {_value(row)}".rstrip())
 
 
 def _opened(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from omnimate.cli.console import out
+from omnimate.cli.console import say
 
 app = typer.Typer(
     help="Parameters by name for several floors or loads: list, or put one into vehicle.toml.",
@@ -47,4 +47,4 @@ def apply_profile(
     from omnimate.vehicle.file import load_vehicle, save_vehicle
 
     save_vehicle(with_profile(load_vehicle(vehicle), file, name), out_file)
-    out.print(f"profile {name}: {out_file}", soft_wrap=True)
+    say(f"profile {name}: {out_file}")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import out
+from omnimate.cli.console import say
 from omnimate.cli.descriptions import descriptions_of
 from omnimate.cli.driver_reports import show_configuration, show_report
 from omnimate.cli.errors import CallError
@@ -100,7 +100,7 @@ def record(
     stopped = None
     try:
         with _kept(recorder, reader), contextlib.suppress(KeyboardInterrupt):
-            out.print(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it", soft_wrap=True)
+            say(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it")
             if program is not None and not isinstance(reader, PassiveReader):
                 drive_program(reader, program, recorder, seconds=seconds)
             else:
@@ -111,7 +111,7 @@ def record(
         recorder.discard()
         raise NothingHeardError(bus)
     show_report(reader.report())
-    out.print(f"recording: {folder}", soft_wrap=True)
+    say(f"recording: {folder}")
     if stopped is not None:
         raise RobotStoppedError(stopped, _same_call(folder)) from stopped
 

@@ -13,7 +13,7 @@ import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from omnimate.cli.console import err, out
+from omnimate.cli.console import err, out, say
 from omnimate.cli.loading import log_of, report_problems
 from omnimate.cli.robots import nominal_vehicle
 from omnimate.cli.tables import show
@@ -53,10 +53,10 @@ def replay(
     _show_paths(recording, paths)
     if csv is not None:
         write_text(csv, format_trajectories(paths))
-        out.print(f"trajectories: {csv}", soft_wrap=True)
+        say(f"trajectories: {csv}")
     if plot is not None:
         _draw(recording, paths, plot)
-        out.print(f"figure: {plot}", soft_wrap=True)
+        say(f"figure: {plot}")
 
 
 def _send(source: Path, bus: str, pace: float) -> None:
@@ -69,7 +69,7 @@ def _send(source: Path, bus: str, pace: float) -> None:
     log = LogBlocks(log_of(source))
     frames = itertools.chain.from_iterable(log)
     send_frames(track(frames, "sending", total=None, console=err, transient=True), bus, pace)
-    out.print(f"{log.frames} frames sent to {bus}", soft_wrap=True)
+    say(f"{log.frames} frames sent to {bus}")
     report_problems(log)
 
 
@@ -104,7 +104,7 @@ def _show_log(log: LogReadResult, vehicle: VehicleParameters) -> None:
     from omnimate.files.logs.frame_classes import count_classes
 
     words = [f"{name} {count}" for name, count in count_classes(log.frames, vehicle).items() if count]
-    out.print(f"{len(log.frames)} frames: {', '.join(words)}", soft_wrap=True)
+    say(f"{len(log.frames)} frames: {', '.join(words)}")
     report_problems(log)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.text import Text
 
-from omnimate.cli.console import out, progress_bar, report_problem, warn
+from omnimate.cli.console import out, progress_bar, report_problem, say, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.options import AsJson, Bus, Timeout
 from omnimate.cli.tables import new_table, show
@@ -70,13 +70,13 @@ def scan(
         )  # fmt: skip
     files = {} if eds is None else _fitting(found, eds)
     if as_json:
-        out.print(json.dumps(_fields(found, files), indent=1), soft_wrap=True)
+        say(json.dumps(_fields(found, files), indent=1))
     else:
         _show(found, files)
     if write is not None:
         _write(found, bus, files, write)
         if not as_json:
-            out.print(f"drafted: {write}", soft_wrap=True)
+            say(f"drafted: {write}")
     for node in found.nodes:
         if node.remark:
             report_problem(f"node {node.node}: {node.remark}")
@@ -104,10 +104,10 @@ def _write(found: Scan, bus: str, files: Mapping[int, FittingFile], path: Path) 
 
 
 def _show(found: Scan, files: Mapping[int, FittingFile]) -> None:
-    out.print(_bus_in_words(found), soft_wrap=True)
+    say(_bus_in_words(found))
     widest = max(NARROW, out.width)
     if not found.nodes:
-        out.print("no node: check the power, the bit rate, and the terminating resistors", soft_wrap=True)
+        say("no node: check the power, the bit rate, and the terminating resistors")
     else:
         for table in (_nodes(found), _identities(found, files), _pdos(found)):
             if table.row_count:
@@ -115,9 +115,9 @@ def _show(found: Scan, files: Mapping[int, FittingFile]) -> None:
     for identity in found.without_id:
         given = next((node for node, named in found.given.items() if named == identity), None)
         what = ", ".join(f"{name} {_hex(value)}" for name, value in zip(IDENTITY, identity, strict=True))
-        out.print(f"{'without a node id' if given is None else f'now node {given}'}: {what}", soft_wrap=True)
+        say(f"{'without a node id' if given is None else f'now node {given}'}: {what}")
     sent = ", ".join(f"{count} frames of {what}" for what, count in sorted(found.sent.items()))
-    out.print(f"sent: {sent or 'nothing'}; nothing else", soft_wrap=True)
+    say(f"sent: {sent or 'nothing'}; nothing else")
 
 
 def _bus_in_words(found: Scan) -> str:

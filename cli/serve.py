@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from omnimate.cli.console import out
+from omnimate.cli.console import out, say
 from omnimate.cli.errors import CallError
 from omnimate.cli.options import VehicleFile
 from omnimate.vehicle.errors import OmnimateError
@@ -162,7 +162,7 @@ def announced(config: uvicorn.Config) -> uvicorn.Server:
             for server in self.servers:
                 for bound in server.sockets:
                     host, port = bound.getsockname()[:2]
-                    out.print(f"http://{host}:{port}", soft_wrap=True)
+                    say(f"http://{host}:{port}")
 
     return Server(config)
 
@@ -181,7 +181,7 @@ def add(
 
     with store.writing() as db:
         key = add_key(db, name, role.value)
-    out.print(key, markup=False, soft_wrap=True)
+    say(key)
 
 
 @keys.command(name="list")

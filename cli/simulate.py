@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from omnimate.cli.console import err, out
+from omnimate.cli.console import err, say
 from omnimate.cli.options import Bumps, Effects, Laps, Protocol, Seed, Side, Speed, TrueVehicle, VehicleFile
 from omnimate.cli.robots import nominal_vehicle, program_of, truth_of
 
@@ -39,4 +39,4 @@ def simulate(
         save_recording(recording, folder)
     driven = float(recording.time[-1] - recording.time[0])
     laps = len(recording.run.laps) if recording.run is not None else 0
-    out.print(f"{folder}: {len(recording)} samples, {driven:.0f} s, {laps} laps", soft_wrap=True)
+    say(f"{folder}: {len(recording)} samples, {driven:.0f} s, {laps} laps")

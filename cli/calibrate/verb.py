@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.calibrate.tables import factors_table, noise_sentences, quantities_table
-from omnimate.cli.console import out, warn
+from omnimate.cli.console import out, say, warn
 from omnimate.cli.options import OutFile, Profile, TruckChoice
 from omnimate.cli.tables import show
 
@@ -167,7 +167,7 @@ def _linkage(
     print_estimate(f"Linkage, {calibration.source}", calibration.quantities, calibration.estimate)
     if out_file is not None:
         save_vehicle(corrected_linkage(recordings[0].vehicle, calibration), out_file)
-        out.print(f"calibrated: {out_file}", soft_wrap=True)
+        say(f"calibrated: {out_file}")
 
 
 def print_estimate(title: str, quantities: tuple[Quantity, ...], estimate: Estimate) -> None:
@@ -175,7 +175,7 @@ def print_estimate(title: str, quantities: tuple[Quantity, ...], estimate: Estim
     show(quantities_table(title, quantities))
     show(factors_table(estimate))
     for sentence in noise_sentences(estimate):
-        out.print(sentence, soft_wrap=True)
+        say(sentence)
 
 
 def _write(recording: Recording, trucks: dict[TruckName, Truck], path: Path) -> None:
@@ -183,14 +183,14 @@ def _write(recording: Recording, trucks: dict[TruckName, Truck], path: Path) -> 
     from omnimate.vehicle.file import save_vehicle
 
     save_vehicle(corrected_vehicle(recording.vehicle, trucks), path)
-    out.print(f"calibrated: {path}", soft_wrap=True)
+    say(f"calibrated: {path}")
 
 
 def _keep(calibrations: dict[TruckName, PathCalibration], path: Path, name: str) -> None:
     from omnimate.calib.profiles import save_profile
 
     save_profile(path, name, {truck: calibration.truck for truck, calibration in calibrations.items()})
-    out.print(f"profile {name}: {path}", soft_wrap=True)
+    say(f"profile {name}: {path}")
 
 
 def _draw(recording: Recording, calibrations: dict[TruckName, PathCalibration], path: Path) -> None:
@@ -206,4 +206,4 @@ def _draw(recording: Recording, calibrations: dict[TruckName, PathCalibration], 
     after = dead_reckoned(drive, calibration.kinematics)
     tracks = [Track("odometry before", before), Track("odometry calibrated", after, dashed=True)]
     plot_floor_plan(tracks, path, title=f"truck {name}", fixes=drive.pose)
-    out.print(f"figure: {path}", soft_wrap=True)
+    say(f"figure: {path}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import out
+from omnimate.cli.console import out, say
 from omnimate.cli.robots import truth_of
 
 if TYPE_CHECKING:
@@ -68,18 +68,17 @@ def demo(
         ("umbmark.png", "return errors before and after, as U Fig. 11"),
         ("path.png", "one square each way: where it went, and where it believed to be"),
     ):
-        out.print(f"  {folder}/{name:<20} {what}", soft_wrap=True)
+        say(f"  {folder}/{name:<20} {what}")
 
 
 def _introduce(vehicle: VehicleParameters, settings: Settings) -> None:
     """Print what the demo is about to do."""
-    out.print(
+    say(
         f"A simulated {vehicle.name} on a virtual CAN bus: two trucks on a compliant linkage, "
         f"{len(vehicle.encoders)} CANopen encoders, {len(vehicle.drives)} drives.\n"
         f"UMBmark, {settings.side:g} m squares, {settings.runs} each way at {settings.speed:g} m/s, read and "
         "driven through the bus alone. Its wheelbases and\nwheels are not what vehicle.toml says: the return "
-        "errors say by how much. Then once more, calibrated.\n",
-        soft_wrap=True,
+        "errors say by how much. Then once more, calibrated.\n"
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.cli.console import out
+from omnimate.cli.console import say
 from omnimate.cli.tables import new_table, show
 from omnimate.fleet.words import shown_unit, since, size, speed, what
 
@@ -24,10 +24,9 @@ def show_night(night: Night) -> None:
     floors = ", ".join(
         f"floor {floor.floor} {1e3 * floor.roughness:.2f}".replace("  ", " ") for floor in night.floors
     )
-    out.print(
+    say(
         f"{night.day}: {night.recordings} recordings, {len(night.changes)} robots judged, "
-        f"{len(night.sick)} sick, {len(night.places)} bad places; {floors} mm/sqrt(m)",
-        soft_wrap=True,
+        f"{len(night.sick)} sick, {len(night.places)} bad places; {floors} mm/sqrt(m)"
     )
     if night.sick:
         table = new_table("sick robots")
@@ -62,13 +61,12 @@ def show_night(night: Night) -> None:
             )
         show(table)
     for asked in night.asked:
-        out.print(
+        say(
             f"{asked.robot}: triage asks for the same diagnosis since {asked.since}: "
-            f"{asked.effect} of {asked.component}",
-            soft_wrap=True,
+            f"{asked.effect} of {asked.component}"
         )
     for robot, recording, why in night.errors:
-        out.print(f"{robot}, {recording}: no results: {why}", soft_wrap=True)
+        say(f"{robot}, {recording}: no results: {why}")
 
 
 def draw_night(night: Night, folder: Path) -> None:

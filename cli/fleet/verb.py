@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from omnimate.cli.console import out, progress_bar
+from omnimate.cli.console import progress_bar, say
 
 app = typer.Typer(
     help="Recordings of many robots: which robot is faulty, which place of the floor is bad.",
@@ -42,7 +42,7 @@ def simulate_hall(
         count = write_store(
             hall, store, range(days), laps, minutes, pose_period=pose_period, progress=progress
         )
-    out.print(f"{store}: {count} recordings of {robots} robots on {days} days", soft_wrap=True)
+    say(f"{store}: {count} recordings of {robots} robots on {days} days")
 
 
 @app.command("run")
@@ -74,7 +74,7 @@ def run(
             workers=Workers(jobs, scheduler, memory),
             progress=progress,
         )
-    out.print(f"{outcome.done} recordings worked on, {outcome.known} known before", soft_wrap=True)
+    say(f"{outcome.done} recordings worked on, {outcome.known} known before")
     for stored, why in outcome.failed:
         report_problem(f"{stored.place}/{stored.name}: {why}")
 
@@ -103,4 +103,4 @@ def report(
     show_night(night)
     if plots is not None:
         draw_night(night, plots)
-        out.print(f"pictures in {plots}", soft_wrap=True)
+        say(f"pictures in {plots}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import err, out
+from omnimate.cli.console import err, out, say
 from omnimate.cli.descriptions import descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of
@@ -166,7 +166,7 @@ def _print(snapshot: Snapshot, known: Descriptions, name: str, bitrate: int | No
     lines += [] if snapshot.robot is None else robot_lines(snapshot.robot, _WIDE)
     lines += event_lines(snapshot, len(snapshot.events), _WIDE)
     for line in lines:
-        out.print(line, soft_wrap=True)
+        say(line)
 
 
 _WIDE = 400  # characters: no line is cut

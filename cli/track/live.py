@@ -6,7 +6,7 @@ import contextlib
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.cli.console import err, warn
+from omnimate.cli.console import note, warn
 from omnimate.cli.following import follow
 from omnimate.cli.track.words import disturbance_in_words, frozen_in_words, row_in_words
 
@@ -54,7 +54,7 @@ def _report_disturbances(tracker: Tracker, first: float) -> None:
     """Print the disturbances that have ended."""
     for disturbance in tracker.take_disturbances():
         sentence = disturbance_in_words(disturbance, first, tracker.vehicle)
-        err.print(sentence, markup=False, soft_wrap=True)
+        note(sentence)
 
 
 def _report_frozen(tracker: Tracker, reported: set[str]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import err
+from omnimate.cli.console import err, note
 from omnimate.cli.errors import CallError
 from omnimate.cli.options import ListenOnly
 from omnimate.cli.track.rows import RowWriter, open_rows
@@ -105,7 +105,7 @@ def _track_recording(
             writer.write(last)
     for disturbance in estimate.disturbances:
         sentence = disturbance_in_words(disturbance, recording.time[0], recording.vehicle)
-        err.print(sentence, markup=False, soft_wrap=True)
+        note(sentence)
     if last is not None:
         values = learned_values(recording.vehicle, estimate.slow)
         show_summary(last, values, estimate.findings, to_stdout=writer.leaves_stdout)

@@ -15,7 +15,7 @@ from omnimate.calib.umbmark.floor import floor_roughness
 from omnimate.calib.umbmark.stop_rule import stop_rule
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.calib.umbmark.worksheet import worksheet
-from omnimate.cli.console import out
+from omnimate.cli.console import say
 from omnimate.cli.loading import load
 from omnimate.cli.tables import new_table, show
 from omnimate.cli.umbmark.tables import METHOD_WORDS, calibration_table, errors_table, within
@@ -126,8 +126,3 @@ def show_worksheet(case: Case) -> None:
             f"({step.number})", step.symbol, Text(step.how), f"{step.value:.{digits}f} {step.unit}".rstrip()
         )
     show(table)
-
-
-def say(line: str) -> None:
-    """Print a line without wrapping it."""
-    out.print(line, soft_wrap=True)

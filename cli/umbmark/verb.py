@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import out
+from omnimate.cli.console import out, say
 from omnimate.cli.options import Format, MethodChoice, OutFile, Profile, TruckChoice
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def umbmark(
     """Begin with this: calibrate wheelbase and wheel diameters from squares (UMBmark)."""
     from omnimate.calib.profiles import save_profile
     from omnimate.calib.scale import scale_from_tape
-    from omnimate.cli.umbmark.report import draw, extended, report, say, show_worksheet
+    from omnimate.cli.umbmark.report import draw, extended, report, show_worksheet
     from omnimate.cli.umbmark.results import (
         calibrated_trucks,
         calibrated_vehicle,
