@@ -94,7 +94,7 @@ def descriptions_of(vehicle: VehicleParameters) -> dict[int, Eds]:
     return {node: described_by(Path(path), node) for node, path in vehicle.eds_files.items()}
 
 
-def vehicle_of(path: Path | None, source: Path | None) -> VehicleParameters | None:
+def vehicle_of(path: Path | None, source: Path | None = None) -> VehicleParameters | None:
     """Return the robot that was asked for, or the one of a recording folder."""
     if path is None and source is not None and source.is_dir():
         from omnimate.files.recordings.folder import VEHICLE

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import err, progress_bar, report_problem, say, warn
+from omnimate.cli.descriptions import vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import load, report_problems
 
@@ -62,7 +63,7 @@ def csv(
     from omnimate.files.recordings.folder import save_recording
 
     with err.status("reading"):
-        recording = read_csv(source, mapping, _vehicle(vehicle))
+        recording = read_csv(source, mapping, vehicle_of(vehicle))
         save_recording(recording, to)
     _report_recording(recording, to)
 
@@ -86,11 +87,11 @@ def rosbag(
     from omnimate.files.recordings.folder import save_recording
 
     if show:
-        _show_topics(source, _vehicle(vehicle))
+        _show_topics(source, vehicle_of(vehicle))
         return
     if to is None:
         raise CallError("import rosbag needs the recording folder to write; --list shows what is in the bag")
-    plan, robot = _plan(source, mapping, channel or [], pose or [], _vehicle(vehicle))
+    plan, robot = _plan(source, mapping, channel or [], pose or [], vehicle_of(vehicle))
     with progress_bar("reading") as progress:
         imported = read_bag(source, plan, robot, progress)
     for note in imported.notes:
@@ -124,12 +125,6 @@ def _plan(
     plan = type(guessed)(guessed.channels, stated or guessed.poses)
     warn("no mapping given; by the names in the bag:\n" + as_toml(plan))
     return plan, vehicle
-
-
-def _vehicle(path: Path | None) -> VehicleParameters | None:
-    from omnimate.vehicle.file import load_vehicle
-
-    return None if path is None else load_vehicle(path)
 
 
 def _show_topics(source: Path, vehicle: VehicleParameters | None) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import out, say
+from omnimate.cli.descriptions import vehicle_of
 from omnimate.cli.options import Format, MethodChoice, OutFile, Profile, TruckChoice
 
 if TYPE_CHECKING:
@@ -71,14 +72,14 @@ def umbmark(
     )
     from omnimate.cli.umbmark.sources import load_cases
     from omnimate.cli.umbmark.tables import METHOD_WORDS
-    from omnimate.vehicle.file import load_vehicle, save_vehicle
+    from omnimate.vehicle.file import save_vehicle
 
     if plot is not None:
         from omnimate.figures.files import check_format
 
         check_format(plot)
     name: TruckName | None = truck.value if truck is not None else None
-    cases, robot = load_cases(sources, name, side, load_vehicle(vehicle) if vehicle is not None else None)
+    cases, robot = load_cases(sources, name, side, vehicle_of(vehicle))
     for case in cases if check else ():
         show_worksheet(case)
     e_s = 1.0 if tape is None else scale_from_tape([tape[0]], [tape[1]]).e_s
@@ -89,7 +90,7 @@ def umbmark(
         heed_advice(results, force=force)
         out.print(text, end="", soft_wrap=True)
     else:
-        report(results, e_s, load_vehicle(previous) if previous is not None else None)
+        report(results, e_s, vehicle_of(previous))
         for folder in bumps or ():
             extended(cases, folder, side)
         heed_advice(results, force=force)
