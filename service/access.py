@@ -44,7 +44,7 @@ LOCAL = Caller("local", "operate")
 
 
 def add_key(db: Session, name: str, role: Role) -> str:
-    """Add a key to the database and return it; only a hash of its secret is kept."""
+    """Add a key to the database and return it; only a hash of its secret is stored."""
     identity, secret = secrets.token_hex(4), secrets.token_urlsafe(32)
     db.add(KeyRow(id=identity, name=name, role=role, secret=_hash_of(secret), created=time.time()))
     return f"{PREFIX}_{identity}_{secret}"

@@ -83,7 +83,7 @@ class Components:
         self.database.close()
 
     def _threads(self) -> list[Worker | Deliverer | Publisher]:
-        """Return what works beside the robot's thread."""
+        """Return the threads other than the robot's."""
         threads: list[Worker | Deliverer | Publisher] = [self.worker, self.batch_worker, self.deliverer]
         return threads if self.publisher is None else [*threads, self.publisher]
 
@@ -94,7 +94,7 @@ def make_components(settings: Settings) -> Components:
     Raises:
         DatabaseError: the database cannot be used.
         VehicleFileError: the vehicle file cannot be read.
-        BrokerError: there is no factsheet beside the broker's URL, or this is none.
+        BrokerError: the broker's URL is none, or is given without a factsheet.
         FactsheetError: the factsheet cannot be used.
     """
     vehicle = reference_vehicle() if settings.vehicle is None else load_vehicle(settings.vehicle)

@@ -11,7 +11,7 @@ class ServiceError(OmnimateError):
     Attributes:
         status: The HTTP status of the answer.
         title: The title of the problem detail.
-        headers: The headers of the answer beside the usual ones.
+        headers: Further headers of the answer.
     """
 
     status = 500

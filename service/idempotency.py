@@ -32,7 +32,7 @@ class Answer:
     Attributes:
         content: The body, as JSON.
         status: The HTTP status.
-        headers: The headers beside the usual ones.
+        headers: Further headers.
     """
 
     content: BaseModel

@@ -1,1 +1,1 @@
-"""Fleets: their recordings by robot and day, batches, what nights show, and who is told of findings."""
+"""Fleets: their recordings by robot and day, batches, daily lists, findings and their webhooks."""

@@ -1,9 +1,7 @@
-"""Batches as jobs: what their process does, and what is kept of it."""
+"""Batches as jobs: what their process does, and what is stored of it."""
 
 from __future__ import annotations
 
-import logging
-import signal
 from typing import TYPE_CHECKING, Any, Final
 
 from omnimate.fleet.errors import FleetError
@@ -14,11 +12,10 @@ from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import find_job, queue_job
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import FleetRow
-from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from contextlib import AbstractContextManager
-    from multiprocessing.connection import Connection
     from pathlib import Path
 
     from sqlalchemy.orm import Session
@@ -31,7 +28,6 @@ if TYPE_CHECKING:
 
 SHOWN_FAILURES = 50
 WORKING = 0.95  # of a batch's progress; the rest is judging
-_log = logging.getLogger(__name__)
 
 
 def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
@@ -83,10 +79,10 @@ class Batches:
         asked = row.asked or {}
         workers = Workers(self._jobs, self._scheduler)
         store, results = self._stores.store(row.fleet), self._stores.results(row.fleet)
-        return running(run_fleet_batch, store, results, asked["day"], asked["diagnose"], workers)
+        return running("batch", run_fleet_batch, store, results, asked["day"], asked["diagnose"], workers)
 
-    def keep(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
-        """Keep what a batch did, and note the night's findings with the messages that tell of them."""
+    def store_result(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
+        """Store what a batch did, and the findings of its list with the messages about them."""
         morning = outcome.pop("morning", None)
         row.summary = outcome
         if morning is not None:
@@ -99,52 +95,42 @@ class Batches:
 
 
 def run_fleet_batch(
-    parent: Connection, store: str, results: str, day: str | None, diagnosed: bool, workers: Workers
-) -> None:
-    """Work on a fleet's recordings, judge the night, and report to the parent process.
+    report_progress: Callable[[float, str], None],
+    store: str,
+    results: str,
+    day: str | None,
+    diagnosed: bool,
+    workers: Workers,
+) -> dict[str, Any]:
+    """Work on a fleet's recordings and judge the night; return what was done, and the night's list.
 
     Args:
-        parent: The connection to the parent process.
+        report_progress: Called with the part that is done and what is being done.
         store: Folder or URL of the recordings.
         results: Folder or URL of the results.
         day: Date of the recordings; None for all.
         diagnosed: Whether whole diagnoses are made where triage asks for them.
         workers: Who does the work.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when this process ends
     from omnimate.fleet.batch.files import open_files
     from omnimate.fleet.batch.run import run_batch
     from omnimate.fleet.night import judge_night
 
     def worked(done: int, total: int) -> None:
-        parent.send({"progress": WORKING * done / total, "doing": f"recording {done} of {total}"})
+        report_progress(WORKING * done / total, f"recording {done} of {total}")
 
     def read(done: int, total: int) -> None:
-        parent.send({"progress": WORKING, "doing": f"judging robots and floor, recording {done} of {total}"})
+        report_progress(WORKING, f"judging robots and floor, recording {done} of {total}")
 
+    batch = run_batch(store, results, day=day, diagnosed=diagnosed, workers=workers, progress=worked)
+    failures = [
+        {"robot": stored.robot, "day": stored.day, "recording": stored.name, "problem": why}
+        for stored, why in batch.failed[:SHOWN_FAILURES]
+    ]
+    outcome = {"done": batch.done, "known": batch.known, "failures": failures, "night": None, "note": None}
     try:
-        batch = run_batch(store, results, day=day, diagnosed=diagnosed, workers=workers, progress=worked)
-        outcome: dict[str, Any] = {
-            "done": batch.done,
-            "known": batch.known,
-            "failures": [
-                {"robot": stored.robot, "day": stored.day, "recording": stored.name, "problem": why}
-                for stored, why in batch.failed[:SHOWN_FAILURES]
-            ],
-            "night": None,
-            "note": None,
-        }
-        try:
-            files = open_files(results)
-            outcome["night"] = judge_night(files, day, read).day
-            outcome["morning"] = read_morning(
-                files, outcome["night"]
-            )  # here: no file is read in a transaction
-        except FleetError as error:
-            outcome["note"] = str(error)
-        parent.send(outcome)
-    except OmnimateError as error:
-        parent.send({"error": str(error)})
-    except Exception as error:  # noqa: BLE001  # the job must fail with a reason, whatever happened
-        _log.exception("a batch failed")
-        parent.send({"error": f"an error in the batch itself: {type(error).__name__}: {error}"})
+        files = open_files(results)
+        night = judge_night(files, day, read).day
+        return outcome | {"night": night, "morning": read_morning(files, night)}
+    except FleetError as error:
+        return outcome | {"note": str(error)}

@@ -1,6 +1,6 @@
 """Findings: what nights' lists name, from the first night that names it to the last.
 
-A finding and the messages that tell of it are written in one transaction, so neither is lost without the
+A finding and the messages about it are written in one transaction, so neither is lost without the
 other, whenever a service dies.
 """
 
@@ -44,17 +44,17 @@ def note_findings(db: Session, fleet: str, morning: Morning) -> None:
         known = next((finding for finding in opened if _are_same(finding, named)), None)
         if known is None:
             db.add(named)
-            _tell(db, "finding.opened", named, morning.day)
+            _queue_messages(db, "finding.opened", named, morning.day)
             continue
         opened.remove(known)
         known.says, known.last, known.changed = named.says, morning.day, named.changed
         known.x, known.y = named.x, named.y
     for gone in opened:
         gone.state, gone.changed = "closed", time.time()
-        _tell(db, "finding.closed", gone, morning.day)
+        _queue_messages(db, "finding.closed", gone, morning.day)
 
 
-def _tell(db: Session, what: str, finding: FindingRow, night: str) -> None:
+def _queue_messages(db: Session, what: str, finding: FindingRow, night: str) -> None:
     """Queue a message to the fleet's webhooks about a finding that a night opened or closed."""
     db.flush()
     view = finding_view(finding).model_dump()

@@ -1,10 +1,8 @@
-"""Diagnoses as jobs: what their process does, and what is kept of it."""
+"""Diagnoses as jobs: what their process does, and what is stored of it."""
 
 from __future__ import annotations
 
 import json
-import logging
-import signal
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -14,11 +12,10 @@ from omnimate.service.errors import NotFoundError
 from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import find_job, job_view
 from omnimate.service.store.tables import RecordingRow
-from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from contextlib import AbstractContextManager
-    from multiprocessing.connection import Connection
 
     from sqlalchemy.orm import Session
 
@@ -27,8 +24,6 @@ if TYPE_CHECKING:
     from omnimate.service.store.database import Database
     from omnimate.service.store.recordings import RecordingStore
     from omnimate.service.store.tables import JobRow
-
-_log = logging.getLogger(__name__)
 
 
 class Diagnosing:
@@ -54,10 +49,10 @@ class Diagnosing:
             folder.mkdir()
             with suppress(NotFoundError):  # deleted meanwhile
                 folders.append((row.name, str(self._recordings.unpack(row, folder))))
-        return running(run_diagnosis, folders)
+        return running("diagnosis", run_diagnosis, folders)
 
-    def keep(self, _db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
-        """Keep the result of a job that is done."""
+    def store_result(self, _db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
+        """Store the result of a job that is done."""
         row.verdict, row.says = outcome["verdict"], outcome["says"]
         row.result, row.report = outcome["result"], outcome["report"]
 
@@ -66,34 +61,24 @@ class Diagnosing:
         return job_view(row)
 
 
-def run_diagnosis(parent: Connection, folders: list[tuple[str, str]]) -> None:
-    """Diagnose recordings and report to the parent process: the progress, and at the end the result.
+def run_diagnosis(
+    report_progress: Callable[[float, str], None], folders: list[tuple[str, str]]
+) -> dict[str, Any]:
+    """Diagnose recordings; return the result's columns.
 
     Args:
-        parent: The connection to the parent process.
+        report_progress: Called with the part that is done and what is being done.
         folders: Name and folder of each recording.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when this process ends
     from omnimate.files.recordings.folder import load_recording
     from omnimate.mismatch import diagnose
     from omnimate.mismatch.report import render
 
-    def report_progress(done: int, total: int, doing: str) -> None:
-        parent.send({"progress": done / total, "doing": doing})
-
-    try:
-        recordings = [replace(load_recording(Path(folder)), source=name) for name, folder in folders]
-        diagnosis = diagnose(recordings, progress=report_progress)
-        parent.send(
-            {
-                "verdict": diagnosis.verdict,
-                "says": diagnosis.says,
-                "result": json.dumps(diagnosis.as_json()),
-                "report": render(diagnosis),
-            }
-        )
-    except OmnimateError as error:
-        parent.send({"error": str(error)})
-    except Exception as error:  # noqa: BLE001  # the job must fail with a reason, whatever happened
-        _log.exception("a diagnosis failed")
-        parent.send({"error": f"an error in the diagnosis itself: {type(error).__name__}: {error}"})
+    recordings = [replace(load_recording(Path(folder)), source=name) for name, folder in folders]
+    diagnosis = diagnose(recordings, progress=lambda done, total, doing: report_progress(done / total, doing))
+    return {
+        "verdict": diagnosis.verdict,
+        "says": diagnosis.says,
+        "result": json.dumps(diagnosis.as_json()),
+        "report": render(diagnosis),
+    }

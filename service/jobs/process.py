@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
+import signal
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
+
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -12,6 +16,7 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 REPORT_PERIOD = 0.5  # [s] between two reports of progress
+_log = logging.getLogger(__name__)
 
 
 class JobProcess:
@@ -50,19 +55,35 @@ class JobProcess:
         return {"died": f"its process ended with code {self._process.exitcode}"}
 
 
+def _run(parent: Connection, noun: str, work: Callable[..., dict[str, Any]], *arguments: object) -> None:
+    """Work in the job's process, and send the progress and at the end the result or `{"error": sentence}`."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when this process ends
+
+    def report_progress(part: float, doing: str) -> None:
+        parent.send({"progress": part, "doing": doing})
+
+    try:
+        parent.send(work(report_progress, *arguments))
+    except OmnimateError as error:
+        parent.send({"error": str(error)})
+    except Exception as error:  # noqa: BLE001  # the job must fail with a reason, whatever its error
+        _log.exception("a %s failed", noun)
+        parent.send({"error": f"an error in the {noun} itself: {type(error).__name__}: {error}"})
+
+
 @contextmanager
-def running(target: Callable[..., None], *arguments: object) -> Iterator[JobProcess]:
+def running(noun: str, work: Callable[..., dict[str, Any]], *arguments: object) -> Iterator[JobProcess]:
     """Start a process for a job, and end it with the block.
 
     Args:
-        target: What it runs: its first argument is the connection to the parent process, to which it sends
-            `{"progress": part, "doing": words}`, and at the end the result or `{"error": sentence}`.
+        noun: What the job is, for messages.
+        work: Returns the result. It reports by its first argument which part is done, and what is done now.
         *arguments: Its other arguments.
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     # Not a daemon: those may not start processes, which a batch with several workers does.
-    process = context.Process(target=target, args=(theirs, *arguments))
+    process = context.Process(target=_run, args=(theirs, noun, work, *arguments))
     process.start()
     theirs.close()
     try:

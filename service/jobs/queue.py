@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from sqlalchemy.orm import Session
 
-LEASE = 20.0  # [s] after which a service that does not renew its lease is taken for dead
+LEASE = 20.0  # [s] after which a service that does not renew its lease is considered dead
 MOST_ATTEMPTS = 3
 ENDED_STATES = ("done", "failed", "cancelled")
 WORDS: dict[JobKind, str] = {"diagnose": "diagnosis", "batch": "batch"}
@@ -116,7 +116,7 @@ def job_of(db: Session, job_id: str, instance: str) -> JobRow | None:
 
 
 def finish_job(row: JobRow, outcome: dict[str, Any] | None) -> bool:
-    """Note how a job ended; return whether it is done, so that its result has to be kept.
+    """Note how a job ended; return whether it is done, so that its result has to be stored.
 
     Args:
         row: The job.

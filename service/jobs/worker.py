@@ -41,8 +41,8 @@ class Jobs(Protocol):
     def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a job, which works in the folder `place`."""
 
-    def keep(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
-        """Keep the result of a job that is done."""
+    def store_result(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
+        """Store the result of a job that is done."""
 
     def view(self, row: JobRow) -> BaseModel:
         """Return a job as clients see it."""
@@ -109,7 +109,7 @@ class Worker:
             return claim_job(db, self._instance, self._jobs.kind)
 
     def _work(self, job_id: str) -> None:
-        """Work in another process, and keep the outcome."""
+        """Work in another process, and store the outcome."""
         self._publish(job_id)
         with (
             tempfile.TemporaryDirectory() as place,
@@ -141,7 +141,7 @@ class Worker:
         with self._database.writing() as db:
             row = job_of(db, job_id, self._instance)
             if row is not None and finish_job(row, outcome) and outcome is not None:
-                self._jobs.keep(db, row, outcome)
+                self._jobs.store_result(db, row, outcome)
 
     def _publish(self, job_id: str) -> None:
         with self._database.reading() as db:

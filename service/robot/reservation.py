@@ -43,7 +43,7 @@ class Reservation:
         session: The id of the session that the robot is reserved for; None where it is free.
         order: What the robot drives; None before the session has begun.
         lap: The direction of the lap that is being driven; None between laps.
-        stop_reason: Why the session has to stop; None where it need not. It is kept until the session ends.
+        stop_reason: Why the session has to stop; None where it need not. It stays until the session ends.
     """
 
     def __init__(self) -> None:
@@ -87,7 +87,7 @@ class Reservation:
     def stop(self, reason: str) -> None:
         """Stop the robot at the next sample; a session that has not begun is stopped before it moves.
 
-        Without a session nothing moves, and nothing is kept that could stop a later one.
+        Without a session nothing moves, and a later session is not stopped.
         """
         with self._lock:
             if self.session is not None:

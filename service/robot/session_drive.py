@@ -38,7 +38,7 @@ class SessionDriver:
     Attributes:
         reservation: The session that the robot is reserved for, and whether it may go on.
         observer: Takes every sample.
-        reporter: Keeps the laps of the session.
+        reporter: Stores the laps of the session.
         events: Whoever reads the event stream is a client of the session.
         frame_feed: Gives the recorder every frame of the bus.
         executor: Runs the reporter's calls while the robot's thread reads the bus.
@@ -120,7 +120,7 @@ class SessionDriver:
 
 
 def _program(connection: RobotConnection, order: DriveOrder, direction: Direction) -> Program:
-    """Return the program of one square; it begins with the way home where a fix can be measured."""
+    """Return the program of one square, after the return to its start where a fix can be measured."""
     linkage = connection.driver.vehicle.linkage
     return squares(
         [direction],

@@ -74,7 +74,7 @@ class SessionReporter:
         return "cw" if counts.cw <= counts.ccw else "ccw"
 
     def lap_done(self, session: str, direction: Direction, folder: Path) -> None:
-        """Keep a lap's recording, and its return errors where fixes were measured.
+        """Store a lap's recording, and its return errors where fixes were measured.
 
         Without fixes the session waits for a person to measure where the robot stands.
 

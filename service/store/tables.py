@@ -107,7 +107,7 @@ class RecordingContentRow(Base):
 
 
 class JobRow(Base):
-    """A diagnosis, or a batch of a fleet; at the time `lease` its owner is taken for dead."""
+    """A diagnosis, or a batch of a fleet; at the time `lease` its owner is considered dead."""
 
     __tablename__ = "jobs"
     __table_args__ = (Index("jobs_by_age", "created", "id"), Index("jobs_by_state", "state"))
@@ -134,7 +134,7 @@ class JobRow(Base):
 
 
 class KeyRow(Base):
-    """An API key; only a hash of its secret is kept."""
+    """An API key; only a hash of its secret is stored."""
 
     __tablename__ = "keys"
     id: Mapped[str] = mapped_column(String(16), primary_key=True)
@@ -204,7 +204,7 @@ class WebhookRow(Base):
 
 
 class DeliveryRow(Base):
-    """A message to a webhook, written in the transaction of what it tells, and sent until it is accepted."""
+    """A message to a webhook, written in the transaction of its finding, and sent until it is accepted."""
 
     __tablename__ = "deliveries"
     __table_args__ = (Index("deliveries_by_age", "created", "id"), Index("deliveries_due", "state", "due"))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import VehicleParameters
 
-# What VDA 5050 2.1 requires of a factsheet beside its header.
+# What VDA 5050 2.1 requires of a factsheet in addition to its header.
 REQUIRED = {
     "typeSpecification": (
         *("seriesName", "agvKinematic", "agvClass", "maxLoadMass", "localizationTypes", "navigationTypes"),

@@ -103,7 +103,7 @@ class Publisher:
             self._sent_state, self._sent_wheels = {}, {}
 
     def _take(self, message: MQTTMessage) -> None:
-        """Carry out instant actions; a message that is none is told in the log."""
+        """Carry out instant actions; a malformed message is logged."""
         try:
             actions = json.loads(message.payload)["actions"]
             states = [action_state(action) for action in actions]
@@ -147,9 +147,9 @@ class Publisher:
     ) -> None:
         """Publish a message; `patience` is how long to wait until it has left [s]."""
         text = json.dumps(self._sender.message(name, content, time.time()), allow_nan=False)
-        told = self._client.publish(self._sender.topic(name), text, qos, retain)
+        published = self._client.publish(self._sender.topic(name), text, qos, retain)
         if patience is not None:
-            told.wait_for_publish(patience)
+            published.wait_for_publish(patience)
 
 
 def _client(url: str) -> tuple[Client, str, int]:
