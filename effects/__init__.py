@@ -36,7 +36,7 @@ from omnimate.effects.wheel_misalignment import WheelMisalignment
 from omnimate.effects.wheelbase import Wheelbase
 
 if TYPE_CHECKING:
-    from omnimate.effects.effect import Effect
+    from omnimate.effects.effect import Effect, Scan
 
 EFFECTS: tuple[type[Effect], ...] = (
     WheelDiameter,
@@ -66,6 +66,15 @@ EFFECTS: tuple[type[Effect], ...] = (
     ReferenceOffset,
     Law,
 )
+
+
+CALIBRATED = tuple(kind for kind in EFFECTS if kind.calibrated)
+SETUP = tuple(kind for kind in EFFECTS if kind.is_setup)
+
+
+def effects_scanned_by(scan: Scan, component: str) -> list[type[Effect]]:
+    """Return the kinds of effects on a component that one kind of scan proposes."""
+    return [kind for kind in EFFECTS if kind.scan == scan and component in kind.components]
 
 
 def effect_named(name: str) -> type[Effect]:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from omnimate.effects.effect import Stage
     from omnimate.vehicle.se2 import Array
 
+SYNC_SKEW = 5e-4  # [s] between devices that answer the same SYNC: an interrupt, a short filter
+
 
 @dataclass(frozen=True, slots=True)
 class History:

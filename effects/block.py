@@ -112,6 +112,12 @@ class Block:
 LINKAGE = ("joint_a", "joint_b", "link")
 
 
+def wheel_radius(block: Block, wheel: int) -> float:
+    """Return a wheel's nominal radius [m]: travel over turn; a common one where it stands still."""
+    turned = np.abs(block.turned[:, wheel]).sum()
+    return float(np.abs(block.travel[:, wheel]).sum() / turned) if turned > 0.0 else 0.075
+
+
 def wheel_number(component: str) -> int:
     """Return the column of a wheel."""
     wheels: tuple[Channel, ...] = WHEELS

@@ -17,14 +17,16 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from omnimate.effects.block import wheel_number
+from omnimate.effects.block import wheel_number, wheel_radius
 from omnimate.effects.crossing import losing
-from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
 from omnimate.effects.errors import EffectError
+from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Scan, Stage
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,13 @@ class BumpEvents(Effect):
         Parameter("times", "s", null=None, scale=60.0, low=-1e12, high=1e12),
         Parameter("lost", "m", null=0.0, scale=3e-3, low=0.0, high=0.1),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, background=0.03, discrepancy=0.3, largest=6.0)
+    regime: ClassVar[str] = "at single moments"
+    separating_drive: ClassVar[str] = (
+        "the same path again: what lies on the floor is met again at the same place"
+    )
+    scan: ClassVar[Scan | None] = "moments"
+    linear: ClassVar[str] = "lost"
 
     def __post_init__(self) -> None:
         Effect.__post_init__(self)
@@ -60,7 +69,7 @@ class BumpEvents(Effect):
         What begins before a motion of which nothing is remembered is over.
         """
         wheel = wheel_number(self.component)
-        travel, radius = block.travel[:, wheel], self.radius(block, wheel)
+        travel, radius = block.travel[:, wheel], wheel_radius(block, wheel)
         gone = np.concatenate(([0.0], np.cumsum(np.abs(travel))))
         begun = np.array(self.times) < block.time[0] - block.period[0]
         since = np.where(begun, np.inf, 0.0) if state is None else state
@@ -83,13 +92,16 @@ class BumpEvents(Effect):
         for time, loss in zip(self.times, self.lost, strict=True):
             first = int(np.searchsorted(block.time, time, side="right"))
             begun = gone[first - 1] if first > 0 else 0.0
-            rolled = losing(self.radius(block, wheel), loss).rolled if loss > 0.0 else 0.0
+            rolled = losing(wheel_radius(block, wheel), loss).rolled if loss > 0.0 else 0.0
             last = min(int(np.searchsorted(gone, begun + rolled)), len(block) - 1)
             ends.append(float(block.time[last]))
         return (min(self.times), max(ends)) if ends else None
 
-    @staticmethod
-    def radius(block: Block, wheel: int) -> float:
-        """Return the wheel's nominal radius [m]: travel over turn; a common one where it stands still."""
-        turned = np.abs(block.turned[:, wheel]).sum()
-        return float(np.abs(block.travel[:, wheel]).sum() / turned) if turned > 0.0 else 0.075
+    def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002
+        """Return the effect in a sentence, with the mean lost travel [mm]."""
+        lost = [1e3 * one for one in self.lost]
+        many = f"{len(lost)} bumps" if len(lost) > 1 else "a bump"
+        return (
+            f"{component_in_words(self.component)} went over {many}: each time it rolled about "
+            f"{sum(lost) / max(len(lost), 1):.2f} mm that the truck did not travel."
+        )

@@ -18,17 +18,21 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import truck_number
-from omnimate.effects.effect import TRUCK, Effect, Parameter
+from omnimate.effects.effect import FAULT, TRUCK, Effect, Parameter, Prior
 from omnimate.effects.play import follow
 
 SWING = 1e-3  # [m] that a truck has to go back before castors feel it: noise of counts is no reversal
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Drive, Stage
     from omnimate.vehicle.se2 import Array
+
+SWINGS = (0.0, 0.05, 0.15)  # [m] over which castors swing round: a few of their own trails
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +55,10 @@ class CastorKick(Effect):
         Parameter("yaw", "rad", null=0.0, scale=0.003, low=-1.0, high=1.0),
         Parameter("swing", "m", null=None, scale=0.05, low=0.0, high=1.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, background=0.1, discrepancy=0.3)
+    regime: ClassVar[str] = "at reversals of travel"
+    separating_drive: ClassVar[str] = "ten reversals on one straight"
+    says: ClassVar[str] = "{part} yaws by {yaw:+.3f} degrees each time it reverses: its castors swing round."
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Yaw after each reversal; remember the way, how far it is followed, and how long ago it turned."""
@@ -83,3 +91,8 @@ class CastorKick(Effect):
         after = np.minimum(total - turned, self.swing)
         before = np.minimum(total - gone - turned, self.swing)
         return (after - before) / self.swing, float(total[-1] - turned[-1])
+
+    @classmethod
+    def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:  # noqa: ARG003
+        """Return distances over which castors swing round."""
+        return [{"swing": swing} for swing in SWINGS]

@@ -12,17 +12,20 @@ The source is a constant rate between two clocks.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from omnimate.effects.ageing import AgedSamples
-from omnimate.effects.effect import JOINT, LINK, POSES, WHEEL, Parameter
+from omnimate.effects.effect import FAULT, JOINT, LINK, POSES, WHEEL, Parameter, Prior
 
 if TYPE_CHECKING:
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Excitation, Stage
     from omnimate.vehicle.se2 import Array
+
+SYNCHRONISED = 10.0  # times rarer than a drift of poses: an encoder that answers SYNC has no clock of its own
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +44,17 @@ class ClockDrift(AgedSamples):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("rate", "1", null=0.0, scale=2e-4, low=-0.1, high=0.1),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, background=0.02, largest=10.0)
+    regime: ClassVar[str] = "time"
+    separating_drive: ClassVar[str] = "a drive three times as long"
+    says: ClassVar[str] = "the clock of {part} runs off by {rate_hundredths:.4f} %."
+    excited_by: ClassVar[Excitation | None] = "channel motion"
 
     def age(self, time: Array, start: float) -> Array:
         """Return how old samples are [s]."""
         return np.asarray(self.rate * (time - start))
+
+    @classmethod
+    def log_odds(cls, component: str) -> float:
+        """Return the log prior odds: an encoder that answers SYNC rarely has a clock of its own."""
+        return cls.prior.log_odds - (0.0 if component in POSES else math.log(SYNCHRONISED))

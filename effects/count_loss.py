@@ -17,11 +17,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Drive, Scan, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,14 @@ class CountLoss(Effect):
         Parameter("fraction", "1", null=0.0, scale=0.01, low=0.0, high=0.99),
         Parameter("above", "m/s", null=None, scale=0.2, low=0.0, high=100.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, background=0.01, discrepancy=0.1)
+    regime: ClassVar[str] = "speed of {component}"
+    separating_drive: ClassVar[str] = "the same straight slowly and at full speed"
+    says: ClassVar[str] = (
+        "{part} loses {fraction_hundredths:.2f} % of its counts while faster than {above:.3g} m/s."
+    )
+    plotted_over: ClassVar[Abscissa] = "speed"
+    scan: ClassVar[Scan | None] = "threshold"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Take the lost counts out of the counted angle; remember how much is missing."""
@@ -58,3 +68,8 @@ class CountLoss(Effect):
         fast = np.abs(block.speed[:, wheel]) > self.above * (1.0 - self.fraction)
         factor = np.where(fast, 1.0 / (1.0 - self.fraction), 1.0)
         return block.with_travel(wheel, factor * block.travel[:, wheel]), state
+
+    @classmethod
+    def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:
+        """Return thresholds at quantiles of the wheel's speed."""
+        return [{"above": speed} for speed in drive.speeds]

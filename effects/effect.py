@@ -5,13 +5,18 @@ The order of the stages is that of `STAGES`; `stages` has a picture of the path 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from omnimate.effects.errors import EffectError
+from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from omnimate.effects.block import Block
+    from omnimate.vehicle.parameters import VehicleParameters
 
 Stage = Literal["encoder", "travel", "body", "reading", "poses"]
 STAGES: tuple[Stage, ...] = ("encoder", "travel", "body", "reading", "poses")
@@ -21,6 +26,25 @@ TRUCK = ("a", "b")
 JOINT = ("joint_a", "joint_b")
 LINK = ("link",)
 POSES = ("poses",)
+
+# How a diagnosis finds what is not linear in an effect: by windows that stand out, by the begin and end of an
+# interval, by the moment of a lasting step, by the order of a periodic error, by a threshold of speed.
+Scan = Literal["moments", "interval", "step", "order", "threshold"]
+# Motion without which an effect on a linkage channel, or on a truck, cannot be identified.
+Excitation = Literal["channel motion", "turns"]
+# When an effect is a nuisance of the first estimate of noise: in any recording, or in one with poses.
+Startup = Literal["always", "with poses"]
+# Quantity over which the error that an effect explains is plotted.
+Abscissa = Literal["time", "wheel angle", "joint angle", "heading", "link length", "speed", "turn rate"]
+
+# Prior odds. With the Bayes factor's own penalty they let noise be named as one of a robot's eight
+# calibrated numbers in one recording of two hundred, and as one of its sixty faults likewise: one false
+# alarm in a hundred.
+MISCALIBRATED = 0.03  # that a calibrated number is wrong: what calibrations are for
+FAULT = 0.005  # of a fault of one component
+RARE = 0.002  # of a fault that few workshops have met
+# A law is off by its discrepancy on each stretch; over a recording of ten or more stretches, by a third.
+RECORDING_PART = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +82,56 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Effect:
-    """An effect on one component; each kind is a subclass in a file of its own.
+class Prior:
+    """What is assumed of an effect before a recording is seen, in units of its parameter's `scale`.
 
-    `searched` says whether a diagnosis has the kind among its candidates; `texts` are its fields that are no
-    numbers.
+    Attributes:
+        odds: Prior odds that one component of a robot has it as a fault.
+        background: Standard deviation of what every robot has of it.
+        discrepancy: Relative error of its law on any stretch of 4 s, one standard deviation.
+        largest: Size beyond which it is rejected: three standard deviations of a large fault, or less where
+            nothing in use is as bad.
+    """
+
+    odds: float
+    background: float = 0.05
+    discrepancy: float = 0.05
+    largest: float = 15.0
+
+    @property
+    def log_odds(self) -> float:
+        """Logarithm of the prior odds."""
+        return math.log(self.odds)
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """How recordings drive one component, for the values at which an effect is tried.
+
+    Attributes:
+        speeds: Quantiles of a wheel's speed between its slowest and fastest [m/s]; empty but for wheels.
+        pace: Mean speed of the trucks, pauses included [m/s].
+    """
+
+    speeds: Sequence[float]
+    pace: float
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """An effect on one component; each kind is a subclass in a file of its own, with all that is known of it.
+
+    Signal path: `stage`, `components`, `parameters` (numbers) and `texts` (other fields).
+
+    Diagnosis: `searched` says whether the kind is a candidate at all, `prior` how likely it is and how large,
+    `linear` the parameter that is estimated (the first one by default), `sizes` those at which a nonlinear
+    law is linearised, `scan` and `grid` where its other parameters are looked for, `excited_by` the motion
+    that it needs. `calibrated` numbers stand in vehicle.toml; a `relative` effect shows only by its
+    difference between components; `is_setup` marks how a measurement is arranged: always fitted, no fault.
+
+    Words: `regime` in which it shows, the drive that separates it from others, its sentence (`says`, a
+    template of its parameters, or `describe`), `plotted_over`, and what a large one is confused with
+    (`alternatives`).
 
     Attributes:
         component: Component on which the effect acts: a wheel, "a" or "b", a joint, "link", or "poses".
@@ -75,7 +144,23 @@ class Effect:
     components: ClassVar[tuple[str, ...]]
     parameters: ClassVar[tuple[Parameter, ...]]
     texts: ClassVar[tuple[Text, ...]] = ()
+
     searched: ClassVar[bool] = True
+    prior: ClassVar[Prior]
+    linear: ClassVar[str] = ""
+    sizes: ClassVar[tuple[float, ...]] = (1.0,)
+    scan: ClassVar[Scan | None] = None
+    excited_by: ClassVar[Excitation | None] = None
+    startup_nuisance: ClassVar[Startup | None] = None
+    calibrated: ClassVar[bool] = False
+    relative: ClassVar[bool] = False
+    is_setup: ClassVar[bool] = False
+
+    regime: ClassVar[str] = "always"
+    separating_drive: ClassVar[str] = ""
+    says: ClassVar[str] = "{part} has this effect."
+    plotted_over: ClassVar[Abscissa] = "time"
+    alternatives: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         if self.component not in self.components:
@@ -123,6 +208,42 @@ class Effect:
         """
         return None
 
+    @classmethod
+    def estimated(cls) -> Parameter:
+        """Return the parameter that a diagnosis estimates linearly."""
+        return next(one for one in cls.parameters if one.name == (cls.linear or cls.parameters[0].name))
+
+    @classmethod
+    def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:  # noqa: ARG003  few depend on it
+        """Return the values of the other parameters at which the effect is tried in any recording.
+
+        None where it is tried only at what a scan finds.
+        """
+        return () if cls.scan else ({},)
+
+    @classmethod
+    def log_odds(cls, component: str) -> float:  # noqa: ARG003  few depend on it
+        """Return the logarithm of the prior odds that a component has the effect."""
+        return cls.prior.log_odds
+
+    @classmethod
+    def background(cls, component: str) -> float:  # noqa: ARG003  few depend on it
+        """Return the standard deviation of what every robot has of it at a component, in scales."""
+        return 0.0 if cls.scan else cls.prior.background
+
+    @classmethod
+    def in_any_robot(cls, component: str, vehicle: VehicleParameters) -> Effect | None:  # noqa: ARG003
+        """Return what a component of every robot has of a law that is not linear: a nuisance of its own."""
+        return None
+
+    def discrepancy(self) -> float:
+        """Return by what part the effect's size may be off over a recording, one standard deviation."""
+        return RECORDING_PART * self.prior.discrepancy
+
+    def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002  few depend on it
+        """Return in a sentence what the effect does, with values in millimetres, degrees and percent."""
+        return self.says.format(part=component_in_words(self.component), **_display_values(self))
+
     def values(self) -> dict[str, Any]:
         """Return the parameters by name."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "component"}
@@ -133,3 +254,20 @@ def _flat(value: Any) -> tuple[float, ...]:  # noqa: ANN401  a number, or tuples
     if isinstance(value, tuple):
         return tuple(number for part in value for number in _flat(part))
     return (value,)
+
+
+def _display_values(effect: Effect) -> dict[str, Any]:
+    """Return the scalar parameters in mm, degrees and s.
+
+    Each also comes as its deviation from 1 in percent (`_percent`), and times 100 (`_hundredths`).
+    """
+    shown: dict[str, Any] = {}
+    for spec in effect.parameters:
+        value = getattr(effect, spec.name)
+        if isinstance(value, tuple):
+            continue
+        factor = {"m": 1e3, "rad": math.degrees(1.0), "s": 1.0}.get(spec.unit, 1.0)
+        shown[spec.name] = value * factor
+        shown[f"{spec.name}_percent"] = (value - 1.0) * 100.0
+        shown[f"{spec.name}_hundredths"] = value * 100.0
+    return shown

@@ -13,17 +13,24 @@ The source is creep in proportion to the force along the slope.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from omnimate.effects.block import truck_number
-from omnimate.effects.effect import TRUCK, Effect, Parameter
+from omnimate.effects.effect import FAULT, TRUCK, Effect, Parameter, Prior
+from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Drive, Stage, Startup
+    from omnimate.vehicle.parameters import VehicleParameters
+
+FILM_DISCREPANCY = 0.15  # of the creep on a film, whose pace is a mean over the recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +56,12 @@ class FloorSlope(Effect):
         Parameter("direction", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
         Parameter("pace", "m/s", null=None, scale=0.3, low=0.0, high=20.0),
     )
+    # 3 %: a ramp of 1 in 12 (ADA Standards 405.2), of which soft tyres creep by a third
+    prior: ClassVar[Prior] = Prior(FAULT, background=0.03, discrepancy=0.1, largest=6.0)
+    regime: ClassVar[str] = "heading on the floor"
+    separating_drive: ClassVar[str] = "the same straight in four directions of the floor, with absolute poses"
+    plotted_over: ClassVar[Abscissa] = "heading"
+    startup_nuisance: ClassVar[Startup | None] = "with poses"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Add the creep, turned into the truck's own frame."""
@@ -59,3 +72,24 @@ class FloorSlope(Effect):
         twist[:, 0] += creep * np.cos(angle)
         twist[:, 1] += creep * np.sin(angle)
         return block.with_twist(truck, twist), state
+
+    @classmethod
+    def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:
+        """Return a creep with the distance driven, and one with the time."""
+        return ({"pace": 0.0}, {"pace": drive.pace})
+
+    def discrepancy(self) -> float:
+        """Return the part by which the creep may be off: that of a film is stated for a mean speed."""
+        return FILM_DISCREPANCY if self.pace else Effect.discrepancy(self)
+
+    def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002
+        """Return the effect in a sentence, with the direction [degrees] and the creep [mm/s] or [%]."""
+        part = component_in_words(self.component)
+        towards = f"towards {math.degrees(self.direction):.0f} degrees of the floor"
+        if self.pace:
+            creep = 1e3 * self.rate * self.pace
+            return (
+                f"{part} creeps at {creep:.2f} mm/s {towards}, also where it stands: "
+                "it slopes, under tyres or a film that give way."
+            )
+        return f"{part} creeps {100.0 * self.rate:.3f} % of its way {towards}: it slopes."

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Scan, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +47,12 @@ class GearHarmonic(Effect):
         Parameter("order", "1", null=None, scale=10.0, low=0.0, high=10000.0),
         Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT)
+    regime: ClassVar[str] = "wheel angle of {component}, order {order:g}"
+    separating_drive: ClassVar[str] = "a slow straight of twenty wheel turns"
+    says: ClassVar[str] = "{part} beats {order:g} times per turn, by {amplitude:.3f} mm: a gear or a belt."
+    plotted_over: ClassVar[Abscissa] = "wheel angle"
+    scan: ClassVar[Scan | None] = "order"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Add the change of the wave over the step."""

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import JOINT, Effect, Parameter
+from omnimate.effects.effect import JOINT, MISCALIBRATED, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Stage, Startup
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +38,11 @@ class JointBias(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("bias", "rad", null=0.0, scale=0.01, low=-3.2, high=3.2),
     )
+    prior: ClassVar[Prior] = Prior(MISCALIBRATED, background=0.01, discrepancy=0.01)
+    regime: ClassVar[str] = "always"
+    separating_drive: ClassVar[str] = "a straight with the headings of both trucks measured from outside"
+    says: ClassVar[str] = "{part} reads {bias:+.3f} degrees too much, all the time."
+    startup_nuisance: ClassVar[Startup | None] = "always"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Add the bias."""

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import JOINT, Effect, Parameter
+from omnimate.effects.effect import FAULT, JOINT, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +43,13 @@ class JointEccentricity(Effect):
         Parameter("amplitude", "rad", null=0.0, scale=0.005, low=0.0, high=1.0),
         Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, largest=6.0)
+    regime: ClassVar[str] = "angle of {component}"
+    separating_drive: ClassVar[str] = "car-like turns that take the joint through a wide range of angles"
+    says: ClassVar[str] = (
+        "{part} errs by {amplitude:.3f} degrees once per turn of the joint: its disc is mounted off centre."
+    )
+    plotted_over: ClassVar[Abscissa] = "joint angle"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Add the error."""

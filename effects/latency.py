@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from omnimate.effects.ageing import AgedSamples
-from omnimate.effects.effect import JOINT, LINK, POSES, WHEEL, Parameter
+from omnimate.effects.ageing import SYNC_SKEW, AgedSamples
+from omnimate.effects.effect import FAULT, JOINT, LINK, POSES, WHEEL, Parameter, Prior
 
 if TYPE_CHECKING:
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Excitation, Stage, Startup
     from omnimate.vehicle.se2 import Array
 
 
@@ -40,7 +40,21 @@ class Latency(AgedSamples):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("delay", "s", null=0.0, scale=0.02, low=0.0, high=2.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, background=0.25, largest=5.0)
+    regime: ClassVar[str] = "in proportion to the rate of {component}"
+    separating_drive: ClassVar[str] = "a slalom with quick changes of the turn rate"
+    says: ClassVar[str] = "{part} sends samples that are {delay:.4f} s old."
+    plotted_over: ClassVar[Abscissa] = "turn rate"
+    sizes: ClassVar[tuple[float, ...]] = (1.0, 4.0)
+    excited_by: ClassVar[Excitation | None] = "channel motion"
+    startup_nuisance: ClassVar[Startup | None] = "always"
+    relative: ClassVar[bool] = True
 
     def age(self, time: Array, _start: float) -> Array:
         """Return how old samples are [s]."""
         return np.full(len(time), self.delay)
+
+    @classmethod
+    def background(cls, component: str) -> float:
+        """Return the spread of delays of any robot, in scales; encoders on one SYNC hardly differ."""
+        return cls.prior.background if component in POSES else SYNC_SKEW / cls.estimated().scale

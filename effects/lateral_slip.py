@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from omnimate.effects.block import truck_number
-from omnimate.effects.effect import TRUCK, Effect, Parameter
+from omnimate.effects.effect import RARE, TRUCK, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,11 @@ class LateralSlip(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("compliance", "s", null=0.0, scale=0.02, low=0.0, high=10.0),
     )
+    prior: ClassVar[Prior] = Prior(RARE, discrepancy=0.2)
+    regime: ClassVar[str] = "turning, by speed times yaw rate"
+    separating_drive: ClassVar[str] = "the same arc at two speeds"
+    says: ClassVar[str] = "{part} creeps outwards in turns (compliance {compliance:.4g} s)."
+    plotted_over: ClassVar[Abscissa] = "speed"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Creep outwards: to the right in a turn to the left."""

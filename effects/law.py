@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import LINKAGE, truck_number, wheel_number
-from omnimate.effects.effect import JOINT, LINK, TRUCK, WHEEL, Effect, Parameter, Text
+from omnimate.effects.effect import JOINT, LINK, RARE, TRUCK, WHEEL, Effect, Parameter, Prior, Text
 from omnimate.effects.errors import EffectError
 from omnimate.effects.expression import parse
 from omnimate.effects.variables import Motion, known
@@ -79,6 +79,7 @@ class Law(Effect):
         Parameter("ordinates", "that of f", null=None, scale=1e-3, low=-1.0, high=1.0),
         Parameter("period", "the variable's", null=None, scale=1.0, low=0.0, high=1e12),
     )
+    prior: ClassVar[Prior] = Prior(RARE, background=0.0, discrepancy=0.1)
     texts: ClassVar[tuple[Text, ...]] = (
         Text(
             "acts_on",

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import LINK, Effect, Parameter
+from omnimate.effects.effect import FAULT, LINK, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
@@ -38,6 +38,10 @@ class LinkBias(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("bias", "m", null=0.0, scale=0.005, low=-10.0, high=10.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, discrepancy=0.01)
+    regime: ClassVar[str] = "always"
+    separating_drive: ClassVar[str] = "car-like turns in both directions with the joints at large angles"
+    says: ClassVar[str] = "{part} reads {bias:+.2f} mm too much, all the time."
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Add the bias."""

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import LINK, Effect, Parameter
+from omnimate.effects.effect import LINK, RARE, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +44,11 @@ class LinkEccentricity(Effect):
         Parameter("amplitude", "m", null=0.0, scale=0.002, low=0.0, high=1.0),
         Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
     )
+    prior: ClassVar[Prior] = Prior(RARE, largest=5.0)
+    regime: ClassVar[str] = "angle of joint_a"
+    separating_drive: ClassVar[str] = "car-like turns that take joint_a through a wide range of angles"
+    says: ClassVar[str] = "{part} errs by {amplitude:.2f} mm with the angle of joint a."
+    plotted_over: ClassVar[Abscissa] = "joint angle"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Add the error."""

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import LINK, Effect, Parameter
+from omnimate.effects.effect import LINK, RARE, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +38,11 @@ class LinkScale(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("ratio", "1", null=1.0, scale=0.02, low=0.1, high=10.0),
     )
+    prior: ClassVar[Prior] = Prior(RARE)
+    regime: ClassVar[str] = "link length"
+    separating_drive: ClassVar[str] = "a drive that moves the slider over its stroke"
+    says: ClassVar[str] = "{part} has a scale that is wrong by {ratio_percent:+.3f} %."
+    plotted_over: ClassVar[Abscissa] = "link length"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Scale the difference from rest."""

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Scan, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +43,14 @@ class RadiusStep(Effect):
         Parameter("ratio", "1", null=1.0, scale=0.005, low=0.5, high=2.0),
         Parameter("time", "s", null=None, scale=60.0, low=-1e12, high=1e12),
     )
+    prior: ClassVar[Prior] = Prior(FAULT)
+    regime: ClassVar[str] = "from one moment on"
+    separating_drive: ClassVar[str] = "the same lap before and after the moment"
+    says: ClassVar[str] = (
+        "{part} changes its rolling radius at one moment, by {ratio_percent:+.3f} %: "
+        "a load moved or a tyre lost air."
+    )
+    scan: ClassVar[Scan | None] = "step"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Scale the wheel's travel in the steps that end after the moment."""

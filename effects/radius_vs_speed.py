@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.effect import RARE, WHEEL, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +40,13 @@ class RadiusVsSpeed(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("slope", "1/(m/s)", null=0.0, scale=0.01, low=-1.0, high=1.0),
     )
+    prior: ClassVar[Prior] = Prior(RARE, discrepancy=0.1)
+    regime: ClassVar[str] = "speed of {component}"
+    separating_drive: ClassVar[str] = "the same straight at two speeds"
+    says: ClassVar[str] = (
+        "{part} changes its rolling radius with speed, by {slope_hundredths:.3f} % for each m/s."
+    )
+    plotted_over: ClassVar[Abscissa] = "speed"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Scale the wheel's travel with its speed."""

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from omnimate.effects.effect import TRUCK, Effect, Parameter
+from omnimate.effects.effect import TRUCK, Effect, Parameter, Prior
 from omnimate.vehicle.se2 import compose, inverse
 
 if TYPE_CHECKING:
@@ -50,7 +50,9 @@ class ReferenceOffset(Effect):
         Parameter("y", "m", null=0.0, scale=0.01, low=-5.0, high=5.0),
         Parameter("yaw", "rad", null=0.0, scale=0.0175, low=-3.2, high=3.2),
     )
+    prior: ClassVar[Prior] = Prior(1.0)
     searched: ClassVar[bool] = False
+    is_setup: ClassVar[bool] = True
 
     @property
     def offset(self) -> Array:

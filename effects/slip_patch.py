@@ -18,11 +18,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Scan, Stage
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +47,12 @@ class SlipPatch(Effect):
         Parameter("fraction", "1", null=0.0, scale=0.05, low=0.0, high=1.0),
         Parameter("intervals", "s", null=None, scale=60.0, low=-1e12, high=1e12),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, discrepancy=0.3)
+    regime: ClassVar[str] = "on one stretch"
+    separating_drive: ClassVar[str] = (
+        "the same path again: a patch of the floor is met again at the same place"
+    )
+    scan: ClassVar[Scan | None] = "interval"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Take the fraction away from the travel on the stretches."""
@@ -60,3 +68,11 @@ class SlipPatch(Effect):
         if not self.intervals:
             return None
         return min(start for start, _ in self.intervals), max(end for _, end in self.intervals)
+
+    def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002
+        """Return the effect in a sentence, of its first interval."""
+        start, end = self.intervals[0]
+        return (
+            f"{component_in_words(self.component)} slipped for {end - start:.1f} s: "
+            f"{100.0 * self.fraction:.1f} % of what it rolled was not travelled."
+        )

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import wheels_of
-from omnimate.effects.effect import TRUCK, WHEEL, Effect, Parameter
+from omnimate.effects.effect import FAULT, TRUCK, WHEEL, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +42,13 @@ class TractionSlip(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("compliance", "s^2/m", null=0.0, scale=0.05, low=0.0, high=10.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, discrepancy=0.2)
+    regime: ClassVar[str] = "accelerating and braking"
+    separating_drive: ClassVar[str] = "hard starts and stops on a straight"
+    says: ClassVar[str] = (
+        "{part} slips in proportion to its acceleration (compliance {compliance:.4g} s^2/m)."
+    )
+    plotted_over: ClassVar[Abscissa] = "speed"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Take the slip away from the travel of the wheel, or of both wheels of the truck."""

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import truck_number
-from omnimate.effects.effect import TRUCK, Effect, Parameter
+from omnimate.effects.effect import RARE, TRUCK, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Excitation, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +42,14 @@ class TurnScrub(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("slope", "m", null=0.0, scale=0.005, low=-1.0, high=1.0),
     )
+    prior: ClassVar[Prior] = Prior(RARE, background=0.01, discrepancy=0.1)
+    regime: ClassVar[str] = "turning, by curvature"
+    separating_drive: ClassVar[str] = "arcs of two radii, and a turn on the spot"
+    says: ClassVar[str] = (
+        "{part} scrubs in turns: its wheelbase grows by {slope_hundredths:.2f} % per 1/m of curvature."
+    )
+    plotted_over: ClassVar[Abscissa] = "turn rate"
+    excited_by: ClassVar[Excitation | None] = "turns"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Divide the yaw by what the curvature does to the wheelbase."""

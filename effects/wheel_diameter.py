@@ -16,11 +16,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.effect import MISCALIBRATED, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Stage, Startup
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +41,23 @@ class WheelDiameter(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("ratio", "1", null=1.0, scale=0.01, low=0.5, high=2.0),
     )
+    prior: ClassVar[Prior] = Prior(MISCALIBRATED, background=0.01, discrepancy=0.01)
+    regime: ClassVar[str] = "in proportion to the way rolled"
+    separating_drive: ClassVar[str] = "long straights with the heading measured at both ends"
+    startup_nuisance: ClassVar[Startup | None] = "always"
+    calibrated: ClassVar[bool] = True
+    alternatives: ClassVar[tuple[str, ...]] = ("slip_patch",)
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Scale the wheel's travel."""
         wheel = wheel_number(self.component)
         return block.with_travel(wheel, self.ratio * block.travel[:, wheel]), state
+
+    def describe(self, vehicle: VehicleParameters) -> str:
+        """Return the effect in a sentence, with the true and the nominal diameter [mm]."""
+        nominal = 1e3 * vehicle.wheel_diameter(self.component)  # type: ignore[arg-type]
+        return (
+            f"{component_in_words(self.component)} rolls {abs(self.ratio - 1.0) * 100.0:.3f} % "
+            f"{'more' if self.ratio > 1.0 else 'less'} per turn than vehicle.toml says: "
+            f"its diameter is {self.ratio * nominal:.3f} mm, not {nominal:.3f} mm."
+        )

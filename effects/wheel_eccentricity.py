@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import Block, wheel_number
-from omnimate.effects.effect import WHEEL, Effect, Parameter
+from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Stage, Startup
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +44,14 @@ class WheelEccentricity(Effect):
         Parameter("amplitude", "m", null=0.0, scale=3e-4, low=0.0, high=0.02),
         Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT)
+    regime: ClassVar[str] = "wheel angle of {component}"
+    separating_drive: ClassVar[str] = "a slow straight of twenty wheel turns"
+    says: ClassVar[str] = (
+        "{part} runs out of round by {amplitude:.3f} mm: once per turn of that wheel the truck yaws."
+    )
+    plotted_over: ClassVar[Abscissa] = "wheel angle"
+    startup_nuisance: ClassVar[Startup | None] = "always"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Add the integral of the changed radius over the step."""

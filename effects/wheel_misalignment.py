@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from omnimate.effects.block import truck_number
-from omnimate.effects.effect import TRUCK, Effect, Parameter
+from omnimate.effects.effect import FAULT, TRUCK, Effect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Stage, Startup
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +41,14 @@ class WheelMisalignment(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("angle", "rad", null=0.0, scale=0.01, low=-1.0, high=1.0),
     )
+    prior: ClassVar[Prior] = Prior(FAULT, background=0.01)
+    regime: ClassVar[str] = "in proportion to the way driven"
+    separating_drive: ClassVar[str] = "a straight with absolute headings and positions of the truck measured"
+    says: ClassVar[str] = (
+        "the axle of {part} is turned by {angle:+.3f} degrees: "
+        "it travels at that angle to its own straight ahead."
+    )
+    startup_nuisance: ClassVar[Startup | None] = "always"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Turn the way into the direction of the axle's normal."""

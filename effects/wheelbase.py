@@ -16,11 +16,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from omnimate.effects.block import truck_number
-from omnimate.effects.effect import TRUCK, Effect, Parameter
+from omnimate.effects.effect import MISCALIBRATED, TRUCK, Effect, Parameter, Prior
+from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Abscissa, Stage, Startup
+    from omnimate.vehicle.parameters import VehicleParameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,13 @@ class Wheelbase(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("ratio", "1", null=1.0, scale=0.01, low=0.5, high=2.0),
     )
+    prior: ClassVar[Prior] = Prior(MISCALIBRATED, background=0.03, discrepancy=0.02)
+    regime: ClassVar[str] = "turning"
+    separating_drive: ClassVar[str] = "turns on the spot in both directions with the heading measured"
+    plotted_over: ClassVar[Abscissa] = "turn rate"
+    startup_nuisance: ClassVar[Startup | None] = "always"
+    calibrated: ClassVar[bool] = True
+    alternatives: ClassVar[tuple[str, ...]] = ("turn_scrub",)
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Divide the yaw by the ratio."""
@@ -46,3 +55,11 @@ class Wheelbase(Effect):
         twist = block.twist[:, truck].copy()
         twist[:, 2] /= self.ratio
         return block.with_twist(truck, twist), state
+
+    def describe(self, vehicle: VehicleParameters) -> str:
+        """Return the effect in a sentence, with the true and the nominal wheelbase [mm]."""
+        nominal = 1e3 * vehicle.trucks[self.component].wheelbase  # type: ignore[index]
+        return (
+            f"{component_in_words(self.component)} turns as if its wheelbase were "
+            f"{self.ratio * nominal:.2f} mm, not {nominal:.2f} mm ({(self.ratio - 1.0) * 100.0:+.2f} %)."
+        )

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.effect import WHEEL
 from omnimate.mismatch.candidates.nuisances import nuisances
 from omnimate.mismatch.candidates.regression import Regression
-from omnimate.mismatch.candidates.terms import SETUP, calibrated_terms
+from omnimate.mismatch.candidates.terms import calibrated_terms
 from omnimate.mismatch.evidence.density import LARGEST
 from omnimate.mismatch.evidence.rows import free
 from omnimate.mismatch.recording.response import data, relinearised, response
@@ -81,7 +82,7 @@ class Fitted:
     @property
     def mounted(self) -> tuple[Effect, ...]:
         """How references are mounted, which is no fault of the robot."""
-        return tuple(effect for effect in self.calibrated.effects if effect.name == SETUP)
+        return tuple(effect for effect in self.calibrated.effects if effect.is_setup)
 
     @property
     def part(self) -> Array:
@@ -178,7 +179,9 @@ def prior_of(terms: Sequence[Term], count: int) -> Array:
     prior = np.eye(int(first[-1]))
     prior[: first[count], : first[count]] /= LARGEST**2
     wheels = {
-        single.component: number for number, single in enumerate(terms) if single.effect == "wheel_diameter"
+        single.component: number
+        for number, single in enumerate(terms)
+        if single.is_calibrated and single.component in WHEEL
     }
     for wheel, left in wheels.items():
         truck, side = wheel.split(".")

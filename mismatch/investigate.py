@@ -8,14 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects import effect_named
-from omnimate.effects.effect import POSES
-from omnimate.mismatch.candidates.beliefs import BELIEFS
 from omnimate.mismatch.candidates.events import events, merged, push_terms
 from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
-from omnimate.mismatch.candidates.obstacles import no_obstacles, obstacles
-from omnimate.mismatch.candidates.terms import SCANNED, SKEW, is_near, mounted_terms, smooth_terms, term
+from omnimate.mismatch.candidates.obstacles import OBSTACLE, no_obstacles, obstacles
+from omnimate.mismatch.candidates.terms import UNKNOWN, is_near, mounted_terms, smooth_terms, term
 from omnimate.mismatch.candidates.unknown import add_unknown
 from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
@@ -43,16 +40,11 @@ if TYPE_CHECKING:
 # the last two seconds, and what goes with the rate of a channel resemble a delay of it (Forssell & Ljung,
 # Automatica 1999: identification in closed loop with a wrong noise model). So many windows, and weights.
 ECHOES, ECHO = 8, 0.15
-UNKNOWN = 8  # errors without a name that are held against the named ones: the best of all by far
+UNKNOWN_OFFERED = 8  # errors without a name that are held against the named ones: the best of all by far
 FAR = 3.0  # standard deviations beyond which two estimates of a size contradict each other
 NONE = 1e-6  # declared sizes, below which an effect is none at all
 ROUNDS = 5  # of candidates, search, fit and noise, if the answer still changes
 STEPS = 2 * ROUNDS + 2  # that a progress bar sees
-# What may be wrong with any robot, and is a nuisance while nothing is known yet.
-_USUAL = {"wheel_diameter", "wheelbase", "joint_bias", "wheel_misalignment", "wheel_eccentricity", "latency"}
-_OUTSIDE = {
-    "floor_slope"
-}  # likewise, where poses are measured: what takes both trucks alike shows there only
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +85,7 @@ def investigate(
     nothing = fitted(signals, DEFAULT_LEVELS, (), ())
     nothing.regression.add(usual(library, signals))
     noise = noise_beside(nothing.regression)
-    met = (no_obstacles if "bump" in left_out else obstacles)(nothing.regression)
+    met = (no_obstacles if left_out & {OBSTACLE.name} else obstacles)(nothing.regression)
     noise = nothing.regression.noise if met.terms else noise
     shaken = met.pushes
     fit = fitted(signals, noise, met.terms, met.values, 1, nothing, shaken)
@@ -117,7 +109,7 @@ def investigate(
     fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, pushes)
     progress(2 * ROUNDS + 1, STEPS, "holding the answer against its rivals")
     posterior, start = _posterior(fit, library, left_out, scan=False)
-    if "unknown" not in left_out:
+    if UNKNOWN not in left_out:
         posterior = _with_unknown(posterior, start)
     return _final(signals, noise, shaken, pushes, posterior, start, fit)
 
@@ -270,7 +262,7 @@ def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
     for beside in (posterior.beside(start), *([posterior.beside(())] if start else [])):
         worth = np.array([single.odds for single in offered]) + beside.supports(added, widths)
         order = np.argsort(-worth, kind="stable").tolist()
-        best += [at for at in order[:UNKNOWN] if at not in best]
+        best += [at for at in order[:UNKNOWN_OFFERED] if at not in best]
     columns = [column - first for at in best for column in range(where[at].start, where[at].stop)]
     edges = first + np.cumsum([0, *(widths[at] for at in best)])
     regression.white = np.hstack([regression.white, added[:, columns]])
@@ -280,11 +272,7 @@ def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
 
 def _everyday(single: Term) -> float:
     """Return how much of a candidate every robot has, in declared sizes."""
-    if single.size != 1.0 or single.effect in SCANNED or single.effect == "count_loss":
-        return 0.0
-    if single.effect == "latency" and single.component not in POSES:
-        return SKEW / effect_named("latency").parameters[0].scale
-    return BELIEFS[single.effect].everyday
+    return single.background if single.size == 1.0 else 0.0
 
 
 def _settled(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], list[np.ndarray]]:
@@ -301,7 +289,11 @@ def _settled(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], 
     terms, sizes = [], []
     for key in dict.fromkeys(found.key for found in chosen.values()):
         same = [single for single in chosen if chosen[single].key == key]
-        if key[0] == "bump" and len(same) > 1 and all(chosen[single].held is None for single in same):
+        if (
+            chosen[same[0]].scan == "moments"
+            and len(same) > 1
+            and all(chosen[single].held is None for single in same)
+        ):
             pairs = sorted(
                 (time, float(value))
                 for single in same
@@ -319,8 +311,8 @@ def _settled(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], 
 def usual(library: Sequence[Term], signals: Sequence[Signals]) -> list[Term]:
     """Return what may be wrong with any robot, and is a nuisance while nothing is known yet."""
     seen = any(single.poses is not None for single in signals)
-    names = _USUAL | (_OUTSIDE if seen else set())
-    return [single for single in library if single.effect in names and single.size == 1.0]
+    when = {"always", "with poses"} if seen else {"always"}
+    return [single for single in library if single.kind.startup_nuisance in when and single.size == 1.0]
 
 
 def noise_beside(regression: Regression, *, roughly: bool = False) -> NoiseLevels:

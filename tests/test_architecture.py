@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from docs.generate.rooms import imported_rooms
+from omnimate.effects import EFFECTS
 
 ROOT = Path(__file__).resolve().parents[1]
 MAY_IMPORT = {
@@ -61,6 +62,8 @@ ONLY_IN = {
 }
 FILES = {room: sorted((ROOT / room).rglob("*.py")) for room in MAY_IMPORT}
 EVERYWHERE = {"numpy", "omnimate", *sys.stdlib_module_names}
+# A learned law, and how poses are measured, are a part of the method.
+GENERAL = {"omnimate.effects.law", "omnimate.effects.reference_offset"}
 MODULE = re.compile(r"omnimate(\.\w+)+")
 
 
@@ -125,6 +128,17 @@ def test_a_room_does_not_import_the_public_interface_which_imports_the_rooms(roo
 @pytest.mark.parametrize("room", MAY_IMPORT)
 def test_the_page_on_the_architecture_lists_what_a_room_imports(room):
     assert imported_rooms(ROOT / room) == MAY_IMPORT[room]
+
+
+def test_the_diagnosis_knows_no_effect_by_its_name():
+    """Whatever it needs to know of an effect stands in the effect's own file."""
+    particular = [kind for kind in EFFECTS if kind.__module__ not in GENERAL]
+    names, own = {kind.name for kind in particular}, {kind.__module__ for kind in particular}
+    for path in FILES["mismatch"]:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        texts = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)}
+        assert not {text for text in texts if isinstance(text, str)} & names, path
+        assert not {module.rpartition(".")[0] for module in imports(path)} & own, path
 
 
 def test_no_two_rooms_import_each_other_even_by_a_way_round():

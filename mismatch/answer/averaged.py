@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import expit, logsumexp
 
-from omnimate.mismatch.candidates.terms import SETUP
 from omnimate.mismatch.evidence.density import log_evidence
 from omnimate.mismatch.fit import prior_of
 
@@ -33,7 +32,7 @@ SIZES = (
 def averaged(fit: Fitted) -> Acting:
     """Return what is calibrated beside the findings; how references are mounted is as fitted."""
     acting = fit.calibrated
-    numbers = [number for number, term in enumerate(acting.terms) if term.effect != SETUP]
+    numbers = [number for number, term in enumerate(acting.terms) if not term.is_setup]
     if not numbers:
         return acting
     share = _needed(fit, numbers)

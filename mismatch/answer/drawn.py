@@ -102,24 +102,24 @@ def quantity(effect: Effect, windows: Sequence[Windows]) -> tuple[list[Array], s
 
 def _quantity(effect: Effect, wheels: Sequence[str]) -> tuple[Callable[[Windows], Array], str]:
     """Return a function that gives the quantity of one recording, and what it is called."""
-    component, name = effect.component, effect.name
+    component, over = effect.component, effect.plotted_over
     joint = 1 if component == "joint_b" else 0
     truck = 1 if component in {"b", "joint_b"} and len(wheels) > 2 else 0
-    if name in {"wheel_eccentricity", "gear_harmonic"}:
+    if over == "wheel angle":
         order, column = getattr(effect, "order", 1.0), wheels.index(component)
         label = f"angle of {component}" + (f" x {order:g}" if order != 1.0 else "") + " [degrees]"
         return lambda one: _turns(order * _at_ends(one, one.signals.block.angle[:, column])), label
     found: tuple[Callable[[Windows], Array], str] = (lambda one: one.time - one.time[0], "time [s]")
-    if name in {"joint_eccentricity", "link_eccentricity", "joint_backlash"}:
+    if over == "joint angle":
         label = f"angle of joint_{'ab'[joint]} [degrees]"
         found = (lambda one: np.degrees(one.signals.reading[one.ends, joint])), label
-    if name == "floor_slope":
+    if over == "heading":
         found = (lambda one: _turns(one.signals.path[one.ends, 0, 2])), "heading [degrees]"
-    if name == "link_scale":
+    if over == "link length":
         found = (lambda one: one.signals.reading[one.ends, 2]), "link length [m]"
-    if name in {"radius_vs_speed", "count_loss", "traction_slip", "lateral_slip"}:
+    if over == "speed":
         found = (lambda one: _at_ends(one, one.signals.block.speed.mean(axis=1))), "speed [m/s]"
-    if name in {"wheelbase", "turn_scrub", "latency"}:
+    if over == "turn rate":
         found = partial(_turn_rate, truck), f"turn rate of truck {'ab'[truck]} [degrees/s]"
     return found
 

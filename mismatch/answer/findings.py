@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.heldout import HELD, METRIC, held_out, size
@@ -14,10 +15,11 @@ from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
 from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at, row_names
-from omnimate.mismatch.answer.words import drives_for, part, regime, sentence, separating
+from omnimate.mismatch.answer.words import drives_for, regime, sentence
 from omnimate.mismatch.candidates.moments import spreads
 from omnimate.mismatch.candidates.pushes import MOMENTS
 from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.terms import UNKNOWN
 from omnimate.mismatch.diagnosis import (
     ASSERTED,
     Alternative,
@@ -48,7 +50,6 @@ SUREST = 0.999  # no probability above it is printed: the model itself is no sur
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
 _SEEN = 0.7
-_NEEDED = ("wheelbase", "wheel_diameter")
 
 
 def _drop(fit: Fitted, number: int) -> float:
@@ -106,7 +107,7 @@ def answer(found: Investigation) -> Diagnosis:
         names,
         drives,
         drawn,
-        tuple(effect for effect in effects if effect.name != "unknown"),
+        tuple(effect for effect in effects if effect.name != UNKNOWN),
         calibrated,
     )
 
@@ -127,7 +128,7 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Findin
         Alternative(*key, probability=share) for key, share in rivals.rivals[:_SHOWN] if share >= POSSIBLE
     )
     names = [effect.name, *(other.effect for other in others)]
-    unknown = effect.name == "unknown"
+    unknown = effect.name == UNKNOWN
     return Finding(
         effect.name,
         effect.component,
@@ -144,12 +145,12 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Findin
         min(1.0, max(0.0, drop / excess)),
         _pushed(effect.component) if unknown else sentence(effect, signals[0].recording.vehicle),
         (MOMENTS,) if unknown else (),
-        separating(names) if any(other.probability > 0.05 for other in others) else "",
+        "; ".join(drives_for(names)) if any(other.probability > 0.05 for other in others) else "",
     )
 
 
 def _pushed(component: str) -> str:
-    return f"{part(component).capitalize()} was pushed at single moments, as no obstacle does."
+    return f"{component_in_words(component).capitalize()} was pushed at single moments, as no obstacle does."
 
 
 def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) -> Finding:
@@ -164,7 +165,7 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) 
         effect for effect in fit.chosen.effects if effect.name == "law" and effect.component == term.component
     ]
     says = (
-        f"Something that no effect of the library explains acts on {part(term.component)}: "
+        f"Something that no effect of the library explains acts on {component_in_words(term.component)}: "
         f"what is left depends on {quantity}."
     )
     if laws:
@@ -173,7 +174,7 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) 
         Alternative(*key, probability=share) for key, share in rivals.rivals[:_SHOWN] if share >= POSSIBLE
     )
     return Finding(
-        "unknown",
+        UNKNOWN,
         term.component,
         min(rivals.probability, SUREST),
         others,
@@ -190,7 +191,7 @@ def _merged(findings: Sequence[Finding]) -> list[Finding]:
     """Return findings with all that is unknown on one component as one."""
     found: dict[tuple[Key, str], Finding] = {}
     for finding in findings:
-        name = finding.key, finding.where.regime if finding.effect == "unknown" else ""
+        name = finding.key, finding.where.regime if finding.effect == UNKNOWN else ""
         if name in found:
             first, last = sorted((found[name], finding), key=lambda single: -single.probability)
             where = replace(
@@ -274,14 +275,15 @@ def unseen_in_words(unseen: Sequence[Key]) -> tuple[str, tuple[str, ...]]:
     """Return a sentence on what a drive cannot show, and the drives that would."""
     drives = drives_for(sorted({effect for effect, _ in unseen}))
     what = ", ".join(
-        f"the {effect.replace('_', ' ')} of {part(component)}" for effect, component in unseen[:4]
+        f"the {effect.replace('_', ' ')} of {component_in_words(component)}"
+        for effect, component in unseen[:4]
     )
     return f"Nothing stands out, but this drive cannot show {what}. Drive: {'; '.join(drives)}.", drives
 
 
 def blind(posterior: Posterior) -> list[Key]:
     """Return which of an owner's numbers this drive would not show to be wrong, were they."""
-    needed = [number for number, term in enumerate(posterior.terms) if term.effect in _NEEDED]
+    needed = [number for number, term in enumerate(posterior.terms) if term.is_calibrated]
     gram, _ = posterior.beside(()).left([posterior.places[number].start for number in needed])
     spreads = 1.0 / np.sqrt(np.diagonal(gram) + 1.0)
     return [

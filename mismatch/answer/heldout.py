@@ -111,9 +111,9 @@ def _shared(fit: Fitted, rows: Array) -> tuple[Array, Array]:
     columns, origin = [], []
     for term, place, values in fit.everything():
         own = rows[:, place]
-        if term.effect == "unknown":
+        if term.is_unknown:
             continue  # no other moment tells what one push was
-        if term.effect == "bump" and own.shape[1] > 1:
+        if term.is_event and own.shape[1] > 1:
             mean = float(values.mean())
             shape = values / mean if abs(mean) > 1e-9 else np.ones_like(values)
             columns.append((own * shape).sum(axis=1))
@@ -130,9 +130,9 @@ def _built(fit: Fitted, shared: Array) -> tuple[Effect, ...]:
     """Return the effects that shared coefficients (k,) stand for."""
     effects, at = [], 0
     for term, _, values in fit.everything():
-        if term.effect == "unknown":
+        if term.is_unknown:
             effects.append(term.built(values))
-        elif term.effect == "bump" and len(values) > 1:
+        elif term.is_event and len(values) > 1:
             effects.append(term.built(np.full(len(values), shared[at])))
             at += 1
         else:

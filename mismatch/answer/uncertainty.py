@@ -7,17 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects import effect_named
-from omnimate.mismatch.candidates.terms import SETUP, angle_of
+from omnimate.mismatch.candidates.terms import angle_of
 
 if TYPE_CHECKING:
     from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.vehicle.se2 import Array
-
-# A law is off by a part on every stretch; over a recording of ten or more stretches, by a third of that.
-PART = 0.3
-FILM = 0.15  # of a film's creep, which is told for a pace that is a mean, one standard deviation
 
 
 def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
@@ -28,13 +23,13 @@ def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float |
         effect: that was built of it.
         covariance: (k, k) of its coefficients.
     """
-    if member.effect == SETUP:
-        own = effect_named(SETUP).parameters
+    if member.is_setup:
+        own = effect.parameters
         told = np.sqrt(np.diag(covariance)).tolist()
         return {one.name: one.scale * sigma for one, sigma in zip(own, told, strict=True)}
-    spec = next(one for one in effect_named(member.effect).parameters if one.name == member.linear)
+    spec = next(one for one in effect.parameters if one.name == member.linear)
     value = getattr(effect, member.linear)
-    inexact = FILM if member.fixed.get("pace") else PART * member.inexact
+    inexact = effect.discrepancy()
     angle_name = angle_of(type(effect))
     if angle_name is not None:
         size, angle = max(value / spec.scale, 1e-9), getattr(effect, angle_name)
@@ -47,6 +42,6 @@ def sigmas(member: Term, effect: Effect, covariance: Array) -> dict[str, float |
             angle_name: min(math.hypot(turned, inexact), math.pi),
         }
     deviations = spec.scale * np.sqrt(np.diag(covariance))
-    if member.linear == "lost":
-        return {"lost": tuple(np.hypot(deviations, inexact * np.asarray(value)).tolist())}
+    if member.is_event:
+        return {member.linear: tuple(np.hypot(deviations, inexact * np.asarray(value)).tolist())}
     return {member.linear: math.hypot(float(deviations[0]), inexact * (value - (spec.null or 0.0)))}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects import effect_named
+from omnimate.effects import effects_scanned_by
 from omnimate.mismatch.candidates.moments import SHORTEST, lasts, settled
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.terms import BESIDE, term
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.candidates.terms import Term
+    from omnimate.mismatch.diagnosis import Key
     from omnimate.mismatch.evidence.beside import Beside
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.parameters import Channel
@@ -74,10 +75,12 @@ def _bumps(regression: Regression, beside: Beside, shocks: Shocks) -> list[Term]
     for windows, (scores, informations) in zip(regression.windows, shocks, strict=True):
         sigmas = lost_way(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
-            own = np.where(_rolls_on(windows, number), sigmas[:, number], 0.0)
-            high = np.flatnonzero(own > SEEN)
-            begins = [float(windows.time[window]) for window in _apart(high, own)[:_STRONGEST]]
-            found += _begun(regression, beside, wheel, begins, tries)
+            for kind in effects_scanned_by("moments", wheel):
+                rolls_on = _rolls_on(windows, number, kind.estimated().scale)
+                own = np.where(rolls_on, sigmas[:, number], 0.0)
+                high = np.flatnonzero(own > SEEN)
+                begins = [float(windows.time[window]) for window in _apart(high, own)[:_STRONGEST]]
+                found += _begun(regression, beside, (kind.name, wheel), begins, tries)
     return found
 
 
@@ -136,23 +139,23 @@ def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[f
     return sorted(found)
 
 
-def _rolls_on(windows: Windows, wheel: int) -> NDArray[np.bool_]:
-    """Say in which windows (M,) a wheel rolls, within a second, the way that an obstacle takes.
+def _rolls_on(windows: Windows, wheel: int, lost: float) -> NDArray[np.bool_]:
+    """Say in which windows (M,) a wheel rolls, within a second, the distance [m] that an obstacle takes.
 
     No wheel loses more way than it rolls.
     """
     ahead = np.convolve(windows.rolled[:, wheel], np.ones(round(BESIDE / WINDOW)))[-len(windows.rolled) :]
-    lost = next(each for each in effect_named("bump").parameters if each.name == "lost")
-    return np.asarray(ahead > lost.scale)
+    return np.asarray(ahead > lost)
 
 
 def _begun(
-    regression: Regression, beside: Beside, wheel: str, windows: Sequence[float], tries: int
+    regression: Regression, beside: Beside, key: Key, windows: Sequence[float], tries: int
 ) -> list[Term]:
-    """Return bumps in windows that begin at some times [s], each with its onset where it is seen best."""
-    offers = [
-        term("bump", wheel, tries, times=(begin + shift * WINDOW,)) for begin in windows for shift in ONSETS
-    ]
+    """Return events of an effect and wheel in windows that begin at some times [s].
+
+    The onset of each is where it is seen best.
+    """
+    offers = [term(*key, tries, times=(begin + shift * WINDOW,)) for begin in windows for shift in ONSETS]
     if not offers:
         return []
     sigmas = beside.strength(regression.columns_of(offers)).reshape(len(windows), len(ONSETS))
@@ -258,7 +261,9 @@ def _slips(wheel: str, edges: Array, score: Array, gram: Array, tries: int) -> l
         if sigmas[at] < SEEN:
             break
         span = (float(edges[start[at]]), float(edges[end[at]]))
-        found.append(term("slip_patch", wheel, tries, intervals=(span,)))
+        found += [
+            term(kind.name, wheel, tries, intervals=(span,)) for kind in effects_scanned_by("interval", wheel)
+        ]
         sigmas[(start < end[at]) & (end > start[at])] = 0.0
     return found
 
@@ -272,7 +277,8 @@ def _steps(wheel: str, moments: Array, score: Array, gram: Array, tries: int) ->
     at = int(np.argmax(sigmas[1:])) + 1 if count > 1 else 0
     if at == 0 or sigmas[at] < SEEN:
         return []
-    return [term("radius_step", wheel, tries, time=float(moments[at]))]
+    time = float(moments[at])
+    return [term(kind.name, wheel, tries, time=time) for kind in effects_scanned_by("step", wheel)]
 
 
 def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
@@ -293,8 +299,10 @@ def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
             sigmas = beside.strength(columns)
             at = int(np.argmax(sigmas))
             if sigmas[at] > SEEN and limits[at] > 0.0:
-                offer = term("count_loss", wheel, len(limits), above=round(float(limits[at]), 4))
-                offers.extend(_bounded(regression, beside, [offer]))
+                above = round(float(limits[at]), 4)
+                for kind in effects_scanned_by("threshold", wheel):
+                    offer = term(kind.name, wheel, len(limits), above=above)
+                    offers.extend(_bounded(regression, beside, [offer]))
     return [single for offers in found for single in offers]
 
 
@@ -312,7 +320,8 @@ def _harmonics(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
         for beside, offers in zip(besides, found, strict=True):
             power = (beside.strength(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
             offers.extend(
-                term("gear_harmonic", wheel, len(ORDERS), order=float(ORDERS[at]))
+                term(kind.name, wheel, len(ORDERS), order=float(ORDERS[at]))
+                for kind in effects_scanned_by("order", wheel)
                 for at in np.argsort(-power)[:2]
                 if power[at] > SEEN**2
             )

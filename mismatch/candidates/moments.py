@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.effects.block import wheel_number
-from omnimate.effects.bump import BumpEvents
+from omnimate.effects.block import wheel_number, wheel_radius
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,10 +66,10 @@ def rolled(regression: Regression, wheel: str, start: float, end: float) -> floa
 
 def lasts(regression: Regression, member: Term) -> bool:
     """Say whether a wheel turns often before and after a step of its radius, which a patch would be else."""
-    if member.effect != "radius_step":
+    if member.scan != "step":
         return True
     wheel, time = member.component, member.fixed["time"]
-    radius = BumpEvents.radius(regression.windows[0].signals.block, wheel_number(wheel))
+    radius = wheel_radius(regression.windows[0].signals.block, wheel_number(wheel))
     ways = rolled(regression, wheel, -math.inf, time), rolled(regression, wheel, time, math.inf)
     return min(ways) >= 2.0 * math.pi * radius * _OFTEN
 
@@ -78,11 +77,11 @@ def lasts(regression: Regression, member: Term) -> bool:
 def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
     """Return by how much to move what is not linear, coarse to fine [s, m/s]."""
     sample = float(regression.windows[0].signals.recording.vehicle.bus.sync_period)
-    if member.effect == "bump":
+    if member.scan == "moments":
         return 0.12, 0.04, sample
-    if member.effect == "count_loss":
+    if member.scan == "threshold":
         return 0.05, 0.02, 0.005
-    if member.effect in {"radius_step", "slip_patch"}:
+    if member.scan in {"step", "interval"}:
         return 4.0, 1.5, 0.5, 0.2, 0.06, sample
     return ()
 

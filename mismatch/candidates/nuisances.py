@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.gear_backlash import GearBacklash
-from omnimate.mismatch.candidates.terms import SKEW
+from omnimate.effects import EFFECTS
+from omnimate.effects.ageing import SYNC_SKEW
 from omnimate.mismatch.candidates.unknown import wheels_roll
 from omnimate.mismatch.recording.response import column, response
 
@@ -34,10 +33,6 @@ LATE, WANDERING = 1.0, (0.05, 0.05)
 # somebody has laid one file along another, begin and end, to about a sample; what rates the clocks had is not
 # known any more.
 MERGED = (1.0, 0.25)
-
-# [rad] by which the output of a small gear turns free. What is sold for its small play states 0.15 to
-# 0.5 degrees (maxon GP 32 BZ), others have about one. One wheel's play beyond that of the others is a fault.
-PLAY = math.radians(1.0)
 
 # Windows before from which the rate of a linkage is foreseen, and the time [s] by which readings may go with
 # what was not foreseen of it. What a wheel's last count rounds off stands in the rate as well as in the
@@ -102,7 +97,7 @@ def is_merged(signals: Signals) -> bool:
         return False
     number = np.arange(len(signals.time))
     at = np.rint(np.interp(signals.poses.time, signals.time, number)).astype(int)
-    return bool(np.all(np.abs(signals.time[at] - signals.poses.time) < SKEW))
+    return bool(np.all(np.abs(signals.time[at] - signals.poses.time) < SYNC_SKEW))
 
 
 def _answers(windows: Windows) -> list[Columns]:
@@ -149,8 +144,10 @@ def _gears(windows: Windows) -> list[Columns]:
     signals = windows.signals
     vehicle = signals.recording.vehicle
     plays = [
-        GearBacklash(component=str(wheel), width=0.5 * PLAY * vehicle.wheel_diameter(wheel))
+        effect
+        for kind in EFFECTS
         for wheel in vehicle.wheels
+        if (effect := kind.in_any_robot(wheel, vehicle)) is not None
     ]
     return [column(response(windows, ()), response(windows, plays), 1.0)]
 

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import log_ndtr
 
-from omnimate.effects import effect_named
-from omnimate.effects.bump import BumpEvents
+from omnimate.effects import effects_scanned_by
+from omnimate.effects.block import wheel_radius
 from omnimate.effects.crossing import losing
-from omnimate.mismatch.candidates.beliefs import BELIEFS
+from omnimate.effects.effect import WHEEL
 from omnimate.mismatch.candidates.events import travelled
 from omnimate.mismatch.candidates.moments import SHORTEST
 from omnimate.mismatch.candidates.terms import Term
@@ -66,7 +66,7 @@ class Train(Term):
     def built(self, coefficients: Array) -> Effect:
         """Return the obstacles with this coefficient `(1,)`."""
         lost = np.maximum(float(coefficients[0]), 0.0) * LOST * np.array(self.shares)
-        return BumpEvents(self.component, self.fixed["times"], tuple(lost.tolist()))
+        return _of(self.component, self.fixed["times"], lost)
 
     @property
     def held(self) -> float:
@@ -79,8 +79,15 @@ class Train(Term):
         return train(self.component, times, self.shares, self.mean, self.odds)
 
 
-SLIP = effect_named("slip_patch").parameters[0].scale
-LOST = next(each.scale for each in BumpEvents.parameters if each.name == "lost")
+OBSTACLE = effects_scanned_by("moments", WHEEL[0])[0]
+SLIP = effects_scanned_by("interval", WHEEL[0])[0].estimated().scale
+LOST = OBSTACLE.estimated().scale
+
+
+def _of(wheel: str, times: tuple[float, ...], lost: Array) -> Effect:
+    """Return obstacles under a wheel that take lengths `(n,)` [m] at times [s]."""
+    values: dict[str, Any] = {"times": times, OBSTACLE.linear: tuple(lost.tolist())}
+    return OBSTACLE(component=wheel, **values)
 
 
 def train(wheel: str, times: tuple[float, ...], shares: tuple[float, ...], mean: float, odds: float) -> Train:
@@ -93,9 +100,9 @@ def train(wheel: str, times: tuple[float, ...], shares: tuple[float, ...], mean:
         mean: What they take on average, in declared sizes.
         odds: Log odds that they are there.
     """
-    probe = BumpEvents(wheel, times, tuple(LOST * share for share in shares))
+    probe = _of(wheel, times, LOST * np.array(shares))
     fixed = {"times": times}
-    return Train("bump", wheel, (probe,), fixed, odds, positive=True, shares=shares, mean=mean)
+    return Train(OBSTACLE.name, wheel, (probe,), fixed, odds, positive=True, shares=shares, mean=mean)
 
 
 @dataclass(frozen=True, slots=True)
@@ -324,7 +331,7 @@ def _crossed(single: _Encounter, truck: int, shaken: float, begins: Array) -> li
     own = slice(3 * truck, 3 * truck + 3)
     to_and_fro = np.kron(np.eye(count) - 1.0 / count, np.diag(shaken * shapes))
     rest = np.zeros((count, len(shapes), 3))
-    rest[:, own] = BELIEFS["bump"].inexact * np.diag(shapes[own]) / count
+    rest[:, own] = OBSTACLE.prior.discrepancy * np.diag(shapes[own]) / count
     pushes = np.column_stack([to_and_fro, rest.reshape(-1, 3)])
     beside = [
         (size * LOST, math.log(share) + single.evidence(roots), *single.beside(roots))
@@ -359,7 +366,7 @@ def _loses(single: _Encounter, wheel: int, begin: float) -> Array | None:
     """
     windows, stretch = single.windows, single.stretch
     block = windows.signals.block
-    crossing = losing(BumpEvents.radius(block, wheel), LOST).rolled
+    crossing = losing(wheel_radius(block, wheel), LOST).rolled
     edges = windows.time[stretch.start : stretch.stop + 1]
     first, last = np.searchsorted(block.time, (edges[0], edges[-1]))
     gone = np.cumsum(np.abs(block.travel[first:last, wheel]))
@@ -406,7 +413,7 @@ def _mixtures(table: Array, other: Array) -> tuple[float, list[float], Array]:
         other: The same for anything else, `(E,)`.
     """
     count, wheels = table.shape
-    fewer = BELIEFS["bump"].log_odds - 0.5 * math.log(count)  # and what another weight of a mixture costs
+    fewer = OBSTACLE.prior.log_odds - 0.5 * math.log(count)  # and what another weight of a mixture costs
     worths, mixtures = {}, {}
     for met in itertools.product((False, True), repeat=wheels):
         likely, mixtures[met] = _mixed(np.column_stack([table[:, met], other]))

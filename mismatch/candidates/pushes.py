@@ -14,8 +14,7 @@ import numpy as np
 
 from omnimate.effects.block import truck_number
 from omnimate.effects.effect import TRUCK, Effect
-from omnimate.mismatch.candidates.beliefs import BELIEFS
-from omnimate.mismatch.candidates.terms import Term
+from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term
 from omnimate.mismatch.recording.signals import WINDOW
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ class Push(Effect):
     lasting: float = WINDOW
     moved: tuple[tuple[float, float, float], ...] = ()
 
-    name: ClassVar[str] = "unknown"
+    name: ClassVar[str] = UNKNOWN
     stage: ClassVar[Stage] = "body"
     components: ClassVar[tuple[str, ...]] = TRUCK
     parameters: ClassVar[tuple[Parameter, ...]] = ()
@@ -114,6 +113,6 @@ def push(truck: str, time: float, tries: int, lasting: float = WINDOW) -> PushTe
         Push(truck, time, lasting, tuple((ahead, aside, yaw) for ahead, aside, yaw in axis))
         for axis in axes.tolist()
     )
-    odds = BELIEFS["unknown"].log_odds - math.log(tries)
+    odds = UNKNOWN_PRIOR.log_odds - math.log(tries)
     fixed = {"times": (time,), "lasting": lasting, "quantity": MOMENTS, "acts_on": ""}
-    return PushTerm("unknown", truck, probes, fixed, odds, positive=False)
+    return PushTerm(UNKNOWN, truck, probes, fixed, odds, positive=False)

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.effects import EFFECTS, effect_named
+from omnimate.effects import CALIBRATED, EFFECTS, SETUP, effect_named
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import POSES
-from omnimate.mismatch.candidates.beliefs import BELIEFS
+from omnimate.effects.effect import RARE, Drive, Prior
 from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, grid, is_dense, is_turned
 
 if TYPE_CHECKING:
@@ -26,29 +25,17 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from omnimate.effects.effect import Effect
+    from omnimate.effects.effect import Effect, Scan
     from omnimate.mismatch.diagnosis import Key
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.se2 import Array
 
 ANGLES = ("phase", "direction")  # parameters that make a wave of two columns of the one before them
-# What bends is tried at several sizes, in a-priori ones: a wide play is no stretched narrow one.
-BENT: dict[str, tuple[float, ...]] = {
-    "joint_backlash": (1.0, 4.0, 10.0),
-    "gear_backlash": (1.0, 6.0),
-    "latency": (1.0, 4.0),
-}
-# What acts on a channel's motion, or on turns, needs motion that the drive makes.
-MOVING = {"latency", "clock_drift", "joint_backlash"}
-TURNING = {"turn_scrub"}
+UNKNOWN = "unknown"  # what an error is called for which the library has no name
+UNKNOWN_PRIOR = Prior(RARE, background=0.0, discrepancy=0.1)
 CLEAR = 10.0
-SWINGS = (0.0, 0.05, 0.15)  # [m] over which castors swing round: a few of their own trails
-SYNCED = 10.0  # times rarer than a drift of poses: an encoder that answers SYNC has no clock of its own
-SKEW = 5e-4  # [s] by which devices sample apart though they answer one SYNC: an interrupt, a short filter
-SETUP = "reference_offset"  # how poses are measured; no fault of a robot, and always fitted
 BESIDE = 1.0  # [s] about what acts for a while, in which what else happened is what its law leaves
-SCANNED = {"bump", "slip_patch", "radius_step", "gear_harmonic"}  # proposed where the recording shows them
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +67,11 @@ class Term:
 
     def built(self, coefficients: Array) -> Effect:
         """Return the effect that has these coefficients `(k,)`."""
-        kind = effect_named(self.effect)
+        kind = self.kind
         linear, turned = self.linear, angle_of(kind)
         spec = {one.name: one for one in kind.parameters}
         values: dict[str, Any]
-        if self.effect == SETUP:
+        if kind.is_setup:
             values = {
                 own.name: own.scale * float(value)
                 for own, value in zip(kind.parameters, coefficients, strict=True)
@@ -93,9 +80,10 @@ class Term:
             size = spec[linear].scale * math.hypot(coefficients[0], coefficients[1])
             angle = math.atan2(coefficients[1], coefficients[0])
             values = {linear: min(size, spec[linear].high), turned: angle}
-        elif linear == "lost":
-            lost = np.clip(coefficients * spec["lost"].scale, spec["lost"].low, spec["lost"].high)
-            values = {"lost": tuple(lost.tolist())}
+        elif self.is_event:
+            own = spec[linear]
+            sizes = np.clip(coefficients * own.scale, own.low, own.high)
+            values = {linear: tuple(sizes.tolist())}
         else:
             own = spec[linear]
             value = (own.null or 0.0) + own.scale * float(coefficients[0])
@@ -105,6 +93,45 @@ class Term:
     def at(self, **fixed: Any) -> Term:  # noqa: ANN401
         """Return the term with other values of what is not linear, and the same odds."""
         return replace(term(self.effect, self.component, **{**self.fixed, **fixed}), odds=self.odds)
+
+    @property
+    def kind(self) -> type[Effect]:
+        """The kind of effect of the library; unknown errors have none.
+
+        Raises:
+            EffectError: The error is unknown.
+        """
+        return effect_named(self.effect)
+
+    @property
+    def is_unknown(self) -> bool:
+        """Whether it is an error for which the library has no name."""
+        return self.effect == UNKNOWN
+
+    @property
+    def prior(self) -> Prior:
+        """What is assumed of it before a recording is seen."""
+        return UNKNOWN_PRIOR if self.is_unknown else self.kind.prior
+
+    @property
+    def background(self) -> float:
+        """Standard deviation of what every robot has of it, in declared sizes."""
+        return 0.0 if self.is_unknown else self.kind.background(self.component)
+
+    @property
+    def scan(self) -> Scan | None:
+        """Kind of the scan that proposes it; None for what acts all the time, and for unknown errors."""
+        return None if self.is_unknown else self.kind.scan
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Whether it is one of the numbers of vehicle.toml that one calibration gives together."""
+        return not self.is_unknown and self.kind.calibrated
+
+    @property
+    def is_setup(self) -> bool:
+        """Whether it is how a measurement is arranged, which is always fitted."""
+        return not self.is_unknown and self.kind.is_setup
 
     @property
     def is_event(self) -> bool:
@@ -130,7 +157,7 @@ class Term:
     @property
     def most(self) -> float:
         """Declared sizes beyond which nobody believes in it."""
-        return BELIEFS[self.effect].most
+        return self.prior.largest
 
     @property
     def ordinary(self) -> float:
@@ -140,7 +167,7 @@ class Term:
     @property
     def inexact(self) -> float:
         """Part by which it may act otherwise than its law says, on any stretch."""
-        return BELIEFS[self.effect].inexact
+        return self.prior.discrepancy
 
     @property
     def held(self) -> float | None:
@@ -156,7 +183,7 @@ class Term:
     @property
     def linear(self) -> str:
         """The parameter that its coefficients tell."""
-        return effect_named(self.effect).parameters[0].name if self.effect != "bump" else "lost"
+        return self.kind.estimated().name
 
 
 def is_near(time: Array, stretches: Sequence[tuple[float, float]]) -> NDArray[np.bool_]:
@@ -170,17 +197,14 @@ def is_near(time: Array, stretches: Sequence[tuple[float, float]]) -> NDArray[np
 def term(effect: str, component: str, tries: int = 1, size: float = 1.0, **fixed: Any) -> Term:  # noqa: ANN401
     """Return a term; `tries` is among how many values its fixed ones, or its size, were looked for."""
     kind = effect_named(effect)
-    linear = next(
-        one
-        for one in kind.parameters
-        if one.name == ("lost" if effect == "bump" else kind.parameters[0].name)
-    )
-    null, turned = linear.null or 0.0, angle_of(kind)
-    if effect == "bump":
-        times = fixed["times"]
-        pairs: list[dict[str, Any]] = [{"times": (time,), "lost": (linear.scale,)} for time in times]
+    linear, turned = kind.estimated(), angle_of(kind)
+    null = linear.null or 0.0
+    if kind.scan == "moments":
+        pairs: list[dict[str, Any]] = [
+            {"times": (time,), linear.name: (linear.scale,)} for time in fixed["times"]
+        ]
         probes = tuple(kind(component=component, **pair) for pair in pairs)
-    elif effect == SETUP:
+    elif kind.is_setup:
         probes = tuple(kind(component=component, **{own.name: own.scale}) for own in kind.parameters)
     elif turned is not None:
         probes = tuple(
@@ -189,10 +213,8 @@ def term(effect: str, component: str, tries: int = 1, size: float = 1.0, **fixed
         )
     else:
         probes = (kind(component=component, **{linear.name: null + size * linear.scale}, **fixed),)
-    own_clock = effect != "clock_drift" or component in POSES
-    bare = BELIEFS[effect].log_odds - (0.0 if own_clock else math.log(SYNCED))
-    odds = bare - math.log(tries) * len(fixed.get("times", (0,)))
-    positive = linear.low >= null and turned is None and effect != SETUP
+    odds = kind.log_odds(component) - math.log(tries) * len(fixed.get("times", (0,)))
+    positive = linear.low >= null and turned is None and not kind.is_setup
     return Term(effect, component, probes, dict(fixed), odds, positive, size)
 
 
@@ -206,26 +228,21 @@ def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
     present = components_of(signals[0])
     if not any(one.poses is not None for one in signals):
         present -= {"poses"}
-    moved, turned = moving_channels(signals), turns(signals)
+    moved, turned, pace = moving_channels(signals), turns(signals), _pace(signals)
     terms = []
     for kind in filter(attrgetter("searched"), EFFECTS):
         for component in kind.components:
-            if component not in present or kind.name in SCANNED or kind.name == "law":
+            if component not in present:
                 continue
-            if kind.name in MOVING and component in LINKAGE and component not in moved:
+            if kind.excited_by == "channel motion" and component in LINKAGE and component not in moved:
                 continue
-            if kind.name in TURNING and not turned:
+            if kind.excited_by == "turns" and not turned:
                 continue
-            if kind.name == "count_loss":
-                speeds = _speeds(signals, component)
-                terms += [term(kind.name, component, len(speeds), above=speed) for speed in speeds]
-            elif kind.name == "floor_slope":
-                terms += [term(kind.name, component, 2, pace=pace) for pace in (0.0, _pace(signals))]
-            elif kind.name == "castor_kick":
-                terms += [term(kind.name, component, len(SWINGS), swing=swing) for swing in SWINGS]
-            else:
-                sizes = BENT.get(kind.name, (1.0,))
-                terms += [term(kind.name, component, len(sizes), size) for size in sizes]
+            grid = kind.grid(Drive(_speeds(signals, component), pace))
+            tries = len(grid) * len(kind.sizes)
+            terms += [
+                term(kind.name, component, tries, size, **fixed) for fixed in grid for size in kind.sizes
+            ]
     return terms
 
 
@@ -235,20 +252,25 @@ def mounted_terms(signals: Sequence[Signals]) -> list[Term]:
     Nobody mounts a reference on the middle of an axle to a millimetre. What it then shows in turns is no
     fault, however seldom it is measured.
     """
-    return [term(SETUP, truck) for truck in _measured(signals, often=False)]
+    trucks = _measured(signals, often=False)
+    return [term(kind.name, truck) for kind in SETUP for truck in trucks]
 
 
 def calibrated_terms(signals: Sequence[Signals]) -> list[Term]:
     """Return the terms of what is calibrated in any case.
 
-    They are how references are mounted, and, of every truck whose whole pose is measured often, its wheelbase
-    and its diameters.
+    They are how references are mounted, and the numbers of vehicle.toml of every truck whose whole pose is
+    measured often.
     """
     trucks = _measured(signals, often=True)
     return [
         *mounted_terms(signals),
-        *(term("wheelbase", truck) for truck in trucks),
-        *(term("wheel_diameter", f"{truck}.{side}") for truck in trucks for side in ("left", "right")),
+        *(
+            term(kind.name, component)
+            for kind in CALIBRATED
+            for component in kind.components
+            if component[0] in trucks
+        ),
     ]
 
 
@@ -303,7 +325,9 @@ def components_of(signals: Signals) -> set[str]:
 
 
 def _speeds(signals: Sequence[Signals], component: str) -> list[float]:
-    """Return speeds [m/s] between those that a wheel was driven at, for a loss of counts above one."""
+    """Return speeds [m/s] between those that a wheel was driven at; none for other components."""
+    if component not in signals[0].recording.vehicle.wheels:
+        return []
     number = signals[0].recording.vehicle.wheels.index(component)
     speed = np.concatenate([np.abs(one.block.speed[:, number]) for one in signals])
     speed = speed[speed > 0.02]

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.candidates.beliefs import BELIEFS
-from omnimate.mismatch.candidates.terms import Term, moving_channels, turns
+from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term, moving_channels, turns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 from omnimate.vehicle.parameters import JOINTS
 
@@ -66,9 +65,9 @@ def add_unknown(regression: Regression) -> tuple[list[Term], list[slice]]:
     offered = [_columns(windows, still) for windows in regression.windows]
     groups, raw = offered[0][0], [columns for _, columns in offered]
     places = regression.extend(raw, [width for _, width in groups], keep=False)
-    odds = BELIEFS["unknown"].log_odds - math.log(QUANTITIES)
+    odds = UNKNOWN_PRIOR.log_odds - math.log(QUANTITIES)
     terms = [
-        Term("unknown", component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
+        Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
         for (component, acts_on, quantity), _ in groups
     ]
     return terms, places

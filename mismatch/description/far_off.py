@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from omnimate.mismatch.answer.words import REGIMES, part
+from omnimate.effects import CALIBRATED, effect_named
+from omnimate.effects.words import component_in_words
+from omnimate.mismatch.candidates.terms import UNKNOWN
 from omnimate.mismatch.description.stretches import STRETCH
 from omnimate.mismatch.diagnosis import Alternative, Change, Diagnosis, Finding, Fit, Parameter, Where
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from omnimate.effects.effect import Effect
     from omnimate.mismatch.description.first_look import Look
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.recording import Recording
@@ -61,41 +64,51 @@ def _wiring(look: Look) -> tuple[Finding, ...]:
     if not look.wiring.faults:
         return ()
     same = "".join(f" (or {one}, which looks the same here)" for one in look.equals)
-    says = f"The wheels of {part(look.truck)} are described wrongly: {look.wiring}{same}."
+    says = f"The wheels of {component_in_words(look.truck)} are described wrongly: {look.wiring}{same}."
     where = Where(regime="always")
     share, probability = float(look.shares[3]), min(look.probability, _MOST)
-    finding = Finding("unknown", look.truck, probability, (), where, (), share, says, (_DESCRIPTION,))
+    finding = Finding(UNKNOWN, look.truck, probability, (), where, (), share, says, (_DESCRIPTION,))
     return (finding,)
 
 
 def _wheelbase(look: Look, truck: Truck) -> tuple[Finding, ...]:
-    others = (Alternative("turn_scrub", look.truck, look.scrubs),) if look.scrubs > _WORTH else ()
+    kind = _number_of(look.truck)
+    others = (Alternative(kind.alternatives[0], look.truck, look.scrubs),) if look.scrubs > _WORTH else ()
     says = (
-        f"{part(look.truck).capitalize()} turns as if its wheelbase were "
+        f"{component_in_words(look.truck).capitalize()} turns as if its wheelbase were "
         f"{1e3 * float(look.ratios[2]) * truck.wheelbase:.4g} mm, not {1e3 * truck.wheelbase:.4g} mm."
     )
     probability = look.probability * (1.0 - look.scrubs)
-    return _number(look, 2, Finding("wheelbase", look.truck, probability, others, says=says))
+    return _number(look, 2, Finding(kind.name, look.truck, probability, others, says=says))
 
 
 def _diameter(look: Look, truck: Truck, side: int) -> tuple[Finding, ...]:
     """Return a wheel that travels far from what it rolls: another diameter or, if less, steady slip."""
     wheel = f"{look.truck}.{('left', 'right')[side]}"
+    kind = _number_of(wheel)
     nominal = (truck.wheel_diameter_left, truck.wheel_diameter_right)[side]
     ratio = float(look.ratios[side])
-    says = f"{part(wheel).capitalize()} travels {ratio:.2f} of what a wheel of {1e3 * nominal:.4g} mm rolls"
+    says = (
+        f"{component_in_words(wheel).capitalize()} travels {ratio:.2f} of what a wheel of "
+        f"{1e3 * nominal:.4g} mm rolls"
+    )
     if ratio > 1.0:
-        return _number(look, side, Finding("wheel_diameter", wheel, look.probability, says=f"{says}."))
+        return _number(look, side, Finding(kind.name, wheel, look.probability, says=f"{says}."))
     half = 0.5 * look.probability
     finding = Finding(
-        "wheel_diameter",
+        kind.name,
         wheel,
         half,
-        (Alternative("slip_patch", wheel, half),),
+        (Alternative(kind.alternatives[0], wheel, half),),
         says=f"{says}: it is smaller, or slips all the time.",
         separates="a tape round the wheel; the same straight on a floor that grips",
     )
     return _number(look, side, finding)
+
+
+def _number_of(component: str) -> type[Effect]:
+    """Return the effect of a wrong number of vehicle.toml on a component."""
+    return next(kind for kind in CALIBRATED if component in kind.components)
 
 
 def _number(look: Look, which: int, finding: Finding) -> tuple[Finding, ...]:
@@ -107,7 +120,7 @@ def _number(look: Look, which: int, finding: Finding) -> tuple[Finding, ...]:
         replace(
             finding,
             probability=min(finding.probability, _MOST),
-            where=Where(regime=REGIMES[finding.effect]),
+            where=Where(regime=effect_named(finding.effect).regime),
             parameters=(parameter,),
             explained=float(look.shares[which]),
         ),

@@ -333,7 +333,7 @@ class Beside:
         gram, score = own.T @ own, own.T @ residual
         size = np.eye(len(columns)) / LARGEST**2
         fitted: Array = np.asarray(np.linalg.solve(gram + size, score), np.float64)
-        lasting = term.effect == "unknown" and not term.is_local
+        lasting = term.is_unknown and not term.is_local
         quiet = lasting and float(fitted @ gram @ fitted) < SEEN * len(residual)
         with_it = self._held([0])[:, 0] - self._held(columns) @ fitted
         if quiet or self._cancels(with_it):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimate.mismatch.candidates.beliefs import NUMBER, NUMBERS, UNCALIBRATED
+from omnimate.effects.effect import MISCALIBRATED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 STRETCH = 4.0  # [s] in which scores are summed: long against what a filter remembers of a wrong model
+# Odds that another number of a truck is wrong, too, if one is: the truck was not calibrated.
+UNCALIBRATED = 0.3
 FOLDS = 8  # into which data are cut to be held out in turn
 # Log odds of a bump in one window of 0.25 s on a floor that has two of them already: once a minute, as robots
 # come to a joint between slabs every ten or twenty metres.
@@ -95,18 +97,18 @@ class Candidates:
         which a wheel met two bumps has more of them.
         """
         term = self.terms[single]
-        if term.effect == "bump" and len(term.fixed["times"]) == 1:
+        if term.scan == "moments" and len(term.fixed["times"]) == 1:
             others = [self.terms[other] for other in members if other != single]
             bumps = sum(len(other.fixed["times"]) for other in others if other.key == term.key)
             if bumps >= MANY:
                 return max(term.odds, AGAIN)
-        if term.effect in NUMBERS and any(
-            self.terms[other].effect in NUMBERS
+        if term.is_calibrated and any(
+            self.terms[other].is_calibrated
             and self.terms[other].component.startswith(term.component[:1])
             and self.terms[other].key != term.key
             for other in members
         ):
-            return term.odds + math.log(UNCALIBRATED / NUMBER)
+            return term.odds + math.log(UNCALIBRATED / MISCALIBRATED)
         return term.odds
 
     def same(self, keys: set[tuple[str, str]]) -> tuple[NDArray[np.int64], Array]:

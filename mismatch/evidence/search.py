@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects import EFFECTS
 from omnimate.mismatch.evidence.beside import NOTHING
 from omnimate.mismatch.evidence.density import LARGEST
 
@@ -26,7 +27,6 @@ APART = 1.0  # [s] between two events that are added at once
 PASSES = 3
 BETTER = 5.0  # log odds of 150 by which the data must support what has no name more than a name
 SURE = 25.0  # log odds
-DELAY = "latency"
 
 Members = tuple[int, ...]
 
@@ -53,7 +53,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
     """Return the candidates that may stand beside a set, by their evidence, the best first."""
     terms, left_out = posterior.terms, set(without)
     taken = {terms[single].key for single in beside.members if not terms[single].is_event}
-    named = {terms[single].component for single in beside.members if terms[single].effect != "unknown"}
+    named = {terms[single].component for single in beside.members if not terms[single].is_unknown}
     moments = [
         (terms[single].component, time)
         for single in beside.members
@@ -66,7 +66,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
         if single not in beside.members
         and single not in left_out
         and term.key not in taken
-        and not (term.effect == "unknown" and not term.is_event and term.component in named)
+        and not (term.is_unknown and not term.is_event and term.component in named)
         and not _again(term.component, term.fixed.get("times", ()), moments)
         and not (is_push(term) and _is_left(posterior, term, others))
     }
@@ -75,7 +75,7 @@ def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) ->
 
 def is_push(term: Term) -> bool:
     """Say whether a candidate is a push of a truck, which has no name and any shape."""
-    return term.effect == "unknown" and term.is_event
+    return term.is_unknown and term.is_event
 
 
 def overlap(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> bool:
@@ -116,7 +116,7 @@ def best(posterior: Posterior, beside: Beside, count: int = LOOKED_AT) -> tuple[
     offers = ranked(posterior, beside)[:count]
     judged = list(zip(offers, beside.judge_all(offers), strict=True))
     first = _first(judged)
-    named = [pair for pair in judged if posterior.terms[pair[0]].effect != "unknown" and pair[1].worth > 0.0]
+    named = [pair for pair in judged if not posterior.terms[pair[0]].is_unknown and pair[1].worth > 0.0]
     other = _first(named)
     if first is None or other is None:
         return first
@@ -134,7 +134,7 @@ def believable(posterior: Posterior, rival: int, its: Judgement, member: int, ow
     What has no name fits anything: in the place of a name the data must support it better, by the same noise.
     """
     terms = posterior.terms
-    nameless = terms[rival].effect == "unknown" != terms[member].effect
+    nameless = terms[rival].is_unknown and not terms[member].is_unknown
     return not nameless or its.support > own.support + BETTER
 
 
@@ -248,15 +248,16 @@ def _without_leftovers(posterior: Posterior, members: Members) -> Members:
 def _without_what_cancels(posterior: Posterior, members: Members) -> Members:
     """Return a set without effects of one kind on several components, if it is likelier without all of them.
 
-    Where all channels are late alike, none is late: each delay is needed beside the others, and none alone.
-    And where all but one are, that one would be early, which no channel is.
+    Of an effect that is relative, such as a delay, a common amount on all components is none: each is needed
+    given the others, and none alone. And where all but one have it, that one would have the opposite, which
+    no component has.
     """
-    late = {
-        posterior.terms[single].component for single in members if posterior.terms[single].effect == DELAY
-    }
-    prompt = {term.component for term in posterior.terms if term.effect == DELAY} - late
-    if len(late) > 1 and len(prompt) <= 1:
-        members = tuple(single for single in members if posterior.terms[single].effect != DELAY)
+    terms = posterior.terms
+    for kind in (kind.name for kind in EFFECTS if kind.relative):
+        late = {terms[single].component for single in members if terms[single].effect == kind}
+        prompt = {term.component for term in terms if term.effect == kind} - late
+        if len(late) > 1 and len(prompt) <= 1:
+            members = tuple(single for single in members if terms[single].effect != kind)
     for effect in sorted({posterior.terms[single].effect for single in members}):
         rest = tuple(single for single in members if posterior.terms[single].effect != effect)
         if len(members) - len(rest) > 1 and posterior.evidence(rest) > posterior.evidence(members):

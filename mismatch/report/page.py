@@ -6,8 +6,8 @@ import math
 from html import escape
 from typing import TYPE_CHECKING
 
+from omnimate.effects.words import component_in_words
 from omnimate.figures.page import SHADES
-from omnimate.mismatch.answer.words import part
 from omnimate.mismatch.report.plots import FULL, floor_plans, residual_traces, signature
 from omnimate.mismatch.report.style import CSS
 
@@ -72,10 +72,10 @@ def _findings(diagnosis: Diagnosis) -> Iterable[str]:
 
 def _finding(finding: Finding) -> str:
     others = "".join(
-        _bar(f"or {_name(other.effect)}, {part(other.component)}", other.probability)
+        _bar(f"or {_name(other.effect)}, {component_in_words(other.component)}", other.probability)
         for other in finding.alternatives
     )
-    likeliest = _bar(f"{_name(finding.effect)}, {part(finding.component)}", finding.probability)
+    likeliest = _bar(f"{_name(finding.effect)}, {component_in_words(finding.component)}", finding.probability)
     separates = f"<p>To tell them apart, drive: {escape(finding.separates)}.</p>" if finding.separates else ""
     depends = f"<p>Depends on: {escape(', '.join(finding.depends_on))}.</p>" if finding.depends_on else ""
     return (
@@ -117,7 +117,7 @@ def _calibrated(diagnosis: Diagnosis) -> Iterable[str]:
     yield "<h2>Calibrated beside it</h2>"
     yield "<p class=soft>What poses tell in any case. No finding, but in the effects file.</p>"
     rows = "".join(
-        _row(f"{_name(single.effect)}, {part(single.component)}", *row)
+        _row(f"{_name(single.effect)}, {component_in_words(single.component)}", *row)
         for single in diagnosis.calibrated
         for parameter in single.parameters
         for row in _values(parameter)
@@ -169,7 +169,7 @@ def _proof(diagnosis: Diagnosis) -> Iterable[str]:
     if diagnosis.evidence.candidates:
         yield "<h2>What was considered</h2><p class=soft>Probability of being part of the right answer.</p>"
         for effect, component, gain, probability in diagnosis.evidence.candidates:
-            label = f"{_name(effect)}, {part(component)} (alone: log evidence {gain:+.1f})"
+            label = f"{_name(effect)}, {component_in_words(component)} (alone: log evidence {gain:+.1f})"
             yield _bar(label, probability)
     left = 100.0 * diagnosis.unexplained
     depends = f", and depends on {', '.join(diagnosis.depends_on)}" if diagnosis.depends_on else ""

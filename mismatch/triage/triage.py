@@ -3,7 +3,7 @@
 One candidate for each effect and component, and the strongest moments, are each held against nothing, by the
 same test as in the diagnosis: the smaller of the Bayes factor and of what is earned on unseen data, and the
 prior odds. The null is the everyday model: a little of every effect, and what moves slowly, are integrated
-out. The odds of `candidates/beliefs.py` declare how often a healthy robot is called one that is not.
+out. The prior odds of the effects declare how often a healthy robot is called one that is not.
 Recordings are thinned, levels of noise are found roughly, and nothing is searched or fitted.
 """
 
@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.answer import words
+from omnimate.effects import effects_scanned_by
+from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.findings import SUREST, blind, unseen_in_words
 from omnimate.mismatch.answer.rivals import POSSIBLE
 from omnimate.mismatch.candidates.events import SEEN, lost_way, spans
@@ -124,7 +125,11 @@ def _moments(posterior: Posterior) -> list[Term]:
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
             at = int(np.argmax(sigmas[:, number]))
             if sigmas[at, number] > SEEN:
-                found.append(term("bump", wheel, tries, times=(float(windows.time[at]) + 0.25 * WINDOW,)))
+                times = (float(windows.time[at]) + 0.25 * WINDOW,)
+                found += [
+                    term(kind.name, wheel, tries, times=times)
+                    for kind in effects_scanned_by("moments", wheel)
+                ]
         for number, truck in enumerate(windows.signals.trucks):
             own = slice(3 * number, 3 * number + 3)
             chi_square = power(scores[:, own], informations[:, own, own])
@@ -161,7 +166,7 @@ def _says(seen: Where, closest: Sequence[Alternative]) -> str:
     """Return in a sentence what stands out."""
     times = ", ".join(f"{start:.1f} to {end:.1f} s" for start, end in seen.intervals)
     near = " or ".join(
-        f"{one.effect.replace('_', ' ')} of {words.part(one.component)}" for one in closest[:2]
+        f"{one.effect.replace('_', ' ')} of {component_in_words(one.component)}" for one in closest[:2]
     )
     return (
         f"Something stands out on {', '.join(seen.channels)}, {f'at {times}' if times else seen.regime}. "

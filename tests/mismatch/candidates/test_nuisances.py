@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.effects.ageing import SYNC_SKEW
 from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.candidates.nuisances import BEFORE, SKEW, _unforeseen, is_merged, nuisances
+from omnimate.mismatch.candidates.nuisances import BEFORE, _unforeseen, is_merged, nuisances
 from omnimate.mismatch.evidence.rows import free
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.motion.paths import out_and_back
@@ -61,7 +62,7 @@ def test_a_play_that_all_gears_have_is_how_they_are_made_and_that_of_a_single_ge
     assert left > 0.5 * whole
 
 
-@pytest.mark.parametrize(("late", "merged"), [(0.0, True), (0.2 * SKEW, True), (3.0 * SKEW, False)])
+@pytest.mark.parametrize(("late", "merged"), [(0.0, True), (0.2 * SYNC_SKEW, True), (3.0 * SYNC_SKEW, False)])
 def test_poses_with_the_stamps_of_samples_were_laid_along_them(drive, watched, late, merged):
     recording = watched(drive(laps=1))
     poses = replace(recording.poses, time=recording.poses.time + late)

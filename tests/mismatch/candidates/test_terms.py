@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from omnimate.effects import EFFECTS, effect_named
-from omnimate.mismatch.candidates.beliefs import BELIEFS
+from omnimate.effects import effect_named
+from omnimate.effects.bump import BumpEvents
+from omnimate.effects.count_loss import CountLoss
 from omnimate.mismatch.candidates.events import merged
 from omnimate.mismatch.candidates.terms import smooth_terms, term
 from omnimate.mismatch.recording.signals import signals_of
@@ -67,14 +68,10 @@ def test_two_coefficients_of_a_wave_are_its_size_and_its_phase(shown, coefficien
 
 def test_the_more_values_were_tried_the_lower_are_the_odds_of_each():
     assert term("count_loss", "a.left", 6, above=0.1).odds == pytest.approx(
-        BELIEFS["count_loss"].log_odds - np.log(6.0)
+        CountLoss.prior.log_odds - np.log(6.0)
     )
     bumps = term("bump", "a.left", 100, times=(1.0, 2.0))
-    assert bumps.odds == pytest.approx(BELIEFS["bump"].log_odds - 2.0 * np.log(100.0))
-
-
-def test_every_effect_that_is_searched_has_its_odds():
-    assert {kind.name for kind in EFFECTS if kind.searched} - {"law"} <= set(BELIEFS)
+    assert bumps.odds == pytest.approx(BumpEvents.prior.log_odds - 2.0 * np.log(100.0))
 
 
 def test_a_law_and_what_stands_at_a_moment_are_no_smooth_candidates(signals):
