@@ -103,9 +103,9 @@ def make_components(settings: Settings) -> Components:
         first = _first_version(database, vehicle)
     except IntegrityError:  # another service that starts at the same time was faster
         first = _first_version(database, vehicle)
-    recordings = RecordingStore(settings.fleets, settings.unpacked)
-    recordings.take_from_rows(database)
-    recordings.delete_orphans(database, time.time())
+    recordings = RecordingStore(database, settings.fleets, settings.unpacked)
+    recordings.take_from_rows()
+    recordings.delete_orphans(time.time())
     plant = simulated_plant(first) if settings.bus is None else None
     reporter = SessionReporter(database, events, vehicle.name, settings.instance, recordings)
     robot = RobotThread(settings.bus, plant, settings.pace, events, reporter)

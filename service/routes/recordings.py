@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request
@@ -17,7 +18,7 @@ from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.store.rows import find_row, read_page
-from omnimate.service.store.tables import RecordingRow
+from omnimate.service.store.tables import RecordingFileRow, RecordingRow
 from omnimate.service.umbmark.models import Id, Name
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], responses=ALWAYS)
@@ -136,9 +137,10 @@ def delete(recording_id: RecordingId, call: Operating) -> Response:
     def act(db: Db) -> Answer:
         deleted.append(find_row(db, RecordingRow, recording_id))
         db.delete(deleted[0])
+        db.merge(RecordingFileRow(id=recording_id, created=time.time()))
         return Answer(Done(done=f"recording {recording_id} is deleted"))
 
     response = call.change(None, act)
-    for row in deleted:
-        call.components.recordings.delete(row)
+    if deleted:
+        call.components.recordings.delete(recording_id)
     return response

@@ -9,13 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sqlalchemy import select
+from sqlalchemy import delete, select
 
 from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.service.errors import NotFoundError
 from omnimate.service.recording_zip import unpack
-from omnimate.service.store.tables import RecordingContentRow, RecordingRow
+from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
 
 if TYPE_CHECKING:
     from omnimate.fleet.batch.files import Files
@@ -32,12 +32,14 @@ class RecordingStore:
     A file is written before its row is committed, and deleted after its row: a row always has its file.
 
     Args:
+        database: The database of the recordings.
         root: The folder or URL of all stores.
         limit: The largest recording after it was unpacked [bytes].
     """
 
-    def __init__(self, root: str, limit: int) -> None:
-        self._files, self._limit = open_files(f"{root.rstrip('/')}/{FOLDER}"), limit
+    def __init__(self, database: Database, root: str, limit: int) -> None:
+        self._database, self._limit = database, limit
+        self._files = open_files(f"{root.rstrip('/')}/{FOLDER}")
 
     def add(self, name: str, content: bytes, recording: Recording) -> RecordingRow:
         """Write a recording's zip; return the row, which the caller adds to the database."""
@@ -52,7 +54,9 @@ class RecordingStore:
             size=len(content),
             created=time.time(),
         )
-        self._files.write(_path(row.id, row.created), content)
+        with self._database.writing() as db:
+            db.add(RecordingFileRow(id=row.id, created=row.created))
+        self._files.write(f"{row.id}.zip", content)
         return row
 
     def add_upload(self, name: str, content: bytes) -> RecordingRow:
@@ -75,7 +79,7 @@ class RecordingStore:
             NotFoundError: the recording was deleted meanwhile.
         """
         try:
-            return self._files.read(_path(row.id, row.created))
+            return self._files.read(f"{row.id}.zip")
         except FileNotFoundError as error:
             raise NotFoundError("recording", row.id) from error
 
@@ -88,38 +92,36 @@ class RecordingStore:
         """Unpack a recording into an empty folder; NotFoundError where it was deleted meanwhile."""
         return unpack(self.content(row), folder, self._limit)
 
-    def delete(self, row: RecordingRow) -> None:
+    def delete(self, recording_id: str) -> None:
         """Delete the file of a recording whose row is deleted."""
-        self._files.delete(_path(row.id, row.created))
+        self._files.delete(f"{recording_id}.zip")
 
-    def delete_orphans(self, database: Database, now: float) -> None:
-        """Delete files without a row that are older than a day: of uploads that were never acknowledged."""
-        old = {path for path in self._files.glob("*.zip") if path < _path("", now - DAY)}
-        if old:
-            with database.reading() as db:
-                old -= {_path(*key) for key in db.execute(select(RecordingRow.id, RecordingRow.created))}
-            for path in old:
-                self._files.delete(path)
+    def delete_orphans(self, now: float) -> None:
+        """Delete files that for a day have had no recording, since the service died between both writes.
 
-    def take_from_rows(self, database: Database) -> None:
+        Only files that this database names are deleted: services of other databases may use the folder, too.
+        """
+        with self._database.reading() as db:
+            ids = db.scalars(select(RecordingFileRow.id).where(RecordingFileRow.created < now - DAY)).all()
+            acknowledged = {recording_id for recording_id in ids if db.get(RecordingRow, recording_id)}
+        for recording_id in ids:
+            if recording_id not in acknowledged:
+                self.delete(recording_id)
+        if ids:
+            with self._database.writing() as db:
+                db.execute(delete(RecordingFileRow).where(RecordingFileRow.created < now - DAY))
+
+    def take_from_rows(self) -> None:
         """Move recordings that an earlier version stored in rows into files."""
-        with database.reading() as db:
+        with self._database.reading() as db:
             ids = db.scalars(select(RecordingContentRow.id)).all()
         for recording_id in ids:
-            with database.reading() as db:
-                row = db.get(RecordingRow, recording_id)
+            with self._database.reading() as db:
                 stored = db.get(RecordingContentRow, recording_id)
-            if row is not None and stored is not None:
-                self._files.write(_path(row.id, row.created), stored.content)
-            with database.writing() as db:
-                stored = db.get(RecordingContentRow, recording_id, with_for_update=True)
-                if stored is not None:
-                    db.delete(stored)
-
-
-def _path(recording_id: str, created: float) -> str:
-    """Return the name of a recording's file, which begins with its date."""
-    return f"{time.strftime('%Y-%m-%d', time.gmtime(created))}-{recording_id}.zip"
+            if stored is not None:
+                self._files.write(f"{recording_id}.zip", stored.content)
+            with self._database.writing() as db:
+                db.execute(delete(RecordingContentRow).where(RecordingContentRow.id == recording_id))
 
 
 class FleetStores:

@@ -98,6 +98,14 @@ class RecordingRow(Base):
     created: Mapped[float]
 
 
+class RecordingFileRow(Base):
+    """A file to be written or deleted; a day later it is deleted where no recording has its id."""
+
+    __tablename__ = "recording_files"
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    created: Mapped[float]
+
+
 class RecordingContentRow(Base):
     """The zip of a recording of an earlier version, until the next start makes it a file."""
 

@@ -40,23 +40,26 @@ def stored(database, recording_id):
 
 
 def test_files_without_a_row_are_deleted_a_day_later_and_no_others(database, recording, tmp_path):
-    store = RecordingStore(f"{tmp_path}/files", LIMIT)
+    store = RecordingStore(database, f"{tmp_path}/files", LIMIT)
     acknowledged, orphan = store.add("a", b"zip", recording), store.add("b", b"zip", recording)
     acknowledged_id, now = acknowledged.id, time.time()
     with database.writing() as db:
         db.add(acknowledged)
-    store.delete_orphans(database, now)
+    store.delete_orphans(now)
     assert store.content(orphan) == b"zip"
-    store.delete_orphans(database, now + 2.0 * DAY)
+    another = tmp_path / "files" / "_recordings" / "0123.zip"
+    another.write_bytes(b"of a service with another database")
+    store.delete_orphans(now + 2.0 * DAY)
+    assert another.exists()
     with pytest.raises(NotFoundError):
         store.content(orphan)
     assert store.content(stored(database, acknowledged_id)) == b"zip"
 
 
-def test_a_recording_whose_file_is_deleted_is_not_there(recording, tmp_path):
-    store = RecordingStore(str(tmp_path), LIMIT)
+def test_a_recording_whose_file_is_deleted_is_not_there(database, recording, tmp_path):
+    store = RecordingStore(database, str(tmp_path), LIMIT)
     row = store.add("a", b"zip", recording)
-    store.delete(row)
+    store.delete(row.id)
     with pytest.raises(NotFoundError, match=row.id):
         store.load(row)
 
@@ -66,7 +69,8 @@ def test_recordings_of_earlier_versions_are_moved_from_rows_into_files(dies_afte
     """The service may die while it moves them, and goes on at the next start."""
     url = f"sqlite:///{tmp_path}/old.db"
     old_database(tmp_path / "old.db", {"one": b"first zip", "two": b"second zip"})
-    database, store = Database(url), RecordingStore(f"{tmp_path}/files", LIMIT)
+    database = Database(url)
+    store = RecordingStore(database, f"{tmp_path}/files", LIMIT)
     moved = []
 
     def write(path, content, write=store._files.write):
@@ -78,9 +82,9 @@ def test_recordings_of_earlier_versions_are_moved_from_rows_into_files(dies_afte
     if dies_after < 2:
         monkeypatch.setattr(store._files, "write", write)
         with pytest.raises(OSError, match="no space"):
-            store.take_from_rows(database)
+            store.take_from_rows()
         monkeypatch.undo()
-    store.take_from_rows(database)
+    store.take_from_rows()
     contents = {name: store.content(stored(database, name)) for name in ("one", "two")}
     assert contents == {"one": b"first zip", "two": b"second zip"}
     with database.reading() as db:

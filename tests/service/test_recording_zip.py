@@ -54,9 +54,9 @@ def test_a_recording_may_lie_in_a_folder_of_its_zip(recording, tmp_path):
     assert unpack(zipped(members), tmp_path, LIMIT) == tmp_path / "drive"
 
 
-def test_the_row_of_an_upload_says_what_is_in_it(recording, tmp_path):
+def test_the_row_of_an_upload_says_what_is_in_it(database, recording, tmp_path):
     content = pack(recording)
-    store = RecordingStore(str(tmp_path), LIMIT)
+    store = RecordingStore(database, str(tmp_path), LIMIT)
     row = store.add_upload("hall 3", content)
     assert (row.name, row.vehicle, row.laps, row.size) == ("hall 3", "omnimate", 2, len(content))
     loaded = store.load(row)
@@ -65,10 +65,10 @@ def test_the_row_of_an_upload_says_what_is_in_it(recording, tmp_path):
 
 
 @pytest.mark.parametrize("case", REFUSED, ids=lambda case: case["message"][:40])
-def test_a_zip_that_is_no_recording_is_refused_with_its_message(case, tmp_path):
+def test_a_zip_that_is_no_recording_is_refused_with_its_message(database, case, tmp_path):
     content = case["content"].encode() if "content" in case else zipped(case["members"])
     with pytest.raises(ServiceError) as caught:
-        RecordingStore(str(tmp_path), LIMIT).add_upload("x", content)
+        RecordingStore(database, str(tmp_path), LIMIT).add_upload("x", content)
     assert (caught.value.status, str(caught.value)) == (case["status"], case["message"])
     assert not list(tmp_path.iterdir())
 

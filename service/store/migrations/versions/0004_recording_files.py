@@ -12,6 +12,11 @@ down_revision = "0003"
 def upgrade() -> None:
     """Put the contents into a table of their own, which is empty after the service's next start."""
     op.create_table(
+        "recording_files",
+        sa.Column("id", sa.String(32), primary_key=True),
+        sa.Column("created", sa.Double(), nullable=False),
+    )
+    op.create_table(
         "recording_contents",
         sa.Column("id", sa.String(32), primary_key=True),
         sa.Column("content", sa.LargeBinary, nullable=False),
