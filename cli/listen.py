@@ -56,10 +56,9 @@ def listen(
     ] = False,
 ) -> None:
     """Find what an unknown bus carries: nodes, PDOs, signals, wheels. Sends nothing."""
-    from omnimate.listen.as_json import findings_as_json
     from omnimate.listen.learning import learn_bus
     from omnimate.listen.meanings import meanings_of
-    from omnimate.listen.text import report_lines
+    from omnimate.listen.report import findings_as_json, report_lines
 
     source = source or log  # scripts of version 0.2 have --log
     if (bus is None) == (source is None):
@@ -146,7 +145,7 @@ def _write(
     from omnimate.figures.signals import plot_signals
     from omnimate.listen.dbc import learned_dbc
     from omnimate.listen.draft import draft_vehicle
-    from omnimate.listen.text import report_lines
+    from omnimate.listen.report import report_lines
     from omnimate.vehicle.atomic import write_text
 
     draft = folder / "vehicle.toml"

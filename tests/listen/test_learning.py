@@ -11,12 +11,11 @@ from hypothesis import strategies as st
 
 from omnimate.files.logs.frames import EXTENDED, REMOTE, Frame, frames_of
 from omnimate.files.logs.signals import Signal
-from omnimate.listen.as_json import findings_as_json
 from omnimate.listen.dbc import learned_dbc
 from omnimate.listen.draft import draft_vehicle
 from omnimate.listen.learning import learn_bus
 from omnimate.listen.meanings import meanings_of
-from omnimate.listen.text import WIDTH, report_lines
+from omnimate.listen.report import WIDTH, findings_as_json, report_lines
 from tests.listen.conftest import PERIOD, robot_log
 
 
