@@ -15,7 +15,7 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.paths.least_squares import PathCalibration, calibrate_truck
 from omnimate.driver.canopen.described import load_descriptions
 from omnimate.driver.robot.driver import Driver
-from omnimate.driver.robot.opening import open_driver as open_configured
+from omnimate.driver.robot.driver import open_driver as open_configured
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.ipec.filter.estimate import estimate as track
 from omnimate.ipec.filter.forward import Estimate

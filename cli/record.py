@@ -141,7 +141,7 @@ def _open(
     robot: VehicleParameters, bus: str, recorder: Recorder, *, listen_only: bool, verbose: bool
 ) -> Driver | PassiveReader:
     """Return a reader that is ready to give samples, after printing how its nodes are configured."""
-    from omnimate.driver.robot.opening import open_driver
+    from omnimate.driver.robot.driver import open_driver
     from omnimate.driver.robot.passive import PassiveReader
 
     if listen_only:

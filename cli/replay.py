@@ -63,7 +63,7 @@ def _send(source: Path, bus: str, pace: float) -> None:
     """Send the frames of a log onto a bus."""
     from rich.progress import track
 
-    from omnimate.driver.bus.replaying import send_frames
+    from omnimate.driver.bus.replay import send_frames
     from omnimate.files.logs.blocks import LogBlocks
 
     log = LogBlocks(log_of(source))

@@ -10,7 +10,7 @@ from omnimate.vehicle.errors import OmnimateError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from omnimate.driver.troubles import Trouble
+    from omnimate.driver.robot.events import Trouble
 
 # What to do about an SDO abort, by its code; CiA 301 lists the codes.
 ABORT_ADVICE = {

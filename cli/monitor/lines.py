@@ -14,7 +14,7 @@ from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, frames_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from omnimate.driver.robot.event_log import Event
+    from omnimate.driver.robot.events import Event
     from omnimate.driver.robot.watch.snapshot import RobotView, Snapshot
     from omnimate.files.logs.decoding import FrameDecoder
     from omnimate.files.logs.live_table import LiveRow

@@ -100,7 +100,7 @@ def _opener(source: Path | None, bus: str | None, pace: float, bitrate: int | No
         from omnimate.driver.bus.bus import open_bus
 
         return lambda: open_bus(bus, bitrate)
-    from omnimate.driver.bus.log_bus import LogBus
+    from omnimate.driver.bus.replay import LogBus
     from omnimate.files.logs.streaming import LogStream
 
     assert source is not None  # one of the two is given

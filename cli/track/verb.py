@@ -125,7 +125,7 @@ def _track_bus(
     from omnimate.cli.descriptions import descriptions_of
     from omnimate.cli.driver_reports import report_problems
     from omnimate.cli.track.live import follow_robot
-    from omnimate.driver.robot.opening import open_driver
+    from omnimate.driver.robot.driver import open_driver
     from omnimate.driver.robot.passive import PassiveReader
 
     robot = tracker.vehicle

@@ -12,9 +12,7 @@ import can
 from can.interfaces.socketcan import SocketcanBus
 
 from omnimate.driver.bus.adapters import BusUrl, open_adapter
-from omnimate.driver.bus.socketcan_stamps import StampedSocket
-from omnimate.driver.bus.socketcand_bus import RobustSocketcandBus
-from omnimate.driver.bus.virtual_bus import FastVirtualBus
+from omnimate.driver.bus.interfaces import FastVirtualBus, RobustSocketcandBus, StampedSocket
 from omnimate.driver.errors import BusError, in_one_line
 
 if TYPE_CHECKING:

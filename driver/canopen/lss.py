@@ -10,7 +10,6 @@ if TYPE_CHECKING:
 MASTER, SLAVE = 0x7E5, 0x7E4  # COB-IDs
 NO_ID = 0xFF
 SILENCE = 0.04  # [s] after which no answer comes to a question of fastscan
-BIT_RATES = {1_000_000: 0, 800_000: 1, 500_000: 2, 250_000: 3, 125_000: 4, 50_000: 6, 20_000: 7, 10_000: 8}
 
 Identity = tuple[int, int, int, int]  # vendor, product, revision, serial number: 1018h:1 to :4
 
@@ -63,10 +62,6 @@ class LssMaster:
         """Switch all devices back from configuration; one that got its first id boots."""
         self.tell(b"\x04\x00")
 
-    def select_all(self) -> None:
-        """Switch all devices to configuration, which is right where there is one alone."""
-        self.tell(b"\x04\x01")
-
     def select(self, identity: Sequence[int]) -> bool:
         """Switch the device with an identity to configuration; return whether it answers."""
         self.leave()
@@ -94,12 +89,8 @@ class LssMaster:
         """Give the device in configuration a node id for when it leaves; return whether it takes it."""
         return self._is_done(bytes([0x11, node]))
 
-    def configure_bit_rate(self, bit_rate: int) -> bool:
-        """Give the device in configuration a bit rate of `BIT_RATES`; return whether it takes it."""
-        return self._is_done(bytes([0x13, 0, BIT_RATES[bit_rate]]))
-
     def store(self) -> bool:
-        """Have the device in configuration keep its node id and bit rate without power."""
+        """Have the device in configuration store its node id."""
         return self._is_done(b"\x17")
 
     def _is_done(self, request: bytes) -> bool:

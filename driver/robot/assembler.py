@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.driver.robot.event_log import EventLog
+from omnimate.driver.robot.events import EventLog, NodeCounts
 from omnimate.driver.robot.expected_pdos import ExpectedPdo, expected_pdos
 from omnimate.driver.robot.gap_log import GapLog
-from omnimate.driver.robot.node_counts import NodeCounts
 from omnimate.vehicle.bridging import Bridges
 from omnimate.vehicle.counters import Counter, counter_law, samples_left_out
 from omnimate.vehicle.sample import Sample

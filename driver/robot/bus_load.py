@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.heartbeat import DRIVE_HEARTBEAT_MS, HEARTBEAT_MS
+from omnimate.driver.canopen.node_setup import DRIVE_HEARTBEAT_MS, HEARTBEAT_MS
 from omnimate.driver.errors import BusOverload
 from omnimate.driver.robot.drive_watch import STATUS_AGE
+from omnimate.driver.robot.events import nodes_of
 from omnimate.driver.robot.expected_pdos import pdo_lengths
-from omnimate.driver.robot.node_counts import nodes_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.heartbeat import set_heartbeat
-from omnimate.driver.canopen.identity import check_identity, read_encoder
 from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, SYNC_ID
-from omnimate.driver.canopen.notes import Notes
+from omnimate.driver.canopen.node_setup import Notes, check_identity, read_encoder, set_heartbeat
 from omnimate.driver.canopen.pdo_mapping import holds, length, plan, position_objects
 from omnimate.driver.canopen.pdo_parameters import (
     TPDO,
@@ -19,8 +17,7 @@ from omnimate.driver.canopen.pdo_parameters import (
     write_pdo,
 )
 from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
-from omnimate.driver.robot.configuration import NodeConfiguration
-from omnimate.driver.robot.wrap_range import choose_range
+from omnimate.driver.robot.configuration import NodeConfiguration, choose_range
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.heartbeat import DRIVE_HEARTBEAT_MS, set_heartbeat
-from omnimate.driver.canopen.identity import check_identity
+from omnimate.driver.canopen.cia402 import TargetPdo, planned_pdo, takes_target
 from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL
-from omnimate.driver.canopen.notes import Notes
+from omnimate.driver.canopen.node_setup import DRIVE_HEARTBEAT_MS, Notes, check_identity, set_heartbeat
 from omnimate.driver.canopen.pdo_parameters import (
     RPDO,
     TPDO,
@@ -18,7 +17,6 @@ from omnimate.driver.canopen.pdo_parameters import (
     switch_off,
     write_pdo,
 )
-from omnimate.driver.canopen.target_pdo import TargetPdo, planned_pdo, takes_target
 from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
 from omnimate.driver.robot.configuration import NodeConfiguration
 from omnimate.driver.robot.drive_watch import (

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.drive_states import ENABLED, FAULT, FAULT_MASK, STATE_MASK
+from omnimate.driver.canopen.cia402 import ENABLED, FAULT, FAULT_MASK, STATE_MASK
 from omnimate.driver.canopen.pdo_mapping import Entry
-from omnimate.driver.troubles import Trouble
+from omnimate.driver.robot.events import Trouble
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from omnimate.driver.canopen.pdo_parameters import PdoSetting
-    from omnimate.driver.robot.event_log import EventLog
+    from omnimate.driver.robot.events import EventLog
 
 STATUS_WORD = Entry(0x6041, 0, 16)
 STATUS_AGE = 0.03  # [s] after which a status word that no TPDO brings is asked for again

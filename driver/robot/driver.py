@@ -23,11 +23,11 @@ from omnimate.driver.robot.configuration import (
 )
 from omnimate.driver.robot.drives import Drives
 from omnimate.driver.robot.encoder_nodes import EncoderNodes
+from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.monitor import Monitor
 from omnimate.driver.robot.recovery import Recovery
 from omnimate.driver.robot.report import DriverReport, make_report
 from omnimate.driver.robot.wheel_watch import WheelWatch
-from omnimate.driver.troubles import Trouble
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -327,3 +327,28 @@ class Driver:
             f"lost ({lost.cause}), and not back within {self._patience:g} s; "
             "check the adapter, its cable and the power of the bus",
         )
+
+
+def open_driver(
+    vehicle: VehicleParameters,
+    bus: str,
+    recorder: FrameSink | None = None,
+    descriptions: Mapping[int, Eds] | None = None,
+) -> tuple[Driver, ConfigurationReport]:
+    """Return a driver whose encoders are configured and send, and what configuring them showed.
+
+    Args:
+        vehicle: The robot as its `vehicle.toml` describes it.
+        bus: URL of the bus, such as `socketcan://can0`.
+        recorder: Receives every frame; None for none.
+        descriptions: What EDS and DCF files describe, by node id; see `load_descriptions`.
+
+    Raises:
+        DriverError: The bus cannot be opened, or a node is not as it must be; the bus is closed again.
+    """
+    driver = Driver(vehicle, bus, recorder=recorder, descriptions=descriptions)
+    try:
+        return driver, driver.configure()
+    except BaseException:
+        driver.close()
+        raise

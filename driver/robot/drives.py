@@ -6,20 +6,20 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.drive_states import (
+from omnimate.driver.canopen.cia402 import (
     ENABLE_OPERATION,
     QUICK_STOP,
     SHUTDOWN,
     disable_drive,
     enable_drive,
+    planned_pdo,
 )
 from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, NMT_START
-from omnimate.driver.canopen.target_pdo import planned_pdo
-from omnimate.driver.canopen.waking import wake
+from omnimate.driver.canopen.node_setup import wake
 from omnimate.driver.errors import BadCommand, BusLost, DriverError, DrivesStopped, NotEnabled
 from omnimate.driver.robot.drive_configuration import configure_drive
+from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.supervision import STOPPED
-from omnimate.driver.troubles import Trouble
 from omnimate.files.logs.canopen_words import error_register_in_words
 
 if TYPE_CHECKING:

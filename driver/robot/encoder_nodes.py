@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION, NMT_START
-from omnimate.driver.canopen.waking import wake
+from omnimate.driver.canopen.node_setup import wake
 from omnimate.driver.robot.configuration import with_ranges
 from omnimate.driver.robot.configure import configure_node
 from omnimate.driver.robot.supervision import OPERATIONAL

@@ -9,7 +9,7 @@ from omnimate.driver.robot.pdo_fields import PdoField, field_of
 from omnimate.files.logs.answers import Owed
 
 if TYPE_CHECKING:
-    from omnimate.driver.robot.node_counts import NodeCounts
+    from omnimate.driver.robot.events import NodeCounts
     from omnimate.vehicle.parameters import Channel, VehicleParameters
 
 

@@ -6,12 +6,9 @@ from typing import TYPE_CHECKING
 
 from omnimate.driver.robot.assembler import Assembler
 from omnimate.driver.robot.drive_watch import DriveWatch
-from omnimate.driver.robot.event_log import EventLog
-from omnimate.driver.robot.flooding import FloodWatch
-from omnimate.driver.robot.node_counts import NodeCounts, nodes_of
+from omnimate.driver.robot.events import EventLog, NodeCounts, Trouble, nodes_of
 from omnimate.driver.robot.supervision import Supervision
-from omnimate.driver.robot.unknown_frames import UnknownFrames
-from omnimate.driver.troubles import Trouble
+from omnimate.driver.robot.unexpected_frames import FloodWatch, UnknownFrames
 from omnimate.files.logs.canopen_words import SYNC_ID
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.bus.clock import WallClock
 from omnimate.driver.canopen.network import SYNC_ID, BusNetwork
 from omnimate.driver.errors import BusError, BusLost, NoSync
+from omnimate.driver.robot.events import nodes_of
 from omnimate.driver.robot.monitor import Monitor
-from omnimate.driver.robot.node_counts import nodes_of
 from omnimate.driver.robot.report import DriverReport, make_report
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 from omnimate.files.logs.canopen_words import nmt_state_in_words
 
 if TYPE_CHECKING:
-    from omnimate.driver.robot.event_log import Event
+    from omnimate.driver.robot.events import Event, Trouble
     from omnimate.driver.robot.monitor import Monitor
-    from omnimate.driver.troubles import Trouble
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Gap
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from omnimate.driver.troubles import Trouble
+from omnimate.driver.robot.events import Trouble
 from omnimate.files.logs.canopen_words import emcy_in_words, nmt_state_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from omnimate.driver.robot.event_log import EventLog
+    from omnimate.driver.robot.events import EventLog
 
 BOOT_UP, STOPPED, OPERATIONAL = 0x00, 0x04, 0x05
 NO_ERROR = 0x0000  # emergency error code: an error has gone

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from omnimate.driver.canopen.identity import SECOND_ANSWERS
+from omnimate.driver.canopen.node_setup import SECOND_ANSWERS
 from omnimate.driver.canopen.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdos
 from omnimate.driver.errors import NodeError, SdoRefused, SdoSilent, TwoDevices
 

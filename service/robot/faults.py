@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from omnimate.driver.robot.events import Trouble
     from omnimate.driver.robot.report import DriverReport
-    from omnimate.driver.troubles import Trouble
 
 
 def vda5050(problem: str | None, report: DriverReport | None) -> dict[str, Any]:

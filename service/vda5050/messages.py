@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
-from omnimate.driver.canopen.drive_states import FAULT, FAULT_MASK, FAULT_REACTION
+from omnimate.driver.canopen.cia402 import FAULT, FAULT_MASK, FAULT_REACTION
 from omnimate.service.robot.faults import vda5050
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.report import NodeReport
-from omnimate.driver.troubles import Trouble
 from omnimate.service.robot.faults import open_rmf, vda5050
 
 WELL = NodeReport(1, ("a.left",), "operational", 10, 0, 0, 0, 0, 0, 0, 0, 0)

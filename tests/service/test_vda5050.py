@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.report import DriverReport
-from omnimate.driver.troubles import Trouble
 from omnimate.service.components import make_components
 from omnimate.service.settings import Settings
 from omnimate.service.vda5050.factsheet import REQUIRED, FactsheetError, load_factsheet

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Self
 import can
 
 from omnimate.driver.bus.clock import WallClock
-from omnimate.driver.bus.log_bus import LogBus
+from omnimate.driver.bus.replay import LogBus
 from omnimate.driver.errors import BusError, in_one_line
 from omnimate.driver.robot.bus_load import frame_bits
-from omnimate.driver.robot.event_log import EventLog
-from omnimate.driver.robot.node_counts import nodes_of
+from omnimate.driver.robot.events import EventLog, nodes_of
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.driver.robot.watch.robot_watch import RobotWatch
 from omnimate.driver.robot.watch.snapshot import Snapshot, Traffic
@@ -33,7 +32,7 @@ from omnimate.vehicle.errors import OmnimateError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from omnimate.driver.robot.event_log import Event
+    from omnimate.driver.robot.events import Event
     from omnimate.files.logs.frames import Frame
     from omnimate.vehicle.parameters import VehicleParameters
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import can
 
     from omnimate.driver.bus.clock import Clock
-    from omnimate.driver.robot.event_log import Event
+    from omnimate.driver.robot.events import Event
     from omnimate.vehicle.arcs import PoseTuple
     from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
     from omnimate.vehicle.sample import Sample

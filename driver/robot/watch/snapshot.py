@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from omnimate.driver.robot.event_log import Event
+    from omnimate.driver.robot.events import Event
     from omnimate.files.logs.bus_events import NodeSeen
     from omnimate.files.logs.live_table import LiveRow
     from omnimate.vehicle.arcs import PoseTuple

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from omnimate.cli.descriptions import descriptions
-from omnimate.driver.robot.event_log import Event
+from omnimate.driver.robot.events import Event
 from omnimate.driver.robot.watch.snapshot import RobotView, Snapshot, Traffic
 from omnimate.files.logs.bus_events import NodeSeen
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, Frame

@@ -15,7 +15,7 @@ from omnimate.cli.monitor.lines import (
     robot_lines,
     table_lines,
 )
-from omnimate.driver.robot.event_log import Event
+from omnimate.driver.robot.events import Event
 from tests.cli.monitor.conftest import ROWS
 
 DECODER = descriptions(None, (), ()).decoder({})

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.cli.console import out
 from omnimate.cli.monitor.verb import AT_ONCE
-from omnimate.driver.bus.log_bus import LogBus
+from omnimate.driver.bus.replay import LogBus
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import dead_reckon
 
@@ -48,7 +48,7 @@ def test_a_log_is_read_at_once_into_a_pipe_and_as_recorded_on_a_screen_or_for_a_
             paces.append(pace)
             super().__init__(frames, AT_ONCE)
 
-    monkeypatch.setattr("omnimate.driver.bus.log_bus.LogBus", Replayed)
+    monkeypatch.setattr("omnimate.driver.bus.replay.LogBus", Replayed)
     whole = omnimate("monitor", drive)
     assert "the log has ended" in whole.out
     omnimate("monitor", drive, "--seconds", "0.1")

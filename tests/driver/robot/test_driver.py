@@ -5,7 +5,7 @@ import pytest
 
 from omnimate.driver.errors import BusError, BusLost
 from omnimate.driver.robot import driver as module
-from omnimate.driver.robot.driver import Driver
+from omnimate.driver.robot.driver import Driver, open_driver
 
 
 def start(kit, nodes=(1, 2), clock=None, **kwargs):
@@ -341,3 +341,44 @@ def test_reading_only_never_writes_a_control_word(kit):
         driver.stop()
     assert bus.devices[17].writes == []
     assert not [can_id for can_id, _ in bus.sent if can_id in {0x211, 0x212, 0x611, 0x612}]
+
+
+class FakeDriver:
+    """Counts how often it is closed; refuses to be configured where it has a problem."""
+
+    closed = 0
+    problem = None
+
+    def __init__(self, vehicle, bus, *, recorder=None, descriptions=None):
+        self.arguments = vehicle, bus, recorder
+
+    def configure(self):
+        if self.problem is not None:
+            raise self.problem
+        return "report"
+
+    def close(self):
+        type(self).closed += 1
+
+
+@pytest.fixture
+def fake_driver(monkeypatch):
+    class Driver(FakeDriver):
+        """One class for each test."""
+
+    monkeypatch.setattr(module, "Driver", Driver)
+    return Driver
+
+
+def test_it_hands_on_what_configuring_showed_and_leaves_the_bus_open(fake_driver):
+    opened, report = open_driver("vehicle", "virtual://x", "recorder")
+    assert opened.arguments == ("vehicle", "virtual://x", "recorder")
+    assert (report, fake_driver.closed) == ("report", 0)
+
+
+@pytest.mark.parametrize("problem", [BusError("virtual://x", "no answer"), KeyboardInterrupt()])
+def test_whatever_ends_configuring_closes_the_bus(fake_driver, problem):
+    fake_driver.problem = problem
+    with pytest.raises(type(problem)):
+        open_driver("vehicle", "virtual://x")
+    assert fake_driver.closed == 1

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.driver.robot.events import NodeCounts, nodes_of
 from omnimate.driver.robot.expected_pdos import expected_pdos, pdo_lengths
-from omnimate.driver.robot.node_counts import NodeCounts, nodes_of
 
 places = st.tuples(st.integers(0, 32), st.integers(1, 32), st.booleans())
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from omnimate.driver.errors import BusLost, NodeMissing
 from omnimate.driver.robot.configuration import NodeConfiguration
-from omnimate.driver.robot.event_log import EventLog
+from omnimate.driver.robot.events import EventLog
 from omnimate.driver.robot.recovery import FIRST_DELAY, LONGEST_DELAY, Recovery
 
 

@@ -6,8 +6,8 @@ from dataclasses import fields
 
 import pytest
 
+from omnimate.driver.robot.events import NodeCounts
 from omnimate.driver.robot.monitor import Monitor
-from omnimate.driver.robot.node_counts import NodeCounts
 from omnimate.driver.robot.report import make_report
 
 

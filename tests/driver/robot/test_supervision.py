@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.driver.robot.event_log import EventLog
+from omnimate.driver.robot.events import EventLog
 from omnimate.driver.robot.supervision import Supervision
 
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F  # CiA 301

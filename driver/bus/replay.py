@@ -1,4 +1,4 @@
-"""A log as a bus on which nothing can be sent: its frames come at the pace at which they were recorded."""
+"""A log that is replayed: as a bus on which nothing can be sent, or onto a bus."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import can
 
+from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.errors import BusError
 from omnimate.files.logs.formats.python_can_logs import message_of_frame
+from omnimate.files.logs.frames import ERROR
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from omnimate.files.logs.frames import Frame
 
@@ -70,3 +72,35 @@ class LogBus(can.BusABC):
     def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002 -- python-can's
         """Refuse: a log cannot be changed."""
         raise BusError("log", f"{msg.arbitration_id:03X}h cannot be sent: a log is only replayed")
+
+
+def send_frames(
+    frames: Iterable[Frame],
+    url: str,
+    pace: float = 1.0,
+    *,
+    clock: Callable[[], float] = time.monotonic,
+    sleep: Callable[[float], None] = time.sleep,
+) -> None:
+    """Send frames onto a bus at a multiple of their recorded pace; error frames are left out.
+
+    Args:
+        frames: The frames in the order of their times.
+        url: URL of the bus.
+        pace: How many times faster than recorded; 0 sends them at once.
+        clock: Returns the time [s].
+        sleep: Waits for a time [s].
+
+    Raises:
+        BusError: The bus cannot be opened.
+    """
+    with open_bus(url) as bus:
+        began, first = clock(), None
+        for frame in frames:
+            if frame.flags & ERROR:
+                continue
+            first = frame.time if first is None else first
+            ahead = (frame.time - first) / pace - (clock() - began) if pace else 0.0
+            if ahead > 0.0:
+                sleep(ahead)
+            bus.send(message_of_frame(frame), timeout=1.0)

@@ -1,19 +1,20 @@
-"""Checks that a node is the device that `vehicle.toml` means, and reads what it reports about itself."""
+"""Steps that configuring encoders and drives share: reach the node, check its identity, set its heartbeat."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from omnimate.driver.errors import NodeMissing, SdoSilent, TwoDevices, WrongDevice
+from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION
+from omnimate.driver.errors import NodeMissing, NotTaken, SdoRefused, SdoSilent, TwoDevices, WrongDevice
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    from omnimate.driver.canopen.notes import Notes
     from omnimate.driver.canopen.sdo import Sdo
     from omnimate.vehicle.parameters import Encoder
 
-SECOND_ANSWERS = 2  # to four requests: one may be a device's mistake
+SECOND_ANSWERS = 2  # of four requests: one may be a device's mistake
 PROFILES = {406: "cia406", 402: "cia402"}
 IDENTITY = ((1, "vendor"), (2, "product"), (4, "serial"))
 # What a CiA 406 encoder may report; all optional, all only read.
@@ -26,6 +27,51 @@ ENCODER_OBJECTS = (
     (0x6509, "offset"),
     (0x650B, "serial number"),
 )
+HEARTBEAT_MS = 500  # [ms] producer heartbeat time 1017h of an encoder
+DRIVE_HEARTBEAT_MS = 25  # [ms] of a drive, whose loss must stop the robot within 100 ms
+SHORTEST_MS, LONGEST_MS = 10, 2000  # [ms] a heartbeat period in this range is left as it is
+# A stopped node has no SDO; NMT brings it back (CiA 301).
+_REMEDIES = (
+    (NMT_PRE_OPERATIONAL, "set pre-operational"),
+    (NMT_RESET_COMMUNICATION, "its communication reset"),
+)
+
+
+@dataclass(slots=True)
+class Notes:
+    """Lines for an operator, collected while one node is configured.
+
+    Attributes:
+        read: What was read from the node before anything was changed.
+        changed: What the driver changed.
+        remarks: What an operator should check.
+    """
+
+    read: list[str] = field(default_factory=list)
+    changed: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+
+def wake(sdo: Sdo, nmt: Callable[[int, int], None]) -> str | None:
+    """Bring a node that does not answer SDO back by NMT, where that is possible.
+
+    Args:
+        sdo: Objects of the node.
+        nmt: Sends an NMT command to a node: command specifier, node id.
+
+    Returns:
+        What it took, in words; None where the node answered at once, or does not answer all the same.
+
+    Raises:
+        BusLost: The interface failed.
+    """
+    if sdo.answers():
+        return None
+    for command, words in _REMEDIES:
+        nmt(command, sdo.node)
+        if sdo.answers():
+            return f"did not answer SDO, as in NMT state stopped: {words}"
+    return None
 
 
 def check_identity(sdo: Sdo, names: Sequence[str], encoder: Encoder | None, notes: Notes) -> None:
@@ -64,7 +110,7 @@ def check_alone(sdo: Sdo) -> None:
     """Check that one device answers under this node id: each request has one answer.
 
     Raises:
-        TwoDevices: Two of three requests were answered twice.
+        TwoDevices: `SECOND_ANSWERS` of four requests were answered twice.
         SdoSilent: The node stops answering.
     """
     sdo.client.count_anew()
@@ -120,3 +166,36 @@ def _check_value(
     if value != expected:
         actual = "missing" if value is None else str(value)
         raise WrongDevice(sdo.node, where, key, str(expected), actual)
+
+
+def set_heartbeat(
+    sdo: Sdo, notes: Notes, wanted: int = HEARTBEAT_MS, longest: int = LONGEST_MS
+) -> float | None:
+    """Have the node produce a heartbeat (1017h); return its period [s], None where it has none.
+
+    A heartbeat between `SHORTEST_MS` and `longest` is left as it is, and so is a node that refuses, with a
+    remark.
+
+    Args:
+        sdo: Objects of the node.
+        notes: Notes to add to.
+        wanted: Period that is set [ms].
+        longest: Longest period that is left as it is [ms].
+
+    Raises:
+        SdoSilent: The node stops answering.
+    """
+    period = sdo.find(0x1017)
+    if period is None:
+        notes.remarks.append("no heartbeat (1017h); its silence shows in its PDOs alone")
+        return None
+    if SHORTEST_MS <= period <= longest:
+        notes.read.append(f"heartbeat 1017h = {period} ms")
+        return period / 1000.0
+    try:
+        sdo.put(0x1017, 0, wanted)
+    except (SdoRefused, NotTaken) as error:
+        notes.remarks.append(f"heartbeat stays at {period} ms: {error.problem}")
+        return period / 1000.0 or None
+    notes.changed.append(f"heartbeat 1017h: {period} ms to {wanted} ms")
+    return wanted / 1000.0

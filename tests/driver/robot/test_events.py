@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.driver.robot.event_log import MAX_EVENTS, EventLog
+from omnimate.driver.robot.events import MAX_EVENTS, EventLog
 
 words = st.tuples(st.sampled_from([None, 1, 2]), st.sampled_from(["lost", "back", "EMCY"]))
 

@@ -1,17 +1,21 @@
-"""The state machine of one CiA 402 drive, by control word 6040h and status word 6041h."""
+"""A CiA 402 drive: its state machine (control word 6040h, status word 6041h) and the RPDO of its target."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from omnimate.driver.canopen.pdo_mapping import Entry, length
 from omnimate.driver.errors import DriveError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from omnimate.driver.canopen.sdo import Sdo
+    from omnimate.vehicle.parameters import Drive
 
-PROFILE_VELOCITY = 3
+PROFILE_VELOCITY = 3  # modes of operation 6060h
+# Control words 6040h, and status words 6041h under their masks (CiA 402-2).
 SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, FAULT_RESET = 0x06, 0x07, 0x0F, 0x80
 QUICK_STOP, DISABLE_VOLTAGE = 0x02, 0x00
 FAULT_MASK, FAULT, FAULT_REACTION = 0x4F, 0x08, 0x0F
@@ -24,6 +28,11 @@ _STEPS = (
     (SWITCH_ON, SWITCHED_ON, "switched on"),
     (ENABLE_OPERATION, ENABLED, "operation enabled"),
 )
+TARGET_VELOCITY = Entry(0x60FF, 0, 32)
+CONTROL_WORD = Entry(0x6040, 0, 16)
+MODE = Entry(0x6060, 0, 8)
+DUMMIES = range(0x0001, 0x0008)  # data types that fill a gap (CiA 301)
+FILLER = Entry(0x0005, 0, 8)
 
 
 def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
@@ -81,3 +90,49 @@ def _await(sdo: Sdo, pump: Callable[[float], None], reached: Callable[[int], boo
             return status
         pump(POLL_PAUSE)
     raise DriveError(sdo.node, status, expected)
+
+
+@dataclass(frozen=True, slots=True)
+class TargetPdo:
+    """The RPDO of one drive.
+
+    Attributes:
+        cob_id: Its COB-ID.
+        entries: Objects that it carries, in order: the target velocity, and what the driver knows besides.
+    """
+
+    cob_id: int
+    entries: tuple[Entry, ...]
+
+    @property
+    def start_bit(self) -> int:
+        """First bit of the target velocity."""
+        before = self.entries[: self.entries.index(TARGET_VELOCITY)]
+        return sum(entry.bits for entry in before)
+
+    def data(self, target: int, control: int) -> bytes:
+        """Return the bytes for a target velocity 60FFh [counts/s] and a control word 6040h."""
+        values = {TARGET_VELOCITY: target, CONTROL_WORD: control, MODE: PROFILE_VELOCITY}
+        word = bit = 0
+        for entry in self.entries:
+            word |= (values.get(entry, 0) % (1 << entry.bits)) << bit
+            bit += entry.bits
+        return word.to_bytes(length(self.entries), "little")
+
+
+def planned_pdo(drive: Drive) -> TargetPdo:
+    """Return the RPDO as `vehicle.toml` describes it: before the velocity, the control word where it fits."""
+    gap = drive.start_bit
+    entries: list[Entry] = []
+    if gap >= CONTROL_WORD.bits:
+        entries.append(CONTROL_WORD)
+        gap -= CONTROL_WORD.bits
+    return TargetPdo(drive.cob_id, (*entries, *[FILLER] * (gap // FILLER.bits), TARGET_VELOCITY))
+
+
+def takes_target(entries: Sequence[Entry]) -> bool:
+    """Return whether a mapping takes the target velocity once, and else only what the driver can send."""
+    others = [entry for entry in entries if entry != TARGET_VELOCITY]
+    return len(others) == len(entries) - 1 and all(
+        entry in {CONTROL_WORD, MODE} or entry.index in DUMMIES for entry in others
+    )

@@ -5,9 +5,19 @@ from __future__ import annotations
 from itertools import product
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from omnimate.driver.canopen.identity import check_identity, read_encoder
-from omnimate.driver.canopen.notes import Notes
+from omnimate.driver.canopen.node_setup import (
+    DRIVE_HEARTBEAT_MS,
+    HEARTBEAT_MS,
+    LONGEST_MS,
+    SHORTEST_MS,
+    Notes,
+    check_identity,
+    read_encoder,
+    set_heartbeat,
+)
 from omnimate.driver.errors import NodeMissing, WrongDevice
 
 RIGHT = {"vendor": 0x123, "product": 0x456, "serial": 1001}
@@ -72,3 +82,36 @@ def test_an_encoder_reports_the_optional_objects_that_it_has(kit):
     assert read_encoder(kit.sdo([device])[0], [wheel], notes) == {0x6001: 3000, 0x6500: 0, 0x6509: 12}
     assert any("preset" in remark for remark in notes.remarks)
     assert any("is no multiple of the 3000 units per turn" in remark for remark in notes.remarks)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "longest"), [(HEARTBEAT_MS, LONGEST_MS), (DRIVE_HEARTBEAT_MS, DRIVE_HEARTBEAT_MS)]
+)
+@given(before=st.integers(0, 0xFFFF))
+def test_the_period_is_within_the_bounds_afterwards_and_only_changed_where_it_was_not(
+    kit, before, wanted, longest
+):
+    device, notes = kit.encoder_device(1), Notes()
+    device.objects[0x1017, 0][0] = before
+    period = set_heartbeat(kit.sdo([device])[0], notes, wanted, longest)
+    after = device.objects[0x1017, 0][0]
+    assert SHORTEST_MS <= after <= longest
+    assert period == after / 1000.0
+    assert (after == before) == (SHORTEST_MS <= before <= longest)
+    assert bool(notes.changed) == (after != before)
+
+
+@pytest.mark.parametrize(("before", "period"), [(0, None), (5, 0.005), (5000, 5.0)])
+def test_a_refusal_leaves_the_period_as_it_is_with_a_remark(kit, before, period):
+    device, notes = kit.encoder_device(1), Notes()
+    device.objects[0x1017, 0][0] = before
+    device.refuse[0x1017, 0] = 0x06010002
+    assert set_heartbeat(kit.sdo([device])[0], notes) == period
+    assert "read-only" in notes.remarks[0]
+
+
+def test_a_device_without_a_heartbeat_is_remarked(kit):
+    device, notes = kit.encoder_device(1), Notes()
+    del device.objects[0x1017, 0]
+    assert set_heartbeat(kit.sdo([device])[0], notes) is None
+    assert "1017h" in notes.remarks[0]

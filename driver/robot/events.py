@@ -1,0 +1,116 @@
+"""What is recorded about nodes and bus: events, troubles that stop the robot, and frame counters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.parameters import VehicleParameters
+
+MAX_EVENTS = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that an operator should know.
+
+    Attributes:
+        time: Time at which it first happened, on the recording's clock [s].
+        last: Time at which it last happened, on the recording's clock [s].
+        count: How often it happened.
+        node: CANopen node id; None where it concerns the bus.
+        what: What happened, in words.
+        is_problem: Whether somebody must put it right before the data can be trusted.
+    """
+
+    time: float
+    last: float
+    count: int
+    node: int | None
+    what: str
+    is_problem: bool = False
+
+
+class EventLog:
+    """A bounded log of events in order; the same words about the same node are one event that counts.
+
+    Attributes:
+        dropped: Number of events that were not kept because the log was full.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._events: dict[tuple[int | None, str], Event] = {}
+
+    def add(self, time: float, node: int | None, what: str, *, is_problem: bool = False) -> None:
+        """Add an event; beyond `MAX_EVENTS` it is only counted in `dropped`.
+
+        Args:
+            time: Time of the event on the recording's clock [s].
+            node: CANopen node id; None where it concerns the bus.
+            what: What happened, in words.
+            is_problem: Whether somebody must put it right before the data can be trusted.
+        """
+        key = (node, what)
+        known = self._events.get(key)
+        if known is not None:
+            self._events[key] = Event(known.time, time, known.count + 1, node, what, is_problem)
+        elif len(self._events) < MAX_EVENTS:
+            self._events[key] = Event(time, time, 1, node, what, is_problem)
+        else:
+            self.dropped += 1
+
+    def all(self) -> tuple[Event, ...]:
+        """Return the events in order of their first time."""
+        return tuple(sorted(self._events.values(), key=lambda event: event.time))
+
+
+@dataclass(slots=True)
+class NodeCounts:
+    """How many frames of one node were received, and what was wrong with them.
+
+    Attributes:
+        received: PDOs that entered a sample.
+        missing: SYNCs that a PDO of the node did not answer in time.
+        late: PDOs that came after their sample was closed.
+        duplicate: Second answers to one SYNC.
+        wrong_length: PDOs, heartbeats or EMCYs of an impossible length.
+        unknown: Frames of this node that nothing expects.
+        jumps: Readings that no robot can make.
+    """
+
+    received: int = 0
+    missing: int = 0
+    late: int = 0
+    duplicate: int = 0
+    wrong_length: int = 0
+    unknown: int = 0
+    jumps: int = 0
+
+
+def nodes_of(vehicle: VehicleParameters) -> tuple[int, ...]:
+    """Return the node ids of a vehicle's encoders and drives, in order."""
+    encoders = {encoder.node for encoder in vehicle.encoders}
+    return tuple(sorted(encoders | {drive.node for drive in vehicle.drives}))
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """A node, or the bus, that is not as it must be.
+
+    Attributes:
+        time: When it was seen, on the recording's clock [s].
+        node: CANopen node id; None where it concerns the bus.
+        what: What was seen, in words.
+        has_restarted: Whether the node may have lost its configuration.
+        emergency: Error code of the EMCY frame that reported it; None for any other cause.
+        status: Status word 6041h with which a drive left operation enabled; None for any other cause.
+    """
+
+    time: float
+    node: int | None
+    what: str
+    has_restarted: bool = False
+    emergency: int | None = None
+    status: int | None = None
