@@ -32,10 +32,7 @@ def take_back(settings: Settings, state: State) -> None:
     A wheel can roll further than it travels, but not less. So the amount is |delta| and the direction is
     against the travel. The print uses delta with its sign, and forward travel only.
     """
-    delta, way = state.correction[0], 1.0
-    if not settings.as_printed:
-        delta = abs(delta)
-        way = math.copysign(1.0, state.travel[0] + state.travel[1])
-    state.taken_back = way * settings.wheelbase[0] * math.sin(0.5 * delta)
+    lost = settings.wheelbase[0] * math.sin(0.5 * abs(state.correction[0]))
+    state.taken_back = math.copysign(1.0, state.travel[0] + state.travel[1]) * lost
     state.pose[0, 0] -= state.taken_back * math.cos(state.pose[0, 2])
     state.pose[0, 1] -= state.taken_back * math.sin(state.pose[0, 2])

@@ -20,15 +20,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.sample import Sample
 
-Method = Literal[
-    "plain",
-    "clapper",
-    "clapper-as-printed",
-    "omnimate",
-    "omnimate-previous-b",
-    "omnimate-printed-sign",
-    "omnimate-as-printed",
-]
+Method = Literal["plain", "clapper", "omnimate"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -92,11 +84,8 @@ def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
     for name in scales.dtype.names or ():
         settings[name] = scales[name][0]
     laws = {"plain": PLAIN, "clapper": CLAPPER, "omnimate": OMNIMATE}
-    settings["law"] = laws[method.split("-", maxsplit=1)[0]]
-    settings["as_printed"] = method == "clapper-as-printed"
-    settings["previous_b"] = method in {"omnimate-previous-b", "omnimate-as-printed"}
-    settings["printed_sign"] = method in {"omnimate-printed-sign", "omnimate-as-printed"}
-    if method in {"clapper", "omnimate"}:
+    settings["law"] = laws[method]
+    if method != "plain":
         wheels = np.abs(settings["scale"][:4]).reshape(2, 2).max(axis=1)
         settings["tolerance"] = 0.5 * np.abs(settings["scale"][4:6]) + wheels / settings["wheelbase"]
     return records
@@ -108,7 +97,7 @@ class Corrector:
     Args:
         vehicle: Robot with two trucks as `vehicle.toml` describes it.
         method: `plain` is dead reckoning alone; `clapper` follows C (9)-(16); `omnimate` follows O (1)-(6)
-            with C (9) first; the others follow the print, in one of its errors or in all of them.
+            with C (9) first.
 
     Raises:
         NoLinkageError: The robot has a single truck.

@@ -14,17 +14,11 @@ class Settings(Scales):
     Attributes:
         law: Which equations are used: PLAIN, CLAPPER or OMNIMATE.
         tolerance: Error of each truck's heading that is not corrected [rad], shape `(2,)`: half a count of
-            the joint plus the resolution of the wheels; 0 where the print is followed.
-        as_printed: 1 to use C (14)-(15) as printed.
-        previous_b: 1 to use O (1) as printed.
-        printed_sign: 1 to use O (2)-(4) as printed.
+            the joint plus the resolution of the wheels.
     """
 
     law: int
     tolerance: Annotated[Array, 2]
-    as_printed: int
-    previous_b: int
-    printed_sign: int
 
 
 class State(Reading):
@@ -33,13 +27,11 @@ class State(Reading):
     Attributes:
         placed: 1 since truck b's place behind truck a has been read from the linkage.
         pose: Poses of truck a and b [m, m, rad], shape `(2, 3)`.
-        previous_b: Pose of truck b before this sample [m, m, rad], shape `(3,)`.
         correction: Correction of both headings in this sample [rad], shape `(2,)`.
         taken_back: Travel of truck a taken back in this sample, C (14) [m].
     """
 
     placed: int
     pose: Annotated[Array, (2, 3)]
-    previous_b: Annotated[Array, 3]
     correction: Annotated[Array, 2]
     taken_back: float

@@ -38,7 +38,6 @@ def advance(settings: Settings, state: State, counts: IntArray, present: NDArray
     sense(settings, state, counts, present)
     state.correction[:] = 0.0
     state.taken_back = 0.0
-    state.previous_b[:] = state.pose[1]
     for truck in range(2):
         left, right = state.travel[2 * truck], state.travel[2 * truck + 1]
         if state.moved[truck]:

@@ -1,6 +1,6 @@
 """The OmniMate's correction, O (1)-(6): truck a against the linkage, truck b from the kinematic chain.
 
-The print has two errors, and each can be switched on. Its (1) uses truck b's previous position, so that the
+The print has two errors, which are corrected here. Its (1) uses truck b's previous position, so that the
 link's heading lags behind in every turn; b must first advance by the travel of its wheels. Its (2) to (4) use
 the joint's angle with the other sign, so that the error is added instead of removed.
 """
@@ -15,13 +15,9 @@ from omnimate.vehicle.compiled_se2 import direction, follow, wrap
 def correct_omnimate(settings: Settings, state: State) -> None:
     """Correct the poses of one sample, both trucks advanced by their own wheels before."""
     heading = direction(state.pose[0], state.pose[1])
-    if settings.previous_b:
-        heading = direction(state.pose[0], state.previous_b)
     error = wrap(state.joint[0] - (state.pose[0, 2] - heading))
     heading_b = state.pose[1, 2]
     state.correction[0] = beyond(error, settings.tolerance[0])
-    if settings.printed_sign:
-        state.correction[0] *= -1.0
     state.pose[0, 2] += state.correction[0]
     follow(state.pose[1], state.pose[0], state.length, heading)
     state.correction[1] = beyond(wrap(heading + state.joint[1] - heading_b), settings.tolerance[1])

@@ -65,14 +65,13 @@ def test_the_lost_travel_is_taken_back_on_either_side_and_in_either_direction(fi
     assert abs(error) < 0.1 * lost
 
 
-def test_as_printed_the_translation_is_corrected_the_wrong_way_for_a_right_wheel(fine, lap_errors):
-    """A bump under the right wheel turns the truck to the right: delta < 0, and (15) pushes it forward."""
+def test_the_translation_is_corrected_against_the_travel_for_a_right_wheel(fine, lap_errors):
+    """A bump under the right wheel turns truck a to the right: delta < 0; as printed, (15) pushes it forward."""
     recording = straight(fine, bumps_under("a.right", 10, 0.5, 5.5))
-    error, printed, none = (
+    error, none = (
         lap_errors(recording, correct(recording, method=method).pose_a)[0, 0]
-        for method in ("clapper", "clapper-as-printed", "omnimate")
+        for method in ("clapper", "omnimate")
     )
-    assert abs(printed) > 1.8 * abs(none)
     assert abs(error) < 0.1 * abs(none)
 
 
@@ -82,10 +81,8 @@ def test_joints_of_a_third_of_a_degree_do_not_make_a_drive_drift(coarse, lap_err
     for program in (out_and_back(9.0, 1, link_length=1.0), rounded_rectangle(6.0, 3.25, ["cw", "ccw"])):
         recording = simulate(coarse, truth, program)
         aware = lap_errors(recording, correct(recording).pose_a)
-        printed = lap_errors(recording, correct(recording, method="clapper-as-printed").pose_a)
         assert np.degrees(np.abs(aware[:, 2])).max() < 0.2
         assert np.hypot(*aware[:, :2].T).max() < 0.02
-        assert np.abs(aware[:, 2]).max() <= np.abs(printed[:, 2]).max()
 
 
 def test_unequal_wheels_are_corrected_as_they_turn_the_trucks(robot, lap_errors):

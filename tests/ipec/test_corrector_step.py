@@ -14,7 +14,6 @@ from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import compose
 
 START = np.array([3.0, -7.0, 2.0])
-RIGHT = [method for method in METHODS if "previous" not in method and "print" not in method]
 
 
 @pytest.fixture(scope="module")
@@ -24,21 +23,21 @@ def drive():
     return simulate(robot, Truth(robot, floor=Floor(bumps=bumps), seed=3), free(1, 1))
 
 
-@pytest.mark.parametrize("method", RIGHT)
+@pytest.mark.parametrize("method", METHODS)
 def test_the_trajectory_from_another_start_is_the_same_one_moved(drive, method):
     here, there = correct(drive, method=method), correct(drive, START, method=method)
     assert there.pose_a == pytest.approx(compose(START, here.pose_a), abs=1e-6)
     assert there.corrections == pytest.approx(here.corrections, abs=1e-6)
 
 
-@pytest.mark.parametrize("method", RIGHT[1:])
+@pytest.mark.parametrize("method", METHODS[1:])
 def test_truck_b_is_at_the_link_length_behind_truck_a_in_every_sample(drive, method):
     path = correct(drive, method=method)
     distance = np.hypot(*(path.pose_a - path.pose_b)[:, :2].T)
     assert distance == pytest.approx(drive.link_length(), abs=1e-9)
 
 
-@pytest.mark.parametrize("method", RIGHT)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_robot_that_stands_stays_at_its_start(drive, method):
     counts = np.repeat(drive.counts[:1], 50, axis=0)
     still = Recording(drive.vehicle, drive.time[:50], counts, np.ones((50, 7), bool))
