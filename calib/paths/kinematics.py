@@ -1,4 +1,4 @@
-"""Kinematic models for the calibration: a differential drive and a tricycle.
+"""The kinematic model of a differential drive for the calibration, and what any model provides.
 
 A model works on coordinates `(P,)` that are 0 at the nominal parameters: logarithms of factors for lengths,
 differences for angles. It gets the readings `(G, 2)` of its sensors on a grid of times, and returns the steps
@@ -128,76 +128,6 @@ class Differential:
             "wheelbase": truck.wheelbase,
             "left wheel diameter": truck.wheel_diameter_left,
             "right wheel diameter": truck.wheel_diameter_right,
-        }
-
-
-@dataclass(frozen=True, slots=True)
-class Tricycle:
-    """A robot with a single front wheel that drives and steers.
-
-    Its readings are the angles by which this wheel rolled and is steered [rad].
-
-    The pose is that of the middle of the rear axle: it goes forward by travel cos(steering) and turns by
-    travel sin(steering) / wheelbase.
-
-    Attributes:
-        wheelbase: Distance from the front wheel to the rear axle [m].
-        wheel_diameter: Diameter of the front wheel [m].
-        steering_offset: Angle that is added to the steering reading [rad].
-    """
-
-    wheelbase: float
-    wheel_diameter: float
-    steering_offset: float = 0.0
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """Wheelbase, wheel diameter, steering offset."""
-        return (
-            Coordinate("wheelbase", "1", 0.05),
-            Coordinate("wheel diameter", "1", 0.01),
-            Coordinate("steering offset", "rad", 0.05),
-        )
-
-    @property
-    def noises(self) -> tuple[NoiseSource, ...]:
-        """The roughness of the travel and of the heading."""
-        return (ROUGHNESS, NoiseSource("heading roughness", "rad/sqrt(m)", 5e-3))
-
-    def corrected(self, coordinates: Array) -> Tricycle:
-        """Return the robot at coordinates `(3,)`."""
-        return Tricycle(
-            self.wheelbase * math.exp(coordinates[0]),
-            self.wheel_diameter * math.exp(coordinates[1]),
-            self.steering_offset + float(coordinates[2]),
-        )
-
-    def steps(self, readings: Array, coordinates: Array) -> Steps:
-        """Return the steps between readings `(G, 2)` [rad], each with the mean of its steering angles."""
-        robot = self.corrected(coordinates)
-        travel = np.diff(readings[:, 0]) * (0.5 * robot.wheel_diameter)
-        steering = 0.5 * (readings[1:, 1] + readings[:-1, 1]) + robot.steering_offset
-        way, turn = travel * np.cos(steering), travel * np.sin(steering) / robot.wheelbase
-        zero = np.zeros(len(way))
-        ways = np.stack([zero, way, -travel * np.sin(steering)], axis=-1)
-        turns = np.stack([-turn, turn, travel * np.cos(steering) / robot.wheelbase], axis=-1)
-        effect = arc_derivative(way, turn)
-        noise = np.zeros((len(way), 2, 3, 3))
-        for kind, column in enumerate(effect.transpose(2, 0, 1)):
-            scattered = column * np.sqrt(np.abs(travel))[:, np.newaxis]
-            noise[:, kind] = scattered[:, :, np.newaxis] * scattered[:, np.newaxis, :]
-        half = 0.5 * robot.wheelbase * turn
-        return Steps(
-            arc(way - half, way + half, robot.wheelbase), effect @ np.stack([ways, turns], axis=1), noise
-        )
-
-    def values(self, coordinates: Array) -> dict[str, float]:
-        """Return wheelbase and diameter [m] and the steering offset [rad]."""
-        robot = self.corrected(coordinates)
-        return {
-            "wheelbase": robot.wheelbase,
-            "wheel diameter": robot.wheel_diameter,
-            "steering offset": robot.steering_offset,
         }
 
 

@@ -8,7 +8,7 @@ import pytest
 from omnimate.calib.errors import CalibrationError, UnobservableError
 from omnimate.calib.estimation.chains import Chains
 from omnimate.calib.paths.drives import Drive, drives_of
-from omnimate.calib.paths.kinematics import Differential, Tricycle
+from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.least_squares import calibrate_path, calibrate_truck
 from omnimate.motion.paths import figure_eight, free, out_and_back, squares, umbmark
 from omnimate.vcan_sim.floor import SMOOTH
@@ -20,6 +20,7 @@ from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import compose, wrap
 from omnimate.vehicle.sonar import Sonar
+from studies.datasets.optiodom.tricycle import Tricycle
 
 NOMINAL = Truck(0.340, 0.150, 0.150)
 TRUE = np.array([np.log(336.17 / 340.0), 0.0, np.log(1.00084)])

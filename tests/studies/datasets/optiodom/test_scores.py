@@ -5,12 +5,12 @@ import gzip
 import numpy as np
 import pytest
 
-from omnimate.calib.paths.kinematics import Tricycle
 from omnimate.files.importers.errors import OptiOdomError
 from omnimate.vehicle.arcs import integrate
 from studies.datasets.optiodom.drives import read_set
 from studies.datasets.optiodom.files import find_sets
 from studies.datasets.optiodom.scores import score_optiodom
+from studies.datasets.optiodom.tricycle import Tricycle
 
 
 @pytest.fixture(scope="module")
