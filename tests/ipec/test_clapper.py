@@ -66,7 +66,7 @@ def test_the_lost_travel_is_taken_back_on_either_side_and_in_either_direction(fi
 
 
 def test_the_translation_is_corrected_against_the_travel_for_a_right_wheel(fine, lap_errors):
-    """A bump under the right wheel turns truck a to the right: delta < 0; as printed, (15) pushes it forward."""
+    """A bump under the right wheel turns truck a to the right: delta < 0; as printed, (15) pushes forward."""
     recording = straight(fine, bumps_under("a.right", 10, 0.5, 5.5))
     error, none = (
         lap_errors(recording, correct(recording, method=method).pose_a)[0, 0]
