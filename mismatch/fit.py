@@ -12,8 +12,8 @@ from omnimate.effects.effect import WHEEL
 from omnimate.mismatch.candidates.nuisances import nuisances
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import calibrated_terms
-from omnimate.mismatch.evidence.density import LARGEST
-from omnimate.mismatch.evidence.rows import free
+from omnimate.mismatch.evidence.density import MEMBER_SIZE
+from omnimate.mismatch.evidence.rows import whiten_nuisances
 from omnimate.mismatch.recording.response import data, relinearised, response
 from omnimate.mismatch.recording.windows import windows_of
 
@@ -77,7 +77,7 @@ class Fitted:
     @property
     def rows(self) -> Array:
         """Columns of the regression, the data first, with what every robot has being noise, `(V, C)`."""
-        return free(self.regression.white, self.nuisance)
+        return whiten_nuisances(self.regression.white, self.nuisance)
 
     @property
     def mounted(self) -> tuple[Effect, ...]:
@@ -151,7 +151,7 @@ def fitted(
         places = tuple(regression.add(every))
         if turn == 0:  # about any base they are the same, but for its square
             nuisance = regression.whitened(nuisances(windows))
-        rows = free(regression.white, nuisance)
+        rows = whiten_nuisances(regression.white, nuisance)
         columns = rows[:, 1:]
         precision = columns.T @ columns + prior
         if turn == turns:
@@ -177,7 +177,7 @@ def prior_of(terms: Sequence[Term], count: int) -> Array:
     width = [len(single.probes) for single in terms]
     first = np.cumsum([0, *width])
     prior = np.eye(int(first[-1]))
-    prior[: first[count], : first[count]] /= LARGEST**2
+    prior[: first[count], : first[count]] /= MEMBER_SIZE**2
     wheels = {
         single.component: number
         for number, single in enumerate(terms)
@@ -187,7 +187,7 @@ def prior_of(terms: Sequence[Term], count: int) -> Array:
         truck, side = wheel.split(".")
         right = wheels.get(f"{truck}.right")
         if side == "left" and right is not None and max(left, right) >= count:
-            common = LARGEST if min(left, right) < count else 1.0
+            common = MEMBER_SIZE if min(left, right) < count else 1.0
             pair = np.ix_([first[left], first[right]], [first[left], first[right]])
             alike, opposite = np.ones((2, 2)), np.array([[1.0, -1.0], [-1.0, 1.0]])
             prior[pair] = 0.25 * alike / common**2 + 0.25 * opposite / UNEQUAL**2

@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.candidates.events import events, merged, push_terms
-from omnimate.mismatch.candidates.moments import settled
 from omnimate.mismatch.candidates.nuisances import add_nuisances
-from omnimate.mismatch.candidates.obstacles import OBSTACLE, no_obstacles, obstacles
 from omnimate.mismatch.candidates.terms import UNKNOWN, is_near, mounted_terms, smooth_terms, term
 from omnimate.mismatch.candidates.unknown import add_unknown
 from omnimate.mismatch.evidence.candidates import Candidates
@@ -20,8 +17,11 @@ from omnimate.mismatch.evidence.search import search
 from omnimate.mismatch.fit import Fitted, fitted
 from omnimate.mismatch.learn.law_terms import learned
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, FINE, ROUGH, WAVES, estimate_noise
-from omnimate.mismatch.noise.outliers import freed
 from omnimate.mismatch.recording.signals import signals_of
+from omnimate.mismatch.scans.disturbances import freed
+from omnimate.mismatch.scans.events import events, merged, push_terms
+from omnimate.mismatch.scans.nonlinear import settled
+from omnimate.mismatch.scans.obstacles import OBSTACLE, no_obstacles, obstacles
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -134,13 +134,13 @@ def _final(
         named = tuple(single for single in members if posterior.terms[single].probes)
         terms, values = [], []
         for single in named:
-            sizes = posterior.beside(set(members) - {single}).judge(single).coefficients
+            sizes = posterior.given(set(members) - {single}).judge(single).coefficients
             own, size = known.get(single, (posterior.terms[single], sizes))
             terms.append(own)
             values.append(size)
-        beside = posterior.beside(named)
+        conditional = posterior.given(named)
         for single in set(members) - set(named):
-            for law in learned(posterior, beside, posterior.terms[single]):
+            for law in learned(posterior, conditional, posterior.terms[single]):
                 terms.append(law)
                 values.append(np.ones(len(law.probes)))
         fit = fitted(signals, noise, terms, values, 1, fit, pushes)
@@ -154,7 +154,7 @@ def _final(
             whole = fitted(signals, noise, terms, values, 1, fit, shaken)
             fit = whole if _agrees(whole.chosen, fit.chosen) else fit
             return Investigation(signals, posterior, members, named, fit)
-        posterior.bar(fallen)
+        posterior = posterior.without(fallen)
         members = tuple(single for single in members if single not in fallen)
 
 
@@ -166,7 +166,7 @@ def _stands(single: Term, chosen: Acting, number: int) -> bool:
     nobody believes in what is absurdly large.
     """
     values, covariance = chosen.values[number], chosen.covariances()[number]
-    if not NONE < float(np.abs(values).max()) <= single.most:
+    if not NONE < float(np.abs(values).max()) <= single.largest:
         return False
     return single.odds + 0.5 * float(values @ np.linalg.solve(covariance, values)) > 0.0
 
@@ -202,11 +202,11 @@ def _posterior(
     places += regression.add(offered, keep=False)
     terms += offered
     posterior = with_everyday(regression, terms, places, fit.part)
-    besides = [posterior.beside(start), *([posterior.beside(())] if start else [])]
+    conditionals = [posterior.given(start), *([posterior.given(())] if start else [])]
     local = (
-        events(regression, besides, nameless=nameless)
+        events(regression, conditionals, nameless=nameless)
         if scan
-        else push_terms(regression, [regression.shocks(beside.residual) for beside in besides])
+        else push_terms(regression, [regression.shocks(conditional.residual) for conditional in conditionals])
     )
     more = [single for single in merged(terms, local) if single.effect not in left_out]
     return posterior.with_more(more, regression.add(more, keep=False)), start
@@ -259,8 +259,8 @@ def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
     regression.white, added = np.hsplit(regression.white, [first])
     widths = [at.stop - at.start for at in where]
     best: list[int] = []
-    for beside in (posterior.beside(start), *([posterior.beside(())] if start else [])):
-        worth = np.array([single.odds for single in offered]) + beside.supports(added, widths)
+    for conditional in (posterior.given(start), *([posterior.given(())] if start else [])):
+        worth = np.array([single.odds for single in offered]) + conditional.log_bayes_factors(added, widths)
         order = np.argsort(-worth, kind="stable").tolist()
         best += [at for at in order[:UNKNOWN_OFFERED] if at not in best]
     columns = [column - first for at in best for column in range(where[at].start, where[at].stop)]
@@ -280,12 +280,12 @@ def _settled(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], 
     regression = posterior.regression
     chosen, values = {}, {}
     for single in members:
-        beside = posterior.beside(set(members) - {single})
+        conditional = posterior.given(set(members) - {single})
         found = posterior.terms[single]
         if len(found.probes) == 1 and len(found.fixed.get("times", ())) < 2:
-            found = settled(regression, beside, found)
+            found = settled(regression, conditional, found)
         chosen[single] = found
-        values[single] = beside.judge(single).coefficients
+        values[single] = conditional.judge(single).coefficients
     terms, sizes = [], []
     for key in dict.fromkeys(found.key for found in chosen.values()):
         same = [single for single in chosen if chosen[single].key == key]
@@ -351,7 +351,7 @@ def _happened(fit: Fitted) -> tuple[NoiseLevels, list[Array]]:
     """
     regression = fit.regression
     windows, _count = freed(regression, regression.white[:, 0])
-    stretches = [stretch for single in fit.chosen.terms for stretch in single.happening]
+    stretches = [stretch for single in fit.chosen.terms for stretch in single.active_intervals]
     counting, pushes = [], []
     for own, usual in zip(windows, regression.windows, strict=True):
         near = is_near(usual.time[:-1], stretches)[:, None, None]

@@ -64,6 +64,7 @@ FILES = {room: sorted((ROOT / room).rglob("*.py")) for room in MAY_IMPORT}
 EVERYWHERE = {"numpy", "omnimate", *sys.stdlib_module_names}
 # A learned law, and how poses are measured, are a part of the method.
 GENERAL = {"omnimate.effects.law", "omnimate.effects.reference_offset"}
+MISMATCH_LAYERS = ("recording", "noise", "candidates", "evidence", "scans", "learn", "answer", "report")
 MODULE = re.compile(r"omnimate(\.\w+)+")
 
 
@@ -162,6 +163,15 @@ def test_no_two_modules_of_a_room_import_each_other_not_even_for_their_types(roo
         assert free, f"{room}: a circle among {sorted(needs)}"
         for name in free:
             del needs[name]
+
+
+def test_a_folder_of_the_diagnosis_imports_only_the_folders_below_it():
+    for number, folder in enumerate(MISMATCH_LAYERS):
+        for path in (ROOT / "mismatch" / folder).glob("*.py"):
+            others = {
+                module.split(".")[2] for module in imports(path) if module.startswith("omnimate.mismatch.")
+            }
+            assert not others & set(MISMATCH_LAYERS[number + 1 :]), path
 
 
 def module_of(path):

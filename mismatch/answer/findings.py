@@ -16,7 +16,6 @@ from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
 from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at, row_names
 from omnimate.mismatch.answer.words import drives_for, regime, sentence
-from omnimate.mismatch.candidates.moments import spreads
 from omnimate.mismatch.candidates.pushes import MOMENTS
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import UNKNOWN
@@ -32,7 +31,8 @@ from omnimate.mismatch.diagnosis import (
     Parameter,
     Where,
 )
-from omnimate.mismatch.evidence.search import LOOKED_AT, ranked
+from omnimate.mismatch.evidence.search import FULLY_JUDGED, ranked_candidates
+from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -157,7 +157,7 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) 
     """Return what has no name as a finding, with the law that was learned of it."""
     posterior = found.posterior
     term, fit = posterior.terms[member], found.fit
-    judged = posterior.beside(set(found.members) - {member}).judge(member)
+    judged = posterior.given(set(found.members) - {member}).judge(member)
     columns = posterior.regression.white[:, posterior.places[member]]
     part_of = columns @ judged.coefficients
     quantity = term.fixed["quantity"]
@@ -232,12 +232,12 @@ def _candidates(
         for other in finding.alternatives:
             key = other.effect, other.component
             probable[key] = max(probable.get(key, 0.0), other.probability)
-    beside = found.posterior.beside(())
+    conditional = found.posterior.given(())
     gains: dict[Key, float] = {}
-    for single in (*ranked(found.posterior, beside)[:LOOKED_AT], *found.members):
+    for single in (*ranked_candidates(found.posterior, conditional)[:FULLY_JUDGED], *found.members):
         key = found.posterior.terms[single].key
-        gains[key] = max(gains.get(key, 0.0), beside.quick(single))
-    order = sorted(gains, key=lambda key: (-probable.get(key, 0.0), -gains[key]))[:LOOKED_AT]
+        gains[key] = max(gains.get(key, 0.0), conditional.approximate_log_odds(single))
+    order = sorted(gains, key=lambda key: (-probable.get(key, 0.0), -gains[key]))[:FULLY_JUDGED]
     return tuple((*key, gains[key], probable.get(key, 0.0)) for key in order)
 
 
@@ -284,7 +284,7 @@ def unseen_in_words(unseen: Sequence[Key]) -> tuple[str, tuple[str, ...]]:
 def blind(posterior: Posterior) -> list[Key]:
     """Return which of an owner's numbers this drive would not show to be wrong, were they."""
     needed = [number for number, term in enumerate(posterior.terms) if term.is_calibrated]
-    gram, _ = posterior.beside(()).left([posterior.places[number].start for number in needed])
+    gram, _ = posterior.given(()).gram_and_score([posterior.places[number].start for number in needed])
     spreads = 1.0 / np.sqrt(np.diagonal(gram) + 1.0)
     return [
         posterior.terms[number].key for number, spread in zip(needed, spreads, strict=True) if spread > _SEEN

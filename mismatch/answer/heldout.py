@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.evidence.rows import free
+from omnimate.mismatch.evidence.rows import whiten_nuisances
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
         nominal: The recordings whitened about no effect, in the windows of the fit.
         fit: The effects.
     """
-    before = free(nominal.white[:, :1], fit.nuisance)[:, 0]
+    before = whiten_nuisances(nominal.white[:, :1], fit.nuisance)[:, 0]
     regression = fit.regression
     rows = fit.rows
     train = rows[:, 0]

@@ -8,12 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.evidence.beside import NOTHING
-from omnimate.mismatch.evidence.search import LOOKED_AT, believable, instead_of_two, overlap, ranked
+from omnimate.mismatch.evidence.conditional_fit import IMPOSSIBLE
+from omnimate.mismatch.evidence.search import (
+    FULLY_JUDGED,
+    may_replace,
+    overlap,
+    ranked_candidates,
+    replacements_of_two,
+)
 
 if TYPE_CHECKING:
     from omnimate.mismatch.diagnosis import Key
-    from omnimate.mismatch.evidence.beside import Beside, Judgement
+    from omnimate.mismatch.evidence.conditional_fit import ConditionalFit, Judgement
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.investigate import Investigation
     from omnimate.vehicle.se2 import Array
@@ -45,33 +51,34 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
     """
     posterior = found.posterior
     rest = set(found.members) - {member}
-    beside, own = posterior.beside(rest), posterior.terms[member].key
-    judged = _judged(posterior, beside, member)
+    conditional, own = posterior.given(rest), posterior.terms[member].key
+    judged = _judged(posterior, conditional, member)
     itself = judged[own][member]
     draws = _draws(posterior, member)
     likeliest = max(
         (its for variants in judged.values() for its in variants.values()),
-        key=lambda its: (its.worth > 0.0, its.rank),
+        key=lambda its: (its.log_odds > 0.0, its.white_log_odds),
     )
     worths = {
         key: np.logaddexp.reduce(
             [
-                _against(its, likeliest) + beside.redrawn(single, draws) / likeliest.spread
+                _against(its, likeliest)
+                + conditional.bootstrap_gain(single, draws) / likeliest.overdispersion
                 for single, its in variants.items()
             ]
         )
         for key, variants in judged.items()
     }
     # a third effect may stand in the place of this member and of another
-    whole = posterior.redrawn(found.members, draws)
+    whole = posterior.bootstrap_gain(found.members, draws)
     for other in rest:
-        for single, gain in instead_of_two(posterior, found.members, member, other):
+        for single, gain in replacements_of_two(posterior, found.members, member, other):
             key = posterior.terms[single].key
             if key == own:
                 continue
-            more = posterior.redrawn({*rest, single} - {other}, draws) - whole
-            instead = worths[own] + (gain + more) / itself.spread
-            worths[key] = np.maximum(worths.get(key, NOTHING), instead)
+            more = posterior.bootstrap_gain({*rest, single} - {other}, draws) - whole
+            instead = worths[own] + (gain + more) / itself.overdispersion
+            worths[key] = np.maximum(worths.get(key, IMPOSSIBLE), instead)
     every = np.stack([np.zeros(len(draws)), *worths.values()])
     shares = np.exp(every - np.logaddexp.reduce(every)).mean(axis=1)[1:]
     others = sorted(
@@ -81,23 +88,25 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
     return Rivalry(float(shares[list(worths).index(own)]), tuple(others))
 
 
-def _judged(posterior: Posterior, beside: Beside, member: int) -> dict[Key, dict[int, Judgement]]:
+def _judged(
+    posterior: Posterior, conditional: ConditionalFit, member: int
+) -> dict[Key, dict[int, Judgement]]:
     """Return by name the judgements of a member and of what may stand in its place.
 
     Variants of a name share its prior odds, and count together: a size, a moment or a limit was looked for.
     """
-    itself, name = beside.judge(member), posterior.terms[member].key
-    judged, best = {name: {member: itself}}, {name: beside.quick(member)}
-    for single in ranked(posterior, beside):
+    itself, name = conditional.judge(member), posterior.terms[member].key
+    judged, best = {name: {member: itself}}, {name: conditional.approximate_log_odds(member)}
+    for single in ranked_candidates(posterior, conditional):
         if _elsewhere(posterior, single, member):
             continue
-        key, quick = posterior.terms[single].key, beside.quick(single)
+        key, quick = posterior.terms[single].key, conditional.approximate_log_odds(single)
         if quick < best.setdefault(key, quick) + math.log(POSSIBLE):
             continue
-        if len(best) > LOOKED_AT:
+        if len(best) > FULLY_JUDGED:
             break
-        its = beside.judge(single)
-        if believable(posterior, single, its, member, itself):
+        its = conditional.judge(single)
+        if may_replace(posterior, single, its, member, itself):
             judged.setdefault(key, {})[single] = its
     return judged
 
@@ -113,10 +122,16 @@ def _draws(posterior: Posterior, member: int) -> Array:
 
 def _against(each: Judgement, likeliest: Judgement) -> float:
     """Return the log posterior odds of a candidate, given the likeliest: rivals share the noise."""
-    if each.worth <= 0.0:
-        return each.worth
-    odds = (each.rank - each.support) - (likeliest.rank - likeliest.support)
-    return likeliest.worth + odds + (each.support - likeliest.support) / likeliest.spread
+    if each.log_odds <= 0.0:
+        return each.log_odds
+    odds = (each.white_log_odds - each.white_log_evidence) - (
+        likeliest.white_log_odds - likeliest.white_log_evidence
+    )
+    return (
+        likeliest.log_odds
+        + odds
+        + (each.white_log_evidence - likeliest.white_log_evidence) / likeliest.overdispersion
+    )
 
 
 def _elsewhere(posterior: Posterior, single: int, member: int) -> bool:

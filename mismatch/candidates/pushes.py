@@ -74,17 +74,17 @@ class PushTerm(Term):
         return Push(self.component, self.fixed["times"][0], self.fixed["lasting"], moved)
 
     @property
-    def ordinary(self) -> float:
+    def nuisance_size(self) -> float:
         """Plays, grains and seams push any robot by some tenths of a millimetre."""
         return ORDINARY / math.sqrt(len(self.probes) / 3)
 
     @property
-    def most(self) -> float:
+    def largest(self) -> float:
         """A truck may be pushed anywhere."""
         return math.inf
 
     @property
-    def inexact(self) -> float:
+    def discrepancy(self) -> float:
         """No law says how a truck is pushed: what else is seen meanwhile says nothing of other effects."""
         return 1.0
 

@@ -149,23 +149,23 @@ class Term:
         return [*((time, time) for time in self.fixed.get("times", ())), *self.fixed.get("intervals", ())]
 
     @property
-    def happening(self) -> list[tuple[float, float]]:
+    def active_intervals(self) -> list[tuple[float, float]]:
         """From when to when it acts, or comes about if it then lasts to the end [s]."""
         begun = [(self.fixed["time"],) * 2] if "time" in self.fixed else []
         return [*self.stretches, *begun]
 
     @property
-    def most(self) -> float:
+    def largest(self) -> float:
         """Declared sizes beyond which nobody believes in it."""
         return self.prior.largest
 
     @property
-    def ordinary(self) -> float:
+    def nuisance_size(self) -> float:
         """What any robot meets of it at some moment, in declared sizes: no column is everyday for that."""
         return 0.0
 
     @property
-    def inexact(self) -> float:
+    def discrepancy(self) -> float:
         """Part by which it may act otherwise than its law says, on any stretch."""
         return self.prior.discrepancy
 

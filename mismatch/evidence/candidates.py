@@ -1,4 +1,4 @@
-"""Candidates, and the recordings that judge them: columns, everyday sizes, and parts of the rows."""
+"""Candidates with their columns in a regression, the background of every robot, and groups of its rows."""
 
 from __future__ import annotations
 
@@ -19,129 +19,133 @@ if TYPE_CHECKING:
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.vehicle.se2 import Array
 
-STRETCH = 4.0  # [s] in which scores are summed: long against what a filter remembers of a wrong model
-# Odds that another number of a truck is wrong, too, if one is: the truck was not calibrated.
-UNCALIBRATED = 0.3
-FOLDS = 8  # into which data are cut to be held out in turn
+SCORE_STRETCH = 4.0  # [s] over which scores are summed: long against the filter's memory of a model error
+FURTHER_MISCALIBRATED = 0.3  # odds that a further number of a truck is wrong: it was not calibrated
+FOLDS = 8  # of the data, held out in turn
 # Log odds of a bump in one window of 0.25 s on a floor that has two of them already: once a minute, as robots
 # come to a joint between slabs every ten or twenty metres.
-MANY, AGAIN = 2, math.log(1.0 / 240.0)
+BUMPS_OF_ROUGH_FLOOR, FURTHER_BUMP_LOG_ODDS = 2, math.log(1.0 / 240.0)
 
 
-class Alike(NamedTuple):
-    """Candidates that have as many columns, and as many everyday ones of their names.
+class CandidateGroup(NamedTuple):
+    """Candidates with equal numbers of columns and of background columns, so that they can be stacked.
 
     Attributes:
         numbers: Of the m candidates.
-        columns: Theirs, and then the everyday ones, `(m, k + s)`.
-        sizes: Of the everyday ones, `(m, s)`.
-        ordinary: What any robot meets of each of them at some moment, in declared sizes.
+        columns: Their k columns, then the s background columns of their effects, `(m, k + s)`.
+        sizes: Standard deviations of the background coefficients, `(m, s)`.
+        nuisance_size: Size of each that any robot has at times, in declared sizes.
     """
 
     numbers: NDArray[np.int64]
     columns: NDArray[np.int64]
     sizes: Array
-    ordinary: float
+    nuisance_size: float
 
 
 @dataclass(slots=True)
 class Candidates:
-    """Candidates and the recordings that judge them.
+    """Candidates and the regression that judges them.
 
     Attributes:
         regression: With the columns of all candidates.
         terms: The candidates.
         places: Where each one's columns are.
-        everyday: Columns of which every robot has a little, and how much, in declared sizes.
-        names: What each everyday column is called.
+        background: Columns of what every robot has a little of, and standard deviations in declared sizes.
+        names: Effect and component of each background column.
         stretch: Number of each row's stretch of 4 s, `(V,)`.
         fold: Number of each row's fold of the data, `(V,)`.
         moments: Whether a second of a row is odd, `(V,)`.
         moment: Number of the second of each row, `(V,)`.
         second: Number of the second and channel of each row, `(V,)`.
-        called: Places of everyday columns by their names.
+        background_places: Places of everyday columns by their names.
     """
 
     regression: Regression
     terms: list[Term]
     places: list[slice]
-    everyday: tuple[NDArray[np.int64], Array]
+    background: tuple[NDArray[np.int64], Array]
     names: dict[int, tuple[str, str]]
     stretch: NDArray[np.int64] = field(init=False)
     fold: NDArray[np.int64] = field(init=False)
     moments: NDArray[np.int64] = field(init=False)
     moment: NDArray[np.int64] = field(init=False)
     second: NDArray[np.int64] = field(init=False)
-    called: dict[tuple[str, str], list[int]] = field(init=False)
+    background_places: dict[tuple[str, str], list[int]] = field(init=False)
 
     def __post_init__(self) -> None:
         time, owner = self.regression.time, self.regression.owner
-        starts = np.array([single.time[0] for single in self.regression.windows])
-        spans = np.array([single.time[-1] - single.time[0] for single in self.regression.windows])
+        starts = np.array([windows.time[0] for windows in self.regression.windows])
+        spans = np.array([windows.time[-1] - windows.time[0] for windows in self.regression.windows])
         before = np.concatenate(([0.0], np.cumsum(spans)[:-1]))
-        since = time - starts[owner]
-        along = since + before[owner]  # the recordings end to end
-        self.stretch = _numbered(owner, np.floor(since / STRETCH))
+        elapsed = time - starts[owner]
+        along = elapsed + before[owner]  # the recordings end to end
+        self.stretch = _numbered(owner, np.floor(elapsed / SCORE_STRETCH))
         self.fold = np.minimum((along / spans.sum() * FOLDS).astype(np.int64), FOLDS - 1)
-        self.moment = _numbered(owner, np.floor(since))
+        self.moment = _numbered(owner, np.floor(elapsed))
         self.second = _numbered(self.regression.channel, self.moment)
         self.moments = (np.floor(along).astype(np.int64)) % 2
-        self.called = {}
-        for place, column in enumerate(self.everyday[0].tolist()):
-            self.called.setdefault(self.names[column], []).append(place)
+        self.background_places = {}
+        for place, column in enumerate(self.background[0].tolist()):
+            self.background_places.setdefault(self.names[column], []).append(place)
 
-    def odds(self, single: int, members: Iterable[int]) -> float:
-        """Return the log prior odds of a candidate beside a set.
+    def odds(self, candidate: int, members: Iterable[int]) -> float:
+        """Return the log prior odds of a candidate, given a set.
 
-        Whoever has not calibrated one of a truck's numbers has not calibrated the others, and a floor on
-        which a wheel met two bumps has more of them.
+        If one of a truck's numbers is not calibrated, the others are likely not either; a floor with two
+        bumps has more of them.
         """
-        term = self.terms[single]
+        term = self.terms[candidate]
         if term.scan == "moments" and len(term.fixed["times"]) == 1:
-            others = [self.terms[other] for other in members if other != single]
+            others = [self.terms[other] for other in members if other != candidate]
             bumps = sum(len(other.fixed["times"]) for other in others if other.key == term.key)
-            if bumps >= MANY:
-                return max(term.odds, AGAIN)
+            if bumps >= BUMPS_OF_ROUGH_FLOOR:
+                return max(term.odds, FURTHER_BUMP_LOG_ODDS)
         if term.is_calibrated and any(
             self.terms[other].is_calibrated
             and self.terms[other].component.startswith(term.component[:1])
             and self.terms[other].key != term.key
             for other in members
         ):
-            return term.odds + math.log(UNCALIBRATED / MISCALIBRATED)
+            return term.odds + math.log(FURTHER_MISCALIBRATED / MISCALIBRATED)
         return term.odds
 
-    def same(self, keys: set[tuple[str, str]]) -> tuple[NDArray[np.int64], Array]:
-        """Return the everyday columns of what has one of some names, and their sizes."""
-        everyday, sizes = self.everyday
-        mine = [place for key in sorted(keys) for place in self.called.get(key, ())]
-        return everyday[mine], sizes[mine]
+    def background_of(self, keys: set[tuple[str, str]]) -> tuple[NDArray[np.int64], Array]:
+        """Return the background columns of some effects, and their standard deviations."""
+        columns, sizes = self.background
+        places = [place for key in sorted(keys) for place in self.background_places.get(key, ())]
+        return columns[places], sizes[places]
 
-    def columns(self, single: int) -> range:
+    def columns(self, candidate: int) -> range:
         """Return the columns of a candidate."""
-        return range(self.places[single].start, self.places[single].stop)
+        return range(self.places[candidate].start, self.places[candidate].stop)
 
-    def alike(self) -> list[Alike]:
-        """Return all candidates in groups of which each can be compared with nothing at once."""
+    def groups_of_equal_shape(self) -> list[CandidateGroup]:
+        """Return all candidates in groups that can each be compared with nothing in one batch."""
         groups: dict[tuple[int, int, float], list[int]] = {}
-        for single, term in enumerate(self.terms):
-            shape = len(self.columns(single)), len(self.called.get(term.key, ())), term.ordinary
-            groups.setdefault(shape, []).append(single)
-        found = []
-        for (_, _, ordinary), mine in groups.items():
-            same = [self.same({self.terms[single].key}) for single in mine]
-            columns = [
-                [*self.columns(single), *columns] for single, (columns, _) in zip(mine, same, strict=True)
+        for candidate, term in enumerate(self.terms):
+            shape = (
+                len(self.columns(candidate)),
+                len(self.background_places.get(term.key, ())),
+                term.nuisance_size,
+            )
+            groups.setdefault(shape, []).append(candidate)
+        result = []
+        for (_, _, nuisance_size), members in groups.items():
+            background = [self.background_of({self.terms[candidate].key}) for candidate in members]
+            background_columns = [
+                [*self.columns(candidate), *background_columns]
+                for candidate, (background_columns, _) in zip(members, background, strict=True)
             ]
-            found.append(
-                Alike(
-                    np.array(mine),
-                    np.array(columns, np.int64),
-                    np.array([sizes for _, sizes in same]),
-                    ordinary,
+            result.append(
+                CandidateGroup(
+                    np.array(members),
+                    np.array(background_columns, np.int64),
+                    np.array([sizes for _, sizes in background]),
+                    nuisance_size,
                 )
             )
-        return found
+        return result
 
 
 def _numbered(first: NDArray[np.int64], then: Array | NDArray[np.int64]) -> NDArray[np.int64]:

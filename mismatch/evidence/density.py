@@ -1,7 +1,6 @@
-"""Densities of data with a candidate against those without it, from the products of its columns.
+"""Log Bayes factors and predictive densities of linear models, from products of whitened columns.
 
-Rows are whitened, so that data are `y = X beta + e` with white noise of size one: the products of columns
-with each other and with the data say everything.
+Data are `y = X beta + e` with white noise of size one: the products X'X ("gram") and X'y ("score") suffice.
 """
 
 from __future__ import annotations
@@ -14,19 +13,20 @@ import numpy as np
 if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
-TAILS = ((1.0, 0.8), (5.0, 0.2))  # sizes of faults in declared ones, and how many faults are of them
-LARGEST = 5.0  # declared sizes, one standard deviation of a member that is integrated out
-_BELOW = 1e-9  # by which everyday sizes are less than all that is there
+# (standard deviation [declared sizes], weight) of the normal mixture of fault sizes
+FAULT_SIZE_MIXTURE = ((1.0, 0.8), (5.0, 0.2))
+MEMBER_SIZE = 5.0  # [declared sizes] prior standard deviation of a member of the set, integrated out
+_SINGULARITY_MARGIN = 1e-9  # keeps the removal of a background invertible
 
 
-def bayes_factor(gram: Array, score: Array) -> Array:
+def log_bayes_factor(gram: Array, score: Array) -> Array:
     """Return the log Bayes factor (...) of a fault against none.
 
     Args:
         gram: Products of its columns with each other, shape `(..., k, k)`.
         score: Products of its columns with the data, shape `(..., k)`.
     """
-    parts = [math.log(share) + log_evidence(gram, score, size) for size, share in TAILS]
+    parts = [math.log(share) + log_evidence(gram, score, size) for size, share in FAULT_SIZE_MIXTURE]
     return np.asarray(np.logaddexp.reduce(parts, axis=0))
 
 
@@ -42,67 +42,69 @@ def log_evidence(gram: Array, score: Array, size: float) -> Array:
 
 
 def log_prior(coefficients: Array) -> Array:
-    """Return the log prior density of coefficients, over that with which members are integrated out."""
-    parts = [math.log(share / size) - 0.5 * (coefficients / size) ** 2 for size, share in TAILS]
-    wide = -math.log(LARGEST) - 0.5 * (coefficients / LARGEST) ** 2
+    """Return the log prior density of fault sizes, relative to the wide prior of members."""
+    parts = [math.log(share / size) - 0.5 * (coefficients / size) ** 2 for size, share in FAULT_SIZE_MIXTURE]
+    wide = -math.log(MEMBER_SIZE) - 0.5 * (coefficients / MEMBER_SIZE) ** 2
     return np.asarray(np.logaddexp.reduce(parts, axis=0) - wide)
 
 
-def bared(gram: Array, score: Array, sizes: Array) -> tuple[Array, Array]:
-    """Return products (..., k, k) and (..., k) of columns for a robot without any of some everyday sizes.
+def without_background_prior(gram: Array, score: Array, sizes: Array) -> tuple[Array, Array]:
+    """Return products (..., k, k) and (..., k) of columns for a robot without some background.
 
     Args:
-        gram: Products of the columns and then the everyday ones, `(..., k + s, k + s)`.
+        gram: Products of the columns and then the background columns, `(..., k + s, k + s)`.
         score: Their products with the data, `(..., k + s)`.
-        sizes: Standard deviations of the everyday sizes, `(..., s)`.
+        sizes: Standard deviations of the background coefficients, `(..., s)`.
     """
     count = gram.shape[-1] - sizes.shape[-1]
     if gram.shape[-1] == count:
         return gram, score
-    away = _away(gram[..., count:, count:], sizes)
+    removal = _background_removal(gram[..., count:, count:], sizes)
     shared = sizes[..., None] * gram[..., count:, :count]
-    scored = (away @ (sizes * score[..., count:])[..., None])[..., 0]
+    scored = (removal @ (sizes * score[..., count:])[..., None])[..., 0]
     more = np.swapaxes(shared, -1, -2)
     return (
-        gram[..., :count, :count] + more @ away @ shared,
+        gram[..., :count, :count] + more @ removal @ shared,
         score[..., :count] + (more @ scored[..., None])[..., 0],
     )
 
 
-def everyday_factor(gram: Array, score: Array, sizes: Array, spread: float = 1.0) -> Array:
-    """Return the log Bayes factor (...) of everyday sizes that are noise to columns, against none of them.
+def background_log_bayes_factor(gram: Array, score: Array, sizes: Array, spread: float = 1.0) -> Array:
+    """Return the log Bayes factor (...) of a background, which whitening took for noise, against none of it.
 
     Args:
-        gram: Products of the everyday columns, `(..., s, s)`.
+        gram: Products of the background columns, `(..., s, s)`.
         score: Their products with the data, `(..., s)`.
-        sizes: Standard deviations of the everyday sizes, `(..., s)`.
-        spread: Factor by which squares of noise are larger than they should be.
+        sizes: Standard deviations of the background coefficients, `(..., s)`.
+        spread: Overdispersion of the noise.
     """
     if sizes.shape[-1] == 0:
         return np.zeros(gram.shape[:-2])
-    away = _away(gram, sizes)
-    scored = (away @ (sizes * score)[..., None])[..., 0]
-    return log_evidence((away - np.eye(sizes.shape[-1])) / spread, scored / spread, 1.0)
+    removal = _background_removal(gram, sizes)
+    scored = (removal @ (sizes * score)[..., None])[..., 0]
+    return log_evidence((removal - np.eye(sizes.shape[-1])) / spread, scored / spread, 1.0)
 
 
-def _away(gram: Array, sizes: Array) -> Array:
-    """Return the matrices (..., s, s) that take everyday sizes out of the noise."""
-    inside = sizes[..., :, None] * gram * sizes[..., None, :]
-    return np.linalg.inv((1.0 + _BELOW) * np.eye(sizes.shape[-1]) - inside).astype(np.float64)
+def _background_removal(gram: Array, sizes: Array) -> Array:
+    """Return the matrices (..., s, s) that take a background out of the noise."""
+    information = sizes[..., :, None] * gram * sizes[..., None, :]
+    return np.linalg.inv((1.0 + _SINGULARITY_MARGIN) * np.eye(sizes.shape[-1]) - information).astype(
+        np.float64
+    )
 
 
-def earned(gram: Array, score: Array, spread: float) -> float:
+def heldout_log_density_gain(gram: Array, score: Array, spread: float) -> float:
     """Return the gain in log predictive density of folds that are held out in turn.
 
     Args:
         gram: Products of columns with each other in each fold, `(F, k, k)`.
         score: Products with the data, `(F, k)`.
-        spread: Factor by which squares of noise are larger than they should be.
+        spread: Overdispersion of the noise.
     """
-    prior = np.eye(gram.shape[-1]) / LARGEST**2
+    prior = np.eye(gram.shape[-1]) / MEMBER_SIZE**2
     others = (score.sum(axis=0) - score) / spread
     before = prior + (gram.sum(axis=0) - gram) / spread
-    every, after = score.sum(axis=0) / spread, prior + gram.sum(axis=0) / spread
+    total, after = score.sum(axis=0) / spread, prior + gram.sum(axis=0) / spread
     known = (others * np.linalg.solve(before, others[..., None])[..., 0]).sum(axis=-1)
-    gain = every @ np.linalg.solve(after, every) - np.linalg.slogdet(after)[1]
+    gain = total @ np.linalg.solve(after, total) - np.linalg.slogdet(after)[1]
     return 0.5 * float((gain - known + np.linalg.slogdet(before)[1]).sum())

@@ -1,4 +1,4 @@
-"""How likely sets of candidates are, and what is left beside them."""
+"""Posterior odds of sets of candidates, and the fits conditional on them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.evidence.beside import NOTHING, Beside
-from omnimate.mismatch.evidence.density import LARGEST, log_evidence
+from omnimate.mismatch.evidence.conditional_fit import IMPOSSIBLE, ConditionalFit
+from omnimate.mismatch.evidence.density import MEMBER_SIZE, log_evidence
 from omnimate.mismatch.evidence.rows import products_by_group
 
 if TYPE_CHECKING:
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
     from omnimate.mismatch.evidence.candidates import Candidates
     from omnimate.vehicle.se2 import Array
 
-_READY = 6  # sets of which all columns are kept
+_CACHED_FITS = 6  # sets whose arrays are kept in memory
 
 
 @dataclass(slots=True)
 class Posterior:
-    """Sets of candidates, and what is known of each.
+    """Posterior over sets of candidates.
 
     Attributes:
         candidates: The candidates, and the recordings that judge them.
-        known: What is left beside sets; the one that was asked last is the last.
+        fits: Cached fits given sets; the one that was asked for last is the last.
     """
 
     candidates: Candidates
-    known: dict[frozenset[int], Beside] = field(default_factory=dict)
+    fits: dict[frozenset[int], ConditionalFit] = field(default_factory=dict)
 
     @property
     def regression(self) -> Regression:
@@ -50,47 +50,56 @@ class Posterior:
         return self.candidates.places
 
     def with_more(self, terms: Sequence[Term], places: Sequence[slice]) -> Posterior:
-        """Return the same with more candidates, whose columns are in some places."""
-        every, where = [*self.terms, *terms], [*self.places, *places]
-        return Posterior(replace(self.candidates, terms=every, places=where))
+        """Return the posterior with more candidates, whose columns are in some places."""
+        all_terms, all_places = [*self.terms, *terms], [*self.places, *places]
+        return Posterior(replace(self.candidates, terms=all_terms, places=all_places))
 
-    def beside(self, members: Iterable[int]) -> Beside:
-        """Return what is left beside a set."""
+    def given(self, members: Iterable[int]) -> ConditionalFit:
+        """Return the data and candidates given a set."""
         key = frozenset(members)
-        beside = self.known.pop(key, None) or Beside(self.candidates, tuple(sorted(key)))
-        self.known[key] = beside
-        for old in list(self.known.values())[-_READY - 1 : -_READY]:
+        fit = self.fits.pop(key, None) or ConditionalFit(self.candidates, tuple(sorted(key)))
+        self.fits[key] = fit
+        for old in list(self.fits.values())[-_CACHED_FITS - 1 : -_CACHED_FITS]:
             old.release()
-        return beside
+        return fit
 
     def evidence(self, members: Iterable[int]) -> float:
-        """Return the log posterior odds of a set against none of it, with every law exact."""
+        """Return the log posterior odds of a set against the empty one, if every law is exact."""
         chosen = sorted(members)
         if not chosen:
             return 0.0
-        beside = self.beside(())
-        gram, score = beside.products(chosen)
-        odds = sum(self.candidates.odds(single, chosen[:number]) for number, single in enumerate(chosen))
-        everyday = beside.everyday({self.terms[single].key for single in chosen})
-        return float(log_evidence(gram, score, LARGEST)) - everyday + odds
+        conditional = self.given(())
+        gram, score = conditional.products_without_background(chosen)
+        odds = sum(
+            self.candidates.odds(candidate, chosen[:number]) for number, candidate in enumerate(chosen)
+        )
+        background = conditional.background_log_bayes_factor(
+            {self.terms[candidate].key for candidate in chosen}
+        )
+        return float(log_evidence(gram, score, MEMBER_SIZE)) - background + odds
 
-    def redrawn(self, members: Iterable[int], draws: Array) -> Array:
-        """Return by how much likelier a set is against none of it, (n,), with stretches drawn anew.
+    def bootstrap_gain(self, members: Iterable[int], draws: Array) -> Array:
+        """Return the change of a set's log evidence, (n,), in bootstrap samples of stretches.
 
         Args:
             members: The set.
             draws: How often each stretch is drawn, `(n, stretches)`.
         """
-        columns = [at for single in sorted(members) for at in self.candidates.columns(single)]
+        columns = [column for candidate in sorted(members) for column in self.candidates.columns(candidate)]
         if not columns:
             return np.zeros(len(draws))
-        beside = self.beside(())
-        gram, score = products_by_group(self.candidates.stretch, beside.columns(columns), beside.residual)
-        drawn = log_evidence(np.tensordot(draws, gram, 1), draws @ score, LARGEST)
-        return drawn - log_evidence(gram.sum(axis=0), score.sum(axis=0), LARGEST)
+        conditional = self.given(())
+        gram, score = products_by_group(
+            self.candidates.stretch, conditional.residual_columns(columns), conditional.residual
+        )
+        drawn = log_evidence(np.tensordot(draws, gram, 1), draws @ score, MEMBER_SIZE)
+        return drawn - log_evidence(gram.sum(axis=0), score.sum(axis=0), MEMBER_SIZE)
 
-    def bar(self, candidates: Iterable[int]) -> None:
-        """Let candidates be none any more."""
-        for single in candidates:
-            self.terms[single] = replace(self.terms[single], odds=NOTHING)
-        self.known.clear()
+    def without(self, excluded: Iterable[int]) -> Posterior:
+        """Return the posterior with some candidates impossible; their numbers stay."""
+        numbers = set(excluded)
+        terms = [
+            replace(term, odds=IMPOSSIBLE) if number in numbers else term
+            for number, term in enumerate(self.terms)
+        ]
+        return Posterior(replace(self.candidates, terms=terms))

@@ -1,4 +1,4 @@
-"""Whitened rows that are whitened anew: with nuisances being noise, or effects whose laws are not exact."""
+"""Further whitening of whitened rows, with nuisances or discrepancies of laws as noise; sums over groups."""
 
 from __future__ import annotations
 
@@ -14,50 +14,47 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 
-def shrinking(inside: Array) -> Array:
+def whitening_factor(gram: Array) -> Array:
     """Return the matrix S (k, k) by which (1 + N N')^-1/2 = 1 - N S N', of the products N'N of nuisances."""
-    sizes, axes = np.linalg.eigh(inside)
+    sizes, axes = np.linalg.eigh(gram)
     sizes = np.maximum(sizes, 1e-12)
     return np.asarray((axes * ((1.0 - 1.0 / np.sqrt(1.0 + sizes)) / sizes)) @ axes.T)
 
 
-def free(rows: Array, nuisance: Array) -> Array:
-    """Return rows (V, C) whitened anew, nuisances (V, k) of unit size being noise."""
-    return np.asarray(rows - nuisance @ (shrinking(nuisance.T @ nuisance) @ (nuisance.T @ rows)))
+def whiten_nuisances(rows: Array, nuisance: Array) -> Array:
+    """Return rows (V, C) whitened with nuisances (V, k) of unit size as noise."""
+    return np.asarray(rows - nuisance @ (whitening_factor(nuisance.T @ nuisance) @ (nuisance.T @ rows)))
 
 
-def narrowed(rows: Array, nuisance: Array) -> Array:
-    """Return rows (V, C) with nuisances (V, k), no longer noise: the inverse of `shrinking`."""
+def unwhiten_nuisances(rows: Array, nuisance: Array) -> Array:
+    """Return rows (V, C) with nuisances (V, k) no longer noise: the inverse of `whiten_nuisances`."""
     sizes, axes = np.linalg.eigh(nuisance.T @ nuisance)
     sizes = np.clip(sizes, 1e-12, 1.0 - 1e-9)
     grown = axes * ((1.0 / np.sqrt(1.0 - sizes) - 1.0) / sizes)
     return np.asarray(rows + nuisance @ (grown @ (axes.T @ (nuisance.T @ rows))))
 
 
-def loosened(rows: Array, by: csr_array) -> Array:
-    """Return rows (V, C) whitened anew by what `loosening` gave."""
-    return np.asarray(rows - by @ (by.T @ rows))
+def apply_discrepancy(rows: Array, factor: csr_array) -> Array:
+    """Return rows (V, C) whitened by a factor from `discrepancy_factor`."""
+    return np.asarray(rows - factor @ (factor.T @ rows))
 
 
-def loosening(part: Array, stretch: NDArray[np.int64]) -> csr_array:
-    """Return B (V, n) by which rows are whitened anew where parts (V, k) are of any size in a stretch.
-
-    The noise of a stretch is then 1 + part part', and its inverse root is 1 - B B'.
-    """
+def discrepancy_factor(part: Array, stretch: NDArray[np.int64]) -> csr_array:
+    """Return B (V, n) such that 1 - B B' whitens noise 1 + part part' in each stretch, of parts (V, k)."""
     order = np.argsort(stretch, kind="stable")
     edges = np.searchsorted(stretch[order], np.arange(int(stretch.max()) + 2))
-    rows, columns, values, count = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)], 0
+    row_numbers, columns, values, count = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)], 0
     for start, end in itertools.pairwise(edges.tolist()):
-        mine = order[start:end]
-        if float((part[mine] ** 2).sum()) < 1e-3:
+        rows_of_stretch = order[start:end]
+        if float((part[rows_of_stretch] ** 2).sum()) < 1e-3:
             continue
-        axes, sizes, _ = np.linalg.svd(part[mine], full_matrices=False)
+        axes, sizes, _ = np.linalg.svd(part[rows_of_stretch], full_matrices=False)
         axes = axes * np.sqrt(1.0 - 1.0 / np.sqrt(1.0 + sizes**2))
-        rows.append(np.repeat(mine, axes.shape[1]))
-        columns.append(np.tile(count + np.arange(axes.shape[1]), len(mine)))
+        row_numbers.append(np.repeat(rows_of_stretch, axes.shape[1]))
+        columns.append(np.tile(count + np.arange(axes.shape[1]), len(rows_of_stretch)))
         values.append(axes.ravel())
         count += axes.shape[1]
-    where = np.concatenate(rows), np.concatenate(columns)
+    where = np.concatenate(row_numbers), np.concatenate(columns)
     return csr_array((np.concatenate(values), where), shape=(len(part), count))
 
 
@@ -74,6 +71,6 @@ def products_by_group(group: NDArray[np.int64], columns: Array, data: Array) -> 
     for first in range(width):
         score[:, first] = np.bincount(group, weights=columns[:, first] * data, minlength=count)
         for other in range(first, width):
-            inside = np.bincount(group, weights=columns[:, first] * columns[:, other], minlength=count)
-            gram[:, first, other] = gram[:, other, first] = inside
+            products = np.bincount(group, weights=columns[:, first] * columns[:, other], minlength=count)
+            gram[:, first, other] = gram[:, other, first] = products
     return gram, score

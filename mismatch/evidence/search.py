@@ -1,4 +1,4 @@
-"""The search for the set of candidates that explains a recording: grown, thinned, exchanged."""
+"""Search for the most probable set of candidates: members are added, pruned, exchanged and merged."""
 
 from __future__ import annotations
 
@@ -9,331 +9,376 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.effects import EFFECTS
-from omnimate.mismatch.evidence.beside import NOTHING
-from omnimate.mismatch.evidence.density import LARGEST
+from omnimate.mismatch.evidence.conditional_fit import IMPOSSIBLE
+from omnimate.mismatch.evidence.density import MEMBER_SIZE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from omnimate.mismatch.candidates.terms import Term
-    from omnimate.mismatch.evidence.beside import Beside, Judgement
+    from omnimate.mismatch.evidence.conditional_fit import ConditionalFit, Judgement
     from omnimate.mismatch.evidence.posterior import Posterior
 
-LOOKED_AT = 12  # candidates of the highest evidence that are judged in full
-PAIRED = 40  # candidates, likewise, whose pairs are looked at
-MOST = 10  # members of a set: a floor with more events than that is a floor, not a list
-OFFERS = 3  # in the place of two members, the likeliest, that are judged in full
-APART = 1.0  # [s] between two events that are added at once
-PASSES = 3
-BETTER = 5.0  # log odds of 150 by which the data must support what has no name more than a name
-SURE = 25.0  # log odds
+FULLY_JUDGED = 12  # candidates of the highest approximate odds that are judged in full
+PAIRED_CANDIDATES = 40  # candidates, likewise, whose pairs are compared
+MAX_MEMBERS = 10  # of a set: more events than that are the floor's roughness
+JUDGED_REPLACEMENTS = 3  # of two members, the likeliest, that are judged in full
+EVENT_SEPARATION = 1.0  # [s] below which two events of a component are one
+MAX_PASSES = 3  # of the search
+NAMELESS_MARGIN = 5.0  # [log odds] 150 to 1: by so much the data must prefer an unknown error to an effect
+CERTAIN_LOG_ODDS = 25.0  # beyond which a member is not judged again
 
 Members = tuple[int, ...]
 
 
 def search(posterior: Posterior, start: Iterable[int] = ()) -> Members:
-    """Return the set of candidates that growing, thinning and exchanging lead to.
+    """Return the set of candidates to which adding, pruning and exchanging lead.
 
     Args:
         posterior: Of the candidates.
-        start: Set from which to look.
+        start: Set from which the search begins.
     """
-    members = _thinned(posterior, tuple(sorted(start)))
+    members = _prune(posterior, tuple(sorted(start)))
     seen = set()
-    for _ in range(PASSES):
-        members = _exchanged(posterior, _thinned(posterior, _grown(posterior, members)))
-        members = _joined(posterior, members)
+    for _ in range(MAX_PASSES):
+        members = _exchange(posterior, _prune(posterior, _grow(posterior, members)))
+        members = _merge_two_members(posterior, members)
         if members in seen:
             break
         seen.add(members)
-    return _thinned(posterior, members)
+    return _prune(posterior, members)
 
 
-def ranked(posterior: Posterior, beside: Beside, without: Iterable[int] = ()) -> list[int]:
-    """Return the candidates that may stand beside a set, by their evidence, the best first."""
-    terms, left_out = posterior.terms, set(without)
-    taken = {terms[single].key for single in beside.members if not terms[single].is_event}
-    named = {terms[single].component for single in beside.members if not terms[single].is_unknown}
-    moments = [
-        (terms[single].component, time)
-        for single in beside.members
-        for time in (*terms[single].fixed.get("times", ()), *_begin(terms[single]))
-    ]
-    others = [terms[single] for single in beside.members]
-    quick = {
-        single: beside.quick(single)
-        for single, term in enumerate(terms)
-        if single not in beside.members
-        and single not in left_out
-        and term.key not in taken
-        and not (term.is_unknown and not term.is_event and term.component in named)
-        and not _again(term.component, term.fixed.get("times", ()), moments)
-        and not (is_push(term) and _is_left(posterior, term, others))
+def ranked_candidates(
+    posterior: Posterior, conditional: ConditionalFit, excluded_candidates: Iterable[int] = ()
+) -> list[int]:
+    """Return the candidates that may join a set, by their approximate odds, the best first."""
+    terms, excluded = posterior.terms, set(excluded_candidates)
+    used_keys = {terms[candidate].key for candidate in conditional.members if not terms[candidate].is_event}
+    named = {
+        terms[candidate].component for candidate in conditional.members if not terms[candidate].is_unknown
     }
-    return sorted((single for single in quick if quick[single] > NOTHING), key=lambda single: -quick[single])
+    occupied = [
+        (terms[candidate].component, time)
+        for candidate in conditional.members
+        for time in (*terms[candidate].fixed.get("times", ()), *_onset(terms[candidate]))
+    ]
+    member_terms = [terms[candidate] for candidate in conditional.members]
+    log_odds = {
+        candidate: conditional.approximate_log_odds(candidate)
+        for candidate, term in enumerate(terms)
+        if candidate not in conditional.members
+        and candidate not in excluded
+        and term.key not in used_keys
+        and not (term.is_unknown and not term.is_event and term.component in named)
+        and not _repeats_event(term.component, term.fixed.get("times", ()), occupied)
+        and not (is_push(term) and _is_leftover(posterior, term, member_terms))
+    }
+    return sorted(
+        (candidate for candidate in log_odds if log_odds[candidate] > IMPOSSIBLE),
+        key=lambda candidate: -log_odds[candidate],
+    )
 
 
 def is_push(term: Term) -> bool:
-    """Say whether a candidate is a push of a truck, which has no name and any shape."""
+    """Say whether a candidate is a push of a truck: an unknown error of any shape, at some moment."""
     return term.is_unknown and term.is_event
 
 
 def overlap(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> bool:
     """Say whether some stretches (begin, end) [s] are during others, or shortly before or after."""
     return any(
-        start - APART < end and begin < stop + APART for start, stop in stretches for begin, end in others
+        start - EVENT_SEPARATION < end and begin < stop + EVENT_SEPARATION
+        for start, stop in stretches
+        for begin, end in others
     )
 
 
-def _is_left(posterior: Posterior, push: Term, events: Iterable[Term]) -> bool:
-    """Say whether a push is what the laws of some events leave: no law is exact.
+def _is_leftover(posterior: Posterior, push: Term, events: Iterable[Term]) -> bool:
+    """Say whether a push may be the discrepancy of some events from their laws.
 
     It is then of the same truck; without poses, a push of one truck shows as one of the other.
     """
     posed = any(windows.signals.poses is not None for windows in posterior.regression.windows)
     return any(
-        overlap(push.stretches, event.happening)
+        overlap(push.stretches, event.active_intervals)
         for event in events
         if not posed or event.component.startswith(push.component)
     )
 
 
-def _begin(term: Term) -> tuple[float, ...]:
-    """Return when a lasting change begins [s]: what happens then is how it comes about."""
+def _onset(term: Term) -> tuple[float, ...]:
+    """Return when a lasting change begins [s]: an event at that moment is the change itself."""
     return (term.fixed["time"],) if "time" in term.fixed else ()
 
 
-def _again(component: str, times: Sequence[float], moments: Sequence[tuple[str, float]]) -> bool:
+def _repeats_event(component: str, times: Sequence[float], occupied: Sequence[tuple[str, float]]) -> bool:
     """Say whether an event of a component, or of its truck or one of its wheels, is already in a set."""
-    if not times or not moments:
+    if not times or not occupied:
         return False
-    same = [moment for other, moment in moments if component.startswith(other) or other.startswith(component)]
-    return any(abs(time - moment) < APART for time in times for moment in same)
+    times_of_component = [
+        occupied_time
+        for other, occupied_time in occupied
+        if component.startswith(other) or other.startswith(component)
+    ]
+    return any(
+        abs(time - occupied_time) < EVENT_SEPARATION for time in times for occupied_time in times_of_component
+    )
 
 
-def best(posterior: Posterior, beside: Beside, count: int = LOOKED_AT) -> tuple[int, Judgement] | None:
-    """Return the candidate that is worth most beside a set, judged in full."""
-    offers = ranked(posterior, beside)[:count]
-    judged = list(zip(offers, beside.judge_all(offers), strict=True))
-    first = _first(judged)
-    named = [pair for pair in judged if not posterior.terms[pair[0]].is_unknown and pair[1].worth > 0.0]
-    other = _first(named)
-    if first is None or other is None:
-        return first
-    return first if believable(posterior, *first, *other) else other
+def best(
+    posterior: Posterior, conditional: ConditionalFit, count: int = FULLY_JUDGED
+) -> tuple[int, Judgement] | None:
+    """Return the best candidate to join a set, judged in full."""
+    shortlist = ranked_candidates(posterior, conditional)[:count]
+    judged = list(zip(shortlist, conditional.judge_all(shortlist), strict=True))
+    winner = _best_of(judged)
+    named = [pair for pair in judged if not posterior.terms[pair[0]].is_unknown and pair[1].log_odds > 0.0]
+    best_named = _best_of(named)
+    if winner is None or best_named is None:
+        return winner
+    return winner if may_replace(posterior, *winner, *best_named) else best_named
 
 
-def _first(judged: Sequence[tuple[int, Judgement]]) -> tuple[int, Judgement] | None:
-    """Return the candidate that is worth most against its rivals, of those that are worth anything."""
-    return max(judged, key=lambda pair: (pair[1].worth > 0.0, pair[1].rank), default=None)
+def _best_of(judged: Sequence[tuple[int, Judgement]]) -> tuple[int, Judgement] | None:
+    """Return the candidate of the highest odds under white noise, preferring those of positive log odds."""
+    return max(judged, key=lambda pair: (pair[1].log_odds > 0.0, pair[1].white_log_odds), default=None)
 
 
-def believable(posterior: Posterior, rival: int, its: Judgement, member: int, own: Judgement) -> bool:
-    """Say whether a rival may stand in a member's place at all.
+def may_replace(
+    posterior: Posterior, rival: int, rival_judgement: Judgement, member: int, judgement: Judgement
+) -> bool:
+    """Say whether a rival may replace a member.
 
-    What has no name fits anything: in the place of a name the data must support it better, by the same noise.
+    Unknown errors fit anything: to replace an effect, the data must support them more by a margin.
     """
     terms = posterior.terms
     nameless = terms[rival].is_unknown and not terms[member].is_unknown
-    return not nameless or its.support > own.support + BETTER
+    return not nameless or rival_judgement.white_log_evidence > judgement.white_log_evidence + NAMELESS_MARGIN
 
 
-def _grown(posterior: Posterior, members: Members) -> Members:
-    """Return a set with candidates added as long as one is worth adding."""
-    while len(members) < MOST:
-        beside = posterior.beside(members)
-        offer = best(posterior, beside)
-        if offer is not None and offer[1].worth > 0.0 and _better(posterior, members, (offer[0],)):
-            together = _together(posterior, beside, offer[0])[: MOST - len(members)]
-            members = tuple(sorted({*members, *together}))
+def _grow(posterior: Posterior, members: Members) -> Members:
+    """Return a set with candidates added as long as that raises the odds."""
+    while len(members) < MAX_MEMBERS:
+        conditional = posterior.given(members)
+        winner = best(posterior, conditional)
+        if (
+            winner is not None
+            and winner[1].log_odds > 0.0
+            and _is_likelier_with(posterior, members, (winner[0],))
+        ):
+            events = _with_certain_events(posterior, conditional, winner[0])[: MAX_MEMBERS - len(members)]
+            members = tuple(sorted({*members, *events}))
             continue
-        pair = _pair(posterior, beside, posterior.evidence(members))
+        pair = _best_pair(posterior, conditional, posterior.evidence(members))
         if pair is None:
             return members
         members = tuple(sorted({*members, *pair}))
     return members
 
 
-def _better(posterior: Posterior, members: Members, more: Sequence[int]) -> bool:
+def _is_likelier_with(posterior: Posterior, members: Members, more: Sequence[int]) -> bool:
     return posterior.evidence({*members, *more}) > posterior.evidence(members)
 
 
-def _together(posterior: Posterior, beside: Beside, first: int) -> list[int]:
-    """Return a candidate, and, if it is an event, all others far from it that are sure as well."""
+def _with_certain_events(posterior: Posterior, conditional: ConditionalFit, first: int) -> list[int]:
+    """Return a candidate and, if it is an event, all other probable events far from it."""
     terms, chosen = posterior.terms, [first]
     if not terms[first].is_event:
         return chosen
-    for single in ranked(posterior, beside):
-        if not terms[single].is_event or single == first or beside.quick(single) < 3.0:
+    for candidate in ranked_candidates(posterior, conditional):
+        if (
+            not terms[candidate].is_event
+            or candidate == first
+            or conditional.approximate_log_odds(candidate) < 3.0
+        ):
             continue
         times = [time for other in chosen for time in terms[other].fixed["times"]]
-        if all(abs(time - own) > APART for time in times for own in terms[single].fixed["times"]):
-            chosen.append(single)
+        if all(
+            abs(time - event_time) > EVENT_SEPARATION
+            for time in times
+            for event_time in terms[candidate].fixed["times"]
+        ):
+            chosen.append(candidate)
     return chosen
 
 
-def _pair(posterior: Posterior, beside: Beside, least: float) -> tuple[int, int] | None:
-    """Return two candidates that are worth adding together, though neither is alone: they hide each other.
+def _best_pair(posterior: Posterior, conditional: ConditionalFit, threshold: float) -> tuple[int, int] | None:
+    """Return two candidates that raise the odds together, though neither does alone: they mask each other.
 
     Args:
         posterior: Of the candidates.
-        beside: The set to which they are added.
-        least: Log posterior odds that the set with them must exceed.
+        conditional: Fit given the set to which they are added.
+        threshold: Log posterior odds that the set with them must exceed.
     """
     terms = posterior.terms
-    alone = [single for single in ranked(posterior, beside) if len(terms[single].probes) == 1][:PAIRED]
-    if not alone:
+    shortlist = [
+        candidate
+        for candidate in ranked_candidates(posterior, conditional)
+        if len(terms[candidate].probes) == 1
+    ][:PAIRED_CANDIDATES]
+    if not shortlist:
         return None
-    columns = [posterior.places[single].start for single in alone]
-    odds = np.array([terms[single].odds for single in alone])
-    gram, score = beside.left(columns)
-    precision = gram + np.eye(len(alone)) / LARGEST**2
-    own = np.diagonal(precision)
-    area = np.maximum(own[:, None] * own[None, :] - precision**2, 1e-12)
-    first_size = (own[None, :] * score[:, None] - precision * score[None, :]) / area
-    worth = 0.5 * (first_size * score[:, None] + first_size.T * score[None, :]) - 0.5 * np.log(area)
-    worth += odds[:, None] + odds[None, :] - 2.0 * math.log(LARGEST)
-    positive = np.array([terms[single].positive for single in alone])
+    columns = [posterior.places[candidate].start for candidate in shortlist]
+    prior_odds = np.array([terms[candidate].odds for candidate in shortlist])
+    gram, score = conditional.gram_and_score(columns)
+    precision = gram + np.eye(len(shortlist)) / MEMBER_SIZE**2
+    precisions = np.diagonal(precision)
+    area = np.maximum(precisions[:, None] * precisions[None, :] - precision**2, 1e-12)
+    first_size = (precisions[None, :] * score[:, None] - precision * score[None, :]) / area
+    log_odds = 0.5 * (first_size * score[:, None] + first_size.T * score[None, :]) - 0.5 * np.log(area)
+    log_odds += prior_odds[:, None] + prior_odds[None, :] - 2.0 * math.log(MEMBER_SIZE)
+    positive = np.array([terms[candidate].positive for candidate in shortlist])
     wrong = positive[:, None] & (first_size < 0.0)
-    worth[wrong | wrong.T] = NOTHING
-    rows, others = np.triu_indices(len(alone), 1)
-    offers = [
-        (float(worth[row, other]), alone[row], alone[other])
+    log_odds[wrong | wrong.T] = IMPOSSIBLE
+    rows, others = np.triu_indices(len(shortlist), 1)
+    pairs = [
+        (float(log_odds[row, other]), shortlist[row], shortlist[other])
         for row, other in zip(rows.tolist(), others.tolist(), strict=True)
-        if worth[row, other] > 0.0 and terms[alone[row]].key != terms[alone[other]].key
+        if log_odds[row, other] > 0.0 and terms[shortlist[row]].key != terms[shortlist[other]].key
     ]
-    for _, first, second in sorted(offers, reverse=True)[:3]:
-        pair = tuple(sorted((*beside.members, first, second)))
-        if posterior.evidence(pair) > least and all(
-            posterior.beside(tuple(other for other in pair if other != single)).judge(single).worth > 0.0
-            for single in (first, second)
+    for _, first, second in sorted(pairs, reverse=True)[:3]:
+        pair = tuple(sorted((*conditional.members, first, second)))
+        if posterior.evidence(pair) > threshold and all(
+            posterior.given(tuple(other for other in pair if other != candidate)).judge(candidate).log_odds
+            > 0.0
+            for candidate in (first, second)
         ):
             return first, second
     return None
 
 
-def _thinned(posterior: Posterior, members: Members) -> Members:
-    """Return a set without the members that are not worth staying beside the others.
+def _prune(posterior: Posterior, members: Members) -> Members:
+    """Return a set without the members whose odds, given the others, are below even.
 
-    Of those that nobody believes in together, the likelier stay.
+    Of members that are impossible together, the likelier stay.
     """
     members = _without_what_cancels(posterior, _without_leftovers(posterior, members))
-    sure: set[int] = set()
+    certain: set[int] = set()
     while members:
-        judged = [single for single in members if single not in sure]
-        worths = {single: posterior.beside(set(members) - {single}).judge(single).worth for single in judged}
-        worst = min(worths, key=lambda single: worths[single], default=None)
-        if worst is None or worths[worst] > 0.0:
+        judged = [member for member in members if member not in certain]
+        log_odds = {
+            member: posterior.given(set(members) - {member}).judge(member).log_odds for member in judged
+        }
+        worst = min(log_odds, key=lambda member: log_odds[member], default=None)
+        if worst is None or log_odds[worst] > 0.0:
             return members
-        if worths[worst] == NOTHING:
-            rests = {single: posterior.evidence(set(members) - {single}) for single in members}
-            worst = max(rests, key=lambda single: rests[single])
-        members = tuple(single for single in members if single != worst)
-        # what is sure beside more than is there now is judged once: leaving others only makes it surer
-        sure |= {single for single, worth in worths.items() if worth > SURE}
+        if log_odds[worst] == IMPOSSIBLE:
+            evidence_without = {member: posterior.evidence(set(members) - {member}) for member in members}
+            worst = max(evidence_without, key=lambda member: evidence_without[member])
+        members = tuple(member for member in members if member != worst)
+        # a certain member is judged once: removing others only raises its odds
+        certain |= {member for member, member_odds in log_odds.items() if member_odds > CERTAIN_LOG_ODDS}
     return members
 
 
 def _without_leftovers(posterior: Posterior, members: Members) -> Members:
-    """Return a set without pushes beside events that have a name: no law of an event is exact."""
+    """Return a set without pushes that may be discrepancies of its events."""
     terms = posterior.terms
-    named = [terms[single] for single in members if not is_push(terms[single])]
+    named = [terms[member] for member in members if not is_push(terms[member])]
     return tuple(
-        single
-        for single in members
-        if not (is_push(terms[single]) and _is_left(posterior, terms[single], named))
+        member
+        for member in members
+        if not (is_push(terms[member]) and _is_leftover(posterior, terms[member], named))
     )
 
 
 def _without_what_cancels(posterior: Posterior, members: Members) -> Members:
     """Return a set without effects of one kind on several components, if it is likelier without all of them.
 
-    Of an effect that is relative, such as a delay, a common amount on all components is none: each is needed
-    given the others, and none alone. And where all but one have it, that one would have the opposite, which
-    no component has.
+    Of a relative effect, such as a delay, a common amount on all components cannot be observed: each member
+    is needed given the others, and none alone. If all components but one have it, that one would have the
+    opposite, which is impossible.
     """
     terms = posterior.terms
     for kind in (kind.name for kind in EFFECTS if kind.relative):
-        late = {terms[single].component for single in members if terms[single].effect == kind}
-        prompt = {term.component for term in terms if term.effect == kind} - late
-        if len(late) > 1 and len(prompt) <= 1:
-            members = tuple(single for single in members if terms[single].effect != kind)
-    for effect in sorted({posterior.terms[single].effect for single in members}):
-        rest = tuple(single for single in members if posterior.terms[single].effect != effect)
+        affected = {terms[member].component for member in members if terms[member].effect == kind}
+        unaffected = {term.component for term in terms if term.effect == kind} - affected
+        if len(affected) > 1 and len(unaffected) <= 1:
+            members = tuple(member for member in members if terms[member].effect != kind)
+    for effect in sorted({posterior.terms[member].effect for member in members}):
+        rest = tuple(member for member in members if posterior.terms[member].effect != effect)
         if len(members) - len(rest) > 1 and posterior.evidence(rest) > posterior.evidence(members):
             members = rest
     return members
 
 
-def _exchanged(posterior: Posterior, members: Members) -> Members:
-    """Return a set with members exchanged for candidates that are worth more in their place."""
+def _exchange(posterior: Posterior, members: Members) -> Members:
+    """Return a set with members exchanged for candidates of higher odds."""
     for old in members:
         if old not in members:
             continue
-        rest = tuple(single for single in members if single != old)
-        beside = posterior.beside(rest)
+        rest = tuple(member for member in members if member != old)
+        conditional = posterior.given(rest)
         pair = (
-            None if posterior.terms[old].is_event else _pair(posterior, beside, posterior.evidence(members))
+            None
+            if posterior.terms[old].is_event
+            else _best_pair(posterior, conditional, posterior.evidence(members))
         )
         if pair is not None:
             members = tuple(sorted({*rest, *pair}))
             continue
-        offer = _instead(posterior, beside, old) if posterior.terms[old].is_event else best(posterior, beside)
-        if offer is None or offer[0] == old:
+        replacement = (
+            _best_event_at(posterior, conditional, old)
+            if posterior.terms[old].is_event
+            else best(posterior, conditional)
+        )
+        if replacement is None or replacement[0] == old:
             continue
-        own = beside.judge(old)
-        if not believable(posterior, offer[0], offer[1], old, own):
+        judgement = conditional.judge(old)
+        if not may_replace(posterior, replacement[0], replacement[1], old, judgement):
             continue
-        if offer[1].worth > 0.0 and offer[1].rank > own.rank:
-            members = tuple(sorted({*rest, offer[0]}))
+        if replacement[1].log_odds > 0.0 and replacement[1].white_log_odds > judgement.white_log_odds:
+            members = tuple(sorted({*rest, replacement[0]}))
     return members
 
 
-def _joined(posterior: Posterior, members: Members) -> Members:
-    """Return a set with two members exchanged for a single candidate, if the set is then likelier."""
+def _merge_two_members(posterior: Posterior, members: Members) -> Members:
+    """Return a set with two members replaced by one candidate, if the set is then likelier."""
     for first, second in itertools.combinations(members, 2):
-        for single, gain in instead_of_two(posterior, members, first, second):
-            beside = posterior.beside(set(members) - {first, second})
-            if gain > 0.0 and beside.judge(single).worth > 0.0:
-                return tuple(sorted({*beside.members, single}))
+        for candidate, gain in replacements_of_two(posterior, members, first, second):
+            conditional = posterior.given(set(members) - {first, second})
+            if gain > 0.0 and conditional.judge(candidate).log_odds > 0.0:
+                return tuple(sorted({*conditional.members, candidate}))
     return members
 
 
-def instead_of_two(
+def replacements_of_two(
     posterior: Posterior, members: Members, first: int, second: int
 ) -> list[tuple[int, float]]:
-    """Return what lasts and may stand in the place of two members, and how much likelier the set then is.
+    """Return candidates that may replace two members, and the gain of the set's log odds, the largest first.
 
-    Two effects may each explain a part of what is a third one, of what has no name and acts on the same
-    component, or, while they act, of a push. The likeliest come first. A name must be worth something there;
-    what has no name, and may be too small to be told, counts against the names all the same.
+    Two effects may each explain a part of a third one, of an unknown error on the same component, or, while
+    they act, of a push. An effect must have positive log odds there; an unknown error counts in any case.
     """
     terms, rest = posterior.terms, set(members) - {first, second}
     events = terms[first].is_event and terms[second].is_event  # what lasts is offered in the place of each
-    taken = {terms[single].key for single in rest}
+    used_keys = {terms[candidate].key for candidate in rest}
     parts = terms[first].component, terms[second].component
-    offers = [
-        single
-        for single, term in enumerate(terms)
+    candidates = [
+        candidate
+        for candidate, term in enumerate(terms)
         if (_pushes_both(term, terms[first], terms[second]) if term.is_local else not events)
-        and term.key not in taken
-        and single not in members
+        and term.key not in used_keys
+        and candidate not in members
         and (term.probes or all(part.startswith(term.component) for part in parts))
     ]
-    if not offers:
+    if not candidates:
         return []
-    beside, whole = posterior.beside(rest), posterior.evidence(members)
+    conditional, evidence = posterior.given(rest), posterior.evidence(members)
     gains = [
-        (single, posterior.evidence({*rest, single}) - whole)
-        for single in offers
-        if beside.quick(single) > 0.0
+        (candidate, posterior.evidence({*rest, candidate}) - evidence)
+        for candidate in candidates
+        if conditional.approximate_log_odds(candidate) > 0.0
     ]
-    likeliest = sorted(gains, key=lambda offer: -offer[1])[:OFFERS]
-    return [offer for offer in likeliest if not terms[offer[0]].probes or beside.judge(offer[0]).worth > 0.0]
+    likeliest = sorted(gains, key=lambda pair: -pair[1])[:JUDGED_REPLACEMENTS]
+    return [
+        pair for pair in likeliest if not terms[pair[0]].probes or conditional.judge(pair[0]).log_odds > 0.0
+    ]
 
 
 def _pushes_both(term: Term, first: Term, second: Term) -> bool:
-    """Say whether a candidate is a push while two events with names act: they may share what is a push."""
+    """Say whether a candidate is a push during two events: each may explain a part of it."""
     return (
         is_push(term)
         and not (is_push(first) or is_push(second))
@@ -342,16 +387,21 @@ def _pushes_both(term: Term, first: Term, second: Term) -> bool:
     )
 
 
-def _instead(posterior: Posterior, beside: Beside, old: int) -> tuple[int, Judgement] | None:
-    """Return the event at the same moments that is worth most in the place of another."""
+def _best_event_at(
+    posterior: Posterior, conditional: ConditionalFit, old: int
+) -> tuple[int, Judgement] | None:
+    """Return the best event at the same moments as another."""
     terms = posterior.terms
     times = terms[old].fixed["times"]
-    near = [
-        single
-        for single, term in enumerate(terms)
+    simultaneous = [
+        candidate
+        for candidate, term in enumerate(terms)
         if term.is_event
-        and single not in beside.members
+        and candidate not in conditional.members
         and len(term.fixed["times"]) == len(times)
-        and all(abs(time - own) < APART for time, own in zip(times, term.fixed["times"], strict=True))
+        and all(
+            abs(time - event_time) < EVENT_SEPARATION
+            for time, event_time in zip(times, term.fixed["times"], strict=True)
+        )
     ]
-    return _first(list(zip(near, beside.judge_all(near), strict=True)))
+    return _best_of(list(zip(simultaneous, conditional.judge_all(simultaneous), strict=True)))

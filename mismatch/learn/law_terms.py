@@ -16,7 +16,7 @@ from omnimate.mismatch.learn.learn import learn
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from omnimate.mismatch.evidence.beside import Beside
+    from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.learn.learned import LearnedLaw
     from omnimate.vehicle.se2 import Array
@@ -49,32 +49,34 @@ class LawTerm(Term):
         return self
 
 
-def learned(posterior: Posterior, beside: Beside, unknown: Term) -> list[LawTerm]:
+def learned(posterior: Posterior, conditional: ConditionalFit, unknown: Term) -> list[LawTerm]:
     """Return the law of an unknown error as terms, with their sizes in the probes, or none.
 
     Args:
         posterior: Of the candidates.
-        beside: What is left beside the named effects.
+        conditional: Fit given the effects that are found.
         unknown: Candidate that says on which component, and on what of it, the error acts.
     """
     if not unknown.fixed["acts_on"]:
         return []
-    law = law_of(posterior, beside, unknown.component, unknown.fixed["acts_on"])
+    law = law_of(posterior, conditional, unknown.component, unknown.fixed["acts_on"])
     return [] if law is None else _terms(law, unknown.odds)
 
 
-def law_of(posterior: Posterior, beside: Beside, component: str, acts_on: str) -> LearnedLaw | None:
-    """Return the law of an error of a component that is left beside the members of a set, or None.
+def law_of(
+    posterior: Posterior, conditional: ConditionalFit, component: str, acts_on: str
+) -> LearnedLaw | None:
+    """Return the law of an error of a component in the residuals given a set, or None.
 
     Args:
         posterior: Of the candidates.
-        beside: What is left.
+        conditional: Fit given a set.
         component: Component that has the error.
         acts_on: Quantity that the error changes, as in an effect `law`.
     """
     return learn(
-        *observed(posterior, beside, component, acts_on),
-        beside.residual,
+        *observed(posterior, conditional, component, acts_on),
+        conditional.residual,
         posterior.candidates.fold,
         component=component,
         acts_on=acts_on,
@@ -83,13 +85,13 @@ def law_of(posterior: Posterior, beside: Beside, component: str, acts_on: str) -
 
 
 def observed(
-    posterior: Posterior, beside: Beside, component: str, acts_on: str
+    posterior: Posterior, conditional: ConditionalFit, component: str, acts_on: str
 ) -> tuple[dict[str, Array], Callable[[Array], Array]]:
     """Return what an error of a component may depend on, and what it would add to the rows.
 
     Args:
         posterior: Of the candidates.
-        beside: What is left.
+        conditional: Fit given a set.
         component: Component that has the error.
         acts_on: Quantity that the error changes, as in an effect `law`.
 
@@ -112,7 +114,7 @@ def observed(
                 error for error in errors(windows) if (error.component, error.acts_on) == (component, acts_on)
             )
             raw.append(error.build(own / scale))
-        return beside.free(regression.whitened(raw))
+        return conditional.project_out(regression.whitened(raw))
 
     return variables, columns
 

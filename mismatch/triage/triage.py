@@ -18,20 +18,20 @@ from omnimate.effects import effects_scanned_by
 from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.findings import SUREST, blind, unseen_in_words
 from omnimate.mismatch.answer.rivals import POSSIBLE
-from omnimate.mismatch.candidates.events import SEEN, lost_way, spans
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import smooth_terms, term
 from omnimate.mismatch.description.far_off import far_off
 from omnimate.mismatch.description.first_look import first_look
 from omnimate.mismatch.diagnosis import ASSERTED, Alternative
-from omnimate.mismatch.evidence.search import ranked
+from omnimate.mismatch.evidence.search import ranked_candidates
 from omnimate.mismatch.investigate import noise_beside, usual, with_everyday
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS
-from omnimate.mismatch.noise.outliers import power
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
 from omnimate.mismatch.recording.validate import check, too_little
 from omnimate.mismatch.recording.windows import windows_of
+from omnimate.mismatch.scans.disturbances import power
+from omnimate.mismatch.scans.events import SEEN, lost_way, spans
 from omnimate.mismatch.triage.answer import Triage
 from omnimate.mismatch.triage.blocks import where
 from omnimate.mismatch.triage.thinning import thinned
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.diagnosis import Key, Where
-    from omnimate.mismatch.evidence.beside import Judgement
+    from omnimate.mismatch.evidence.conditional_fit import Judgement
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.recording import Recording
@@ -75,18 +75,21 @@ def triage(recordings: Sequence[Recording]) -> Triage:
         closest = tuple(Alternative(*one.key, probability=one.probability) for one in wrong.findings)
         return Triage("mismatch", wrong.says, robot, names, SUREST, wrong.findings[0].where, closest)
     posterior = _candidates([signals_of(thinned(single)) for single in recordings])
-    beside = posterior.beside(())
-    offers = ranked(posterior, beside)[:JUDGED]
-    judged = list(zip(offers, beside.judge_all(offers), strict=True))
+    conditional = posterior.given(())
+    offers = ranked_candidates(posterior, conditional)[:JUDGED]
+    judged = list(zip(offers, conditional.judge_all(offers), strict=True))
     probability, closest = _shares(posterior, judged)
-    if float((beside.residual**2).mean()) > FAR**2:
+    if float((conditional.residual**2).mean()) > FAR**2:
         probability = SUREST
     if probability >= ASSERTED:
-        part, gain = beside.residual, 0.0
+        part, gain = conditional.residual, 0.0
         if closest:
-            best, its = max(judged, key=lambda pair: pair[1].worth)
-            part, gain = beside.columns(posterior.candidates.columns(best)) @ its.coefficients, its.earned
-        seen = where(posterior.regression, beside.residual, part)
+            best, its = max(judged, key=lambda pair: pair[1].log_odds)
+            part, gain = (
+                conditional.residual_columns(posterior.candidates.columns(best)) @ its.coefficients,
+                its.heldout_gain,
+            )
+        seen = where(posterior.regression, conditional.residual, part)
         says = _says(seen, closest)
         return Triage("mismatch", says, robot, names, probability, seen, closest, gain)
     unseen = blind(posterior)
@@ -109,7 +112,7 @@ def _candidates(signals: Sequence[Signals]) -> Posterior:
     places += regression.add(others, keep=False)
     shift = np.zeros(len(regression.white))
     posterior = with_everyday(regression, [*offered, *others], places, shift)
-    events = [*_moments(posterior), *spans(regression, [posterior.beside(())], COARSE)]
+    events = [*_moments(posterior), *spans(regression, [posterior.given(())], COARSE)]
     if not events:
         return posterior
     return posterior.with_more(events, regression.add(events, keep=False))
@@ -119,7 +122,7 @@ def _moments(posterior: Posterior) -> list[Term]:
     """Return the strongest bump under each wheel and push of each truck, where they stand out."""
     regression, found = posterior.regression, []
     tries = sum(len(windows.ends) for windows in regression.windows)
-    pushes = regression.shocks(posterior.beside(()).residual)
+    pushes = regression.shocks(posterior.given(()).residual)
     for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
         sigmas = lost_way(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
@@ -149,7 +152,7 @@ def _shares(
     worths: dict[Key, float] = {}
     for single, its in judged:
         key = posterior.terms[single].key
-        worths[key] = max(worths.get(key, -math.inf), its.worth)
+        worths[key] = max(worths.get(key, -math.inf), its.log_odds)
     if not worths:
         return 0.0, ()
     top = max(0.0, *worths.values())

@@ -92,13 +92,13 @@ def regression():
 
 @pytest.fixture(scope="session")
 def alone():
-    """Return a function that gives what is left of a regression beside no member and no everyday size."""
+    """Return a function that gives what is left of a regression beside no member and no background size."""
 
-    def beside(regression):
+    def conditional(regression):
         nothing = np.zeros(0, np.int64), np.zeros(0)
-        return Posterior(Candidates(regression, [], [], nothing, {})).beside(())
+        return Posterior(Candidates(regression, [], [], nothing, {})).given(())
 
-    return beside
+    return conditional
 
 
 @pytest.fixture(scope="session")
@@ -125,7 +125,7 @@ def candidate():
 def drawn():
     """Return a function that gives the posterior of data `X b + e` about candidates with columns X."""
 
-    def posterior(columns, terms, truth, seed, everyday=None, order=None):
+    def posterior(columns, terms, truth, seed, background=None, order=None):
         chance = np.random.default_rng([seed, 1])
         count = int(RATE * SPAN)
         assert columns.shape[0] == count
@@ -141,14 +141,14 @@ def drawn():
         )
         edges = 1 + np.concatenate(([0], np.cumsum([len(term.probes) for term in terms])))
         places = [slice(int(start), int(end)) for start, end in itertools.pairwise(edges)]
-        if everyday is None:
-            everyday = np.zeros(0, np.int64), np.zeros(0)
+        if background is None:
+            background = np.zeros(0, np.int64), np.zeros(0)
         names = {
             column: term.key
             for term, place in zip(terms, places, strict=True)
             for column in range(place.start, place.stop)
         }
-        return Posterior(Candidates(regression, list(terms), places, everyday, names))
+        return Posterior(Candidates(regression, list(terms), places, background, names))
 
     return posterior
 

@@ -23,7 +23,7 @@ from studies.mismatch.laws.drives import pair
 
 if TYPE_CHECKING:
     from omnimate.effects.effect import Effect
-    from omnimate.mismatch.evidence.beside import Beside
+    from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.noise.levels import NoiseLevels
     from omnimate.mismatch.recording.response import Columns, Response
@@ -56,24 +56,24 @@ def recovered_from(drives: Pair) -> Recovery:
     effect = drives.effect
     posterior = _everyday(drives.seen, effect)
     unseen = _everyday(drives.unseen, effect, posterior.regression.noise)
-    beside, held_out = posterior.beside(()), unseen.beside(())
+    conditional, held_out = posterior.given(()), unseen.given(())
     itself = _gain(held_out, _part(unseen, held_out, (effect,)))
     ways = _ways(posterior, effect.component)
-    laws = [law_of(posterior, beside, effect.component, way) for way in ways]
+    laws = [law_of(posterior, conditional, effect.component, way) for way in ways]
     found = max((law for law in laws if law is not None), key=lambda law: law.total, default=None)
     gains = {LAW: 0.0 if found is None else _gain(held_out, _part(unseen, held_out, found.effects))}
     for name, method in ((PROCESS, gaussian_process), *(((SINDY, sindy),) if has_sindy() else ())):
         offers = []
         for way in ways:
-            variables, columns = observed(posterior, beside, effect.component, way)
+            variables, columns = observed(posterior, conditional, effect.component, way)
             learned = method(
                 variables,
                 columns,
-                beside.residual,
+                conditional.residual,
                 posterior.candidates.fold,
                 sizes_of(effect.component, way),
             )
-            fitted = _gain(beside, columns(learned(variables)[:, None])[:, 0])
+            fitted = _gain(conditional, columns(learned(variables)[:, None])[:, 0])
             there, shown = observed(unseen, held_out, effect.component, way)
             offers.append((fitted, _gain(held_out, shown(learned(there)[:, None])[:, 0])))
         gains[name] = max(offers)[1]
@@ -121,14 +121,14 @@ def _ways(posterior: Posterior, component: str) -> list[str]:
     )
 
 
-def _part(posterior: Posterior, beside: Beside, effects: tuple[Effect, ...]) -> Array:
+def _part(posterior: Posterior, conditional: ConditionalFit, effects: tuple[Effect, ...]) -> Array:
     """Return what effects would explain of a drive's rows, `(V,)`."""
     regression = posterior.regression
     raw = [
         _columns(base, windows, effects)
         for windows, base in zip(regression.windows, regression.responses, strict=True)
     ]
-    return np.asarray(beside.free(regression.whitened(raw))[:, 0])
+    return np.asarray(conditional.project_out(regression.whitened(raw))[:, 0])
 
 
 def _columns(base: Response, windows: Windows, effects: tuple[Effect, ...]) -> Columns:
@@ -137,6 +137,6 @@ def _columns(base: Response, windows: Windows, effects: tuple[Effect, ...]) -> C
     return push[:, :, None], seen[:, :, None]
 
 
-def _gain(beside: Beside, part: Array) -> float:
+def _gain(conditional: ConditionalFit, part: Array) -> float:
     """Return by how much half the chi-square of a drive falls without a part `(V,)` of its rows [nat]."""
-    return float(part @ beside.residual - 0.5 * part @ part)
+    return float(part @ conditional.residual - 0.5 * part @ part)

@@ -11,7 +11,7 @@ from omnimate.effects.ageing import SYNC_SKEW
 from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.nuisances import BEFORE, _unforeseen, is_merged, nuisances
-from omnimate.mismatch.evidence.rows import free
+from omnimate.mismatch.evidence.rows import whiten_nuisances
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.motion.paths import out_and_back
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -48,7 +48,7 @@ def shuttled(effect, regression):
         effects = tuple(effect("gear_backlash", wheel, width=8e-4) for wheel in wheels)
         drive = simulate(vehicle, Truth(vehicle, seed=3, effects=effects), out_and_back(2.0, 3))
         data = regression(drive)
-        rows = data.white[:, :1], free(data.white[:, :1], data.whitened(nuisances(data.windows)))
+        rows = data.white[:, :1], whiten_nuisances(data.white[:, :1], data.whitened(nuisances(data.windows)))
         return np.array([float((each**2).sum()) for each in rows])
 
     return chi_squares

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.candidates.events import push_terms
 from omnimate.mismatch.candidates.pushes import MOMENTS, ORDINARY, PART, Push, push
 from omnimate.mismatch.evidence.search import overlap
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
+from omnimate.mismatch.scans.events import push_terms
 
 BEGIN = 40.0
 LEANT_ON = Push("a", BEGIN, 2.0, ((0.0, 4e-3, 2e-3), (0.0, 8e-3, 2e-3)))
@@ -36,8 +36,8 @@ def test_a_candidate_has_three_columns_for_each_part_and_is_built_of_them():
 
 
 def test_what_is_ordinary_of_a_push_is_shared_by_its_parts():
-    assert push("a", BEGIN, 100).ordinary == ORDINARY
-    assert push("a", BEGIN, 100, 4 * PART).ordinary == pytest.approx(ORDINARY / 2.0)
+    assert push("a", BEGIN, 100).nuisance_size == ORDINARY
+    assert push("a", BEGIN, 100, 4 * PART).nuisance_size == pytest.approx(ORDINARY / 2.0)
 
 
 def test_a_push_of_seconds_is_a_candidate_from_its_begin_to_its_end(drive, regression, alone):

@@ -6,9 +6,9 @@ import pytest
 from omnimate.effects import effect_named
 from omnimate.effects.bump import BumpEvents
 from omnimate.effects.count_loss import CountLoss
-from omnimate.mismatch.candidates.events import merged
 from omnimate.mismatch.candidates.terms import smooth_terms, term
 from omnimate.mismatch.recording.signals import signals_of
+from omnimate.mismatch.scans.events import merged
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,14 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from omnimate.mismatch.evidence.candidates import AGAIN
-from omnimate.mismatch.evidence.density import LARGEST, TAILS, bayes_factor, log_evidence
-from omnimate.mismatch.evidence.rows import loosened, loosening, narrowed, shrinking
+from omnimate.mismatch.evidence.candidates import FURTHER_BUMP_LOG_ODDS
+from omnimate.mismatch.evidence.density import FAULT_SIZE_MIXTURE, MEMBER_SIZE, log_bayes_factor, log_evidence
+from omnimate.mismatch.evidence.rows import (
+    apply_discrepancy,
+    discrepancy_factor,
+    unwhiten_nuisances,
+    whitening_factor,
+)
 
 SEEDS = st.integers(0, 10**6)
 EFFECTS = (
@@ -33,7 +38,7 @@ def test_the_bayes_factor_is_the_integral_over_the_size_of_a_fault(gram, sigmas)
     score, middle = sigmas * np.sqrt(gram), sigmas / np.sqrt(gram)
 
     def density(size):
-        prior = sum(share * norm.pdf(size, scale=scale) for scale, share in TAILS)
+        prior = sum(share * norm.pdf(size, scale=scale) for scale, share in FAULT_SIZE_MIXTURE)
         return np.exp(score * size - 0.5 * gram * size**2 - 0.5 * sigmas**2) * prior
 
     width = min(1.0 / np.sqrt(gram), 5.0)
@@ -43,7 +48,7 @@ def test_the_bayes_factor_is_the_integral_over_the_size_of_a_fault(gram, sigmas)
         quad(density, first, last, epsabs=0.0, epsrel=1e-8)[0] for first, last in itertools.pairwise(points)
     )
     expected = np.log(whole) + 0.5 * sigmas**2
-    assert bayes_factor(np.array([[gram]]), np.array([score])) == pytest.approx(expected, abs=1e-6)
+    assert log_bayes_factor(np.array([[gram]]), np.array([score])) == pytest.approx(expected, abs=1e-6)
 
 
 @settings(max_examples=30)
@@ -65,11 +70,11 @@ def test_shrinking_takes_the_root_of_the_noise_and_narrowing_gives_it_back(seed,
     nuisance, rows = size * chance.normal(size=(20, width)), chance.normal(size=(20, 3))
 
     def shrunk(what):
-        return what - nuisance @ (shrinking(nuisance.T @ nuisance) @ (nuisance.T @ what))
+        return what - nuisance @ (whitening_factor(nuisance.T @ nuisance) @ (nuisance.T @ what))
 
     root = root_of_inverse(np.eye(20) + nuisance @ nuisance.T)
     np.testing.assert_allclose(shrunk(rows), root @ rows, atol=1e-8)
-    np.testing.assert_allclose(narrowed(shrunk(rows), shrunk(nuisance)), rows, atol=1e-5)
+    np.testing.assert_allclose(unwhiten_nuisances(shrunk(rows), shrunk(nuisance)), rows, atol=1e-5)
 
 
 @settings(max_examples=30)
@@ -83,7 +88,7 @@ def test_loosened_rows_are_whitened_by_the_root_of_the_whole_noise(seed, width, 
         mine = (stretch == number)[:, None]
         noise += (part * mine) @ (part * mine).T
     np.testing.assert_allclose(
-        loosened(rows, loosening(part, stretch)), root_of_inverse(noise) @ rows, atol=1e-6
+        apply_discrepancy(rows, discrepancy_factor(part, stretch)), root_of_inverse(noise) @ rows, atol=1e-6
     )
 
 
@@ -91,9 +96,9 @@ def test_loosened_rows_are_whitened_by_the_root_of_the_whole_noise(seed, width, 
 def judged(drawn, waves, candidate):
     """Return a function that gives the posterior of four candidates of which the first two are there."""
 
-    def posterior(seed, everyday=True, order=None):
+    def posterior(seed, background=True, order=None):
         terms = [candidate(*key) for key in EFFECTS]
-        sizes = (np.array([1, 2]), np.array([0.05, 0.05])) if everyday else None
+        sizes = (np.array([1, 2]), np.array([0.05, 0.05])) if background else None
         columns = waves([400.0] * 4, seed)
         return drawn(columns, terms, np.array([1.5, -1.0, 0.0, 0.0]), seed, sizes, order)
 
@@ -110,8 +115,8 @@ def test_a_judgement_does_not_depend_on_the_order_of_rows(drawn, waves, candidat
         drawn(columns, terms, truth, seed, (np.array([1]), np.array([0.1])), own) for own in (None, order)
     )
     for members in ((), (1,), (1, 2)):
-        own, other = (posterior.beside(members).judge(0) for posterior in (plain, mixed))
-        for name in ("worth", "evidence", "earned", "spread"):
+        own, other = (posterior.given(members).judge(0) for posterior in (plain, mixed))
+        for name in ("log_odds", "log_bayes_factor", "heldout_gain", "overdispersion"):
             assert getattr(own, name) == pytest.approx(getattr(other, name), rel=1e-6, abs=1e-6), name
         np.testing.assert_allclose(own.coefficients, other.coefficients, rtol=1e-6)
 
@@ -122,34 +127,39 @@ def test_no_nuisance_and_no_member_ever_raises_the_information(drawn, waves, can
     terms = [candidate(*key) for key in EFFECTS]
     columns, truth = waves([400.0] * 4, seed), np.array([1.5, -1.0, 0.5, 0.0])
     plain = drawn(columns, terms, truth, seed)
-    beside = drawn(columns, terms, truth, seed, (np.array([2, 3]), np.array([0.1, 1.0])))
-    last, before = 4, float(plain.beside(()).left([4])[0][0, 0])
+    nuisances = drawn(columns, terms, truth, seed, (np.array([2, 3]), np.array([0.1, 1.0])))
+    last, before = 4, float(plain.given(()).gram_and_score([4])[0][0, 0])
     assert before == pytest.approx(400.0)
-    for posterior, members in ((beside, ()), (plain, (1,)), (beside, (1,)), (beside, (0, 1))):
-        assert posterior.beside(members).left([last])[0][0, 0] <= before * (1.0 + 1e-9)
-    nested = [beside.beside(members).left([last])[0][0, 0] for members in ((), (2,))]
+    for posterior, members in ((nuisances, ()), (plain, (1,)), (nuisances, (1,)), (nuisances, (0, 1))):
+        assert posterior.given(members).gram_and_score([last])[0][0, 0] <= before * (1.0 + 1e-9)
+    nested = [nuisances.given(members).gram_and_score([last])[0][0, 0] for members in ((), (2,))]
     assert nested[1] <= nested[0] * (1.0 + 1e-9)
 
 
 @settings(max_examples=20)
 @given(seed=SEEDS, members=st.sampled_from([(), (1,)]))
-def test_columns_that_come_later_are_freed_as_those_that_are_there(judged, seed, members):
+def test_further_columns_are_projected_out_as_those_that_are_there(judged, seed, members):
     posterior = judged(seed)
-    beside = posterior.beside(members)
+    conditional = posterior.given(members)
     later = posterior.regression.white[:, 3:]
     there = range(3, posterior.regression.white.shape[1])
-    np.testing.assert_allclose(beside.free(later), beside.columns(there), atol=1e-6)
-    for gram, score in (beside.scores(later), beside.left(there)):
-        np.testing.assert_allclose(score, beside.columns(there).T @ beside.residual, rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(conditional.project_out(later), conditional.residual_columns(there), atol=1e-6)
+    for gram, score in (conditional.products_of(later), conditional.gram_and_score(there)):
         np.testing.assert_allclose(
-            gram, beside.columns(there).T @ beside.columns(there), rtol=1e-4, atol=1e-3
+            score, conditional.residual_columns(there).T @ conditional.residual, rtol=1e-4, atol=1e-3
+        )
+        np.testing.assert_allclose(
+            gram,
+            conditional.residual_columns(there).T @ conditional.residual_columns(there),
+            rtol=1e-4,
+            atol=1e-3,
         )
 
 
 def test_coefficients_are_as_far_from_the_truth_as_their_covariance_says(judged):
     away = []
     for seed in range(40):
-        found = judged(seed, everyday=False).beside((1,)).judge(0)
+        found = judged(seed, background=False).given((1,)).judge(0)
         away.append((found.coefficients[0] - 1.5) / np.sqrt(found.covariance[0, 0]))
     assert 0.6 < np.sqrt(np.mean(np.square(away))) < 1.3
 
@@ -159,16 +169,16 @@ def test_noise_that_is_larger_than_it_should_be_is_told_and_makes_evidence_weake
     quiet = drawn(columns, terms, np.array([0.5]), 3)
     loud = drawn(columns, terms, np.array([0.5]), 3)
     loud.regression.white[:, 0] += 1.5 * np.random.default_rng(8).normal(size=len(columns))
-    own, other = (posterior.beside(()).judge(0) for posterior in (quiet, loud))
-    assert own.spread < 1.5 < other.spread
+    own, other = (posterior.given(()).judge(0) for posterior in (quiet, loud))
+    assert own.overdispersion < 1.5 < other.overdispersion
     assert other.covariance[0, 0] > 1.5 * own.covariance[0, 0]
 
 
 def test_a_size_below_zero_that_makes_no_sense_is_worth_nothing(drawn, waves, candidate):
     terms = [candidate("bump", "a.left", positive=True, times=(3.0,))]
     columns = waves([400.0], 5)
-    assert drawn(columns, terms, np.array([1.0]), 5).beside(()).judge(0).worth > 10.0
-    assert drawn(columns, terms, np.array([-1.0]), 5).beside(()).judge(0).worth == -np.inf
+    assert drawn(columns, terms, np.array([1.0]), 5).given(()).judge(0).log_odds > 10.0
+    assert drawn(columns, terms, np.array([-1.0]), 5).given(()).judge(0).log_odds == -np.inf
 
 
 def test_sets_are_compared_by_the_density_of_the_data(drawn, waves, candidate):
@@ -176,7 +186,7 @@ def test_sets_are_compared_by_the_density_of_the_data(drawn, waves, candidate):
     columns = waves([300.0, 200.0], 9)
     posterior = drawn(columns, terms, np.array([0.7, 0.2]), 9)
     data = posterior.regression.white[:, 0]
-    covariance = np.eye(len(data)) + LARGEST**2 * columns @ columns.T
+    covariance = np.eye(len(data)) + MEMBER_SIZE**2 * columns @ columns.T
     expected = -0.5 * (
         data @ np.linalg.solve(covariance, data) - data @ data + np.linalg.slogdet(covariance)[1]
     )
@@ -192,7 +202,7 @@ def test_what_acts_all_the_time_is_not_believed_for_three_outlying_seconds(
     columns[moments] += 4.0
     posterior = drawn(columns, terms, np.array([0.0]), 4)
     posterior.regression.white[moments, 0] += columns[moments, 0]
-    assert (posterior.beside(()).judge(0).worth > 0.0) is believed
+    assert (posterior.given(()).judge(0).log_odds > 0.0) is believed
 
 
 @pytest.mark.parametrize("exact", [True, False])
@@ -210,9 +220,9 @@ def test_an_event_that_is_not_of_its_shape_is_not_left_to_what_is_free_in_shape(
     ]
     posterior = drawn(columns, terms, np.zeros(4), 4)
     posterior.regression.white[200:203, 0] += shape
-    bump, push = (posterior.beside(()).judge(number) for number in (0, 1))
-    assert bump.worth > 0.0
-    assert bump.rank > push.rank
+    bump, push = (posterior.given(()).judge(number) for number in (0, 1))
+    assert bump.log_odds > 0.0
+    assert bump.white_log_odds > push.white_log_odds
 
 
 def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel(drawn, waves, candidate):
@@ -221,7 +231,7 @@ def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel(drawn, waves
     posterior = drawn(waves([400.0] * 4, 1), terms, np.zeros(4), 1)
     assert (
         posterior.candidates.odds(2, (0, 1))
-        == AGAIN
+        == FURTHER_BUMP_LOG_ODDS
         > posterior.candidates.odds(2, (0,))
         == posterior.candidates.odds(2, (0, 3))
     )
@@ -236,11 +246,11 @@ def test_a_truck_with_one_wrong_number_was_not_calibrated(drawn, waves, candidat
     assert candidates.odds(1, (3,)) == terms[1].odds
 
 
-def test_a_barred_candidate_is_worth_nothing_beside_any_set(judged):
+def test_an_excluded_candidate_is_impossible_given_any_set(judged):
     posterior = judged(2)
-    assert posterior.beside(()).judge(0).worth > 0.0
-    posterior.bar((0,))
-    assert posterior.beside(()).judge(0).worth == posterior.beside((1,)).judge(0).worth == -np.inf
+    assert posterior.given(()).judge(0).log_odds > 0.0
+    posterior = posterior.without((0,))
+    assert posterior.given(()).judge(0).log_odds == posterior.given((1,)).judge(0).log_odds == -np.inf
 
 
 @settings(max_examples=20)
@@ -249,8 +259,8 @@ def test_a_recording_drawn_as_it_is_supports_a_candidate_and_a_set_as_it_does(dr
     terms = [candidate(*key) for key in EFFECTS]
     posterior = drawn(waves([300.0] * 4, seed), terms, np.array([1.0, 0.0, 0.5, 0.0]), seed)
     draws = np.stack([np.ones(int(posterior.candidates.stretch.max()) + 1)] * 2)
-    np.testing.assert_allclose(posterior.redrawn((0, 2), draws), 0.0, atol=1e-9)
-    np.testing.assert_allclose(posterior.beside((0,)).redrawn(2, draws), 0.0, atol=1e-9)
+    np.testing.assert_allclose(posterior.bootstrap_gain((0, 2), draws), 0.0, atol=1e-9)
+    np.testing.assert_allclose(posterior.given((0,)).bootstrap_gain(2, draws), 0.0, atol=1e-9)
 
 
 @settings(max_examples=20)
@@ -259,8 +269,8 @@ def test_a_recording_drawn_twice_over_supports_a_candidate_as_twice_the_informat
     drawn, waves, candidate, seed
 ):
     posterior = drawn(waves([300.0], seed), [candidate(*EFFECTS[0])], np.array([1.0]), seed)
-    beside = posterior.beside(())
-    gram, score = beside.products([0])
+    conditional = posterior.given(())
+    gram, score = conditional.products_without_background([0])
     draws = np.full((1, int(posterior.candidates.stretch.max()) + 1), 2.0)
-    expected = bayes_factor(2.0 * gram, 2.0 * score) - bayes_factor(gram, score)
-    np.testing.assert_allclose(beside.redrawn(0, draws), expected, atol=1e-8)
+    expected = log_bayes_factor(2.0 * gram, 2.0 * score) - log_bayes_factor(gram, score)
+    np.testing.assert_allclose(conditional.bootstrap_gain(0, draws), expected, atol=1e-8)

@@ -5,8 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.mismatch.evidence.beside import NOTHING, Judgement
-from omnimate.mismatch.evidence.search import _first, _thinned, _without_what_cancels, instead_of_two, search
+from omnimate.mismatch.evidence.conditional_fit import IMPOSSIBLE, Judgement
+from omnimate.mismatch.evidence.search import (
+    _best_of,
+    _prune,
+    _without_what_cancels,
+    replacements_of_two,
+    search,
+)
 
 NUMBERS = [("wheel_diameter", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")] + [
     ("wheelbase", "a"),
@@ -31,15 +37,15 @@ def library(candidate):
 
 
 def made(drawn, waves, library, seed, truth=None):
-    """Return the posterior of a library with its everyday sizes, of which some are there."""
+    """Return the posterior of a library with its background sizes, of which some are there."""
     chance = np.random.default_rng(seed)
     columns = waves(10.0 ** chance.uniform(1.5, 4.0, len(library)), seed)
     sizes = np.zeros(len(library))
     for number, size in (truth or {}).items():
         sizes[number] = size
         columns[:, number] *= np.sqrt(1000.0) / np.linalg.norm(columns[:, number])
-    everyday = np.arange(1, len(library) + 1), np.full(len(library), 0.02)
-    return drawn(columns, library, sizes, seed, everyday)
+    background = np.arange(1, len(library) + 1), np.full(len(library), 0.02)
+    return drawn(columns, library, sizes, seed, background)
 
 
 def test_in_two_hundred_regressions_of_noise_at_most_two_have_anything_found(drawn, waves, library):
@@ -61,8 +67,8 @@ def test_two_effects_that_hide_each_other_are_found_together(drawn, waves, libra
     truth = np.zeros(len(library))
     truth[[0, 1]] = 2.0, -2.0
     posterior = drawn(columns, library, truth, seed)
-    both = [posterior.beside((1 - number,)).judge(number).worth for number in (0, 1)]
-    alone = [posterior.beside(()).judge(number).worth for number in (0, 1)]
+    both = [posterior.given((1 - number,)).judge(number).log_odds for number in (0, 1)]
+    alone = [posterior.given(()).judge(number).log_odds for number in (0, 1)]
     assert min(both) > 10.0 + max(alone)
     assert search(posterior) == (0, 1)
 
@@ -103,7 +109,7 @@ def test_what_has_no_name_takes_the_place_of_two_names_of_its_component_that_sha
     assert search(posterior, (0, 1)) == (2,)
     elsewhere = replace(terms[0], component="a.left")
     posterior.terms[0] = elsewhere
-    assert 2 not in [single for single, _ in instead_of_two(posterior, (0, 1), 0, 1)]
+    assert 2 not in [single for single, _ in replacements_of_two(posterior, (0, 1), 0, 1)]
 
 
 def test_of_rivals_that_may_be_there_the_likelier_wins_though_it_leaves_noise_that_is_less_white():
@@ -113,7 +119,7 @@ def test_of_rivals_that_may_be_there_the_likelier_wins_though_it_leaves_noise_th
         return Judgement(worth, worth, worth, np.ones(1), np.eye(1), spread, rank)
 
     likelier, whiter, absent = judged(177.0, 2.1, 350.0), judged(300.0, 1.2, 340.0), judged(-1.0, 9.0, 400.0)
-    assert _first([(0, likelier), (1, whiter), (2, absent)]) == (0, likelier)
+    assert _best_of([(0, likelier), (1, whiter), (2, absent)]) == (0, likelier)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -122,9 +128,9 @@ def test_of_two_that_nobody_believes_in_together_the_likelier_stays(drawn, waves
     axes = np.linalg.qr(waves(np.ones(2), seed))[0]
     columns = np.stack([60.0 * axes[:, 0], 0.15 * axes[:, 0] + 3.0 * axes[:, 1]], axis=1)
     posterior = drawn(columns, terms, np.array([3.9, -4.0]), seed)
-    assert posterior.beside((1,)).judge(0).worth == NOTHING
-    assert posterior.beside((0,)).judge(1).worth > 0.0
-    assert _thinned(posterior, (0, 1)) == (0,)
+    assert posterior.given((1,)).judge(0).log_odds == IMPOSSIBLE
+    assert posterior.given((0,)).judge(1).log_odds > 0.0
+    assert _prune(posterior, (0, 1)) == (0,)
 
 
 def test_where_all_channels_or_all_but_one_are_late_none_is(drawn, waves, library):

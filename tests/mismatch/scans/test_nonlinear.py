@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from omnimate.mismatch.candidates.moments import lasts, settled, spreads
 from omnimate.mismatch.candidates.terms import term
+from omnimate.mismatch.scans.nonlinear import lasts, settled, spreads
 
 TRUE = (20.0, 55.0)
 

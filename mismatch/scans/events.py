@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.effects import effects_scanned_by
-from omnimate.mismatch.candidates.moments import SHORTEST, lasts, settled
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.terms import BESIDE, term
-from omnimate.mismatch.noise.outliers import power
 from omnimate.mismatch.recording.signals import WINDOW
+from omnimate.mismatch.scans.disturbances import power
+from omnimate.mismatch.scans.nonlinear import SHORTEST, lasts, settled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.diagnosis import Key
-    from omnimate.mismatch.evidence.beside import Beside
+    from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.parameters import Channel
     from omnimate.vehicle.se2 import Array
@@ -45,30 +45,32 @@ _STRONGEST = 16  # windows under one wheel
 Shocks = Sequence[tuple["Array", "Array"]]  # of each recording, as `Regression.shocks` gives them
 
 
-def events(regression: Regression, besides: Sequence[Beside], *, nameless: bool = True) -> list[Term]:
+def events(
+    regression: Regression, conditionals: Sequence[ConditionalFit], *, nameless: bool = True
+) -> list[Term]:
     """Return candidates that act at a place or time, as what is left beside some sets shows them.
 
     Args:
         regression: Whose recordings to look at.
-        besides: What is left of them.
+        conditionals: Their fits given some sets.
         nameless: Whether pushes are offered: not before the events that have names are where they belong.
     """
-    shocks = [regression.shocks(beside.residual) for beside in besides]
+    shocks = [regression.shocks(conditional.residual) for conditional in conditionals]
     found = [
         *(
             single
-            for beside, seen in zip(besides, shocks, strict=True)
-            for single in _bumps(regression, beside, seen)
+            for conditional, seen in zip(conditionals, shocks, strict=True)
+            for single in _bumps(regression, conditional, seen)
         ),
         *(push_terms(regression, shocks) if nameless else ()),
-        *spans(regression, besides),
-        *_losses(regression, besides),
-        *_harmonics(regression, besides),
+        *spans(regression, conditionals),
+        *_losses(regression, conditionals),
+        *_harmonics(regression, conditionals),
     ]
     return merged([], found)
 
 
-def _bumps(regression: Regression, beside: Beside, shocks: Shocks) -> list[Term]:
+def _bumps(regression: Regression, conditional: ConditionalFit, shocks: Shocks) -> list[Term]:
     """Return bumps under each wheel: the windows that stand out."""
     found = []
     tries = _windows(regression)
@@ -79,8 +81,8 @@ def _bumps(regression: Regression, beside: Beside, shocks: Shocks) -> list[Term]
                 rolls_on = _rolls_on(windows, number, kind.estimated().scale)
                 own = np.where(rolls_on, sigmas[:, number], 0.0)
                 high = np.flatnonzero(own > SEEN)
-                begins = [float(windows.time[window]) for window in _apart(high, own)[:_STRONGEST]]
-                found += _begun(regression, beside, (kind.name, wheel), begins, tries)
+                begins = [float(windows.time[window]) for window in _separated(high, own)[:_STRONGEST]]
+                found += _begun(regression, conditional, (kind.name, wheel), begins, tries)
     return found
 
 
@@ -98,7 +100,7 @@ def push_terms(regression: Regression, shocks: Sequence[Shocks]) -> list[Term]:
             for number, truck in enumerate(windows.signals.trucks):
                 part = slice(3 * number, 3 * number + 3)
                 strength = np.sqrt(power(scores[:, part], informations[:, part, part]))
-                peaks = _apart(np.flatnonzero(strength > PUSHED), strength)[:_STRONGEST]
+                peaks = _separated(np.flatnonzero(strength > PUSHED), strength)[:_STRONGEST]
                 found += [push(truck, float(windows.time[window]), tries) for window in peaks]
                 found += [
                     push(truck, begin, tries**2 // 2, end - begin)
@@ -149,7 +151,7 @@ def _rolls_on(windows: Windows, wheel: int, lost: float) -> NDArray[np.bool_]:
 
 
 def _begun(
-    regression: Regression, beside: Beside, key: Key, windows: Sequence[float], tries: int
+    regression: Regression, conditional: ConditionalFit, key: Key, windows: Sequence[float], tries: int
 ) -> list[Term]:
     """Return events of an effect and wheel in windows that begin at some times [s].
 
@@ -158,7 +160,7 @@ def _begun(
     offers = [term(*key, tries, times=(begin + shift * WINDOW,)) for begin in windows for shift in ONSETS]
     if not offers:
         return []
-    sigmas = beside.strength(regression.columns_of(offers)).reshape(len(windows), len(ONSETS))
+    sigmas = conditional.z_scores(regression.columns_of(offers)).reshape(len(windows), len(ONSETS))
     return [offers[len(ONSETS) * row + int(np.argmax(own))] for row, own in enumerate(sigmas)]
 
 
@@ -170,7 +172,7 @@ def lost_way(windows: Windows, scores: Array, informations: Array) -> Array:
     return np.where(information > 0.0, score / np.sqrt(np.maximum(information, 1e-300)), 0.0)
 
 
-def _apart(high: NDArray[np.int64], sigmas: Array) -> list[int]:
+def _separated(high: NDArray[np.int64], sigmas: Array) -> list[int]:
     """Return the strongest of windows that lie next to each other, the strongest first."""
     chosen: list[int] = []
     for window in sorted(high.tolist(), key=lambda at: -sigmas[at]):
@@ -179,7 +181,7 @@ def _apart(high: NDArray[np.int64], sigmas: Array) -> list[int]:
     return chosen
 
 
-def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) -> list[Term]:
+def spans(regression: Regression, conditionals: Sequence[ConditionalFit], most: int = CELLS) -> list[Term]:
     """Return stretches of time in which wheels slipped, and moments at which their radius changed.
 
     A recording is cut into cells; the column of a stretch is the sum of those of its cells, and so all
@@ -187,7 +189,7 @@ def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) 
 
     Args:
         regression: Whose recordings to look at.
-        besides: What is left of them.
+        conditionals: Their fits given some sets.
         most: Cells of a recording, at most.
     """
     edges = [_cells(windows, most) for windows in regression.windows]
@@ -204,17 +206,17 @@ def spans(regression: Regression, besides: Sequence[Beside], most: int = CELLS) 
             cell = np.searchsorted(cells, middle[inside], side="right") - 1
             own[inside, first + cell] = -travelled(windows)[inside, number]
         columns = regression.of_ways(number, ways)
-        for beside in besides:
-            gram, score = beside.scores(columns)
+        for conditional in conditionals:
+            gram, score = conditional.products_of(columns)
             offers = _steps(wheel, begins, score, gram, places)
             for own, first, end in zip(edges, firsts, firsts[1:], strict=False):
                 mine = slice(first, end)
                 offers += _slips(wheel, own, score[mine], gram[mine, mine], places**2 // 2)
-            found += _bounded(regression, beside, [each for each in offers if lasts(regression, each)])
+            found += _bounded(regression, conditional, [each for each in offers if lasts(regression, each)])
     return found
 
 
-def _bounded(regression: Regression, beside: Beside, offers: Sequence[Term]) -> list[Term]:
+def _bounded(regression: Regression, conditional: ConditionalFit, offers: Sequence[Term]) -> list[Term]:
     """Return stretches, steps and losses, the plain ones with their bounds where they are seen best.
 
     What a plain one leaves by bounds that are off by a part of a cell is far more than noise, and would count
@@ -222,9 +224,9 @@ def _bounded(regression: Regression, beside: Beside, offers: Sequence[Term]) -> 
     """
     if not offers:
         return []
-    sigmas = np.abs(beside.strength(regression.columns_of(offers)))
+    sigmas = np.abs(conditional.z_scores(regression.columns_of(offers)))
     return [
-        settled(regression, beside, single) if strong > PUSHED else single
+        settled(regression, conditional, single) if strong > PUSHED else single
         for single, strong in zip(offers, sigmas.tolist(), strict=True)
     ]
 
@@ -281,9 +283,9 @@ def _steps(wheel: str, moments: Array, score: Array, gram: Array, tries: int) ->
     return [term(kind.name, wheel, tries, time=time) for kind in effects_scanned_by("step", wheel)]
 
 
-def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
+def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
     """Return speeds above which a wheel's counts are lost."""
-    found: list[list[Term]] = [[] for _ in besides]
+    found: list[list[Term]] = [[] for _ in conditionals]
     blocks = [windows.signals.block for windows in regression.windows]
     for number, wheel in enumerate(wheels_of(regression)):
         speeds = [np.abs(block.speed[:, number]) for block in blocks]
@@ -295,20 +297,20 @@ def _losses(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
             for speed, block, windows in zip(speeds, blocks, regression.windows, strict=True)
         ]
         columns = regression.of_ways(number, ways)
-        for beside, offers in zip(besides, found, strict=True):
-            sigmas = beside.strength(columns)
+        for conditional, offers in zip(conditionals, found, strict=True):
+            sigmas = conditional.z_scores(columns)
             at = int(np.argmax(sigmas))
             if sigmas[at] > SEEN and limits[at] > 0.0:
                 above = round(float(limits[at]), 4)
                 for kind in effects_scanned_by("threshold", wheel):
                     offer = term(kind.name, wheel, len(limits), above=above)
-                    offers.extend(_bounded(regression, beside, [offer]))
+                    offers.extend(_bounded(regression, conditional, [offer]))
     return [single for offers in found for single in offers]
 
 
-def _harmonics(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
+def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
     """Return orders at which a wheel's travel beats."""
-    found: list[list[Term]] = [[] for _ in besides]
+    found: list[list[Term]] = [[] for _ in conditionals]
     for number, wheel in enumerate(wheels_of(regression)):
         ways = []
         for windows in regression.windows:
@@ -317,8 +319,8 @@ def _harmonics(regression: Regression, besides: Sequence[Beside]) -> list[Term]:
             quarter = np.tile([0.0, 0.5 * np.pi], len(ORDERS))
             ways.append(np.diff(np.cos(turned + quarter), axis=0))
         columns = regression.of_ways(number, ways)
-        for beside, offers in zip(besides, found, strict=True):
-            power = (beside.strength(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
+        for conditional, offers in zip(conditionals, found, strict=True):
+            power = (conditional.z_scores(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
             offers.extend(
                 term(kind.name, wheel, len(ORDERS), order=float(ORDERS[at]))
                 for kind in effects_scanned_by("order", wheel)

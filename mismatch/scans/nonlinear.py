@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.candidates.terms import Term
-    from omnimate.mismatch.evidence.beside import Beside
+    from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
 
 SHORTEST = 1.2  # [s] of a stretch: a robot's length at its pace; what is shorter is a bump
 _PATIENCE = 4  # moves in one direction
@@ -24,21 +24,21 @@ _WIDE = 100.0  # steps by which a moment may be off at most
 MOVABLE = ("times", "time", "above", "intervals")
 
 
-def settled(regression: Regression, beside: Beside, member: Term) -> Term:
+def settled(regression: Regression, conditional: ConditionalFit, member: Term) -> Term:
     """Return a term with its moments, interval or threshold where it is seen best beside a set.
 
     Args:
         regression: To whose recordings it is to fit.
-        beside: What is left beside the other members.
+        conditional: Fit given the other members.
         member: A term of one column.
     """
-    height = _height(regression, beside, [member])[0]
+    height = _height(regression, conditional, [member])[0]
     for step in _steps(regression, member):
         for _ in range(_PATIENCE):
             offers = [offer for offer in _moved(member, step) if lasts(regression, offer)]
             if not offers:
                 break
-            heights = _height(regression, beside, offers)
+            heights = _height(regression, conditional, offers)
             at = int(np.argmax(heights))
             if heights[at] <= height + 1e-6:
                 break
@@ -47,10 +47,10 @@ def settled(regression: Regression, beside: Beside, member: Term) -> Term:
 
 
 def _height(
-    regression: Regression, beside: Beside, terms: Sequence[Term]
+    regression: Regression, conditional: ConditionalFit, terms: Sequence[Term]
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Return by how many sigma each term is seen."""
-    sigmas = beside.strength(regression.columns_of(terms))
+    sigmas = conditional.z_scores(regression.columns_of(terms))
     return sigmas if terms[0].positive else np.abs(sigmas)
 
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.candidates.obstacles import ENCOUNTERS, LOST, obstacles, train
 from omnimate.mismatch.candidates.pushes import Push
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import smooth_terms
 from omnimate.mismatch.investigate import noise_beside, usual
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
 from omnimate.mismatch.recording.windows import windows_of
+from omnimate.mismatch.scans.obstacles import ENCOUNTERS, LOST, obstacles, train
 
 TIMES = tuple(np.arange(10.0, 82.0, 8.0).tolist())
 TAKEN = 4e-3  # [m] that each obstacle takes

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, estimate_noise
-from omnimate.mismatch.noise.outliers import freed
+from omnimate.mismatch.scans.disturbances import freed
 
 
 @pytest.fixture(scope="module")

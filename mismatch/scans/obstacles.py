@@ -22,14 +22,14 @@ from omnimate.effects import effects_scanned_by
 from omnimate.effects.block import wheel_radius
 from omnimate.effects.crossing import losing
 from omnimate.effects.effect import WHEEL
-from omnimate.mismatch.candidates.events import travelled
-from omnimate.mismatch.candidates.moments import SHORTEST
 from omnimate.mismatch.candidates.terms import Term
-from omnimate.mismatch.evidence.density import TAILS, log_evidence
+from omnimate.mismatch.evidence.density import FAULT_SIZE_MIXTURE, log_evidence
 from omnimate.mismatch.noise.levels import estimate_noise
-from omnimate.mismatch.noise.outliers import SHOVE, freed
 from omnimate.mismatch.noise.whitening import whiten
 from omnimate.mismatch.recording.signals import WINDOW
+from omnimate.mismatch.scans.disturbances import SHOVE, freed
+from omnimate.mismatch.scans.events import travelled
+from omnimate.mismatch.scans.nonlinear import SHORTEST
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -147,7 +147,7 @@ class _Encounter:
         """Return the log evidence of pushes of which this is a root of the covariance, `(n 3 T, k)`."""
         return float(log_evidence(pushes.T @ self.gram @ pushes, pushes.T @ self.score, 1.0))
 
-    def beside(self, pushes: Array) -> tuple[Array, Array]:
+    def given(self, pushes: Array) -> tuple[Array, Array]:
         """Return gram and score with some pushes, likewise a root, being noise."""
         inside = self.gram @ pushes
         precision = pushes.T @ inside + np.eye(pushes.shape[1])
@@ -333,9 +333,9 @@ def _crossed(single: _Encounter, truck: int, shaken: float, begins: Array) -> li
     rest = np.zeros((count, len(shapes), 3))
     rest[:, own] = OBSTACLE.prior.discrepancy * np.diag(shapes[own]) / count
     pushes = np.column_stack([to_and_fro, rest.reshape(-1, 3)])
-    beside = [
-        (size * LOST, math.log(share) + single.evidence(roots), *single.beside(roots))
-        for size, share in TAILS
+    conditional = [
+        (size * LOST, math.log(share) + single.evidence(roots), *single.given(roots))
+        for size, share in FAULT_SIZE_MIXTURE
         for roots in (size * LOST * pushes,)
     ]
     answers = []
@@ -346,7 +346,7 @@ def _crossed(single: _Encounter, truck: int, shaken: float, begins: Array) -> li
             if way is None:
                 continue
             along, likely = way.ravel(), []
-            for size, odds, gram, score in beside:
+            for size, odds, gram, score in conditional:
                 seen, pulled = float(along @ gram @ along), float(along @ score)
                 sigma = size / math.sqrt(1.0 + size**2 * seen)
                 mean = sigma**2 * pulled
@@ -401,7 +401,9 @@ def _otherwise(single: _Encounter) -> float:
     if count * WINDOW >= SHORTEST:
         lost = single.ways[:, :, None] * levers
         roots += [SLIP * lost[:, wheel].reshape(-1, 1) for wheel in range(2 * trucks)]
-    parts = [math.log(share) + single.evidence(size * root) for root in roots for size, share in TAILS]
+    parts = [
+        math.log(share) + single.evidence(size * root) for root in roots for size, share in FAULT_SIZE_MIXTURE
+    ]
     return float(np.logaddexp.reduce(parts)) - math.log(len(roots))
 
 
