@@ -47,15 +47,15 @@ def write(
 ) -> None:
     """Write what the DCF states and the device has otherwise, and leave the node pre-operational."""
     from omnimate.driver.canopen.dcf import write_values
-    from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL
     from omnimate.driver.canopen.node_access import open_node
+    from omnimate.files.logs.canopen_words import NMT_ID, NMT_PRE_OPERATIONAL
 
     eds = _stating(file, node)
     with open_node(bus, node, eds.dictionary, timeout=timeout, writes=not force) as objects:
         wrong = _differences(objects, eds)
         left: Sequence[Difference] = ()
         if wrong:
-            objects.client.network.send_message(0x000, bytes([NMT_PRE_OPERATIONAL, node]))
+            objects.client.network.send_message(NMT_ID, bytes([NMT_PRE_OPERATIONAL, node]))
             left = write_values(objects, eds.dictionary, wrong)
     _show(left, as_json=as_json)
     err.print(f"written: {len(wrong) - len(left)} of {len(wrong)} objects that differed", soft_wrap=True)

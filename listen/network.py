@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.logs.canopen_words import (
+    EMCY,
+    HEARTBEAT,
     NMT_COMMANDS,
+    SDO_ANSWER,
+    SDO_REQUEST,
     SYNC_ID,
     TIME_ID,
     emcy_in_words,
@@ -24,7 +28,6 @@ if TYPE_CHECKING:
 
     from omnimate.files.logs.frames import Frames
 
-HEARTBEAT, EMCY = 0x700, 0x080
 DRIVE_PROFILE = 402  # low half of 1000h
 
 
@@ -107,7 +110,7 @@ def _numbers(standard: Frames, plain: Frames) -> set[int]:
     """Return the ids of the nodes that say so themselves: a heartbeat, a boot-up, an answer by SDO."""
     beats = (plain.can_id > HEARTBEAT) & (plain.can_id < HEARTBEAT + 0x80) & (plain.length == 1)
     states = np.isin(plain.data[:, 0] & 0x7F, (0x00, 0x04, 0x05, 0x7F))
-    answers = (plain.can_id > 0x580) & (plain.can_id < 0x600) & (plain.length == 8)
+    answers = (plain.can_id > SDO_ANSWER) & (plain.can_id < SDO_REQUEST) & (plain.length == 8)
     asked = np.isin(plain.can_id[answers] + 0x80, standard.can_id)
     numbers = set((plain.can_id[beats & states] & 0x7F).tolist())
     return numbers | set((plain.can_id[answers][asked] & 0x7F).tolist())
@@ -129,7 +132,7 @@ def _node(number: int, standard: Frames, plain: Frames) -> Node:
         bool(guarded),
         int(np.count_nonzero(shown == 0)),
         _counted(f"{code:04X}h {emcy_in_words(code)}" for code in codes.tolist()),
-        int(np.count_nonzero(plain.can_id == 0x600 + number)),
+        int(np.count_nonzero(plain.can_id == SDO_REQUEST + number)),
         device & 0xFFFF if device else None,
     )
 

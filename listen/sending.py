@@ -70,7 +70,7 @@ def find_sending(
         "timer": late + gaps * RARE,
         "change": late + gaps + same * RARE + 1.0,
     }
-    found = Sending("timer", 0.0, usual, jitter)
+    without_sync = by_sync = (jitter, 0, 0.0)
     if sync_period and len(syncs) > FEWEST:
         number = np.searchsorted(syncs, time, "right") - 1
         after = number >= 0
@@ -81,15 +81,10 @@ def find_sending(
             middle = float(np.median(delay))
             lengths["SYNC"] = _ticks((delay - middle)[1:]) + first_value(every, 8)
             lengths["SYNC"] += int(np.count_nonzero(between != every)) * RARE
-            if lengths["SYNC"] < lengths["timer"]:
-                found = Sending("SYNC", 0.0, usual, float(np.std(delay)), every, middle)
+            by_sync = float(np.std(delay)), every, middle
     best = min(lengths, key=lambda cause: lengths[cause])
     total = math.fsum(2.0 ** max(lengths[best] - each, -1000.0) for each in lengths.values())
-    if best == "change":
-        found = Sending("change", 0.0, usual, jitter)
-    elif best == "timer":
-        found = Sending("timer", 0.0, usual, jitter)
-    return Sending(best, 1.0 / total, found.period, found.jitter, found.every, found.delay)
+    return Sending(best, 1.0 / total, usual, *(by_sync if best == "SYNC" else without_sync))
 
 
 def _ticks(seconds: NDArray[np.float64]) -> float:

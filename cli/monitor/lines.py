@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rich.text import Text
 
-from omnimate.files.logs.canopen_words import nmt_state_in_words
+from omnimate.files.logs.canopen_words import HEARTBEAT, nmt_state_in_words
 from omnimate.files.logs.filters import KINDS, FilterError, FrameFilter, IdentifierRule
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, frames_of
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from omnimate.files.logs.decoding import FrameDecoder
     from omnimate.files.logs.live_table import LiveRow
 
-HEARTBEAT = 0x700  # COB-ID of node 0
 SHOWN_BYTES = 8  # of a frame; of a longer one so many fit beside the number of the others
 CHANGED, AWAY, PROBLEM, HEAD = "bold yellow", "dim", "bold red", "bold"
 

@@ -15,6 +15,7 @@ from omnimate.driver.canopen.dictionary import standard_dictionary
 from omnimate.driver.canopen.sdo import Sdo
 from omnimate.driver.canopen.sdo_client import PumpedSdoClient
 from omnimate.driver.errors import BusLost
+from omnimate.files.logs.canopen_words import NMT_ID, SDO_ANSWER, SYNC_ID
 from omnimate.vehicle.parameters import SDO_TIMEOUT
 
 if TYPE_CHECKING:
@@ -25,11 +26,9 @@ if TYPE_CHECKING:
     from omnimate.driver.bus.clock import Clock
     from omnimate.vehicle.parameters import VehicleParameters
 
-SYNC_ID = 0x080
 # [s] in which a full queue (ENOBUFS; ten frames are SocketCAN's default) has long been sent at 125 kbit/s,
 # and between two looks. Where nothing acknowledges frames, or after bus-off, it stays full.
 QUEUE_TIME, QUEUE_STEP = 0.03, 0.0005
-NMT_START, NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION = 0x01, 0x80, 0x82
 
 # What canopen logs is raised here as an error of the driver, with the node and the words.
 logging.getLogger("canopen").addHandler(logging.NullHandler())
@@ -90,7 +89,7 @@ class BusNetwork(Network):
         dictionary = (dictionaries or {}).get(node) or standard_dictionary()
         client = PumpedSdoClient(node, dictionary, self, self.pump)
         client.RESPONSE_TIMEOUT = timeout
-        self.subscribe(0x580 + node, client.on_response)
+        self.subscribe(SDO_ANSWER + node, client.on_response)
         return Sdo(node, client)
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
@@ -120,7 +119,7 @@ class BusNetwork(Network):
         Raises:
             BusLost: The interface failed.
         """
-        self.send_message(0x000, bytes((command, node)))
+        self.send_message(NMT_ID, bytes((command, node)))
 
     def receive(self, timeout: float) -> can.Message | None:
         """Return the next frame, or None when `timeout` [s] has passed.

@@ -10,8 +10,9 @@ import can
 
 from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.bus.clock import WallClock
-from omnimate.driver.canopen.network import SYNC_ID, BusNetwork
+from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import BusLost, DriverError
+from omnimate.files.logs.canopen_words import SYNC_ID
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

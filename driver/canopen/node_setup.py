@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION
 from omnimate.driver.errors import NodeMissing, NotTaken, SdoRefused, SdoSilent, TwoDevices, WrongDevice
+from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

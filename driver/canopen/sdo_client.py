@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoCommunicationError
 
+from omnimate.files.logs.canopen_words import SDO_ANSWER, SDO_REQUEST
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -44,7 +46,7 @@ class PumpedSdoClient(SdoClient):
     def __init__(
         self, node: int, dictionary: ObjectDictionary, network: Network, pump: Callable[[float], None]
     ) -> None:
-        super().__init__(0x600 + node, 0x580 + node, dictionary)  # type: ignore[no-untyped-call]  # canopen
+        super().__init__(SDO_REQUEST + node, SDO_ANSWER + node, dictionary)  # type: ignore[no-untyped-call]  # canopen
         self.network = network
         self._pump = pump
         self._thread = threading.get_ident()

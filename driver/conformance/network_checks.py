@@ -6,15 +6,24 @@ from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.lss import NO_ID, LssMaster
 from omnimate.driver.conformance.probe import (
-    PRE_OPERATIONAL,
-    RESET_COMMUNICATION,
-    RESET_NODE,
-    START,
-    STOP,
     AbsentError,
     ConformanceError,
     expect,
     expect_code,
+)
+from omnimate.files.logs.canopen_words import (
+    HEARTBEAT,
+    NMT_ID,
+    NMT_PRE_OPERATIONAL,
+    NMT_RESET_COMMUNICATION,
+    NMT_RESET_NODE,
+    NMT_START,
+    NMT_STOP,
+    OPERATIONAL,
+    PRE_OPERATIONAL,
+    SDO_ANSWER,
+    SDO_REQUEST,
+    STOPPED,
 )
 
 if TYPE_CHECKING:
@@ -23,7 +32,7 @@ if TYPE_CHECKING:
     from omnimate.driver.conformance.probe import Probe
 
 PERIOD = 0.1  # [s] of the heartbeat in the checks
-STATES = {START: 0x05, STOP: 0x04, PRE_OPERATIONAL: 0x7F}
+STATES = {NMT_START: OPERATIONAL, NMT_STOP: STOPPED, NMT_PRE_OPERATIONAL: PRE_OPERATIONAL}
 VALUE, STATE, SIGNATURE = 0x06090030, 0x08000022, (0x08000020, 0x08000021, 0x08000022, 0x06090030)
 
 
@@ -53,12 +62,12 @@ def boot_up(probe: Probe, command: int) -> None:
 
 def reset_node(probe: Probe) -> None:
     """NMT reset node ends with the boot-up frame."""
-    boot_up(probe, RESET_NODE)
+    boot_up(probe, NMT_RESET_NODE)
 
 
 def reset_communication(probe: Probe) -> None:
     """NMT reset communication ends with the boot-up frame."""
-    boot_up(probe, RESET_COMMUNICATION)
+    boot_up(probe, NMT_RESET_COMMUNICATION)
 
 
 def states(probe: Probe) -> None:
@@ -75,16 +84,16 @@ def states(probe: Probe) -> None:
                     f"state {state:02X}h after NMT {command:02X}h; expected {expected:02X}h",
                 )
         finally:
-            probe.nmt(PRE_OPERATIONAL)
+            probe.nmt(NMT_PRE_OPERATIONAL)
 
 
 def stopped_is_silent(probe: Probe) -> None:
     """A stopped node does not answer SDO; afterwards it does."""
-    probe.nmt(STOP)
+    probe.nmt(NMT_STOP)
     try:
         answer = probe.ask(b"\x40\x00\x10".ljust(8, b"\0"))
     finally:
-        probe.nmt(PRE_OPERATIONAL)
+        probe.nmt(NMT_PRE_OPERATIONAL)
     expect(answer is None, "SDO is answered in the state stopped")
     probe.read(0x1000)
 
@@ -94,12 +103,12 @@ def foreign_commands(probe: Probe) -> None:
     state_of = _state_reader(probe)
     with probe.keeping((0x1017, 0, 2)):
         _begin_heartbeat(probe)
-        probe.nmt(PRE_OPERATIONAL)
+        probe.nmt(NMT_PRE_OPERATIONAL)
         other = probe.node % 126 + 1
-        for data in (bytes([0x05, probe.node]), bytes([START]), b""):
-            probe.send(0x000, data)
+        for data in (bytes([0x05, probe.node]), bytes([NMT_START]), b""):
+            probe.send(NMT_ID, data)
         if not _is_there(probe, other):
-            probe.send(0x000, bytes([START, other]))
+            probe.send(NMT_ID, bytes([NMT_START, other]))
         state = state_of(probe)
         expect(state == 0x7F, f"state {state:02X}h; expected pre-operational, 7Fh, as before")
 
@@ -109,11 +118,11 @@ def heartbeat(probe: Probe) -> None:
     probe.need(0x1017)
     with probe.keeping((0x1017, 0, 2)):
         _begin_heartbeat(probe)
-        times = [reply.time for reply in probe.heard(0x700 + probe.node, 6.5 * PERIOD)]
+        times = [reply.time for reply in probe.heartbeats(6.5 * PERIOD)]
         expect(5 <= len(times) <= 8, f"{len(times)} heartbeats in {6.5 * PERIOD:g} s at 1017h = 100 ms")
         probe.write(0x1017, 0, 0, 2)
         probe.listen(PERIOD)
-        expect(not probe.heard(0x700 + probe.node, 3 * PERIOD), "heartbeats at 1017h = 0")
+        expect(not probe.heartbeats(3 * PERIOD), "heartbeats at 1017h = 0")
 
 
 def heartbeat_consumer(probe: Probe) -> None:
@@ -133,16 +142,16 @@ def error_after_heartbeat_loss(probe: Probe) -> None:
     watched = next(node for node in range(126, 0, -1) if node != probe.node and not _is_there(probe, node))
     with probe.keeping((0x1016, 1, 4), (0x1017, 0, 2), (0x1029, 1, 1)):
         for behaviour, expected in ((0, 0x7F), (1, 0x05), (2, 0x04)):
-            probe.nmt(PRE_OPERATIONAL)
+            probe.nmt(NMT_PRE_OPERATIONAL)
             probe.write(0x1029, 1, behaviour, 1)
             probe.write(0x1016, 1, watched << 16 | 100, 4)
             _begin_heartbeat(probe)
-            probe.nmt(START)
+            probe.nmt(NMT_START)
             probe.send(0x700 + watched, b"\x05")
             replies = probe.listen(4 * PERIOD)
             codes = [reply.data[:2] for reply in replies if reply.can_id == 0x80 + probe.node]
-            found = [reply.data[0] for reply in replies if reply.can_id == 0x700 + probe.node]
-            probe.nmt(PRE_OPERATIONAL)
+            found = [reply.data[0] for reply in replies if reply.can_id == HEARTBEAT + probe.node]
+            probe.nmt(NMT_PRE_OPERATIONAL)
             expect(b"\x30\x81" in codes, "no EMCY 8130h after a watched heartbeat ended")
             expect(
                 found and found[-1] == expected,
@@ -157,12 +166,10 @@ def node_guarding(probe: Probe) -> None:
             probe.write(0x1017, 0, 0, 2)
         answers = []
         for _ in range(3):
-            probe.listen(0.0)
-            probe.send(0x700 + probe.node, remote=True)
-            reply = probe.await_frame(0x700 + probe.node)
-            if reply is None:
+            answer = probe.guard()
+            if answer is None:
                 raise AbsentError("no node guarding: a remote frame is not answered")
-            answers.append(reply.data)
+            answers.append(answer)
     expect(all(len(data) == 1 for data in answers), "a guarding answer that is not of 1 byte")
     toggles = [data[0] & 0x80 for data in answers]
     expect(toggles[0] != toggles[1] != toggles[2], "the toggle bit does not alternate")
@@ -235,10 +242,10 @@ def store_and_restore(probe: Probe) -> None:
     before = probe.need(0x1017)
     probe.write(0x1017, 0, 777, 2)
     probe.write(0x1010, 1, 0x65766173, 4)  # "save"
-    probe.reset(RESET_NODE)
+    probe.reset(NMT_RESET_NODE)
     stored = probe.need(0x1017)
     probe.write(0x1011, 1, 0x64616F6C, 4)  # "load"
-    probe.reset(RESET_NODE)
+    probe.reset(NMT_RESET_NODE)
     restored = probe.need(0x1017)
     if before != restored:
         probe.write(0x1017, 0, before, 2)
@@ -266,14 +273,14 @@ def lss_fastscan(probe: Probe) -> None:
     master = _selected(probe)
     expect(master.configure_id(NO_ID), "it does not give its node id up")
     master.leave()
-    probe.send(0x000, bytes([RESET_COMMUNICATION, probe.node]))
+    probe.send(NMT_ID, bytes([NMT_RESET_COMMUNICATION, probe.node]))
     probe.listen(PERIOD)
     found = master.fastscan()
     if found is not None:
         expect(master.configure_id(probe.node), f"it does not take the node id {probe.node}")
         probe.drain()
         master.leave()
-        boot = probe.await_frame(0x700 + probe.node)
+        boot = probe.await_frame(HEARTBEAT + probe.node)
         expect(boot is not None and boot.data == b"\0", "no boot-up after the node id was set")
     expect(found == wanted, f"fastscan found {found}; expected {wanted}")
 
@@ -297,22 +304,20 @@ def _state_reader(probe: Probe) -> Callable[[Probe], int]:
 
 
 def _heartbeat_state(probe: Probe) -> int:
-    heard = probe.heard(0x700 + probe.node, 2.5 * PERIOD)
+    heard = probe.heartbeats(2.5 * PERIOD)
     expect(heard, "no heartbeat")
     return heard[-1].data[0] & 0x7F
 
 
 def _guarded_state(probe: Probe) -> int:
-    probe.listen(0.0)
-    probe.send(0x700 + probe.node, remote=True)
-    reply = probe.await_frame(0x700 + probe.node)
-    if reply is None:
+    answer = probe.guard()
+    if answer is None:
         raise ConformanceError("neither a heartbeat nor an answer to node guarding")
-    return reply.data[0] & 0x7F
+    return answer[0] & 0x7F
 
 
 def _is_there(probe: Probe, node: int) -> bool:
     """Say whether another node answers SDO."""
     probe.listen(0.0)
-    probe.send(0x600 + node, b"\x40\x00\x10".ljust(8, b"\0"))
-    return probe.await_frame(0x580 + node, PERIOD) is not None
+    probe.send(SDO_REQUEST + node, b"\x40\x00\x10".ljust(8, b"\0"))
+    return probe.await_frame(SDO_ANSWER + node, PERIOD) is not None

@@ -5,7 +5,8 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from omnimate.driver.conformance.probe import PRE_OPERATIONAL, START, AbsentError, expect, expect_code
+from omnimate.driver.conformance.probe import AbsentError, expect, expect_code
+from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL, NMT_START, SYNC_ID
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +24,7 @@ def answers_sync(probe: Probe) -> None:
     """A TPDO of type 1 answers each SYNC once in the state operational, and in no other."""
     with _of_type(probe, 1) as cob_id:
         before = _answers(probe, cob_id)
-        probe.nmt(START)
+        probe.nmt(NMT_START)
         counts = [_answers(probe, cob_id) for _ in range(3)]
     expect(before == 0, f"{before} PDOs in the state pre-operational")
     expect(counts == [1, 1, 1], f"{counts} PDOs to three SYNCs; expected one each")
@@ -32,7 +33,7 @@ def answers_sync(probe: Probe) -> None:
 def every_third_sync(probe: Probe) -> None:
     """A TPDO of type 3 answers every third SYNC."""
     with _of_type(probe, 3) as cob_id:
-        probe.nmt(START)
+        probe.nmt(NMT_START)
         count = sum(_answers(probe, cob_id) for _ in range(6))
     expect(count == 2, f"{count} PDOs to six SYNCs; expected 2")
 
@@ -52,7 +53,7 @@ def switched_off(probe: Probe) -> None:
         code = probe.refusal(TPDO, 1, cob_id | OFF, 4)
         if code is not None:
             raise AbsentError(f"bit 31 of the COB-ID is refused with {code:08X}h")
-        probe.nmt(START)
+        probe.nmt(NMT_START)
         count = _answers(probe, cob_id)
     expect(count == 0, f"{count} PDOs although it is switched off")
 
@@ -83,8 +84,8 @@ def mapping_changes(probe: Probe) -> None:
         probe.write(TPDO + MAPPING, 0, 1, 1)
         probe.refusal(TPDO, 2, 1, 1)
         probe.write(TPDO, 1, cob_id & ~OFF, 4)
-        probe.nmt(START)
-        probe.send(0x080)
+        probe.nmt(NMT_START)
+        probe.send(SYNC_ID)
         reply = probe.await_frame(cob_id & 0x7FF, SYNC_ANSWER)
     expect(
         reply is None or len(reply.data) == 1, f"a PDO of {len(reply.data) if reply else 0} bytes; expected 1"
@@ -125,7 +126,7 @@ def event_timer(probe: Probe) -> None:
         if codes != [None, None]:
             raise AbsentError("type 255 or the event timer is refused")
         probe.refusal(TPDO, 1, cob_id & ~OFF, 4)
-        probe.nmt(START)
+        probe.nmt(NMT_START)
         count = len(probe.heard(cob_id & 0x7FF, 0.55))
     expect(4 <= count <= 8, f"{count} PDOs in 0.55 s with an event timer of 100 ms")
 
@@ -138,11 +139,11 @@ def rpdo_length(probe: Probe) -> None:
     )
     if cob_id & OFF or length <= 8:
         raise AbsentError("RPDO1 is switched off or has one byte")
-    probe.nmt(START)
+    probe.nmt(NMT_START)
     probe.listen(0.0)
     probe.send(cob_id & 0x7FF, b"\0")
     codes = [reply.data[:2] for reply in probe.heard(0x80 + probe.node, SYNC_ANSWER)]
-    probe.nmt(PRE_OPERATIONAL)
+    probe.nmt(NMT_PRE_OPERATIONAL)
     expect(b"\x10\x82" in codes, f"EMCY {[code.hex() for code in codes]}; expected 8210h")
 
 
@@ -167,7 +168,7 @@ def _need_mapping(probe: Probe) -> int:
 def _answers(probe: Probe, cob_id: int) -> int:
     """Send SYNC and return how many frames of a PDO follow."""
     probe.listen(0.0)
-    probe.send(0x080)
+    probe.send(SYNC_ID)
     return len(probe.heard(cob_id & 0x7FF, SYNC_ANSWER))
 
 
@@ -195,7 +196,7 @@ def _emptied(probe: Probe, cob_id: int) -> Iterator[None]:
 @contextmanager
 def _saved(probe: Probe, base: int) -> Iterator[None]:
     """Enter pre-operational, and put all parameters of a PDO back at the end."""
-    probe.nmt(PRE_OPERATIONAL)
+    probe.nmt(NMT_PRE_OPERATIONAL)
     cob_id = probe.need(base, 1)
     kept = [(base, sub, size, probe.find(base, sub)) for sub, size in ((2, 1), (3, 2), (5, 2))]
     count = probe.need(base + MAPPING)
@@ -203,7 +204,7 @@ def _saved(probe: Probe, base: int) -> Iterator[None]:
     try:
         yield
     finally:
-        probe.nmt(PRE_OPERATIONAL)
+        probe.nmt(NMT_PRE_OPERATIONAL)
         probe.refusal(base, 1, cob_id | OFF, 4)
         for index, subindex, size, value in kept:
             if value is not None and probe.find(index, subindex) != value:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import can
 
 from omnimate.driver.errors import BusLost, DriverError
+from omnimate.files.logs.canopen_words import HEARTBEAT, NMT_ID, SDO_ANSWER, SDO_REQUEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 0x01, 0x02, 0x80, 0x81, 0x82
 BOOT_TIMEOUT = 5.0  # [s] from a reset to the boot-up frame
 MOST_DRAINED = 1000  # frames: more than a question can have answers, and a full bus ends
 SETTLING = 0.05  # [s] after an NMT command, to which there is no answer
@@ -125,11 +125,19 @@ class Probe:
 
     # SDO
 
+    def send_sdo(self, request: bytes) -> None:
+        """Send an SDO request as it is, without waiting for its answer."""
+        self.send(SDO_REQUEST + self.node, request)
+
+    def await_sdo(self, seconds: float | None = None) -> Reply | None:
+        """Return the next SDO answer of the node, None where none comes in time."""
+        return self.await_frame(SDO_ANSWER + self.node, seconds)
+
     def ask(self, request: bytes, seconds: float | None = None) -> bytes | None:
         """Send an SDO request as it is and return the answer, None where none comes."""
         self.listen(0.0)  # what is left of the check before
-        self.send(0x600 + self.node, request)
-        reply = self.await_frame(0x580 + self.node, seconds)
+        self.send_sdo(request)
+        reply = self.await_sdo(seconds)
         return None if reply is None else reply.data
 
     def dialogue(self, index: int, subindex: int, command: int, data: bytes = b"") -> bytes:
@@ -229,8 +237,19 @@ class Probe:
 
     def nmt(self, command: int) -> None:
         """Send an NMT command to the node."""
-        self.send(0x000, bytes([command, self.node]))
+        self.send(NMT_ID, bytes([command, self.node]))
         self.listen(SETTLING)
+
+    def heartbeats(self, seconds: float) -> list[Reply]:
+        """Return the heartbeats and boot-ups of the node that come in so many seconds."""
+        return self.heard(HEARTBEAT + self.node, seconds)
+
+    def guard(self) -> bytes | None:
+        """Ask for the state by node guarding and return the answer's data, None where none comes."""
+        self.listen(0.0)
+        self.send(HEARTBEAT + self.node, remote=True)
+        reply = self.await_frame(HEARTBEAT + self.node)
+        return None if reply is None else reply.data
 
     def reset(self, command: int) -> None:
         """Reset the node and wait for its boot-up.
@@ -239,11 +258,13 @@ class Probe:
             ConformanceError: There is none in time.
         """
         self.listen(0.0)
-        self.send(0x000, bytes([command, self.node]))
-        boot = self.await_frame(0x700 + self.node, BOOT_TIMEOUT)
+        self.send(NMT_ID, bytes([command, self.node]))
+        boot = self.await_frame(HEARTBEAT + self.node, BOOT_TIMEOUT)
         if boot is None or boot.data != b"\0":
             found = "nothing" if boot is None else boot.data.hex()
-            raise ConformanceError(f"{found} on {0x700 + self.node:03X}h after a reset; expected boot-up 00")
+            raise ConformanceError(
+                f"{found} on {HEARTBEAT + self.node:03X}h after a reset; expected boot-up 00"
+            )
 
 
 def expect(condition: object, problem: str) -> None:

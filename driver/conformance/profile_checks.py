@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.driver.conformance.probe import PRE_OPERATIONAL, START, AbsentError, expect, expect_code
+from omnimate.driver.conformance.probe import AbsentError, expect, expect_code
+from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL, NMT_START
 
 if TYPE_CHECKING:
     from omnimate.driver.conformance.probe import Probe
@@ -38,7 +39,7 @@ def encoder_timer(probe: Probe) -> None:
     """The cyclic timer 6200h is the event timer of TPDO1."""
     _profile(probe, 406)
     probe.need(0x6200)
-    probe.nmt(PRE_OPERATIONAL)
+    probe.nmt(NMT_PRE_OPERATIONAL)
     with probe.keeping((0x6200, 0, 2)):
         probe.write(0x6200, 0, 50, 2)
         expect(probe.find(0x1800, 5) in {None, 50}, f"1800h:05 is {probe.find(0x1800, 5)} at 6200h = 50")
@@ -61,7 +62,7 @@ def drive_read_only(probe: Probe) -> None:
 def drive_states(probe: Probe) -> None:
     """Shutdown leads from switch on disabled to ready to switch on, and disable voltage back."""
     _profile(probe, 402)
-    probe.nmt(START)
+    probe.nmt(NMT_START)
     try:
         probe.write(0x6040, 0, DISABLE_VOLTAGE, 2)
         before = probe.need(0x6041) & 0x4F
@@ -75,7 +76,7 @@ def drive_states(probe: Probe) -> None:
         probe.write(0x6040, 0, DISABLE_VOLTAGE, 2)
         after = probe.need(0x6041)
     finally:
-        probe.nmt(PRE_OPERATIONAL)
+        probe.nmt(NMT_PRE_OPERATIONAL)
     expect(
         ready & STATE_MASK == READY, f"status word {ready:04X}h after shutdown; expected ready to switch on"
     )

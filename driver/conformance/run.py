@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Literal
 
 from omnimate.driver.conformance import network_checks, pdo_checks, profile_checks, sdo_checks
 from omnimate.driver.conformance.probe import (
-    PRE_OPERATIONAL,
     AbortedError,
     AbsentError,
     ConformanceError,
 )
+from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -154,7 +154,7 @@ def conform(probe: Probe, most: Effect = "resets") -> Iterator[Result]:
         if check.effect in allowed:
             yield _result(probe, check)
     if "resets" in allowed:
-        probe.nmt(PRE_OPERATIONAL)
+        probe.nmt(NMT_PRE_OPERATIONAL)
 
 
 def _result(probe: Probe, check: Check) -> Result:

@@ -22,7 +22,7 @@ COMMAND, TOGGLE, READ_ONLY, NO_OBJECT, NO_SUBINDEX = (
 )
 WRONG_CRC = 0x05040004
 LENGTHS = (0x06070010, 0x06070012, 0x06070013)  # wrong, too long, too short
-HEARTBEAT = 0x1017  # a writable object of 2 bytes that nearly every device has
+HEARTBEAT_TIME = 0x1017  # a writable object of 2 bytes that nearly every device has
 LONG_TEXT = 0x1008  # an object of more than 4 bytes that most devices have
 LONG = 5  # bytes: from here on an upload is segmented
 CLIENT_ABORT = b"\x80" + LONG_TEXT.to_bytes(2, "little") + b"\0" + (0x08000000).to_bytes(4, "little")
@@ -78,27 +78,27 @@ def long_download(probe: Probe) -> None:
 
 def download_without_size(probe: Probe) -> None:
     """An expedited download that states no size is taken with the size of the object."""
-    probe.need(HEARTBEAT)
-    with probe.keeping((HEARTBEAT, 0, 2)):
-        probe.dialogue(HEARTBEAT, 0, 0x22, (2000).to_bytes(2, "little"))
-        expect(probe.need(HEARTBEAT) == 2000, f"1017h is {probe.need(HEARTBEAT)}; 2000 was written")
+    probe.need(HEARTBEAT_TIME)
+    with probe.keeping((HEARTBEAT_TIME, 0, 2)):
+        probe.dialogue(HEARTBEAT_TIME, 0, 0x22, (2000).to_bytes(2, "little"))
+        _expect_heartbeat_time(probe, 2000)
 
 
 def segmented_download(probe: Probe) -> None:
     """An object of 2 bytes may be downloaded in one segment."""
-    probe.need(HEARTBEAT)
-    with probe.keeping((HEARTBEAT, 0, 2)):
-        probe.dialogue(HEARTBEAT, 0, 0x21, (2).to_bytes(4, "little"))
+    probe.need(HEARTBEAT_TIME)
+    with probe.keeping((HEARTBEAT_TIME, 0, 2)):
+        probe.dialogue(HEARTBEAT_TIME, 0, 0x21, (2).to_bytes(4, "little"))
         probe.segment(b"\x0b" + (2000).to_bytes(2, "little") + bytes(5))
-        expect(probe.need(HEARTBEAT) == 2000, f"1017h is {probe.need(HEARTBEAT)}; 2000 was written")
+        _expect_heartbeat_time(probe, 2000)
 
 
 def short_segments(probe: Probe) -> None:
     """A segmented download that ends before the announced size is refused."""
-    probe.need(HEARTBEAT)
+    probe.need(HEARTBEAT_TIME)
     accepted = "one byte of two that were announced was accepted"
-    with probe.keeping((HEARTBEAT, 0, 2)), _aborted(accepted, *LENGTHS):
-        probe.dialogue(HEARTBEAT, 0, 0x21, (2).to_bytes(4, "little"))
+    with probe.keeping((HEARTBEAT_TIME, 0, 2)), _aborted(accepted, *LENGTHS):
+        probe.dialogue(HEARTBEAT_TIME, 0, 0x21, (2).to_bytes(4, "little"))
         probe.segment(b"\x0d" + b"\x10" + bytes(6))
 
 
@@ -139,17 +139,17 @@ def block_upload(probe: Probe) -> None:
         raise AbsentError("no block upload; refused with 05040001h") from aborted
     if answer[0] & 0xE0 == 0x40:
         raise AbsentError("no block upload; answered by segments")
-    probe.send(0x600 + probe.node, b"\xa3".ljust(8, b"\0"))
+    probe.send_sdo(b"\xa3".ljust(8, b"\0"))
     data = b""
     for number in range(1, 128):
-        part = probe.await_frame(0x580 + probe.node)
+        part = probe.await_sdo()
         if part is None or part.data[0] & 0x7F != number:
             raise ConformanceError(f"no segment {number} of the block")
         data += part.data[1:]
         if part.data[0] & 0x80:
             break
     end = probe.segment(bytes([0xA2, number, 127]).ljust(8, b"\0"))
-    probe.send(0x600 + probe.node, b"\xa1".ljust(8, b"\0"))
+    probe.send_sdo(b"\xa1".ljust(8, b"\0"))
     data = data[: len(data) - (end[0] >> 2 & 7)]
     expect(data == expected, f"block upload gave {data!r}; segments {expected!r}")
     if answer[0] & 0x04:
@@ -159,15 +159,15 @@ def block_upload(probe: Probe) -> None:
 
 def block_download(probe: Probe) -> None:
     """A block download is taken, and one with a wrong CRC is refused."""
-    probe.need(HEARTBEAT)
-    with probe.keeping((HEARTBEAT, 0, 2)):
+    probe.need(HEARTBEAT_TIME)
+    with probe.keeping((HEARTBEAT_TIME, 0, 2)):
         data = (2000).to_bytes(2, "little")
         try:
             has_crc = _download_block(probe, data, crc_hqx(data, 0))
         except AbortedError as aborted:
             expect_code(aborted.code, COMMAND)
             raise AbsentError("no block download; refused with 05040001h") from aborted
-        expect(probe.need(HEARTBEAT) == 2000, f"1017h is {probe.need(HEARTBEAT)}; 2000 was written")
+        _expect_heartbeat_time(probe, 2000)
         if has_crc:
             with _aborted("a block with a wrong CRC was accepted", WRONG_CRC):
                 _download_block(probe, data, crc_hqx(data, 0) ^ 1)
@@ -175,7 +175,7 @@ def block_download(probe: Probe) -> None:
 
 def _download_block(probe: Probe, data: bytes, crc: int) -> bool:
     """Download 1017h in one block; return whether the device checks the CRC."""
-    answer = probe.dialogue(HEARTBEAT, 0, 0xC6, len(data).to_bytes(4, "little"))
+    answer = probe.dialogue(HEARTBEAT_TIME, 0, 0xC6, len(data).to_bytes(4, "little"))
     expect(answer[0] & 0xE3 == 0xA0, f"answer {answer[0]:02X}h; expected A0h or A4h")
     part = probe.segment(b"\x81" + data.ljust(7, b"\0"))
     expect(part[:2] == b"\xa2\x01", f"answer {part[:2].hex()} to the block; expected a201")
@@ -201,7 +201,7 @@ def _announced_upload(probe: Probe) -> bytes:
     A server may refuse to begin anew while a transfer is under way, as CANopenNode does.
     """
     answer = _long_upload(probe)
-    probe.send(0x600 + probe.node, CLIENT_ABORT)
+    probe.send_sdo(CLIENT_ABORT)
     return answer
 
 
@@ -225,7 +225,13 @@ def _abort_of(probe: Probe, index: int, subindex: int, command: int) -> int | No
 
 
 def _refused_length(probe: Probe, size: int) -> None:
-    before = probe.need(HEARTBEAT)
-    with probe.keeping((HEARTBEAT, 0, 2)):
-        expect_code(probe.refusal(HEARTBEAT, 0, 2000, size), *LENGTHS)
-        expect(probe.need(HEARTBEAT) == before, f"1017h became {probe.need(HEARTBEAT)} all the same")
+    before = probe.need(HEARTBEAT_TIME)
+    with probe.keeping((HEARTBEAT_TIME, 0, 2)):
+        expect_code(probe.refusal(HEARTBEAT_TIME, 0, 2000, size), *LENGTHS)
+        found = probe.need(HEARTBEAT_TIME)
+        expect(found == before, f"1017h became {found} all the same")
+
+
+def _expect_heartbeat_time(probe: Probe, written: int) -> None:
+    found = probe.need(HEARTBEAT_TIME)
+    expect(found == written, f"1017h is {found}; {written} was written")

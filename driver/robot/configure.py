@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, SYNC_ID
 from omnimate.driver.canopen.node_setup import Notes, check_identity, read_encoder, set_heartbeat
 from omnimate.driver.canopen.pdo_mapping import holds, length, plan, position_objects
 from omnimate.driver.canopen.pdo_parameters import (
@@ -18,6 +17,7 @@ from omnimate.driver.canopen.pdo_parameters import (
 )
 from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
 from omnimate.driver.robot.configuration import NodeConfiguration, choose_range
+from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL, SYNC_ID
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence

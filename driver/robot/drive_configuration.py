@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.cia402 import TargetPdo, planned_pdo, takes_target
-from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL
 from omnimate.driver.canopen.node_setup import DRIVE_HEARTBEAT_MS, Notes, check_identity, set_heartbeat
 from omnimate.driver.canopen.pdo_parameters import (
     RPDO,
@@ -26,6 +25,7 @@ from omnimate.driver.robot.drive_watch import (
     StatusSource,
     status_source,
 )
+from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection

@@ -14,13 +14,18 @@ from omnimate.driver.canopen.cia402 import (
     enable_drive,
     planned_pdo,
 )
-from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, NMT_START
 from omnimate.driver.canopen.node_setup import wake
 from omnimate.driver.errors import BadCommand, BusLost, DriverError, DrivesStopped, NotEnabled
 from omnimate.driver.robot.drive_configuration import configure_drive
 from omnimate.driver.robot.events import Trouble
-from omnimate.driver.robot.supervision import STOPPED
-from omnimate.files.logs.canopen_words import error_register_in_words
+from omnimate.files.logs.canopen_words import (
+    HEARTBEAT,
+    NMT_PRE_OPERATIONAL,
+    NMT_START,
+    OPERATIONAL,
+    STOPPED,
+    error_register_in_words,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -33,7 +38,6 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel, Drive, VehicleParameters
 
 REFRESH = 0.1  # [s] between two RPDOs of an unchanged command, and between two heartbeats of the driver
-OPERATIONAL = b"\x05"
 MAX_TROUBLES = 8  # a fault is soon followed by more; the first ones say why
 INT32 = 2**31 - 1
 
@@ -265,7 +269,7 @@ class Drives:
                 self._sent[number] = data
 
     def _heartbeat(self) -> None:
-        self._network.send_message(0x700 + self._driver_node, OPERATIONAL)
+        self._network.send_message(HEARTBEAT + self._driver_node, bytes([OPERATIONAL]))
 
     def _configure(self, drive: Drive) -> tuple[NodeConfiguration, StatusSource]:
         """Configure a drive's node and start it; return what was changed, and where its status word is."""

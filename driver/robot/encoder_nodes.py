@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.network import NMT_PRE_OPERATIONAL, NMT_RESET_COMMUNICATION, NMT_START
 from omnimate.driver.canopen.node_setup import wake
 from omnimate.driver.robot.configuration import with_ranges
 from omnimate.driver.robot.configure import configure_node
-from omnimate.driver.robot.supervision import OPERATIONAL
+from omnimate.files.logs.canopen_words import (
+    NMT_PRE_OPERATIONAL,
+    NMT_RESET_COMMUNICATION,
+    NMT_START,
+    OPERATIONAL,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

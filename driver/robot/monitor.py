@@ -9,7 +9,7 @@ from omnimate.driver.robot.drive_watch import DriveWatch
 from omnimate.driver.robot.events import EventLog, NodeCounts, Trouble, nodes_of
 from omnimate.driver.robot.supervision import Supervision
 from omnimate.driver.robot.unexpected_frames import FloodWatch, UnknownFrames
-from omnimate.files.logs.canopen_words import SYNC_ID
+from omnimate.files.logs.canopen_words import BOOT_UP, EMCY, HEARTBEAT, SDO_ANSWER, SYNC_ID
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from omnimate.driver.bus.clock import Clock
     from omnimate.vehicle.parameters import VehicleParameters
 
-EMCY, SDO_ANSWER, HEARTBEAT = 0x080, 0x580, 0x700
-BOOT_UP = b"\0"
 FOREIGN_SYNCS = 3  # SYNCs of another device that are too many
 
 
@@ -133,7 +131,7 @@ class Monitor:
             return len(data) == 8
         self._flooding.note(function + node)
         if function == HEARTBEAT:
-            if bytes(data) == BOOT_UP:
+            if bytes(data) == bytes([BOOT_UP]):
                 self.assembler.node_booted(node)
             return self.supervision.heartbeat(node, data, now)
         return self.supervision.emergency(node, data, now)

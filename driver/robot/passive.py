@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Self
 
 from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.bus.clock import WallClock
-from omnimate.driver.canopen.network import SYNC_ID, BusNetwork
+from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import BusError, BusLost, NoSync
 from omnimate.driver.robot.events import nodes_of
 from omnimate.driver.robot.monitor import Monitor
 from omnimate.driver.robot.report import DriverReport, make_report
+from omnimate.files.logs.canopen_words import HEARTBEAT, NMT_ID, NMT_START, SDO_REQUEST, SYNC_ID
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,11 +28,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
 
-NMT_ID, SDO_REQUEST, HEARTBEAT = 0x000, 0x600, 0x700
-NMT_START = b"\x01"
-SYNC_WAIT = (
-    1.0  # [s] after the first PDO in which SYNC must come; masters produce it ten times a second or more
-)
+SYNC_WAIT = 1.0  # [s] from the first PDO to SYNC, at the latest; masters produce ten per second or more
 
 
 class PassiveReader:
@@ -109,7 +106,7 @@ class PassiveReader:
                 self._begin(arrival)
                 if self._opener == SYNC_ID:
                     continue
-            if message.arbitration_id == NMT_ID and bytes(message.data[:1]) == NMT_START:
+            if message.arbitration_id == NMT_ID and bytes(message.data[:1]) == bytes([NMT_START]):
                 assembler.node_started(message.data[1] if len(message.data) == 2 else 0)
             self._monitor.take(message, arrival)
         if not self._syncs:

@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from omnimate.files.logs.canopen_words import nmt_state_in_words
+from omnimate.files.logs.canopen_words import NMT_STATES, OPERATIONAL, nmt_state_in_words
 
 if TYPE_CHECKING:
     from omnimate.driver.robot.events import Event, Trouble
     from omnimate.driver.robot.monitor import Monitor
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Gap
-
-
-OPERATIONAL = "operational"
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +51,9 @@ class NodeReport:
     @property
     def is_well(self) -> bool:
         """Whether it works now: its heartbeat is not overdue, and it is operational or a drive."""
-        return not self.is_lost and (self.state == OPERATIONAL or self.names[0].startswith("drive of "))
+        return not self.is_lost and (
+            self.state == NMT_STATES[OPERATIONAL] or self.names[0].startswith("drive of ")
+        )
 
 
 @dataclass(frozen=True, slots=True)

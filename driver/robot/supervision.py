@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.driver.robot.events import Trouble
-from omnimate.files.logs.canopen_words import emcy_in_words, nmt_state_in_words
+from omnimate.files.logs.canopen_words import BOOT_UP, OPERATIONAL, emcy_in_words, nmt_state_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from omnimate.driver.robot.events import EventLog
 
-BOOT_UP, STOPPED, OPERATIONAL = 0x00, 0x04, 0x05
 NO_ERROR = 0x0000  # emergency error code: an error has gone
 LOST_AFTER = 3.0  # heartbeat periods
 NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may have been on its way while NMT start was sent

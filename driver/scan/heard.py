@@ -8,13 +8,12 @@ from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.network import SYNC_ID
+from omnimate.files.logs.canopen_words import EMCY, HEARTBEAT, NMT_ID, SDO_ANSWER, SDO_REQUEST, SYNC_ID
 
 if TYPE_CHECKING:
     import can
 
-NMT, SDO_ANSWER, SDO_REQUEST, HEARTBEAT = 0x000, 0x580, 0x600, 0x700
-EMCY, RPDOS = 0x080, (0x200, 0x300, 0x400, 0x500)  # of the predefined connection set
+RPDOS = (0x200, 0x300, 0x400, 0x500)  # of the predefined connection set
 KEPT = 200  # SYNCs of which the times are kept
 
 
@@ -63,7 +62,7 @@ class Heard:
             self.syncs.append(arrival)
             self.has_counter = len(data) == 1
             self.masters["SYNC"] += 1
-        elif can_id == NMT:
+        elif can_id == NMT_ID:
             self.masters["NMT commands"] += 1
         elif function == HEARTBEAT and node:
             self._heartbeat(node, data, arrival, is_asked=message.is_remote_frame)

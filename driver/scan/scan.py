@@ -16,8 +16,9 @@ from omnimate.driver.canopen.lss import MASTER, SLAVE, LssMaster
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.canopen.node_access import PERIOD, MasterActiveError
 from omnimate.driver.conformance.probe import MOST_DRAINED, Reply
-from omnimate.driver.scan.heard import HEARTBEAT, SDO_ANSWER, SDO_REQUEST, Heard
+from omnimate.driver.scan.heard import Heard
 from omnimate.driver.scan.node import GivesWayError, NodeReading, read_node
+from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, OPERATIONAL, SDO_ANSWER, SDO_REQUEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,7 +33,6 @@ LISTENING = 1.1  # [s] before anything is sent; most heartbeats have a period of
 PACE, POLITE_PACE = 0.002, 0.01  # [s] between two requests; the second one beside another master
 DEVICE_TYPE = b"\x40\x00\x10\x00".ljust(8, b"\0")  # request to read 1000h
 LSS_TIMEOUT = 0.1  # [s], as of `omnimate lss`
-BOOTING, OPERATIONAL = 0x00, 0x05
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +176,7 @@ class _Scanner:
     def _read(self, node: int) -> NodeReading:
         if self.is_polite and node in self.heard.foreign_sdo:
             return NodeReading(node, remark=GivesWayError(node).problem)
-        if self.is_polite and self.heard.states.get(node) == BOOTING:
+        if self.is_polite and self.heard.states.get(node) == BOOT_UP:
             return NodeReading(node, remark="has just booted; it is left to the other master")
         self._reading = node
         try:

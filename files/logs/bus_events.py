@@ -4,17 +4,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from omnimate.files.logs.canopen_words import describe_frame, emcy_in_words, nmt_state_in_words
+from omnimate.files.logs.canopen_words import (
+    BOOT_UP,
+    EMCY,
+    HEARTBEAT,
+    NMT_ID,
+    SDO_ANSWER,
+    SDO_REQUEST,
+    describe_frame,
+    emcy_in_words,
+    nmt_state_in_words,
+)
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 
 if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frame
 
-_NMT, _EMCY, _SDO_ANSWER, _SDO_REQUEST, _HEARTBEAT = 0x000, 0x080, 0x580, 0x600, 0x700
 _ABORT = 0x80
-_BOOT_UP, _TOGGLE = 0x00, 0x80
+_TOGGLE = 0x80
 _OTHERS = EXTENDED | REMOTE | FD
-_SIZES = {_NMT: 2, _EMCY: 8, _SDO_ANSWER: 8, _SDO_REQUEST: 8, _HEARTBEAT: 1}  # bytes, by function code
+_SIZES = {NMT_ID: 2, EMCY: 8, SDO_ANSWER: 8, SDO_REQUEST: 8, HEARTBEAT: 1}  # bytes, by function code
 
 
 class BusEvent(NamedTuple):
@@ -65,18 +74,18 @@ class BusEvents:
         if (
             len(frame.data) != _SIZES.get(function)
             or frame.flags & _OTHERS
-            or (node == 0) != (function == _NMT)
+            or (node == 0) != (function == NMT_ID)
         ):
             return None
-        if function == _HEARTBEAT:
+        if function == HEARTBEAT:
             return self._heartbeat(frame, node)
-        return _emergency(frame, node) if function == _EMCY else _command_or_abort(frame, node)
+        return _emergency(frame, node) if function == EMCY else _command_or_abort(frame, node)
 
     def _heartbeat(self, frame: Frame, node: int) -> BusEvent | None:
         state = frame.data[0] & ~_TOGGLE
         before = self.nodes.get((frame.channel, node))
         self.nodes[frame.channel, node] = NodeSeen(state, frame.time)
-        if frame.data[0] == _BOOT_UP:
+        if frame.data[0] == BOOT_UP:
             return BusEvent(frame.time, node, "boot-up", before is not None, is_health=True)
         if before is None or before.state == state:
             return None

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-SYNC_ID, TIME_ID = 0x080, 0x100
+# COB-IDs of the predefined connection set (CiA 301); in the second line those of node 0.
+NMT_ID, SYNC_ID, TIME_ID = 0x000, 0x080, 0x100
+EMCY, SDO_ANSWER, SDO_REQUEST, HEARTBEAT = 0x080, 0x580, 0x600, 0x700
 LSS_IDS = {0x7E5: "LSS command", 0x7E4: "LSS answer"}
 
-NMT_START = 0x01
+NMT_START, NMT_STOP, NMT_PRE_OPERATIONAL = 0x01, 0x02, 0x80
+NMT_RESET_NODE, NMT_RESET_COMMUNICATION = 0x81, 0x82
 NMT_COMMANDS = {
     NMT_START: "start",
-    0x02: "stop",
-    0x80: "enter pre-operational",
-    0x81: "reset node",
-    0x82: "reset communication",
+    NMT_STOP: "stop",
+    NMT_PRE_OPERATIONAL: "enter pre-operational",
+    NMT_RESET_NODE: "reset node",
+    NMT_RESET_COMMUNICATION: "reset communication",
 }
-NMT_STATES = {0x00: "boot-up", 0x04: "stopped", 0x05: "operational", 0x7F: "pre-operational"}
+BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
+NMT_STATES = {
+    BOOT_UP: "boot-up",
+    STOPPED: "stopped",
+    OPERATIONAL: "operational",
+    PRE_OPERATIONAL: "pre-operational",
+}
 
 EMCY_CODES = {
     0x0000: "error reset or no error",
@@ -135,7 +144,7 @@ def describe_frame(can_id: int, data: bytes, *, remote: bool = False) -> str | N
     function, node = can_id & ~0x7F, can_id & 0x7F
     if can_id in LSS_IDS:
         return LSS_IDS[can_id]
-    if not 0 <= can_id <= 0x7FF or (node == 0 and can_id not in {0x000, SYNC_ID, TIME_ID}):
+    if not 0 <= can_id <= 0x7FF or (node == 0 and can_id not in {NMT_ID, SYNC_ID, TIME_ID}):
         return None
     if function in _PDO_FUNCTIONS:
         return f"{_PDO_FUNCTIONS[function]} of node {node}" + (", requested" if remote else "")
@@ -211,10 +220,10 @@ def _expedited(data: bytes, carries_value: bool) -> str:
 
 
 _SERVICES = {
-    0x000: _nmt,
-    0x080: _sync_or_emcy,
-    0x100: _time,
-    0x580: _sdo_answer,
-    0x600: _sdo_request,
-    0x700: _heartbeat,
+    NMT_ID: _nmt,
+    EMCY: _sync_or_emcy,
+    TIME_ID: _time,
+    SDO_ANSWER: _sdo_answer,
+    SDO_REQUEST: _sdo_request,
+    HEARTBEAT: _heartbeat,
 }

@@ -6,8 +6,9 @@ import pytest
 from canopen.objectdictionary import ObjectDictionary, ODVariable
 from canopen.objectdictionary.datatypes import UNSIGNED16
 
-from omnimate.driver.canopen.network import NMT_START, BusNetwork
+from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import BusLost
+from omnimate.files.logs.canopen_words import NMT_START
 
 
 class Sink:
