@@ -1,19 +1,116 @@
-"""The real part of the study: tables and figures of what the tool finds in recordings of real robots."""
+"""The real part of the study: what the tool finds in recordings of robots whose truth is not known."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.table import Table
 
-from studies.mismatch.real_figures import draw_husky, draw_labyrinth
-from studies.mismatch.real_rows import robot_row
+from omnimate.figures.floor_plan import Track, plot_floor_plan
+from omnimate.mismatch import diagnose
+from omnimate.mismatch.description.first_look import first_look
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.se2 import wrap
+from studies.datasets import husky, labyrinth
+from studies.figures.turns import plot_turns
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from omnimate.mismatch import Diagnosis
+    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
+
+
+@dataclass(frozen=True, slots=True)
+class RobotRow:
+    """One robot that is described wrongly: as it is described, and as the first look corrects it.
+
+    Attributes:
+        name: Name of the data.
+        recordings: The recordings with the robot as described.
+        corrected: The recordings with the robot as the first look corrects it.
+        first: Diagnosis of the robot as described.
+        second: Diagnosis of the corrected robot.
+    """
+
+    name: str
+    recordings: Sequence[Recording]
+    corrected: Sequence[Recording]
+    first: Diagnosis
+    second: Diagnosis
+
+
+def robot_row(folder: Path, every: int = 1) -> RobotRow:
+    """Return the answers to labyrinth_tuc or drive_ugv, as described and as corrected by the first look.
+
+    Args:
+        folder: Folder of the data, whose name says which of the two they are.
+        every: One in so many of the corrected recordings is searched.
+
+    Raises:
+        SourceError: The data are damaged.
+    """
+    source = labyrinth if folder.name == "labyrinth_tuc" else husky
+    recordings = source.recordings_of(folder)
+    look = first_look(recordings)
+    corrected = recordings if look is None else [look.corrected(recording) for recording in recordings]
+    return RobotRow(folder.name, recordings, corrected, diagnose(recordings), diagnose(corrected[::every]))
+
+
+def draw_labyrinth(row: RobotRow, folder: Path) -> None:
+    """Draw the one drive as measured, and odometry as described and as corrected, each laid onto it.
+
+    Raises:
+        PlotError: the file cannot be written.
+    """
+    assert row.recordings[0].poses is not None  # the importer gives them
+    tracks = [
+        Track("measured", row.recordings[0].poses.pose[:, :2]),
+        Track("odometry as described", _laid(row.recordings[0]), dashed=True),
+        Track("odometry as the first look corrects it", _laid(row.corrected[0]), dashed=True),
+    ]
+    plot_floor_plan(tracks, folder / "labyrinth.png", title="labyrinth_tuc, 30 s")
+
+
+def draw_husky(row: RobotRow, folder: Path) -> None:
+    """Draw the turn of every window: by the wheels of the described robot, and as measured.
+
+    Raises:
+        PlotError: the file cannot be written.
+    """
+    pairs = np.array([_turned(recording) for recording in row.recordings])
+    old, new = (each[0].vehicle.trucks["a"].wheelbase for each in (row.recordings, row.corrected))
+    title = f"drive_ugv: {len(pairs)} windows of 2 s"
+    wheel = row.corrected[0].vehicle.trucks["a"], row.recordings[0].vehicle.trucks["a"]
+    rolls = (wheel[0].wheel_diameter_left + wheel[0].wheel_diameter_right) / (
+        wheel[1].wheel_diameter_left + wheel[1].wheel_diameter_right
+    )
+    plot_turns(pairs[:, 0], pairs[:, 1], new / old / rolls, folder / "husky.png", title=title)
+
+
+def _laid(recording: Recording) -> Array:
+    """Return odometry (N, 2), turned and shifted as a whole so that it lies best on the positions [m]."""
+    assert recording.poses is not None  # as above
+    path = dead_reckon(recording)
+    at, goal = recording.poses.time, recording.poses.pose[:, 0] + 1j * recording.poses.pose[:, 1]
+    way = path[:, 0] + 1j * path[:, 1]
+    seen = np.interp(at, recording.time, way.real) + 1j * np.interp(at, recording.time, way.imag)
+    turn = np.vdot(seen - seen.mean(), goal - goal.mean())
+    laid = (way - seen.mean()) * turn / abs(turn) + goal.mean()
+    return np.stack([laid.real, laid.imag], axis=1)
+
+
+def _turned(recording: Recording) -> tuple[float, float]:
+    """Return how far a truck turned by its wheels, and as measured (less than half a turn) [rad]."""
+    assert recording.poses is not None  # as above
+    poses, path = recording.poses, dead_reckon(recording)
+    first, last = np.interp(poses.time[[0, -1]], recording.time, path[:, 2])
+    return float(last - first), float(wrap(poses.pose[-1, 2] - poses.pose[0, 2]))
+
 
 DATA = ("labyrinth_tuc", "drive_ugv")  # the folders of the data
 HUSKY_EVERY = 6  # one in so many windows is searched; the first look sees all

@@ -15,10 +15,9 @@ if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Mapping, Sequence
 
-    from studies.mismatch.asking import Answers
-    from studies.mismatch.scores import Score
     from studies.mismatch.scoring.audit import Audit
-    from studies.mismatch.scoring.score import Line
+    from studies.mismatch.scoring.score import Line, Score
+    from studies.mismatch.study import Answers
 
 
 def worlds(scores: Sequence[Score]) -> Table:

@@ -12,18 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.mismatch.engines.drives import commands
-from studies.mismatch.engines.faults import moved, shown, touches, travelled
-from studies.mismatch.engines.robots import LINKAGE, WHEELS
-from studies.mismatch.engines.unnamed import felt
+from studies.mismatch.engines.faults import felt, moved, shown, touches, travelled
+from studies.mismatch.engines.programmes import commands
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
 
 if TYPE_CHECKING:
     from numpy.random import Generator
     from numpy.typing import NDArray
 
-    from studies.mismatch.engines.drives import Lap
-    from studies.mismatch.engines.fault import ConcealedFault, Ground
-    from studies.mismatch.engines.robots import Robot
+    from studies.mismatch.engines.faults import ConcealedFault, Ground
+    from studies.mismatch.engines.programmes import Lap
+    from studies.mismatch.engines.writing import Robot
 
     Array = NDArray[np.float64]
 

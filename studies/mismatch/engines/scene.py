@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.mismatch.engines.drives import programme
 from studies.mismatch.engines.engine import Floor, drive
-from studies.mismatch.engines.fault import ConcealedFault
-from studies.mismatch.engines.labels import label
-from studies.mismatch.engines.robots import random_robot
-from studies.mismatch.engines.unnamed import KINDS
-from studies.mismatch.engines.vocabulary import RATIOS, SIGNED, SIZES
+from studies.mismatch.engines.faults import KINDS, ConcealedFault
+from studies.mismatch.engines.programmes import programme
+from studies.mismatch.engines.vocabulary import RATIOS, SIGNED, SIZES, label
+from studies.mismatch.engines.writing import random_robot
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,9 +20,9 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
     from studies.mismatch.engines.cases import Case
-    from studies.mismatch.engines.drives import Lap
     from studies.mismatch.engines.engine import Drive
-    from studies.mismatch.engines.robots import Robot
+    from studies.mismatch.engines.programmes import Lap
+    from studies.mismatch.engines.writing import Robot
 
 START = 1_763_000_000.0
 SEEDS = 1_000_000  # seeds with different start times: the time in a log has ten digits before the point

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.mismatch.engines.robots import WHEELS
+from studies.mismatch.engines.vocabulary import WHEELS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

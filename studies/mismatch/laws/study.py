@@ -11,15 +11,14 @@ from rich.table import Table
 from studies.figures.recovery import plot_recovery
 from studies.mismatch import run
 from studies.mismatch.laws.baselines import has_sindy
-from studies.mismatch.laws.drives import wanted
-from studies.mismatch.laws.recovery import LAW, METHODS, SINDY, recovered
+from studies.mismatch.laws.recovery import LAW, METHODS, SINDY, recovered, wanted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from studies.mismatch.laws.recovery import Recovery
-    from studies.mismatch.progress import Progress
+    from studies.mismatch.run import Progress
 
 CASES = 3  # of each effect
 CLEAR = 30.0  # [nat] of the effect's own gain, below which a drive hardly shows it: 7.7 sigma

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from studies.mismatch.engines.cases import seed_of
-from studies.mismatch.engines.robots import LINKAGE, WHEELS
 from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
 from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from studies.mismatch.engines.cases import Case
     from studies.mismatch.engines.engine import Drive
-    from studies.mismatch.engines.robots import Robot
+    from studies.mismatch.engines.writing import Robot
 
     Array = NDArray[np.float64]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from studies.mismatch.scoring.efficiency import efficiency
-from studies.mismatch.scoring.intervals import wilson
 from studies.mismatch.scoring.judging import (
     ASSERTED,
     SURE,
@@ -30,6 +30,75 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from studies.mismatch.scoring.judging import Answer, Label
+    from studies.mismatch.study import Answers
+    from studies.mismatch.worlds.world import Corpus
+
+_Z = 1.96  # the normal distribution's quantile of 97.5 %
+
+
+def wilson(hits: int, of: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share, Wilson (1927); nan without any case."""
+    if not of:
+        return math.nan, math.nan
+    share, square = hits / of, _Z * _Z
+    middle, width = (
+        share + square / (2 * of),
+        _Z * math.sqrt(share * (1 - share) / of + square / (4 * of * of)),
+    )
+    return (middle - width) / (1 + square / of), (middle + width) / (1 + square / of)
+
+
+# Bounds of the bins: finer where answers are sure, because that is where a false one does harm.
+EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """Findings of about the same probability.
+
+    Attributes:
+        said: Mean of their probabilities.
+        right: Number of those that are right.
+        of: Number of all.
+    """
+
+    said: float
+    right: int
+    of: int
+
+    @property
+    def share(self) -> float:
+        """Share of those that are right."""
+        return self.right / self.of
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's 95 % interval of the share."""
+        return wilson(self.right, self.of)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the bin as an object."""
+        return {"said": self.said, "right": self.right, "of": self.of, "interval": list(self.interval)}
+
+
+def bins(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Bin]:
+    """Return the findings about a world in bins of their probability, those that are empty left out."""
+    answers = beyond_twins(labels, answers)
+    said = [
+        (finding["probability"], not wrong(finding, label))
+        for name, label in labels.items()
+        for finding in answers.get(name, {"findings": ()})["findings"]
+    ]
+    filled = []
+    for low, high in pairwise(EDGES):
+        inside = [
+            pair for pair in said if low <= pair[0] < high or (high == EDGES[-1] and pair[0] >= EDGES[-1])
+        ]
+        if inside:
+            mean = sum(probability for probability, _ in inside) / len(inside)
+            filled.append(Bin(mean, sum(right for _, right in inside), len(inside)))
+    return filled
+
 
 STRONG = 10.0  # standard deviations from which an injected effect is expected to be named
 
@@ -237,3 +306,63 @@ def _geometric(values: Sequence[float]) -> float:
 
 def _mean(values: Sequence[float]) -> float:
     return sum(values) / len(values) if values else math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """What a tool's answers about a world are worth.
+
+    Attributes:
+        name: Name of the world.
+        title: What tables call it.
+        cases: Number of cases.
+        digest: SHA-256 of the labels; empty where worlds are pooled.
+        lines: The lines of the table, the same in every world.
+        reliability: What was said against what is right.
+    """
+
+    name: str
+    title: str
+    cases: int
+    digest: str
+    lines: Sequence[Line]
+    reliability: Sequence[Bin]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the score as an object."""
+        return {
+            "title": self.title,
+            "cases": self.cases,
+            "labels": self.digest,
+            "lines": [line.as_json() for line in self.lines],
+            "reliability": [each.as_json() for each in self.reliability],
+        }
+
+
+def scored(corpus: Corpus, answers: Answers) -> Score:
+    """Return the score of one world."""
+    labels = corpus.labels
+    return Score(
+        corpus.world.name,
+        corpus.world.title,
+        len(labels),
+        corpus.digest,
+        rows(labels, answers),
+        bins(labels, answers),
+    )
+
+
+def pooled(asked: Sequence[tuple[Corpus, Answers]]) -> list[Score]:
+    """Return the score of all worlds that others made, as one; nothing where they are fewer than two."""
+    foreign = [(corpus, answers) for corpus, answers in asked if corpus.world.foreign]
+    if len(foreign) < 2:
+        return []
+    labels = {
+        f"{corpus.world.name} {case}": corpus.labels[case] for corpus, _ in foreign for case in corpus.labels
+    }
+    answered = {
+        f"{corpus.world.name} {case}": answers[case] for corpus, answers in foreign for case in answers
+    }
+    return [
+        Score("foreign", "foreign, pooled", len(labels), "", rows(labels, answered), bins(labels, answered))
+    ]

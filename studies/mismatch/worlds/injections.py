@@ -17,10 +17,9 @@ from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.files.recordings.folder import save_recording
 from studies.datasets.optiodom.recordings import differential_sets, recordings_of
 from studies.mismatch import run
-from studies.mismatch.engines.injections.draw import draw
-from studies.mismatch.engines.strength.bound import Ruler
-from studies.mismatch.engines.strength.drive import Drive, Poses
-from studies.mismatch.worlds.sequence import in_sequence
+from studies.mismatch.engines.rivals import draw
+from studies.mismatch.engines.strength import Drive, Poses, Ruler
+from studies.mismatch.worlds.optiodom import in_sequence
 from studies.mismatch.worlds.world import AbsentError, Label, Request
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import Channel
     from omnimate.vehicle.recording import Recording
-    from studies.mismatch.progress import Report
+    from studies.mismatch.run import Report
 
 MOST_RUNS = 6  # of a case
 _WHEELS: tuple[Channel, Channel] = ("a.left", "a.right")

@@ -9,14 +9,13 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from omnimate.vehicle.errors import OmnimateError
-from studies.mismatch.questions import answered
+from studies.mismatch.run import answered
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from studies.mismatch.progress import Progress, Report
-    from studies.mismatch.questions import Answer, Question
+    from studies.mismatch.run import Answer, Progress, Question, Report
 
 Label = dict[str, Any]
 FEW = 3  # cases of a labelled set, where a small part is enough

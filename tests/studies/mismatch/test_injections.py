@@ -14,11 +14,10 @@ from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses, Recording
 from studies.datasets.optiodom.recordings import differential_sets, recordings_of
-from studies.mismatch.engines.injections.draw import RATIOS, SIZES, Injection
-from studies.mismatch.engines.strength.laws import OF_TRUCKS, OF_WHEELS
-from studies.mismatch.open_loop import block_of
+from studies.mismatch.engines.laws import OF_TRUCKS, OF_WHEELS
+from studies.mismatch.engines.rivals import RATIOS, SIZES, Injection
 from studies.mismatch.worlds.injections import drive_of, with_drive, write_pair
-from studies.mismatch.worlds.sequence import in_sequence
+from studies.mismatch.worlds.optiodom import block_of, in_sequence
 
 PERIOD, SAMPLES = 0.05, 900
 ROBOT = single_truck("robot", Truck(0.2, 0.084, 0.084), 2796.8, PERIOD)

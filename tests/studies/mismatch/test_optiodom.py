@@ -8,11 +8,9 @@ from omnimate.effects.wheel_diameter import WheelDiameter
 from omnimate.effects.wheelbase import Wheelbase
 from omnimate.mismatch import Diagnosis
 from studies.datasets.optiodom.recordings import recordings_of
-from studies.mismatch.open_loop import position_error
 from studies.mismatch.scoring.score import rows
 from studies.mismatch.worlds import optiodom
-from studies.mismatch.worlds.optiodom import diagnosed_and_driven, write_optiodom
-from studies.mismatch.worlds.sequence import halves
+from studies.mismatch.worlds.optiodom import diagnosed_and_driven, halves, position_error, write_optiodom
 from studies.mismatch.worlds.world import Request
 
 SET = "circular/250620202236"  # its nominal wheels are 1.6 % too large

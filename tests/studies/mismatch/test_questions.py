@@ -2,9 +2,8 @@
 
 from omnimate.mismatch import Diagnosis
 from omnimate.vehicle.errors import OmnimateError
-from studies.mismatch.engines.cases import Case
-from studies.mismatch.engines.corpus import make
-from studies.mismatch.questions import answered, answered_by
+from studies.mismatch.engines.cases import Case, make
+from studies.mismatch.run import answered, answered_by
 
 
 def test_a_tool_is_given_the_recordings_that_the_label_names_and_answers_in_json(tmp_path):

@@ -5,8 +5,7 @@ import json
 import pytest
 
 from studies.figures.reliability import plot_reliability
-from studies.mismatch.scores import pooled, scored
-from studies.mismatch.scoring.reliability import bins
+from studies.mismatch.scoring.score import bins, pooled, scored
 from studies.mismatch.worlds.world import Corpus, LabelledWorld
 
 TRUTH = {"effect": "wheelbase", "component": "a", "intervals": [], "parameters": {}, "acceptable": []}

@@ -71,7 +71,7 @@ def test_a_labelled_set_that_is_not_here_is_left_out(tmp_path, name):
 
 
 def test_a_world_whose_engine_is_not_installed_is_left_out_and_leaves_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr("studies.mismatch.worlds.engines.find_spec", lambda _name: None)
+    monkeypatch.setattr("studies.mismatch.worlds.registry.find_spec", lambda _name: None)
     (world,) = chosen(tmp_path, ["bullet"])
     with pytest.raises(AbsentError, match="pybullet is not installed"):
         corpus(world, tmp_path)

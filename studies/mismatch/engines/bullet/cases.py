@@ -1,4 +1,9 @@
-"""The cases of the world in PyBullet: robots in turn, courses, floors, measurements, and what is built in."""
+"""The cases of the world in PyBullet: robots in turn, courses, floors, measurements, and what is built in.
+
+Changes by a fault are those of the true motion: the drive of the robot with the fault less that of its
+healthy twin, both on a plane. They are measured in standard deviations of what floor and sensors add to the
+recording (`engines.strength`), and compared with what each effect of the vocabulary would change.
+"""
 
 from __future__ import annotations
 
@@ -8,27 +13,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.mismatch.engines.bullet import encoders, faults
-from studies.mismatch.engines.bullet.alike import CLEAR, alike, everyday
+from studies.mismatch.engines.bullet import faults
 from studies.mismatch.engines.bullet.chassis import ROBOTS, Chassis
-from studies.mismatch.engines.bullet.drive import Course, TippedError, drive
-from studies.mismatch.engines.bullet.encoders import recorded, seen
-from studies.mismatch.engines.bullet.floor import Floor
-from studies.mismatch.engines.bullet.measured import axle_ahead
-from studies.mismatch.engines.bullet.setting import Fault, Setting
-from studies.mismatch.engines.drives import commands
-from studies.mismatch.engines.labels import label
-from studies.mismatch.engines.robots import Robot
-from studies.mismatch.engines.robots import encoders as drawn_encoders
+from studies.mismatch.engines.bullet.drive import Course, Floor, TippedError, drive
+from studies.mismatch.engines.bullet.faults import Fault, Setting, axle_ahead
+from studies.mismatch.engines.engine import Drive as Recorded
+from studies.mismatch.engines.laws import altered
+from studies.mismatch.engines.programmes import PROGRAMMES, commands
+from studies.mismatch.engines.rivals import SEPARATE, rivals
 from studies.mismatch.engines.scene import SEEDS, START
-from studies.mismatch.engines.strength.bound import Noise, Ruler
-from studies.mismatch.engines.strength.laws import altered
-from studies.mismatch.engines.strength.residual import residual
+from studies.mismatch.engines.strength import Drive as Seen
+from studies.mismatch.engines.strength import Noise, Poses, Ruler, left_of, residual
 from studies.mismatch.engines.true_motion import Nominal, calibrate
+from studies.mismatch.engines.vocabulary import WHEELS, label
 from studies.mismatch.engines.wide.cases import seen as as_recorded
-from studies.mismatch.engines.wide.programmes import PROGRAMMES
 from studies.mismatch.engines.wide.robots import COUNTS, JOINTS, METRES, within
-from studies.mismatch.engines.writing import Measuring, write
+from studies.mismatch.engines.writing import Measuring, Robot, measured, write
+from studies.mismatch.engines.writing import encoders as drawn_encoders
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -37,12 +38,140 @@ if TYPE_CHECKING:
     from numpy.random import Generator
     from numpy.typing import NDArray
 
-    from studies.mismatch.engines.drives import Lap, Leg
-    from studies.mismatch.engines.strength.drive import Drive as Seen
+    from studies.mismatch.engines.programmes import Lap, Leg
     from studies.mismatch.engines.true_motion import Drive
 
     Array = NDArray[np.float64]
+    Name = tuple[str, str]
     Build = Callable[[Setting], Fault]
+
+MOST = (
+    0.5  # share of a change without a law that a name may leave; it then explains three quarters of its power
+)
+CLEAR = 5.0  # standard deviations below which a recording may not show something
+# What contacts do to every robot: tyres creep, skid and scrub.
+EVERYDAY = ("lateral_slip", "traction_slip", "turn_scrub", "wheelbase")
+
+
+def alike(
+    change: Array, effect: str, component: str, more: Mapping[str, Any], healthy: Seen, ruler: Ruler
+) -> tuple[bool, list[dict[str, Any]]]:
+    """Return whether an effect's law explains its change, and the effects that count as right in its place.
+
+    A law that leaves more than half of the change does not explain it: the effect then is none of the
+    vocabulary, whatever was built in. An effect whose law explains its change is matched by what explains it
+    as well, up to 3 standard deviations; a change without a law by what explains most of it.
+
+    Args:
+        change: Whitened change `(K,)`.
+        effect: The effect, or "unknown".
+        component: Component on which it acts.
+        more: Its parameters; of something unknown, the intervals in which it acts.
+        healthy: What sensors see of the healthy twin.
+        ruler: Its ruler.
+    """
+    moments = "slip_patch" if effect == "unknown" and more.get("intervals") else effect
+    columns = rivals(moments, more, [healthy], ruler)
+    leaves = {name: left_of(change, own) for name, own in columns.items()}
+    half = MOST * float(np.linalg.norm(change))
+    own = leaves.get((effect, component), np.inf)
+    named = own <= max(half, SEPARATE)
+    most = np.hypot(own, SEPARATE) if named else max(half, SEPARATE)
+    return named, [
+        {"effect": name, "component": place, "leaves": round(left, 2)}
+        for (name, place), left in leaves.items()
+        if left < most and (name, place) != (effect, component)
+    ]
+
+
+def everyday(healthy: Seen, ruler: Ruler, missed: Array) -> list[dict[str, Any]]:
+    """Return what is true of the healthy robot beside any fault: naming it is right, missing it no mistake.
+
+    Args:
+        healthy: What sensors see of the healthy robot.
+        ruler: Its ruler.
+        missed: What dead reckoning misses of it, whitened, shape `(K,)`.
+    """
+    columns = {name: own for name, own in rivals("", {}, [healthy], ruler).items() if name[0] in EVERYDAY}
+    whole = float(np.linalg.norm(missed))
+    found = [
+        {"effect": name, "component": place, "explains": round(explained, 2)}
+        for (name, place), own in columns.items()
+        if (explained := float(np.sqrt(max(0.0, whole**2 - left_of(missed, own) ** 2)))) > SEPARATE
+    ]
+    left = left_of(missed, [column for own in columns.values() for column in own])
+    if left > CLEAR:
+        places = sorted({place for _, place in columns})  # trucks and wheels
+        found += [
+            {"effect": name, "component": place, "explains": round(left, 2)}
+            for place in places
+            for name in ("unknown", "law")
+        ]
+    return found
+
+
+Laps = list[tuple[str, float, float]]
+
+
+def seen(robot: Robot, drive: Drive, start: float, laps: Laps, measuring: Measuring | None) -> Seen:
+    """Return a drive as sensors without any error see it, and poses as they are.
+
+    Args:
+        robot: The robot as its owner believes it to be.
+        drive: What happened.
+        start: Time of the first SYNC [s].
+        laps: Laps as (direction, start [s], end [s]).
+        measuring: How poses are measured; None for not at all.
+    """
+    radius = np.array(robot.radius)
+    wheels = [device for device in robot.devices if device.channel in WHEELS]
+    count = np.array([2.0 * np.pi / device.resolution for device in wheels]) * radius
+    reading = (
+        np.column_stack([drive.joints, drive.link]) if robot.trucks == 2 else np.zeros((len(drive.time), 0))
+    )
+    happened = Recorded(drive.time + start, np.zeros((0, 0), np.int64), drive.poses, laps)
+    rows = [] if measuring is None else list(measured(robot, happened, measuring, None))
+    poses = {
+        truck: Poses(*(np.array([row[item] for row in rows if row[1] == truck]) for item in (0, 2)))
+        for truck in sorted({truck for _, truck, _ in rows})
+    }
+    return Seen(
+        drive.time + start,
+        drive.wheels * radius,
+        count,
+        radius,
+        np.array(robot.wheelbase),
+        reading,
+        robot.length,
+        poses,
+    )
+
+
+def recorded(robot: Robot, ways: Seen, drive: Drive, laps: Laps, chance: np.random.Generator) -> Recorded:
+    """Return a drive as it is recorded: the ways and readings that sensors see, in counts.
+
+    Args:
+        robot: The robot as its owner believes it to be.
+        ways: What its sensors see.
+        drive: What happened.
+        laps: Laps as (direction, start [s], end [s]).
+        chance: Source of the scatter of the linkage's readings.
+    """
+    counts = []
+    for device in robot.devices:
+        if device.channel in WHEELS:
+            column = WHEELS.index(device.channel)
+            turns = ways.way[:, column] / (2.0 * np.pi * robot.radius[column])
+        elif device.channel == "link":
+            turns = ways.reading[:, 2] - robot.length
+        else:
+            turns = ways.reading[:, ("joint_a", "joint_b").index(device.channel)] / (2.0 * np.pi)
+        jitter = 0.0 if device.channel in WHEELS else robot.jitter * chance.normal(size=len(turns))
+        counts.append(
+            device.zero + device.sign * np.rint(turns * device.resolution + jitter).astype(np.int64)
+        )
+    return Recorded(ways.time, np.stack(counts, axis=1), drive.poses, laps)
+
 
 KINDS = {"null": 0.25, "single": 0.6, "multi": 0.15}  # shares of the cases; single ones may have no name
 ROLLING: tuple[Build, ...] = (
@@ -52,8 +181,8 @@ ROLLING: tuple[Build, ...] = (
     faults.bump,
     faults.tyre_loses_air,
     faults.wheel_misalignment,
-    encoders.count_loss,
-    encoders.latency,
+    faults.count_loss,
+    faults.latency,
 )
 SKIDDING: tuple[Build, ...] = (
     faults.wheel_diameter,
@@ -62,13 +191,13 @@ SKIDDING: tuple[Build, ...] = (
     faults.payload_moves,
     faults.slippery,
     faults.tyre_loses_air,
-    encoders.count_loss,
+    faults.count_loss,
 )
 LINKED: tuple[Build, ...] = (
-    encoders.joint_bias,
-    encoders.joint_eccentricity,
-    encoders.joint_backlash,
-    encoders.link_bias,
+    faults.joint_bias,
+    faults.joint_eccentricity,
+    faults.joint_backlash,
+    faults.link_bias,
 )
 DRAGGED: tuple[Build, ...] = (faults.slippery, faults.dragging)  # of a tug whose tyres creep
 
@@ -216,7 +345,7 @@ def _at(driven: Drive, ahead: Array) -> Drive:
 
 
 def _robot(chance: Generator, chassis: Chassis, nominal: Nominal, period: float) -> Robot:
-    """Return the robot as its owner believes it to be, with random encoders."""
+    """Return the robot as its owner believes it to be, with random faults."""
     turn = round(2.0 * np.pi * float(nominal.radii[0]) / within(chance, COUNTS))
     resolutions = turn, int(chance.choice(JOINTS)), round(within(chance, METRES))
     nodes = chance.permutation(np.arange(2, 60))

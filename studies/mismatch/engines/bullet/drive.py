@@ -1,4 +1,9 @@
-"""Driving a robot in PyBullet: the motion that contacts make of wheel commands."""
+"""Driving a robot in PyBullet: floors, tyres, the controller, and the motion that contacts make of it.
+
+Tyres that creep have a force that grows with their slip, as of rubber, alike in all directions. PyBullet's
+own friction acts along two directions of the world one by one, so that a robot that steers by skidding
+would turn at a rate that depends on its heading (the Husky on a plane: by 15 %).
+"""
 
 from __future__ import annotations
 
@@ -10,9 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pybullet
 
-from studies.mismatch.engines.bullet.floor import lay_box
-from studies.mismatch.engines.bullet.following import wheel_speeds
-from studies.mismatch.engines.bullet.tyres import Tyres
 from studies.mismatch.engines.true_motion import Drive, contacts
 
 if TYPE_CHECKING:
@@ -21,11 +23,140 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from studies.mismatch.engines.bullet.chassis import Chassis
-    from studies.mismatch.engines.bullet.floor import Box, Floor
     from studies.mismatch.engines.true_motion import Nominal
 
     Array = NDArray[np.float64]
     Hook = Callable[["Scene", float], None]
+
+CELL, WAVE = 0.05, 0.1  # [m] between two heights, and below which the surface is smooth
+MARGIN = 3.0  # [m] of floor beyond the path that is commanded
+GRIP = 1.0  # friction of the floor; that of a contact is the product of both
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A flat box on the floor, under the path of one wheel.
+
+    Attributes:
+        wheel: Wheel that meets it; others pass through it.
+        place: Its middle [m].
+        heading: Direction in which it is crossed [rad].
+        size: Its length along this direction, its width and its height above the floor [m].
+    """
+
+    wheel: str
+    place: tuple[float, float]
+    heading: float
+    size: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """A floor.
+
+    Attributes:
+        slope: Rms slope of its surface in any direction; 0 for a plane.
+        seed: Seed of the surface.
+        boxes: Boxes on it.
+    """
+
+    slope: float
+    seed: int = 0
+    boxes: tuple[Box, ...] = ()
+
+    def lay(self, path: NDArray[np.float64]) -> tuple[int, float]:
+        """Lay the surface under a path `(N, 2)` [m]; return its number and the height of its top [m]."""
+        middle = 0.5 * (path.min(axis=0) + path.max(axis=0))
+        shape, lift, top = pybullet.createCollisionShape(pybullet.GEOM_PLANE), 0.0, 0.0
+        if self.slope:
+            cells = np.ceil((np.ptp(path, axis=0) + 2.0 * MARGIN) / CELL).astype(int)
+            height = self._heights(*cells)
+            top = float(height.max())
+            lift = 0.5 * float(height.min() + top)  # a height field lies about its middle
+            shape = pybullet.createCollisionShape(
+                pybullet.GEOM_HEIGHTFIELD,
+                meshScale=[CELL, CELL, 1.0],
+                heightfieldData=height.T.ravel().tolist(),
+                numHeightfieldRows=int(cells[0]),
+                numHeightfieldColumns=int(cells[1]),
+            )
+        floor = pybullet.createMultiBody(0, shape, basePosition=[*middle, lift])
+        pybullet.changeDynamics(floor, -1, lateralFriction=GRIP)
+        return int(floor), top
+
+    def _heights(self, rows: int, columns: int) -> NDArray[np.float64]:
+        """Return a random surface of this slope, shape `(rows, columns)`."""
+        rough = np.random.default_rng([self.seed, rows, columns]).normal(size=(rows, columns))
+        frequency = np.hypot(np.fft.fftfreq(rows, CELL)[:, None], np.fft.fftfreq(columns, CELL))
+        smooth = np.fft.ifft2(np.fft.fft2(rough) * np.exp(-((WAVE * frequency) ** 2))).real
+        return np.asarray(smooth * self.slope / np.gradient(smooth, CELL, axis=0).std())
+
+
+def lay_box(box: Box) -> int:
+    """Lay a box on the floor, and return its number in the simulation."""
+    half = [0.5 * box.size[0], 0.5 * box.size[1], box.size[2]]  # half of it below the floor's middle
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
+    turn = pybullet.getQuaternionFromEuler([0.0, 0.0, box.heading])
+    number = pybullet.createMultiBody(0, shape, basePosition=[*box.place, 0.0], baseOrientation=turn)
+    pybullet.changeDynamics(number, -1, lateralFriction=GRIP)
+    return int(number)
+
+
+@dataclass(slots=True)
+class Tyres:
+    """The tyres of one robot.
+
+    Attributes:
+        grip: Friction of each wheel's tyre, by the number of its link.
+        creep: Slip at which a tyre has 0.7 of its grip [m/s].
+    """
+
+    grip: dict[int, float]
+    creep: float
+
+    def push(self, body: int) -> None:
+        """Apply the forces of all tyres for one step of the simulation."""
+        links = list(self.grip)
+        motion = dict(zip(links, pybullet.getLinkStates(body, links, computeLinkVelocity=1), strict=True))
+        for contact in pybullet.getContactPoints(body):
+            link, place, normal, load = contact[3], contact[5], contact[7], contact[9]
+            if link not in motion or load <= 0.0:
+                continue
+            (cx, cy, cz), (vx, vy, vz), (wx, wy, wz) = (motion[link][item] for item in (0, 6, 7))
+            x, y, z = place[0] - cx, place[1] - cy, place[2] - cz
+            slip = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
+            into = sum(a * b for a, b in zip(slip, normal, strict=True))
+            slip = tuple(a - into * b for a, b in zip(slip, normal, strict=True))
+            share = -self.grip[link] * load / math.sqrt(self.creep**2 + sum(a * a for a in slip))
+            pybullet.applyExternalForce(body, link, [share * a for a in slip], place, pybullet.WORLD_FRAME)
+
+
+ALIGN = 1.5  # [1/s], gain with which truck b turns into the link
+HOLD = 0.6  # [1/s], gain with which truck b keeps the link's length
+INTO = 2.0  # gain with which truck a, driving backwards, turns into the link, over the link's length
+
+
+def wheel_speeds(nominal: Nominal, speed: float, rate: float, linkage: Array) -> Array:
+    """Return the speeds of all wheels [rad/s], shape `(2 T,)`.
+
+    Args:
+        nominal: The robot as the controller knows it.
+        speed: Speed of truck a [m/s].
+        rate: Its turn rate [rad/s].
+        linkage: joint_a [rad], joint_b [rad] and the link's length [m], shape `(3,)`; not used of one truck.
+    """
+    motion = [(speed, rate)]
+    if len(nominal.tracks) == 2:
+        joint_a, joint_b, length = linkage
+        motion = [(speed, rate + INTO / nominal.link * min(speed, 0.0) * joint_a)]
+        motion += [(speed * math.cos(joint_a) + HOLD * (length - nominal.link), -ALIGN * joint_b)]
+    ways = [
+        forward + side * 0.5 * track * turn
+        for (forward, turn), track in zip(motion, nominal.tracks, strict=True)
+        for side in (-1.0, 1.0)
+    ]
+    return np.array(ways) / nominal.radii
+
 
 STEP = 0.0025  # [s], the longest step; bends creep outwards by half a step times their acceleration
 ITERATIONS = 300  # of the solver, which stops when it has converged; with the usual 50 a straight bends

@@ -1,29 +1,172 @@
-"""Faults of geometry and friction, and of encoders."""
+"""Faults of robots in PyBullet, and their sizes as the true motion shows them."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.mismatch.engines.bullet import measured
-from studies.mismatch.engines.bullet.floor import Box
-from studies.mismatch.engines.bullet.setting import Fault, with_treads
-from studies.mismatch.engines.bullet.urdf import joint, link, middle, sphere, with_links, with_moved
-from studies.mismatch.engines.robots import WHEELS
-from studies.mismatch.engines.true_motion import crossings
+from studies.mismatch.engines.bullet.drive import Box
+from studies.mismatch.engines.bullet.urdf import (
+    joint,
+    link,
+    middle,
+    sphere,
+    with_links,
+    with_moved,
+    with_tread,
+)
+from studies.mismatch.engines.true_motion import WINDOW, crossings, motion, residuals
+from studies.mismatch.engines.vocabulary import WHEELS
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from numpy.typing import NDArray
 
     from studies.mismatch.engines.bullet.chassis import Chassis
-    from studies.mismatch.engines.bullet.drive import Scene
-    from studies.mismatch.engines.bullet.setting import Setting
-    from studies.mismatch.engines.true_motion import Drive
+    from studies.mismatch.engines.bullet.drive import Hook, Scene
+    from studies.mismatch.engines.bullet.urdf import Place
+    from studies.mismatch.engines.true_motion import Drive, Nominal
 
+    Parameters = dict[str, Any]
     Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What a fault is built into.
+
+    Attributes:
+        chance: Source of all that is drawn.
+        chassis: The healthy robot.
+        nominal: The robot as `vehicle.toml` describes it.
+        healthy: The healthy robot's drive of the course on a plane.
+        start: Time of the first SYNC [s].
+    """
+
+    chance: np.random.Generator
+    chassis: Chassis
+    nominal: Nominal
+    healthy: Drive
+    start: float
+
+    def sign(self) -> float:
+        """Return +1 or -1, drawn at random."""
+        return float(self.chance.choice([-1.0, 1.0]))
+
+    def wheel(self) -> str:
+        """Return a wheel, drawn at random."""
+        return str(self.chance.choice(list(self.chassis.wheels)))
+
+    def truck(self) -> str:
+        """Return a truck, drawn at random."""
+        return str(self.chance.choice(list("ab"[: self.chassis.trucks])))
+
+    def moment(self, first: float, last: float) -> float:
+        """Return a time of the drive [s] between two shares of its duration, drawn at random."""
+        return float(self.healthy.time[-1] * self.chance.uniform(first, last))
+
+
+def _unchanged(chassis: Chassis) -> Chassis:
+    return chassis
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault of a robot.
+
+    Attributes:
+        effect: Its name in the vocabulary, or "unknown".
+        component: Component on which it acts.
+        measure: Function that returns its parameters, as a drive with the fault on a plane shows them.
+        build: Function that builds it into a robot.
+        boxes: Boxes that it lays on the floor.
+        hooks: Functions that change the world during the drive.
+        sensed: Parameters of a fault of an encoder; None where it acts on the motion.
+        intervals: Function that returns the intervals in which it acts [s], of the drive that is recorded.
+    """
+
+    effect: str
+    component: str
+    measure: Callable[[Drive], Parameters]
+    build: Callable[[Chassis], Chassis] = _unchanged
+    boxes: tuple[Box, ...] = ()
+    hooks: tuple[Hook, ...] = ()
+    sensed: Parameters | None = None
+    intervals: Callable[[Drive], list[list[float]]] | None = None
+
+
+def with_treads(
+    chassis: Chassis,
+    channel: str,
+    radius: float,
+    off_axle: Place = (0.0, 0.0, 0.0),
+    links: Sequence[str] = (),
+) -> Chassis:
+    """Return a robot with other treads on the wheels of a channel, or on some links of them."""
+    urdf = chassis.urdf
+    for name in links or chassis.wheels[channel].links:
+        urdf = with_tread(urdf, name, radius, off_axle)
+    return replace(chassis, urdf=urdf)
+
+
+def rolling_radius(drive: Drive, nominal: Nominal, wheel: str, rows: slice = slice(None)) -> float:
+    """Return the radius on which a wheel rolled [m], in some of the windows of a drive."""
+    column = WHEELS.index(wheel)
+    turned = motion(drive, WINDOW)[1][rows, column]
+    travelled = residuals(drive, nominal)[rows, column] + turned * nominal.radii[column]
+    return float(travelled @ turned / (turned @ turned))
+
+
+def before_and_after(time: float, drive: Drive) -> tuple[slice, slice]:
+    """Return the windows of a drive that end before a time [s], and those that begin after it."""
+    row = time / (drive.time[1] * WINDOW)
+    return slice(int(row)), slice(int(np.ceil(row)), None)
+
+
+def turning_base(drive: Drive, nominal: Nominal, truck: int) -> float:
+    """Return the wheelbase on which a truck turned [m]."""
+    moved, turned = motion(drive, WINDOW)
+    left, right = (turned * nominal.radii)[:, 2 * truck : 2 * truck + 2].T
+    yaw = moved[:, truck, 2]
+    return float((right - left) @ yaw / (yaw @ yaw))
+
+
+def travel_angle(drive: Drive, truck: int) -> float:
+    """Return the angle of a truck's travel to its own straight ahead, where it does not turn [rad]."""
+    forward, aside, yaw = motion(drive, WINDOW)[0][:, truck].T
+    straight = np.abs(yaw) < np.quantile(np.abs(yaw), 0.5) + 1e-9
+    return float(aside[straight] @ forward[straight] / (forward[straight] @ forward[straight]))
+
+
+def wave(drive: Drive, nominal: Nominal, wheel: str) -> tuple[float, float]:
+    """Return amplitude [m] and phase [rad] of a wheel's rolling radius over its angle."""
+    column = WHEELS.index(wheel)
+    turned = np.diff(drive.wheels[:, column])
+    angle = drive.wheels[:-1, column] + 0.5 * turned
+    columns = turned[:, None] * np.stack([np.cos(angle), -np.sin(angle), np.ones_like(angle)], axis=1)
+    even, odd, _ = np.linalg.lstsq(columns, residuals(drive, nominal, 1)[:, column], rcond=None)[0]
+    return float(np.hypot(even, odd)), float(np.arctan2(odd, even))
+
+
+def lost(drive: Drive, nominal: Nominal, wheel: str, inside: NDArray[np.bool_]) -> float:
+    """Return the share of the rolled way that a wheel lost in some rows; 0 where it did not roll."""
+    column = WHEELS.index(wheel)
+    rows = inside[1:]
+    rolled = motion(drive)[1][rows, column] * nominal.radii[column]
+    missed = -residuals(drive, nominal, 1)[rows, column] * np.sign(rolled)
+    whole = float(np.abs(rolled).sum())
+    return float(missed.sum()) / whole if whole else 0.0
+
+
+def axle_ahead(drive: Drive) -> Array:
+    """Return how far ahead of each truck's origin it turns without moving sideways [m], shape `(T,)`."""
+    _, aside, yaw = np.moveaxis(motion(drive, WINDOW)[0], -1, 0)
+    return np.asarray(-(aside * yaw).sum(axis=0) / np.maximum((yaw**2).sum(axis=0), 1e-12))
+
 
 OILY = (0.02, 0.05)  # share of its grip that a tyre keeps on oil
 LOADED = (0.5, 1.0)  # mass of a payload over that of the Husky's body, 33 kg; R2D2's is about the same
@@ -59,7 +202,7 @@ def one_tyre(at: Setting) -> Fault:
 
 
 def _diameter(at: Setting, wheel: str, drive: Drive) -> dict[str, Any]:
-    own, healthy = (measured.rolling_radius(each, at.nominal, wheel) for each in (drive, at.healthy))
+    own, healthy = (rolling_radius(each, at.nominal, wheel) for each in (drive, at.healthy))
     return {"ratio": own / healthy}
 
 
@@ -71,7 +214,7 @@ def wheel_eccentricity(at: Setting) -> Fault:
     off_axle = (x, 0.0, y) if own.axis == 1 else (x, y, 0.0)
 
     def measure(drive: Drive) -> dict[str, Any]:
-        return dict(zip(("amplitude", "phase"), measured.wave(drive, at.nominal, wheel), strict=True))
+        return dict(zip(("amplitude", "phase"), wave(drive, at.nominal, wheel), strict=True))
 
     return Fault(
         "wheel_eccentricity",
@@ -96,7 +239,7 @@ def wheelbase(at: Setting) -> Fault:
         return replace(chassis, urdf=urdf)
 
     def measure(drive: Drive) -> dict[str, Any]:
-        own, healthy = (measured.turning_base(each, at.nominal, number) for each in (drive, at.healthy))
+        own, healthy = (turning_base(each, at.nominal, number) for each in (drive, at.healthy))
         return {"ratio": own / healthy}
 
     return Fault("wheelbase", truck, measure, build)
@@ -114,7 +257,7 @@ def wheel_misalignment(at: Setting) -> Fault:
         return replace(chassis, urdf=urdf)
 
     def measure(drive: Drive) -> dict[str, Any]:
-        own, healthy = (measured.travel_angle(each, "ab".index(truck)) for each in (drive, at.healthy))
+        own, healthy = (travel_angle(each, "ab".index(truck)) for each in (drive, at.healthy))
         return {"angle": own - healthy}
 
     return Fault("wheel_misalignment", truck, measure, build)
@@ -142,9 +285,9 @@ def tyre_loses_air(at: Setting) -> Fault:
 
     def measure(drive: Drive) -> dict[str, Any]:
         first, last = (
-            measured.rolling_radius(drive, at.nominal, wheel, rows)
-            / measured.rolling_radius(at.healthy, at.nominal, wheel, rows)
-            for rows in measured.before_and_after(time, drive)
+            rolling_radius(drive, at.nominal, wheel, rows)
+            / rolling_radius(at.healthy, at.nominal, wheel, rows)
+            for rows in before_and_after(time, drive)
         )
         return {"ratio": last / first, "time": time + at.start}
 
@@ -216,7 +359,7 @@ def slippery(at: Setting) -> Fault:
         return np.asarray(np.hypot(*(_path(drive, tracks, wheel) - (x, y)).T) < radius)
 
     def measure(drive: Drive) -> dict[str, Any]:
-        own, healthy = (measured.lost(each, at.nominal, wheel, inside(drive)) for each in (drive, at.healthy))
+        own, healthy = (lost(each, at.nominal, wheel, inside(drive)) for each in (drive, at.healthy))
         return {"fraction": own - healthy}
 
     return Fault(
@@ -268,3 +411,47 @@ def dragging(at: Setting) -> Fault:
         return replace(chassis, feet=dict.fromkeys(chassis.feet, friction))
 
     return Fault("unknown", "a", lambda _: {}, build)
+
+
+def joint_bias(at: Setting) -> Fault:
+    """Return a joint encoder that is mounted at an angle."""
+    return _sensed("joint_bias", _joint(at), bias=at.sign() * at.chance.uniform(0.003, 0.01))
+
+
+def joint_eccentricity(at: Setting) -> Fault:
+    """Return a joint encoder whose disc is off the joint's centre."""
+    amplitude, phase = at.chance.uniform(0.004, 0.015), at.chance.uniform(-np.pi, np.pi)
+    return _sensed("joint_eccentricity", _joint(at), amplitude=amplitude, phase=phase)
+
+
+def joint_backlash(at: Setting) -> Fault:
+    """Return a joint encoder with play."""
+    return _sensed("joint_backlash", _joint(at), width=at.chance.uniform(0.01, 0.03))
+
+
+def link_bias(at: Setting) -> Fault:
+    """Return a linear encoder that is not mounted where `vehicle.toml` says."""
+    return _sensed("link_bias", "link", bias=at.sign() * at.chance.uniform(0.003, 0.01))
+
+
+def count_loss(at: Setting) -> Fault:
+    """Return a wheel whose counts are lost above a speed."""
+    wheel = at.wheel()
+    column = WHEELS.index(wheel)
+    speed = np.abs(np.gradient(at.healthy.wheels[:, column], at.healthy.time)) * at.nominal.radii[column]
+    above = float(at.chance.uniform(0.4, 0.8) * np.quantile(speed, 0.95))
+    return _sensed("count_loss", wheel, fraction=at.chance.uniform(0.004, 0.015), above=above)
+
+
+def latency(at: Setting) -> Fault:
+    """Return an encoder whose samples are old."""
+    channels = [*at.chassis.wheels, *(("joint_a", "joint_b") if at.chassis.link else ())]
+    return _sensed("latency", str(at.chance.choice(channels)), delay=at.chance.uniform(0.03, 0.09))
+
+
+def _joint(at: Setting) -> str:
+    return str(at.chance.choice(["joint_a", "joint_b"]))
+
+
+def _sensed(effect: str, component: str, **parameters: float) -> Fault:
+    return Fault(effect, component, lambda _: dict(parameters), sensed=parameters)

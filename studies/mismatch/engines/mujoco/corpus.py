@@ -14,47 +14,47 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.mismatch.engines.mujoco import contact, forces, geometry, sensors
-from studies.mismatch.engines.mujoco.drive import drive
-from studies.mismatch.engines.mujoco.floor import Floor
-from studies.mismatch.engines.mujoco.paths import Pace, eight, rounded, shuttle, square
+from studies.mismatch.engines.mujoco import faults
+from studies.mismatch.engines.mujoco.control import Pace, eight, rounded, shuttle, square
+from studies.mismatch.engines.mujoco.drive import Floor, drive
+from studies.mismatch.engines.mujoco.faults import Setting, yielding
+from studies.mismatch.engines.mujoco.model import random_robot
 from studies.mismatch.engines.mujoco.recording import random_encoders, readings, write_recording
-from studies.mismatch.engines.mujoco.robot import WHEELS, random_robot
-from studies.mismatch.engines.mujoco.setting import Setting, yielding
 from studies.mismatch.engines.true_motion import Nominal, above_noise, calibrate, residuals
+from studies.mismatch.engines.vocabulary import WHEELS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from studies.mismatch.engines.mujoco.paths import Program
-    from studies.mismatch.engines.mujoco.robot import Robot
-    from studies.mismatch.engines.mujoco.setting import FaultyRobot, Values
+    from studies.mismatch.engines.mujoco.control import Program
+    from studies.mismatch.engines.mujoco.faults import FaultyRobot, Values
+    from studies.mismatch.engines.mujoco.model import Robot
     from studies.mismatch.engines.true_motion import Drive
 
 FAULTS: dict[str, Callable[[Setting], FaultyRobot]] = {
-    "wheel_diameter": geometry.wheel_diameter,
-    "bump": geometry.bump,
-    "healthy": geometry.healthy,
-    "wheel_eccentricity": geometry.wheel_eccentricity,
-    "wheelbase": geometry.wheelbase,
-    "pushed": forces.pushed,
-    "wheel_misalignment": geometry.wheel_misalignment,
-    "joint_bias": sensors.joint_bias,
-    "tyre_loses_air": contact.tyre_loses_air,
-    "two_sizes": geometry.two_sizes,
-    "floor_slope": contact.floor_slope,
-    "wedged_slider": forces.wedged_slider,
-    "spongy_tyres": contact.spongy_tyres,
-    "slippery": contact.slippery,
-    "healthy 2": geometry.healthy,
-    "castor_kick": contact.castor_kick,
-    "joint_eccentricity": sensors.joint_eccentricity,
-    "link_bias": sensors.link_bias,
-    "payload_moves": contact.payload_moves,
-    "dragging": forces.dragging,
-    "round_and_cables": geometry.round_and_cables,
-    "hardly": geometry.hardly,
-    "healthy 3": geometry.healthy,
+    "wheel_diameter": faults.wheel_diameter,
+    "bump": faults.bump,
+    "healthy": faults.healthy,
+    "wheel_eccentricity": faults.wheel_eccentricity,
+    "wheelbase": faults.wheelbase,
+    "pushed": faults.pushed,
+    "wheel_misalignment": faults.wheel_misalignment,
+    "joint_bias": faults.joint_bias,
+    "tyre_loses_air": faults.tyre_loses_air,
+    "two_sizes": faults.two_sizes,
+    "floor_slope": faults.floor_slope,
+    "wedged_slider": faults.wedged_slider,
+    "spongy_tyres": faults.spongy_tyres,
+    "slippery": faults.slippery,
+    "healthy 2": faults.healthy,
+    "castor_kick": faults.castor_kick,
+    "joint_eccentricity": faults.joint_eccentricity,
+    "link_bias": faults.link_bias,
+    "payload_moves": faults.payload_moves,
+    "dragging": faults.dragging,
+    "round_and_cables": faults.round_and_cables,
+    "hardly": faults.hardly,
+    "healthy 3": faults.healthy,
 }
 # Time constant of tyres that yield [s], for faults that need them; None for tyres that hold.
 PREPARED = {

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.mismatch.engines.mujoco.robot import WHEELS
+from studies.mismatch.engines.vocabulary import WHEELS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from studies.mismatch.engines.mujoco.paths import Program
+    from studies.mismatch.engines.mujoco.control import Program
     from studies.mismatch.engines.true_motion import Drive, Nominal
 
 CHANNELS = (*WHEELS, "joint_a", "joint_b", "link")

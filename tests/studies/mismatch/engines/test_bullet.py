@@ -10,15 +10,13 @@ pytest.importorskip("pybullet", reason="pybullet is not installed: the extra `bu
 
 from omnimate.files.recordings.folder import load_recording
 from studies.mismatch.engines.bullet import cases, faults
-from studies.mismatch.engines.bullet.alike import alike
+from studies.mismatch.engines.bullet.cases import alike
 from studies.mismatch.engines.bullet.chassis import ROBOTS
-from studies.mismatch.engines.bullet.drive import Course, TippedError, drive
-from studies.mismatch.engines.bullet.floor import CELL, Floor
-from studies.mismatch.engines.bullet.setting import Setting, with_treads
-from studies.mismatch.engines.drives import commands
-from studies.mismatch.engines.strength.bound import Noise, Ruler
-from studies.mismatch.engines.strength.laws import altered
-from studies.mismatch.engines.strength.residual import residual
+from studies.mismatch.engines.bullet.drive import CELL, Course, Floor, TippedError, drive
+from studies.mismatch.engines.bullet.faults import Setting, with_treads
+from studies.mismatch.engines.laws import altered
+from studies.mismatch.engines.programmes import commands
+from studies.mismatch.engines.strength import Noise, Ruler, residual
 from studies.mismatch.engines.true_motion import Nominal, calibrate, residuals
 from studies.mismatch.engines.writing import Measuring
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.mismatch.engines.drives import STOP, commands, programme
+from studies.mismatch.engines.programmes import STOP, commands, programme
 
 KINDS = ("squares", "eights", "slalom", "shuttle")
 PERIOD, SERVO = 0.02, (0.5, 1.2)

@@ -10,13 +10,11 @@ import pytest
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.linkage import linkage_of
 from omnimate.vehicle.odometry import dead_reckon
-from studies.mismatch.engines.cases import Case
-from studies.mismatch.engines.corpus import make
+from studies.mismatch.engines.cases import Case, make
 from studies.mismatch.engines.engine import Floor
-from studies.mismatch.engines.fault import ConcealedFault
-from studies.mismatch.engines.faults import moved, travelled
-from studies.mismatch.engines.labels import set_bump_times
+from studies.mismatch.engines.faults import ConcealedFault, moved, travelled
 from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.vocabulary import set_bump_times
 
 ROOT = Path(__file__).resolve().parents[4] / "studies" / "mismatch" / "engines"
 

@@ -2,8 +2,7 @@
 
 import pytest
 
-from studies.mismatch.engines.labels import label
-from studies.mismatch.engines.vocabulary import ALIKE, SIZES, components
+from studies.mismatch.engines.vocabulary import ALIKE, SIZES, components, label
 
 PLACES = [(effect, component) for effect in SIZES for component in components(effect)]
 

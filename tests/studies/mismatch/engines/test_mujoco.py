@@ -9,13 +9,13 @@ import pytest
 pytest.importorskip("mujoco", reason="mujoco is not installed: the extra `mujoco`")
 
 from omnimate.files.recordings.folder import load_recording
+from studies.mismatch.engines.mujoco.control import Pace, eight, rounded, shuttle, square
 from studies.mismatch.engines.mujoco.corpus import FAULTS, corpus, nominal_by_geometry, write
-from studies.mismatch.engines.mujoco.drive import drive
-from studies.mismatch.engines.mujoco.floor import Floor
-from studies.mismatch.engines.mujoco.geometry import nodding
-from studies.mismatch.engines.mujoco.paths import Pace, eight, rounded, shuttle, square
-from studies.mismatch.engines.mujoco.robot import WHEELS, Cable, random_robot
+from studies.mismatch.engines.mujoco.drive import Floor, drive
+from studies.mismatch.engines.mujoco.faults import nodding
+from studies.mismatch.engines.mujoco.model import Cable, random_robot
 from studies.mismatch.engines.true_motion import calibrate, crossings, motion, residuals
+from studies.mismatch.engines.vocabulary import WHEELS
 
 PACE = Pace(0.015, 0.3)
 FLAT = Floor(np.random.default_rng(0), 0.0)

@@ -4,8 +4,7 @@ import pytest
 
 from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch import diagnose
-from studies.mismatch.engines.cases import Case, cases
-from studies.mismatch.engines.corpus import make
+from studies.mismatch.engines.cases import Case, cases, make
 from studies.mismatch.scoring.judging import first_right
 from studies.mismatch.scoring.score import rows
 

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.vehicle.file import parse_vehicle
-from studies.mismatch.engines.robots import LINKAGE, WHEELS, random_robot, toml_of
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
+from studies.mismatch.engines.writing import random_robot, toml_of
 
 SEEDS, TRUCKS = st.integers(0, 2**32), st.sampled_from([1, 2])
 

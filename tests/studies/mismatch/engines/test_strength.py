@@ -6,11 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.mismatch.engines.injections.draw import SIZES, Injection, draw, strength_of
-from studies.mismatch.engines.strength.bound import Noise, Ruler, left_of
-from studies.mismatch.engines.strength.drive import Drive, Poses, increments
-from studies.mismatch.engines.strength.residual import residual
-from studies.mismatch.engines.strength.rivals import SEPARATE
+from studies.mismatch.engines.rivals import SEPARATE, SIZES, Injection, draw, strength_of
+from studies.mismatch.engines.strength import Drive, Noise, Poses, Ruler, increments, left_of, residual
 
 PERIOD, SAMPLES, BASE = 0.05, 2000, 0.2
 PATH, HEADING = 2e-4, 4e-4  # scatter of the increments [m, rad]

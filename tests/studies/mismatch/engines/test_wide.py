@@ -7,19 +7,16 @@ import numpy as np
 import pytest
 
 from omnimate.files.recordings.folder import load_recording
-from studies.mismatch.engines.drives import commands
 from studies.mismatch.engines.engine import Floor
-from studies.mismatch.engines.fault import ConcealedFault
+from studies.mismatch.engines.faults import ConcealedFault, felt, motion_changed, way_gained
+from studies.mismatch.engines.laws import altered
+from studies.mismatch.engines.programmes import PROGRAMMES, commands, wide_programme
 from studies.mismatch.engines.scene import Scene, drawn_parameters
-from studies.mismatch.engines.strength.bound import Noise, Ruler
-from studies.mismatch.engines.strength.laws import altered
-from studies.mismatch.engines.strength.residual import residual
-from studies.mismatch.engines.unnamed import felt, motion_changed, way_gained
+from studies.mismatch.engines.strength import Noise, Ruler, residual
 from studies.mismatch.engines.vocabulary import SIZES
 from studies.mismatch.engines.wide import cases, robots
-from studies.mismatch.engines.wide.measuring import secondary, wide_measuring
-from studies.mismatch.engines.wide.outside import outside
-from studies.mismatch.engines.wide.programmes import PROGRAMMES, wide_programme
+from studies.mismatch.engines.wide.cases import outside
+from studies.mismatch.engines.wide.robots import secondary, wide_measuring
 from studies.mismatch.engines.writing import Measuring
 
 SETS = ("concealed", "concealed2", "contact")

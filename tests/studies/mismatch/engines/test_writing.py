@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from omnimate.files.recordings.folder import load_recording
-from studies.mismatch.engines.cases import Case
-from studies.mismatch.engines.corpus import make
+from studies.mismatch.engines.cases import Case, make
 from studies.mismatch.engines.scene import scene
 from studies.mismatch.engines.writing import MEASURING, MOCAP, write
 

@@ -6,8 +6,7 @@ import pytest
 from studies.figures.recovery import plot_recovery
 from studies.mismatch.engines.cases import Case
 from studies.mismatch.laws.baselines import gaussian_process, has_sindy, sindy
-from studies.mismatch.laws.drives import QUICK, pair, wanted
-from studies.mismatch.laws.recovery import LAW, METHODS, recovered_from
+from studies.mismatch.laws.recovery import LAW, METHODS, QUICK, pair, recovered_from, wanted
 from studies.mismatch.laws.study import shares, table
 
 

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.mismatch.engines.strength.drive import LINKAGE, TRUCKS, WHEELS, Drive, Poses, rates, turned
+from studies.mismatch.engines.strength import Drive, Poses, rates, turned
+from studies.mismatch.engines.vocabulary import LINKAGE, TRUCKS, WHEELS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
