@@ -8,6 +8,7 @@ from omnimate.service.store.tables import SessionRow
 
 SESSIONS = "/v1/umbmark/sessions"
 DRIVE = {"how": "drive", "side": 1.0, "runs": 1}
+LONG_DRIVE = {"how": "drive", "side": 50.0, "runs": 50}  # lasts until it is stopped
 
 
 @pytest.fixture
@@ -33,7 +34,7 @@ def test_a_driven_session_takes_its_own_samples_of_both_trucks(standing, started
 
 
 def test_stop_interrupts_and_resume_drives_what_is_left(standing, started, until):
-    path = started(standing, **DRIVE | {"side": 20.0})
+    path = started(standing, **LONG_DRIVE)
     until(lambda: any(standing.get("/v1/robot").json()["state"]["wheels"]))
     assert standing.post("/v1/robot/stop").status_code == 200
     until(lambda: standing.get(path).json()["state"] == "interrupted")
@@ -60,7 +61,7 @@ def test_a_stop_before_the_first_sample_of_a_drive_is_not_lost(standing, started
 
 
 def test_a_robot_that_was_stopped_in_mid_square_drives_home_and_goes_on(standing, started, until):
-    path = started(standing, **DRIVE | {"runs": 50})  # more than it drives before the stop
+    path = started(standing, **DRIVE | {"side": 4.0, "runs": 50})  # more than it drives before the stop
     until(lambda: standing.get(path).json()["counts"]["cw"])
     until(lambda: abs(standing.get("/v1/robot").json()["state"]["plain"]["theta"]) > 1.5)
     standing.post("/v1/robot/stop")
@@ -71,21 +72,21 @@ def test_a_robot_that_was_stopped_in_mid_square_drives_home_and_goes_on(standing
 
 
 def test_only_one_session_drives(standing, started):
-    started(standing, **DRIVE | {"side": 20.0})
+    started(standing, **LONG_DRIVE)
     answer = standing.post(SESSIONS, json=DRIVE)
     assert answer.status_code == 409
     assert "drives for session" in answer.json()["detail"]
 
 
 def test_an_aborted_session_stops_the_robot(standing, started, until):
-    path = started(standing, **DRIVE | {"side": 20.0})
+    path = started(standing, **LONG_DRIVE)
     assert standing.post(f"{path}/abort").json()["state"] == "aborted"
     until(lambda: standing.get("/v1/robot").json()["driving"] is None)
     assert standing.get(path).json()["state"] == "aborted"
 
 
 def test_a_robot_that_nobody_asks_for_stops(standing, started, until):
-    path = started(standing, **DRIVE | {"side": 50.0, "runs": 50, "lifeline": 1.0})
+    path = started(standing, **LONG_DRIVE | {"lifeline": 1.0})
     until(lambda: standing.get("/v1/robot").json()["driving"] is None)  # without asking for the session
     until(lambda: standing.get(path).json()["state"] == "interrupted")
     assert "no client asked" in standing.get(path).json()["detail"]

@@ -243,7 +243,7 @@ def test_a_robot_that_drives_by_itself_is_calibrated_while_one_looks_on(robot_pa
 def test_s_stops_the_robot_and_the_session_says_so(robot_page, picture):
     page = robot_page
     live(page)
-    start(page, "drive", runs=5)
+    start(page, "drive", runs=50, side=50)  # a drive that lasts until it is stopped
     expect(page.locator("#mode")).to_contain_text("drives", timeout=SOON)
     page.locator("#session-title").press("s")
     expect(page.locator("#stop-message")).to_contain_text("Stop sent", timeout=SOON)
