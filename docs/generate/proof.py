@@ -32,7 +32,9 @@ def _table(worlds: Sequence[str]) -> Iterator[str]:
     yield "| what | wanted | " + " | ".join(f"{score['title']}, {score['cases']}" for score in scores) + " |"
     yield "| --- " * (2 + len(scores)) + "|"
     for name, wanted in lines.items():
-        cells = [next((_text(line) for line in score["lines"] if line["name"] == name), "") for score in scores]
+        cells = [
+            next((_text(line) for line in score["lines"] if line["name"] == name), "") for score in scores
+        ]
         yield f"| {name} | {_target(wanted)} | {' | '.join(cells)} |"
 
 

@@ -1,7 +1,7 @@
 """The worlds whose drives `tracking` judges: recordings of two trucks, and their true or measured poses.
 
-The worlds of `proof` share no code with the estimator, and `made` is of the project's own simulator. Drives
-are kept in a folder, so that they are made a single time.
+The worlds of `studies/mismatch` share no code with the estimator, and `made` is of the project's own
+simulator. Drives are kept in a folder, so that they are made a single time.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def _driven(setting: Scene, at: Path) -> None:
 
 
 def mujoco(folder: Path, seed: int = SEED) -> Drives:
-    """Yield drives of the contact physics in `proof/mujoco`: each fault in turn."""
+    """Yield drives of the contact physics in `engines/mujoco`: each fault in turn."""
     from studies.mismatch.engines.mujoco import corpus
 
     for number, name in enumerate(corpus.FAULTS):
@@ -63,7 +63,7 @@ def mujoco(folder: Path, seed: int = SEED) -> Drives:
 
 
 def bullet(folder: Path, seed: int = SEED) -> Drives:
-    """Yield drives of the linked pair in `proof/bullet`."""
+    """Yield drives of the linked pair in `engines/bullet`."""
     from studies.mismatch.engines.bullet.cases import make
 
     for number in range(2, 62, 5):  # every fifth robot is the pair
@@ -71,7 +71,7 @@ def bullet(folder: Path, seed: int = SEED) -> Drives:
 
 
 def wide(folder: Path, seed: int = SEED) -> Drives:
-    """Yield drives of robots of all sizes in `proof/wide`."""
+    """Yield drives of robots of all sizes in `engines/wide`."""
     from studies.mismatch.engines.wide.cases import make
 
     for number in range(24):
