@@ -32,8 +32,7 @@ def reproduce(
 ) -> None:
     """Recompute the numbers of the three papers: printed, ours, verdict."""
     from studies.papers.rows import LEGEND
-    from studies.papers.run import run, under_way
-    from studies.papers.table import stages
+    from studies.papers.table import run, stages, under_way
 
     plan = stages(quick=quick)
     drawing = 0 if figures is None else 1

@@ -2,19 +2,202 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
 from omnimate.figures.clusters import Clusters, plot_clusters
-from omnimate.figures.files import PlotError
-from studies.papers.clapper_figures import draw_c8, draw_c10
-from studies.papers.figure_parts import ROBOT
-from studies.papers.growth_figure import draw_growth
-from studies.papers.lap_figures import draw_headings, draw_positions
+from omnimate.figures.files import PlotError, save
+from omnimate.figures.style import BLUE, GREEN, GREY, STYLE, VERMILLION
+from studies.papers.bumps import bump_growth
+from studies.papers.estimates import sizes
+from studies.papers.protocols import lap_errors_of, rectangle_errors, straight_errors
 from studies.papers.squares import FIGURE_11, stages_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+    from omnimate.vehicle.se2 import Array
+    from studies.papers.bumps import Growth
+    from studies.papers.drives import Turning
+
+ROBOT = 0  # the papers show a single robot; this is the first of the table
+
+
+@contextmanager
+def framed(path: Path, size: tuple[float, float], title: str) -> Iterator[Figure]:
+    """Yield a figure of a size [inch] in the project's style, and save it at the end of the block."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        figure.suptitle(title)
+        yield figure
+        save(figure, path)
+
+
+def draw_dots(
+    axes: Axes, points: Array, color: str, marker: str, *, filled: bool, label: str | None = None
+) -> None:
+    """Draw points `(N, 2)` as filled or open marks."""
+    face = color if filled else "white"
+    x, y = points[:, 0], points[:, 1]
+    axes.scatter(
+        x, y, s=42, marker=marker, facecolors=face, edgecolors=color, linewidths=1.2, label=label, zorder=3
+    )
+
+
+def draw_cross(axes: Axes) -> None:
+    """Draw the axes through the origin."""
+    axes.axhline(0.0, color=GREY, linewidth=0.8)
+    axes.axvline(0.0, color=GREY, linewidth=0.8)
+
+
+def draw_c8(path: Path) -> None:
+    """Draw C Fig. 8: return positions and headings of 18 m out and back, 3 runs of each condition."""
+    smooth, bumpy = straight_errors(ROBOT, 0), straight_errors(ROBOT, 10)
+    series = (
+        ("without IPEC, no bumps", smooth["plain"], GREY, "o", False),
+        ("without IPEC, 10 bumps under each truck", bumpy["plain"], VERMILLION, "s", False),
+        ("with IPEC, no bumps", smooth["CLAPPER"], GREEN, "o", True),
+        ("with IPEC, 10 bumps under each truck", bumpy["CLAPPER"], BLUE, "s", True),
+    )
+    with framed(
+        path, (10.0, 5.4), "C Fig. 8, simulated: 18 m straight out and 18 m back in reverse"
+    ) as figure:
+        place, heading = figure.subplots(1, 2)
+        for label, errors, color, marker, filled in series:
+            draw_dots(place, 1e3 * errors[:, :2], color, marker, filled=filled, label=label)
+            runs = np.column_stack([np.arange(1.0, 4.0), np.degrees(errors[:, 2])])
+            draw_dots(heading, runs, color, marker, filled=filled)
+        draw_cross(place)
+        place.set(xlabel="return error in x [mm]", ylabel="return error in y [mm]", title="position")
+        heading.axhspan(-1.0, 1.0, color=GREEN, alpha=0.12, linewidth=0.0)
+        heading.axhline(0.0, color=GREY, linewidth=0.8)
+        heading.text(3.35, 1.1, "printed bound with IPEC, ±1°", color=GREEN, ha="right", va="bottom")
+        heading.set(xlabel="run", ylabel="return error of the heading [°]", title="heading")
+        heading.set(xticks=(1, 2, 3), xlim=(0.6, 3.4))
+        figure.legend(loc="outside lower center", ncols=2)
+
+
+def draw_c10(path: Path) -> None:
+    """Draw C Fig. 10: return positions after the rectangle, whole and enlarged."""
+    smooth, bumpy = rectangle_errors(ROBOT, 0), rectangle_errors(ROBOT, 10)
+    series = (
+        ("without IPEC, 10 bumps", bumpy["plain"], VERMILLION, "*", True),
+        ("with IPEC, 10 bumps", bumpy["CLAPPER"], BLUE, "s", False),
+        ("with IPEC, no bumps", smooth["CLAPPER"], GREEN, "o", False),
+    )
+    title = "C Fig. 10, simulated: 7 x 4 m rectangle from its corner, cw and ccw"
+    with framed(path, (10.4, 5.9), title) as figure:
+        panels: tuple[Axes, Axes] = tuple(figure.subplots(1, 2))
+        for axes, title, limit in zip(panels, ("all runs", "enlarged"), (None, 80.0), strict=True):
+            for label, errors, color, marker, filled in series:
+                mean = sizes(errors)[1].mean()
+                words = f"{label}: mean |heading error| {mean:.2f}°"
+                draw_dots(axes, 1e3 * errors[:, :2], color, marker, filled=filled, label=words)
+            draw_cross(axes)
+            _ring(axes, 50.0)
+            axes.set(xlabel="return error in x [mm]", ylabel="return error in y [mm]", title=title)
+            axes.set_aspect("equal", adjustable="datalim" if limit is None else "box")
+            if limit is not None:
+                axes.set(xlim=(-limit, limit), ylim=(-limit, limit))
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=1)
+
+
+def _ring(axes: Axes, radius: float) -> None:
+    """Draw C 6.2's bound of 5 cm."""
+    angle: Sequence[float] | Array = np.linspace(0.0, 2.0 * np.pi, 181)
+    label = "printed bound with IPEC, 50 mm"
+    axes.plot(radius * np.cos(angle), radius * np.sin(angle), "--", color=GREY, linewidth=1.0, label=label)
+
+
+_WAYS: tuple[tuple[Turning, str], ...] = (("cw", BLUE), ("ccw", VERMILLION))
+_IPEC = {"filled": "with IPEC", "open": "without IPEC"}
+
+
+def draw_positions(path: Path, number: int, laps: slice) -> None:
+    """Draw O Fig. 5 or 7: return positions of laps 1-5 or 6-10, all and enlarged."""
+    bumps = "no bumps" if laps.start == 0 else "20 bumps of 9 mm"
+    title = f"O Fig. {number}, simulated: return positions after laps of 18.5 m, {bumps}"
+    with framed(path, (10.0, 5.6), title) as figure:
+        panels: tuple[Axes, Axes] = tuple(figure.subplots(1, 2))
+        corrected = []
+        for axes in panels:
+            for way, color, label, errors, filled in _laps(laps):
+                marker = "o" if way == "cw" else "s"
+                draw_dots(axes, 1e3 * errors[:, :2], color, marker, filled=filled, label=label)
+                corrected += [1e3 * np.abs(errors[:, :2]).max()] if filled else []
+            draw_cross(axes)
+            axes.set(xlabel="return error in x [mm]", ylabel="return error in y [mm]")
+        limit = 1.3 * max(corrected)
+        panels[0].set(title="all runs")
+        panels[0].set_aspect("equal", adjustable="datalim")
+        panels[1].set(title="enlarged", aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+
+
+def draw_headings(path: Path, number: int, laps: slice) -> None:
+    """Draw O Fig. 6 or 8: return headings by lap."""
+    bumps = "no bumps" if laps.start == 0 else "20 bumps of 9 mm"
+    title = f"O Fig. {number}, simulated: return headings after laps of 18.5 m, {bumps}"
+    with framed(path, (7.4, 5.2), title) as figure:
+        axes = figure.subplots()
+        for way, color, label, errors, filled in _laps(laps):
+            lap = np.arange(laps.start + 1.0, laps.start + 1.0 + len(errors))
+            points = np.column_stack([lap, np.degrees(errors[:, 2])])
+            axes.plot(*points.T, color=color, linewidth=0.8, linestyle="-" if filled else ":")
+            draw_dots(axes, points, color, "o" if way == "cw" else "s", filled=filled, label=label)
+        axes.axhline(0.0, color=GREY, linewidth=0.8)
+        axes.set(xlabel="lap", ylabel="return error of the heading [°]")
+        axes.set_xticks(range(laps.start + 1, laps.stop + 1))
+        figure.legend(loc="outside lower center", ncols=2)
+
+
+def _laps(laps: slice) -> Iterator[tuple[Turning, str, str, Array, bool]]:
+    """Yield direction, colour, label, return errors and whether IPEC ran, of O's four sets."""
+    for name, filled in (("plain", False), ("OmniMate", True)):
+        for way, color in _WAYS:
+            errors = lap_errors_of(ROBOT, way)["OmniMate" if filled else "plain"][laps]
+            last = 4 if name == "plain" and laps.start else 5  # O drove lap 10 with IPEC only
+            yield way, color, f"{way}, {_IPEC['filled' if filled else 'open']}", errors[:last], filled
+
+
+def draw_growth(path: Path) -> None:
+    """Draw C 3.3: heading error at once, lateral error slowly, and what IPEC leaves of both."""
+    growth = bump_growth()
+    number = np.arange(len(growth.plain))
+    title = "C 3.3, simulated: one 10 mm bump under a right wheel, 0.5 m/s, 20 mm per interval"
+    with framed(path, (10.4, 5.2), title) as figure:
+        heading, lateral = figure.subplots(1, 2)
+        for axes, column, scale in ((heading, 0, np.degrees(1.0)), (lateral, 1, 1e3)):
+            axes.plot(number, scale * growth.plain[:, column], "s-", color=VERMILLION, label="plain odometry")
+            axes.plot(number, scale * growth.ipec[:, column], "o-", color=BLUE, label="IPEC, C (9)-(16)")
+            axes.set_xlabel("sampling interval of 40 ms since the bump is met")
+        seen = np.degrees(growth.seen)
+        heading.plot(number, seen, "x--", color=GREEN, label="internal: seen by the linkage")
+        _annotate_growth(heading, lateral, growth)
+        figure.legend(*heading.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+
+
+def _annotate_growth(heading: Axes, lateral: Axes, growth: Growth) -> None:
+    printed = growth.printed
+    whole, seen = -np.degrees(printed.heading), -np.degrees(printed.measured)
+    heading.axhline(whole, color=GREY, linewidth=0.8, linestyle=":")
+    heading.text(15, whole + 0.03, f"C (4): {-whole:.2f}°,  C (8): {-seen:.2f}° measured", ha="right")
+    heading.set(ylabel="heading, true minus estimated [°]", title="fast: there within one interval")
+    number = np.arange(len(growth.plain))
+    law = -1e3 * printed.lateral_in_interval * np.maximum(number - 0.5, 0.0)
+    words = f"C (6): {1e3 * printed.lateral_in_interval:.2f} mm per interval"
+    lateral.plot(number, law, color=GREY, linewidth=0.8, linestyle=":")
+    lateral.text(7.0, float(law[10]), words, ha="right", va="top", color=GREY)
+    lateral.set(ylabel="lateral, true minus estimated [mm]", title="slow: grows with the way driven")
 
 
 def draw_all(folder: Path) -> Iterator[Path]:

@@ -20,10 +20,9 @@ from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.compiled_se2 import direction, follow
 from omnimate.vehicle.se2 import between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
-from studies.papers.bump_drive import bump_drive
-from studies.papers.bump_errors import bump_errors
+from studies.papers.bumps import bump_drive, bump_errors
 from studies.papers.robots import clapper, fine
-from studies.papers.rows import Row, number
+from studies.papers.rows import Row, judged, number
 
 if TYPE_CHECKING:
     from omnimate.vehicle.recording import Poses, Recording
@@ -76,24 +75,12 @@ def biases() -> tuple[Row, ...]:
         drive = simulate(robot, truth, program)
         headings.append(np.degrees(lap_errors(drive, correct(drive).pose_a)[:, 2]))
     low, high = np.sort(np.abs(headings[1] - headings[0])).tolist()
-    near = low > 0.33 and high < 0.37
+    degrees = f"{low:.2f} to {high:.2f}"
+    per_turn = judged(good=low > 0.33 and high < 0.37, verdict="misprint")
+    near = judged(good=abs(radius - 28.6) < 0.5)
     return (
-        Row(
-            "C",
-            "5.2",
-            "radius with joints off by +-1 degree [m]",
-            "28.6",
-            f"{radius:.1f}",
-            "agrees" if abs(radius - 28.6) < 0.5 else "differs",
-        ),
-        Row(
-            "C",
-            "5.2",
-            "per turn with 1 mm of link bias [deg]",
-            "roughly 1",
-            f"{low:.2f} to {high:.2f}",
-            "misprint" if near else "differs",
-        ),
+        Row("C", "5.2", "radius with joints off by +-1 degree [m]", "28.6", f"{radius:.1f}", near),
+        Row("C", "5.2", "per turn with 1 mm of link bias [deg]", "roughly 1", degrees, per_turn),
     )
 
 
@@ -109,24 +96,11 @@ def turns() -> tuple[Row, ...]:
             printed_omnimate(drive, np.zeros(3), previous_b=True),
         )
     )
-    failed = bool(((bad > 10.0) & (bad < 50.0)).all())
+    failed = judged(good=bool(((bad > 10.0) & (bad < 50.0)).all()), verdict="misprint")
+    what, worst = "heading after a turn [deg]", f"{bad.min():.0f} to {bad.max():.0f}"
     return (
-        Row(
-            "O",
-            "(1)-(6), corrected",
-            "heading after a turn [deg]",
-            "< 0.01",
-            f"{good.max():.4f}",
-            "agrees" if good.max() < 0.01 else "differs",
-        ),
-        Row(
-            "O",
-            "(1), previous b",
-            "heading after a turn [deg]",
-            "10 to 50 off",
-            f"{bad.min():.0f} to {bad.max():.0f}",
-            "misprint" if failed else "differs",
-        ),
+        Row("O", "(1)-(6), corrected", what, "< 0.01", f"{good.max():.4f}", judged(good=good.max() < 0.01)),
+        Row("O", "(1), previous b", what, "10 to 50 off", worst, failed),
     )
 
 
@@ -137,8 +111,8 @@ def doubling() -> Row:
     error = np.abs(path[:, 2] - drive.pose_a[:, 2])
     grown = error[(error > 1e-3) & (error < 0.5)]
     factor = float(np.median(grown[1:] / grown[:-1]))
-    verdict = "misprint" if abs(factor - 2.0) < 0.1 else "differs"
-    return Row("O", "(4), printed sign", "growth in a sample", "doubles", f"x {factor:.2f}", verdict)  # type: ignore[arg-type]  # one of the two
+    verdict = judged(good=abs(factor - 2.0) < 0.1, verdict="misprint")
+    return Row("O", "(4), printed sign", "growth in a sample", "doubles", f"x {factor:.2f}", verdict)
 
 
 def printed_omnimate(
@@ -177,8 +151,8 @@ def unequal_wheels() -> Row:
     truth = Truth(with_errors(robot, {}, {"a": 1.0005, "b": 1.0005}), floor=SMOOTH, sonar=EXACT)
     drive = simulate(robot, truth, out_and_back(18.0, 1, speed=0.45, link_length=1.0))
     left = float(np.degrees(np.abs(lap_errors(drive, correct(drive, method="plain").pose_a)[0, 2])))
-    verdict = "agrees" if left < 0.1 else "differs"
-    return Row("C", "6.1", "unequal wheels, out and back [deg]", "cancel", f"{left:.2f}", verdict)  # type: ignore[arg-type]  # one of the two
+    verdict = judged(good=left < 0.1)
+    return Row("C", "6.1", "unequal wheels, out and back [deg]", "cancel", f"{left:.2f}", verdict)
 
 
 def lap_errors(recording: Recording, path: Array, fixes: Poses | None = None) -> Array:

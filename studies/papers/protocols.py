@@ -1,51 +1,61 @@
-"""The rows of C 6.1 and C 6.2, each over several robots and floors."""
+"""The rows of C 6.1, C 6.2 and O 3, each over several robots and floors."""
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.papers.budget import explained
-from studies.papers.drives import rectangle, straight
-from studies.papers.estimates import CLAPPER_SONAR, ESTIMATORS, Estimator, return_errors, sizes
-from studies.papers.rows import Row, at_least, at_most, drawn
+from omnimate.calib.umbmark.extended import extended_umbmark
+from studies.papers.drives import laps, rectangle, straight
+from studies.papers.estimates import (
+    CLAPPER_SONAR,
+    ESTIMATORS,
+    OMNIMATE_SONAR,
+    Estimator,
+    return_errors,
+    sizes,
+)
+from studies.papers.rows import Row, at_least, at_most, drawn, explained, judged
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from omnimate.vehicle.se2 import Array
+    from studies.papers.drives import Turning
     from studies.papers.robots import Term
 
     Errors = dict[Estimator, Array]
+    # The values of a figure of each robot `(n,)` without one cause of error.
+    Figure = Callable[[Term], Array]
 
 BUDGETED: tuple[Estimator, ...] = ("plain", "CLAPPER", "OmniMate")
+# O Table I: with and without IPEC; whether a position [mm] or a heading [degrees].
+TABLE_I = (
+    ("r_cg, no bumps [mm]", 25.0, 205.0),
+    ("worst position, no bumps [mm]", 30.0, 275.0),
+    ("mean |heading|, no bumps [deg]", 0.3, 3.7),
+    ("worst |heading|, no bumps [deg]", 0.4, 5.3),
+    ("worst position, bumps [mm]", 44.0, 465.0),
+    ("mean |heading|, bumps [deg]", 0.8, 8.0),
+    ("worst |heading|, bumps [deg]", 1.3, 11.3),
+    ("|nonsyst. - mean syst.| [deg]", 1.2, 13.3),
+)
 
 
 def straight_line(count: int) -> tuple[Row, ...]:
     """Return the rows of C 6.1 over `count` robots."""
     rows: list[Row] = []
     for bumps in (0, 10):
-        robots = [straight_errors(seed, bumps) for seed in range(count)]
         which = f"{2 * bumps} bumps" if bumps else "no bumps"
         for name in ESTIMATORS:
             what = f"worst heading of 3 runs, {name}, {which} [deg]"
-            values = np.array([_worst_heading(errors, name) for errors in robots])
-            bound = 1.0 if name == "CLAPPER" else None
-
-            def figure(term: Term, bumps: int = bumps) -> Array:
-                return np.array(
-                    [_worst_heading(straight_errors(seed, bumps, term), "CLAPPER") for seed in range(count)]
-                )
-
-            rows.append(bounded("C", "6.1", what, values, bound, 2, figure))
-        if bumps:
-            turned = np.array([abs(np.degrees(errors["plain"][:, 2].mean())) for errors in robots])
-            near = 5.0 < turned.mean() < 7.0
-            what = "mean heading, plain, 10 bumps under each truck [deg]"
-            rows.append(drawn("C", "6.1", what, "6.0", turned, "agrees" if near else "differs", 2))
-    return tuple(rows)
+            figure = _over(count, partial(straight_errors, bumps=bumps), partial(_worst_heading, name))
+            rows.append(bounded("C", "6.1", what, figure, 1.0 if name == "CLAPPER" else None, 2))
+    turned = _over(count, partial(straight_errors, bumps=10), _turned)("nothing")
+    what = "mean heading, plain, 10 bumps under each truck [deg]"
+    return (*rows, drawn("C", "6.1", what, "6.0", turned, judged(good=5.0 < turned.mean() < 7.0), 2))
 
 
 def rectangular_path(count: int) -> tuple[Row, ...]:
@@ -53,46 +63,87 @@ def rectangular_path(count: int) -> tuple[Row, ...]:
     rows: list[Row] = []
     for bumps in (0, 10):
         which = f"{bumps} bumps" if bumps else "no bumps"
-        robots = [rectangle_errors(seed, bumps) for seed in range(count)]
+        errors_of = partial(rectangle_errors, bumps=bumps)
         for name in ESTIMATORS:
-            for words, figure_of, bound, digits in (
+            for words, value, bound, digits in (
                 ("worst position, {} [mm]", _worst_position, 50.0, 0),
                 ("mean |heading|, {} [deg]", _mean_heading, 0.3, 2),
             ):
-                values = np.array([figure_of(errors, name) for errors in robots])
-                wanted = bound if bumps and name == "CLAPPER" else None
                 what = words.format(f"{name}, {which}")
+                wanted = bound if bumps and name == "CLAPPER" else None
                 rows.append(
-                    bounded("C", "6.2", what, values, wanted, digits, _figure(figure_of, count, bumps))
+                    bounded("C", "6.2", what, _over(count, errors_of, partial(value, name)), wanted, digits)
                 )
-    figure = _figure(_gain, count, 10)
-    what = "mean |heading| without / with IPEC, bumps"
-    return (*rows, explained(at_least("C", "6.2", what, 20.0, figure("nothing")), figure, 1))
+    gain = _over(count, partial(rectangle_errors, bumps=10), _gain)
+    return (*rows, _reduction("C", "6.2", "mean |heading| without / with IPEC, bumps", 20.0, gain))
 
 
-def _figure(
-    figure_of: Callable[[Errors, Estimator], float], count: int, bumps: int
-) -> Callable[[Term], Array]:
-    """Return what gives a figure of C 6.2 of each robot without a term `(count,)`."""
-    return lambda term: np.array(
-        [figure_of(rectangle_errors(seed, bumps, term), "CLAPPER") for seed in range(count)]
-    )
+def omnimate_laps(count: int) -> tuple[Row, ...]:
+    """Return O 3 and its Table I over `count` robots: laps 1-10 with IPEC, 1-9 without."""
+    rows: list[Row] = []
+    for column, (what, with_ipec, without) in enumerate(TABLE_I):
+        digits = 0 if "mm" in what else 2
+        figures = {name: _over(count, columns_of, partial(_column, name, column)) for name in ESTIMATORS}
+        for name, figure in figures.items():
+            if name == "plain":
+                rows.append(_plain(what, without, figure("nothing"), digits))
+                continue
+            bound = with_ipec if name == "OmniMate" else None
+            rows.append(bounded("O", "Table I", f"{what}, {name}", figure, bound, digits))
+
+        def gain(term: Term, figures: dict[Estimator, Figure] = figures) -> Array:
+            return figures["plain"](term) / figures["OmniMate"](term)
+
+        rows.append(_reduction("O", "Table I", f"{what}, without / with IPEC", 10.0, gain))
+    return tuple(rows)
 
 
-def _worst_heading(errors: Errors, name: Estimator) -> float:
+def _over(count: int, errors_of: Callable[..., Errors], value: Callable[[Errors], float]) -> Figure:
+    """Return the figure that `value` makes of the errors of `count` robots."""
+    return lambda term: np.array([value(errors_of(seed, without=term)) for seed in range(count)])
+
+
+def bounded(paper: str, place: str, what: str, figure: Figure, bound: float | None, digits: int) -> Row:
+    """Return the row of a figure that must lie below a bound, if any, with its error budget."""
+    values = figure("nothing")
+    if bound is None:
+        return drawn(paper, place, what, "-", values, "shown", digits)
+    return explained(at_most(paper, place, what, bound, values, digits), figure, digits)
+
+
+def _reduction(paper: str, place: str, what: str, bound: float, figure: Figure) -> Row:
+    """Return the row of a ratio that must lie above a bound, with its error budget."""
+    return explained(at_least(paper, place, what, bound, figure("nothing")), figure, 1)
+
+
+def _plain(what: str, printed: float, values: Array, digits: int) -> Row:
+    """Return the row of plain odometry, whose errors depend on wheels that the paper does not describe."""
+    verdict = judged(good=0.5 < values.mean() / printed < 2.0, otherwise="unexplained")
+    return drawn("O", "Table I", f"{what}, plain", f"{printed:g}", values, verdict, digits)
+
+
+def _worst_heading(name: Estimator, errors: Errors) -> float:
     return float(sizes(errors[name])[1].max())
 
 
-def _worst_position(errors: Errors, name: Estimator) -> float:
+def _worst_position(name: Estimator, errors: Errors) -> float:
     return float(sizes(errors[name])[0].max())
 
 
-def _mean_heading(errors: Errors, name: Estimator) -> float:
+def _mean_heading(name: Estimator, errors: Errors) -> float:
     return float(sizes(errors[name])[1].mean())
 
 
-def _gain(errors: Errors, name: Estimator) -> float:
-    return _mean_heading(errors, "plain") / _mean_heading(errors, name)
+def _gain(errors: Errors) -> float:
+    return _mean_heading("plain", errors) / _mean_heading("CLAPPER", errors)
+
+
+def _column(name: Estimator, column: int, columns: Errors) -> float:
+    return float(columns[name][column])
+
+
+def _turned(errors: Errors) -> float:
+    return float(abs(np.degrees(errors["plain"][:, 2].mean())))
 
 
 @cache
@@ -124,16 +175,28 @@ def estimators(without: Term) -> tuple[Estimator, ...]:
     return ESTIMATORS if without == "nothing" else BUDGETED
 
 
-def bounded(
-    paper: str,
-    place: str,
-    what: str,
-    values: Array,
-    bound: float | None,
-    digits: int,
-    figure: Callable[[Term], Array],
-) -> Row:
-    """Return the row of values `(n,)` that must lie below a bound, if any, with its error budget."""
-    if bound is None:
-        return drawn(paper, place, what, "-", values, "shown", digits)
-    return explained(at_most(paper, place, what, bound, values, digits), figure, digits)
+@cache
+def lap_errors_of(seed: int, way: Turning, without: Term = "nothing") -> dict[Estimator, Array]:
+    """Return the return errors `(10, 3)` of O 3 by estimator."""
+    return return_errors(
+        laps(seed, way, without), OMNIMATE_SONAR, 2 * seed + (way == "cw"), estimators(without), without
+    )
+
+
+@cache
+def columns_of(seed: int, without: Term = "nothing") -> dict[Estimator, Array]:
+    """Return the columns `(8,)` of O Table I of one robot."""
+    cw, ccw = lap_errors_of(seed, "cw", without), lap_errors_of(seed, "ccw", without)
+    return {name: _table_i(cw[name], ccw[name], 9 if name == "plain" else 10) for name in cw}
+
+
+def _table_i(cw: Array, ccw: Array, last: int) -> Array:
+    """Return O Table I of the return errors `(10, 3)` of both directions: the worse one of each."""
+    columns = []
+    for errors in (cw, ccw):
+        place, heading = sizes(errors[:last])
+        centre = errors[:5, :2].mean(axis=0)
+        smooth = [1e3 * np.hypot(*centre), place[:5].max(), heading[:5].mean(), heading[:5].max()]
+        columns.append([*smooth, place[5:].max(), heading[5:].mean(), heading[5:].max()])
+    extended = extended_umbmark(cw[:5, 2], ccw[:5, 2], cw[5:last, 2], ccw[5:last, 2])
+    return np.append(np.max(columns, axis=0), np.degrees(extended.worst))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.bumps import Bump
     from omnimate.vehicle.parameters import VehicleParameters
 
-# The terms of the error budget; each can be left out alone, see `studies.papers.budget`.
+# The terms of the error budget; each can be left out alone, see `studies.papers.rows`.
 Term = Literal["nothing", "sonar", "floor", "joint bias", "link bias", "wheels", "joint steps"]
 TERMS: tuple[Term, ...] = get_args(Term)
 

@@ -1,14 +1,19 @@
-"""One row a printed number: what the paper says, what comes out here, and the verdict."""
+"""One row a printed number: what the paper says, what comes out here, the verdict, and the error budget."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from studies.papers.robots import TERMS
+
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from omnimate.vehicle.se2 import Array
+    from studies.papers.robots import Term
 
 Verdict = Literal["agrees", "better", "misprint", "unexplained", "missed", "unsure", "shown", "differs"]
 LEGEND = (
@@ -56,6 +61,11 @@ def number(paper: str, place: str, what: str, printed: float, ours: float, digit
     return Row(paper, place, what, f"{printed:.{shown}f}", f"{ours:.{shown}f}", verdict)
 
 
+def judged(*, good: bool, verdict: Verdict = "agrees", otherwise: Verdict = "differs") -> Verdict:
+    """Return one of two verdicts."""
+    return verdict if good else otherwise
+
+
 def at_most(paper: str, place: str, what: str, target: float, values: Array, digits: int = 1) -> Row:
     """Return the row of values `(n,)` whose mean must surely lie below a printed one."""
     low, high = interval(values)
@@ -85,3 +95,23 @@ def drawn(
     first, last = np.percentile(values, [5.0, 95.0])
     mean = f"{values.mean():.{digits}f} ({low:.{digits}f}..{high:.{digits}f})"
     return Row(paper, place, what, printed, mean, verdict, f"{first:.{digits}f}..{last:.{digits}f}")
+
+
+_SHOWN = 3  # terms
+
+
+def explained(row: Row, figure: Callable[[Term], Array], digits: int) -> Row:
+    """Return the row, with its error budget as a note unless it surely keeps a printed bound.
+
+    Args:
+        row: The row to explain.
+        figure: Function that returns the row's values `(n,)` without a given cause.
+        digits: Number of digits after the decimal point.
+    """
+    if row.verdict not in {"missed", "unsure"}:
+        return row
+    whole = float(figure("nothing").mean())
+    parts = {term: float(figure(term).mean()) for term in TERMS[1:]}
+    largest = sorted(parts, key=lambda term: -abs(parts[term] - whole))[:_SHOWN]
+    words = ", ".join(f"no {term} {parts[term]:.{digits}f}" for term in largest)
+    return replace(row, note=f"{whole:.{digits}f}, switching one cause off: {words}")

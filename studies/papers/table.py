@@ -1,15 +1,15 @@
-"""All rows in their order, stage by stage, so that progress can be shown."""
+"""All rows in their order, stage by stage, computed in this process or in several at once."""
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
+from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
-from studies.papers.lap_table import omnimate_laps
 from studies.papers.linkage_numbers import linkage_numbers
-from studies.papers.protocols import rectangular_path, straight_line
-from studies.papers.square_numbers import square_numbers
-from studies.papers.squares import TABLE_I, statistics, table_i
+from studies.papers.protocols import omnimate_laps, rectangular_path, straight_line
+from studies.papers.squares import TABLE_I, square_numbers, statistics, table_i
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from studies.papers.rows import Row
 
     Stage = tuple[str, Callable[[], tuple[Row, ...]]]
+    from collections.abc import Iterator, Sequence
 
 FULL, QUICK = (2000, 30, 30), (200, 4, 2)  # trials of the method, drives of Table I, robots of a protocol
 
@@ -34,3 +35,25 @@ def stages(*, quick: bool) -> list[Stage]:
         ("C 6.2: rectangle", partial(rectangular_path, robots)),
         ("O 3: laps", partial(omnimate_laps, robots)),
     ]
+
+
+def run(plan: Sequence[Stage], jobs: int) -> Iterator[tuple[str, tuple[Row, ...]]]:
+    """Yield the name and the rows of each stage as soon as it is computed.
+
+    Args:
+        plan: The stages, as `studies.papers.table.stages` returns them.
+        jobs: The number of processes; with 1 the stages are computed in this process, in their order.
+    """
+    if jobs == 1:
+        for name, stage in plan:
+            yield name, stage()
+        return
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        names = {pool.submit(stage): name for name, stage in plan}
+        for done in as_completed(names):
+            yield names[done], done.result()
+
+
+def under_way(plan: Sequence[Stage], finished: Sequence[str], jobs: int) -> list[str]:
+    """Return the names of the stages that are being computed while those named in `finished` are done."""
+    return [name for name, _ in plan if name not in finished][:jobs]

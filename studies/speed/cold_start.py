@@ -10,12 +10,11 @@ the call itself costs. The calls marked 0.3 and 0.6 are to be done within so man
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
+
+from studies.benchmark import OMNIMATE, least, options, process_cost
 
 ROUNDS = 7
 TAPE = """direction,x_mm,y_mm
@@ -26,20 +25,19 @@ ccw,60,-45
 ccw,70,-50
 ccw,64,-41
 """
-COMMAND = (sys.executable, "-m", "omnimate.cli.main")
 CALLS = {
     "python -c pass": (None, (sys.executable, "-c", "pass")),
     "python -c 'import numpy'": (None, (sys.executable, "-c", "import numpy")),
-    "omnimate --help": (0.3, (*COMMAND, "--help")),
-    "omnimate dbc": (0.6, (*COMMAND, "dbc", "vehicle.toml", "out.dbc")),
-    "omnimate profile list": (0.6, (*COMMAND, "profile", "list", "profiles.toml")),
+    "omnimate --help": (0.3, (*OMNIMATE, "--help")),
+    "omnimate dbc": (0.6, (*OMNIMATE, "dbc", "vehicle.toml", "out.dbc")),
+    "omnimate profile list": (0.6, (*OMNIMATE, "profile", "list", "profiles.toml")),
     "omnimate umbmark tape.csv": (
         0.6,
-        (*COMMAND, "umbmark", "tape.csv", "--side", "4", "--vehicle", "vehicle.toml"),
+        (*OMNIMATE, "umbmark", "tape.csv", "--side", "4", "--vehicle", "vehicle.toml"),
     ),
-    "omnimate dump --help": (0.6, (*COMMAND, "dump", "--help")),
-    "omnimate simulate --help": (0.6, (*COMMAND, "simulate", "--help")),
-    "omnimate serve --help": (0.6, (*COMMAND, "serve", "--help")),
+    "omnimate dump --help": (0.6, (*OMNIMATE, "dump", "--help")),
+    "omnimate simulate --help": (0.6, (*OMNIMATE, "simulate", "--help")),
+    "omnimate serve --help": (0.6, (*OMNIMATE, "serve", "--help")),
 }
 
 
@@ -55,28 +53,16 @@ def prepare(folder: Path) -> None:
     (folder / "tape.csv").write_text(TAPE, encoding="utf-8")
 
 
-def measure(call: tuple[str, ...], folder: Path) -> tuple[float, float]:
-    """Return wall time and processor time of a process [s]."""
-    used, begin = processor_time(), time.perf_counter()
-    subprocess.run(call, cwd=folder, check=True, capture_output=True)
-    return time.perf_counter() - begin, processor_time() - used
-
-
-def processor_time() -> float:
-    """Return what all processes that have ended used so far [s]."""
-    now = os.times()
-    return now.children_user + now.children_system
-
-
 def main() -> None:
-    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else ROUNDS
+    rounds = options(__doc__, {"rounds": ROUNDS}).rounds
     print(f"best of {rounds} [s]              wall   processor   wanted")
     with tempfile.TemporaryDirectory() as place:
         prepare(Path(place))
         for name, (wanted, call) in CALLS.items():
-            times = [measure(call, Path(place)) for _ in range(rounds)]
-            wall, processor = (min(column) for column in zip(*times, strict=True))
-            print(f"{name:<26} {wall:6.2f}      {processor:6.2f}   {'' if wanted is None else wanted}")
+            used = least([process_cost(call, folder=place) for _ in range(rounds)])
+            print(
+                f"{name:<26} {used.wall:6.2f}      {used.processor:6.2f}   {'' if wanted is None else wanted}"
+            )
 
 
 if __name__ == "__main__":

@@ -21,7 +21,6 @@ import resource
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -33,11 +32,12 @@ from omnimate.files.logs.decoding import vehicle_signals
 from omnimate.files.logs.formats.candump_text import candump_text
 from omnimate.files.logs.frames import Frames
 from omnimate.vcan_sim.reference import reference_vehicle
+from studies.benchmark import cost, options
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-MILLIONS = 4  # 164 MB: the shorter log, too, is one that threads read
+MILLIONS = 4.0  # 164 MB: the shorter log, too, is one that threads read
 DAY = 7.8e8  # frames: 1 Mbit/s, 110 bits each
 RATE = 9028.0  # frames/s
 TARGET = 10.0  # million frames/s, on two cores
@@ -90,7 +90,7 @@ FORMS: dict[str, tuple[str, Callable[[Path, int], None], int]] = {
 
 
 class Reading(NamedTuple):
-    """The frames/s of one reading, the processor time of a frame [ns], and the highest memory [MB]."""
+    """The frames/s of a log, the processor time of a frame [ns], and the highest memory [MB]."""
 
     rate: float
     used: float
@@ -111,11 +111,10 @@ def read_and_decode(path: Path) -> tuple[int, float]:
 
 def report(path: Path) -> None:
     """Print the frames/s of one reading, the processor time of a frame [ns], and the highest memory [MB]."""
-    begun, used = time.perf_counter(), time.process_time()
-    count, _ = read_and_decode(path)
-    passed, used = time.perf_counter() - begun, time.process_time() - used
+    counts: list[int] = []
+    used = cost(lambda: counts.append(read_and_decode(path)[0]))
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(count / passed, 1e9 * used / count, memory)
+    print(counts[0] / used.wall, 1e9 * used.processor / counts[0], memory)
 
 
 def measured(write: Callable[[Path, int], None], path: Path, frames: int) -> Reading:
@@ -137,10 +136,11 @@ def show(name: str, frames: int, reading: Reading) -> None:
 
 
 def main() -> int:
-    if sys.argv[1:2] == ["--read"]:
-        report(Path(sys.argv[2]))
+    given = options(__doc__, {"millions": MILLIONS}, read=None)
+    if given.read:
+        report(Path(given.read))
         return 0
-    count = int(float(sys.argv[1] if len(sys.argv) > 1 else MILLIONS) * 1e6)
+    count = int(given.millions * 1e6)
     print(f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f} at the start")
     print(f"{'form':22}{'frames':>12}{'10^6/s':>9}{'ns of a core':>14}{'MB':>7}{'a day':>10}")
     with tempfile.TemporaryDirectory() as folder:

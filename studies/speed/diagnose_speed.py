@@ -8,9 +8,7 @@ Each length has a process of its own, in which a short drive is diagnosed first,
 while the time is measured. For 20,000 samples 2 s of one processor and 500 MiB are wanted.
 """
 
-import argparse
 import resource
-import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -24,6 +22,7 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.recording import Recording
+from studies.benchmark import cost, duration, options
 
 WORN = effect_named("wheel_diameter")("a.left", ratio=1.004), effect_named("joint_bias")("joint_a", bias=0.01)
 
@@ -50,24 +49,19 @@ def measured(samples: int) -> Measured:
     """Return the figures of a drive of at least so many samples."""
     lap = simulated(1)
     diagnose([lap])
-    began = time.perf_counter()
-    recording = simulated(1 + samples // len(lap))
-    simulation = time.perf_counter() - began
-    began, used = time.perf_counter(), time.process_time()
-    diagnosis = diagnose([recording])
-    seconds, processor = time.perf_counter() - began, time.process_time() - used
+    laps = 1 + samples // len(lap)
+    simulation = duration(lambda: simulated(laps))
+    recording, diagnoses = simulated(laps), []
+    used = cost(lambda: diagnoses.append(diagnose([recording])))
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    findings = ", ".join(f"{finding.effect} {finding.component}" for finding in diagnosis.findings)
-    return Measured(len(recording), simulation, seconds, processor, memory, findings)
+    findings = ", ".join(f"{finding.effect} {finding.component}" for finding in diagnoses[0].findings)
+    return Measured(len(recording), simulation, used.wall, used.processor, memory, findings)
 
 
 def main() -> None:
     """Print a line for every length."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--samples", type=int, default=20_000)
-    parser.add_argument("--doublings", type=int, default=2)
-    options = parser.parse_args()
-    lengths = [options.samples * 2**number for number in range(options.doublings + 1)]
+    given = options(__doc__, samples=20_000, doublings=2)
+    lengths = [given.samples * 2**number for number in range(given.doublings + 1)]
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         lines = list(track(pool.map(measured, lengths), "diagnosing", total=len(lengths)))
     for line in lines:

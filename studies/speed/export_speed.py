@@ -8,21 +8,19 @@ Usage: python -m studies.speed.export_speed [frames]
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple
+
+from studies.benchmark import OMNIMATE, options, process_cost
 
 FRAMES = 400_000
 GROWTH = 1.15
 SUFFIXES = (".pcap", ".pcapng", ".blf", ".asc", ".csv", ".parquet", ".mcap")
 PEERS = (".blf", ".asc", ".csv")  # formats that python-can writes
-EXPORT = (
-    "import sys; from omnimate.cli.main import main; sys.argv = ['omnimate', 'export', *sys.argv[1:]]; main()"
-)
+EXPORT = (*OMNIMATE, "export")
 # In a process of its own: the largest memory of a process counts from that of the one that starts it.
 WRITE = """
 import sys
@@ -38,28 +36,8 @@ with can.LogReader(sys.argv[1]) as reader, can.Logger(sys.argv[2]) as writer:
 """
 
 
-class Run(NamedTuple):
-    """What a process took: time of the processor [s], and its largest memory [MB]."""
-
-    cpu: float
-    memory: float
-
-
-def run(program: str, source: Path, target: Path) -> Run:
-    """Run a process that reads a log and writes another."""
-    process = subprocess.Popen(
-        [sys.executable, "-c", program, str(source), str(target)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    _, status, usage = os.wait4(process.pid, 0)
-    if status:
-        raise RuntimeError(f"{target.name}: the process ended with status {status}")
-    return Run(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0)
-
-
 def main() -> int:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else FRAMES
+    count = options(__doc__, {"frames": FRAMES}).frames
     is_good = True
     print(
         f"candump log of {count} frames, whole processes: processor time, and memory beside a quarter of it"
@@ -70,13 +48,14 @@ def main() -> int:
             subprocess.run([sys.executable, "-c", WRITE, str(log), str(frames)], check=True)
         began = time.monotonic()
         for suffix in SUFFIXES:
-            small = run(EXPORT, short, Path(folder) / f"short-out{suffix}")
-            large = run(EXPORT, long, Path(folder) / f"long-out{suffix}")
+            small = process_cost([*EXPORT, str(short), f"{folder}/short-out{suffix}"])
+            large = process_cost([*EXPORT, str(long), f"{folder}/long-out{suffix}"])
             growth = large.memory / small.memory
             is_good &= growth <= GROWTH
-            words = f"  {suffix:<9} {large.cpu:6.1f} s   {large.memory:4.0f} MB, {growth:4.2f} times"
+            words = f"  {suffix:<9} {large.processor:6.1f} s   {large.memory:4.0f} MB, {growth:4.2f} times"
             if suffix in PEERS:
-                words += f"   python-can {run(PEER, long, Path(folder) / f'peer{suffix}').cpu:6.1f} s"
+                peer = process_cost([sys.executable, "-c", PEER, str(long), f"{folder}/peer{suffix}"])
+                words += f"   python-can {peer.processor:6.1f} s"
             print(words, flush=True)
         print(f"  (wanted: memory {GROWTH:g} times or less; {time.monotonic() - began:.0f} s in all)")
     return 0 if is_good else 1

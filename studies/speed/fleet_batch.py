@@ -10,12 +10,10 @@ Usage: python -m studies.speed.fleet_batch [--laps 1000] [--minutes 5] [--no-dia
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import resource
 import sys
 import tempfile
-import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,6 +21,7 @@ from omnimate.fleet.batch.run import run_batch
 from omnimate.fleet.batch.tables import columns_of
 from omnimate.fleet.hall.hall import draw_hall
 from omnimate.fleet.hall.store import date_of, write_store
+from studies.benchmark import cost, options
 
 LAPS, WANTED, CORES = 1000, 1800.0, 2  # laps of a day, and their time [s] on some cores
 MEMORY = 2.0  # [GB]
@@ -68,26 +67,25 @@ def write_laps(folder: Path, laps: int, minutes: float) -> None:
 def spend(folder: Path, name: str, *, diagnosed: bool) -> Spent:
     """Work on a store of laps, and return what it took."""
     results = folder / f"{name}-results"
-    processor, wall = time.process_time(), time.perf_counter()
-    outcome = run_batch(str(folder / name), str(results), day=date_of(LAST), diagnosed=diagnosed)
-    processor, wall = time.process_time() - processor, time.perf_counter() - wall
-    assert not outcome.failed, outcome.failed
+    outcomes = []
+    used = cost(
+        lambda: outcomes.append(
+            run_batch(str(folder / name), str(results), day=date_of(LAST), diagnosed=diagnosed)
+        )
+    )
+    assert not outcomes[0].failed, outcomes[0].failed
     rows = (columns_of(path.read_bytes()) for path in results.glob("recordings/*/*/*.parquet"))
     asked = sum(row["diagnosis"][0] is not None for row in rows)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    return Spent(outcome.done, asked, processor, wall, memory)
+    return Spent(outcomes[0].done, asked, used.processor, used.wall, memory)
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--laps", type=int, default=LAPS, help="of the smaller batch")
-    parser.add_argument("--minutes", type=float, default=5.0)
-    parser.add_argument("--no-diagnose", action="store_true", help="without the whole diagnoses")
-    options = parser.parse_args()
-    diagnosed = not options.no_diagnose
+    given = options(__doc__, laps=LAPS, minutes=5.0, no_diagnose=False)
+    diagnosed = not given.no_diagnose
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        writer = multiprocessing.Process(target=write_laps, args=(folder, options.laps, options.minutes))
+        writer = multiprocessing.Process(target=write_laps, args=(folder, given.laps, given.minutes))
         writer.start()
         writer.join()
         spend(folder, "few", diagnosed=diagnosed)  # loads what is compiled

@@ -9,9 +9,7 @@ the last one with all of its tables. Of the recordings' own files only those of 
 neither of the two queries opens or lists the others.
 """
 
-import argparse
 import tempfile
-import time
 from datetime import date, timedelta
 from pathlib import Path
 
@@ -25,6 +23,7 @@ from omnimate.fleet.model.histories import History
 from omnimate.fleet.morning import BadPlace, Change, FloorSummary, Night
 from omnimate.fleet.segments import PARAMETERS
 from omnimate.service.fleets.results import history_view, morning_of, night_view, robots_view
+from studies.benchmark import cost, options
 
 FIRST = date(2024, 1, 1)
 PLACES = 20
@@ -95,13 +94,9 @@ def last_night(names: list[str], every: list[str], chance: np.random.Generator) 
 
 def main() -> None:
     """Print the median and the largest time of each query, by the wall and by the processor."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--robots", type=int, default=1000)
-    parser.add_argument("--days", type=int, default=1000)
-    parser.add_argument("--repeats", type=int, default=30)
-    options = parser.parse_args()
+    given = options(__doc__, robots=1000, days=1000, repeats=30)
     with tempfile.TemporaryDirectory() as place:
-        names = make_store(Path(place), options.robots, options.days)
+        names = make_store(Path(place), given.robots, given.days)
         files, database = open_files(place), duckdb.connect()
         raw = f"{place}/numbers/robot={names[0]}/*/*.parquet"
         kept = f"{place}/histories/robot={names[0]}/history.parquet"
@@ -118,7 +113,7 @@ def main() -> None:
             robots_view(files, judged)
 
         def floor() -> None:
-            read_floor(files, dates(options.days)[-1], "")
+            read_floor(files, dates(given.days)[-1], "")
 
         queries = {
             "history, as the service answers it": (ours, HISTORY),
@@ -127,15 +122,10 @@ def main() -> None:
             "morning's list, with all robots": (morning, MORNING),
             "floor": (floor, None),
         }
-        print(f"{options.robots * options.days} results: {options.robots} robots, {options.days} days")
+        print(f"{given.robots * given.days} results: {given.robots} robots, {given.days} days")
         medians = {}
         for name, (query, wanted) in queries.items():
-            walls, processors = [], []
-            for _ in range(options.repeats):
-                wall, processor = time.perf_counter(), time.process_time()
-                query()
-                walls.append(time.perf_counter() - wall)
-                processors.append(time.process_time() - processor)
+            walls, processors, _ = zip(*(cost(query) for _ in range(given.repeats)), strict=True)
             medians[name] = float(np.median(walls))
             aim = f", wanted {1e3 * wanted:.0f}" if wanted else ""
             print(

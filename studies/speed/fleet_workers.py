@@ -10,7 +10,6 @@ Usage: python -m studies.speed.fleet_workers [--robots 24] [--minutes 5]
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 import time
@@ -21,6 +20,7 @@ import distributed
 from omnimate.fleet.batch.run import Workers, run_batch
 from omnimate.fleet.hall.hall import draw_hall
 from omnimate.fleet.hall.store import write_store
+from studies.benchmark import options
 
 WANTED = 1.9  # times as fast
 
@@ -44,21 +44,18 @@ def spent(store: Path, workers: int) -> tuple[list[float], float, float]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--robots", type=int, default=24)
-    parser.add_argument("--minutes", type=float, default=5.0)
-    options = parser.parse_args()
-    hall = draw_hall(options.robots, 5, sick=0, places=3, seed=7)
+    given = options(__doc__, robots=24, minutes=5.0)
+    hall = draw_hall(given.robots, 5, sick=0, places=3, seed=7)
     with tempfile.TemporaryDirectory() as place:
         store = Path(place) / "store"
-        write_store(hall, store, range(2), 1, options.minutes)
+        write_store(hall, store, range(2), 1, given.minutes)
         times = {}
         for workers in (1, 2):
             each, scheduler, wall = spent(store, workers)
             times[workers] = max(each)
             shown = " and ".join(f"{seconds:.1f}" for seconds in each)
             print(
-                f"{workers} worker(s), {options.robots} laps: {shown} s of processor time, "
+                f"{workers} worker(s), {given.robots} laps: {shown} s of processor time, "
                 f"scheduler {scheduler:.1f} s, wall {wall:.1f} s"
             )
     ratio = times[1] / times[2]

@@ -24,6 +24,7 @@ from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.odometry import Odometer, dead_reckon
 from omnimate.vehicle.sample import Sample
+from studies.benchmark import best, options
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,13 +54,15 @@ def samples(recording: Recording, count: int) -> list[Sample]:
 
 
 def plain_step(vehicle: VehicleParameters, stream: list[Sample]) -> float:
-    """Return the time of one step of plain odometry of both trucks [us]."""
-    odometers = [Odometer(vehicle, truck) for truck in vehicle.trucks]
-    begin = time.process_time()
-    for sample in stream:
-        for odometer in odometers:
-            odometer.step(sample)
-    return (time.process_time() - begin) / len(stream) * 1e6
+    """Return the processor time of one step of plain odometry of both trucks [us]."""
+
+    def steps() -> None:
+        odometers = [Odometer(vehicle, truck) for truck in vehicle.trucks]
+        for sample in stream:
+            for odometer in odometers:
+                odometer.step(sample)
+
+    return best(steps, ROUNDS, time.process_time) / len(stream) * 1e6
 
 
 def plain(recording: Recording) -> list[Array]:
@@ -68,27 +71,24 @@ def plain(recording: Recording) -> list[Array]:
 
 
 def live(method: Corrector | Filter, stream: list[Sample]) -> float:
-    """Return the time of one step [us]."""
-    state = method.start()
-    begin = time.process_time()
-    for sample in stream:
-        state = method.step(state, sample)  # type: ignore[arg-type]  # a method's own state
-    return (time.process_time() - begin) / len(stream) * 1e6
+    """Return the processor time of one step of a method [us]."""
+
+    def steps() -> None:
+        state = method.start()
+        for sample in stream:
+            state = method.step(state, sample)  # type: ignore[arg-type]  # a method's own state
+
+    return best(steps, ROUNDS, time.process_time) / len(stream) * 1e6
 
 
-def best(work: Callable[[], object]) -> float:
-    """Return the best time of some rounds [s]; the first one, which compiles, does not count."""
+def hour(work: Callable[[], object]) -> float:
+    """Return the best processor time of some rounds [s]; the first one, which compiles, does not count."""
     work()
-    times = []
-    for _ in range(ROUNDS):
-        begin = time.process_time()
-        work()
-        times.append(time.process_time() - begin)
-    return min(times)
+    return best(work, ROUNDS, time.process_time)
 
 
 def main() -> int:
-    recording = drive(float(sys.argv[1]) if len(sys.argv) > 1 else 1.0)
+    recording = drive(options(__doc__, {"hours": 1.0}).hours)
     vehicle, stream = recording.vehicle, samples(recording, STEPS)
     hours = len(recording) * vehicle.bus.sync_period / 3600.0
     steps: dict[str, tuple[Corrector | Filter, float]] = {
@@ -96,18 +96,18 @@ def main() -> int:
         "filter": (Filter(vehicle), 20.0),
     }
     within = True
-    odometry = min(plain_step(vehicle, stream) for _ in range(ROUNDS))
+    odometry = plain_step(vehicle, stream)
     print(f"live step, {'odometry':<8} {odometry:8.1f} us")
     for name, (method, wanted) in steps.items():
-        cost = min(live(method, stream) for _ in range(ROUNDS))
+        cost = live(method, stream)
         within &= cost < wanted
         ratio = cost / odometry
         print(f"live step, {name:<8} {cost:8.1f} us   {ratio:5.1f} times   (wanted: below {wanted:.0f} us)")
     loops = {"IPEC": (correct, 0.2), "filter": (estimate, 2.0), "smoother": (smooth, 2.0)}
-    odometry = best(lambda: plain(recording)) / hours
+    odometry = hour(lambda: plain(recording)) / hours
     print(f"an hour through  odometry {odometry:8.3f} s")
     for name, (work, wanted) in loops.items():
-        cost = best(lambda work=work: work(recording)) / hours  # type: ignore[misc]  # a default binds it
+        cost = hour(lambda work=work: work(recording)) / hours  # type: ignore[misc]  # a default binds it
         within &= cost < wanted
         ratio = cost / odometry
         print(f"an hour through  {name:<8} {cost:8.3f} s    {ratio:5.1f} times   (wanted: below {wanted} s)")

@@ -32,6 +32,7 @@ from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 from omnimate.vcan_sim.truth import Truth
+from studies.benchmark import options
 
 if TYPE_CHECKING:
     from omnimate.driver.bus.clock import Clock
@@ -167,6 +168,7 @@ def driver_work(vehicle: VehicleParameters) -> float:
 
 
 def main() -> int:
+    options(__doc__)
     vehicle = reference_vehicle()
     fast = replace(vehicle, bus=replace(vehicle.bus, sync_period=0.010))
     spent = min((latencies(fast) for _ in range(ROUNDS)), key=p99)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +16,7 @@ import can
 import numpy as np
 
 from omnimate.files.logs.reading import read_log
+from studies.benchmark import best, options
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,23 +51,18 @@ def python_can(path: Path) -> int:
     return sum(1 for _ in can.CanutilsLogReader(path))
 
 
-def rate(reader: Callable[[Path], int], path: Path) -> float:
+def rate(reader: Callable[[Path], int], path: Path, frames: int) -> float:
     """Return the best of some rounds [frames/s]."""
-    best = 0.0
-    for _ in range(ROUNDS):
-        start = time.perf_counter()
-        frames = reader(path)
-        best = max(best, frames / (time.perf_counter() - start))
-    return best
+    return frames / best(lambda: reader(path), ROUNDS)
 
 
 def main() -> int:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else FRAMES
+    count = options(__doc__, {"frames": FRAMES}).frames
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "can.log"
         write_log(path, count)
-        theirs = rate(python_can, path)
-        mine = rate(ours, path)
+        theirs = rate(python_can, path, count)
+        mine = rate(ours, path, count)
     print(f"candump log of {count} frames")
     print(f"  python-can CanutilsLogReader {theirs / 1e6:8.3f} million frames/s")
     print(f"  omnimate.files.logs.read_log       {mine / 1e6:8.3f} million frames/s")

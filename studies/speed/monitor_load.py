@@ -32,6 +32,7 @@ from omnimate.motion import paths
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from studies.benchmark import options
 
 if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
@@ -137,7 +138,7 @@ def notified(messages: list[can.Message], seconds: float) -> tuple[float, int, i
 
 
 def main() -> int:
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else SECONDS
+    seconds = options(__doc__, {"seconds": SECONDS}).seconds
     recording = drive()
     messages = [message_of_frame(frame) for frame in frames_of_recording(recording)]
     peer, peer_sent, peer_received = notified(messages, seconds)

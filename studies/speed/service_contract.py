@@ -9,12 +9,12 @@ beyond its rules are 428 for a missing If-Match (RFC 6585), and 422 for values t
 robot can have measured.
 """
 
-import argparse
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from studies.benchmark import OMNIMATE, options
 from studies.speed.service_process import serving
 
 CONFIG = """
@@ -59,9 +59,8 @@ def contract(
 
 def make_key(folder: Path, database: str) -> str:
     """Return a key that may operate."""
-    command = [sys.executable, "-c", "from omnimate.cli.main import main; main()", "key", "add", "contract"]
     made = subprocess.run(
-        [*command, "--role", "operate", "--database", database],
+        [*OMNIMATE, "key", "add", "contract", "--role", "operate", "--database", database],
         cwd=folder, capture_output=True, text=True, check=True,
     )  # fmt: skip
     return made.stdout.strip()
@@ -69,10 +68,7 @@ def make_key(folder: Path, database: str) -> str:
 
 def main() -> None:
     """Print what schemathesis prints."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--examples", type=int, default=50)
-    parser.add_argument("--phases", default="examples,coverage,fuzzing,stateful")
-    options = parser.parse_args()
+    given = options(__doc__, examples=50, phases="examples,coverage,fuzzing,stateful")
     failed = False
     for keyed in (False, True):
         with tempfile.TemporaryDirectory() as place:
@@ -80,7 +76,7 @@ def main() -> None:
             key = make_key(folder, database) if keyed else None
             with serving(folder, database) as service:
                 print("with a key" if keyed else "without a key", flush=True)
-                run = contract(folder, service.url, options.examples, options.phases, key)
+                run = contract(folder, service.url, given.examples, given.phases, key)
                 print(run.stdout[-3000:], run.stderr[-2000:])
                 failed |= run.returncode != 0
     sys.exit(failed)

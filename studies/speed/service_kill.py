@@ -8,7 +8,6 @@ Four clients start sessions and post samples, and one lets the robot drive. A ra
 promise the process gets SIGKILL, and a new process is asked for what the clients were promised.
 """
 
-import argparse
 import random
 import tempfile
 import threading
@@ -19,6 +18,7 @@ from pathlib import Path
 import httpx2
 from rich.progress import track
 
+from studies.benchmark import options
 from studies.speed.service_process import PATIENCE, Service
 
 SESSIONS = "/v1/umbmark/sessions"
@@ -137,15 +137,12 @@ def trial(folder: Path | str, database: str, kills: int, seed: int = 0) -> tuple
 
 def main() -> None:
     """Print what was lost."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--kills", type=int, default=200)
-    parser.add_argument("--database")
-    options = parser.parse_args()
+    given = options(__doc__, kills=200, database=None)
     with tempfile.TemporaryDirectory() as folder:
-        database = options.database or f"sqlite:///{folder}/service.db"
-        promises, missing, left = trial(folder, database, options.kills)
+        database = given.database or f"sqlite:///{folder}/service.db"
+        promises, missing, left = trial(folder, database, given.kills)
     kind = database.partition(":")[0]
-    print(f"{kind}: {options.kills} kills, {promises} samples answered 201")
+    print(f"{kind}: {given.kills} kills, {promises} samples answered 201")
     print(f"{len(missing)} lost, {len(left)} sessions stuck")
     for line in [*missing, *left]:
         print(f"  {line}")

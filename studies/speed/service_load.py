@@ -22,6 +22,7 @@ import numpy as np
 
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle
+from studies.benchmark import options
 from studies.speed.service_process import serving
 
 SESSIONS = "/v1/umbmark/sessions"
@@ -97,12 +98,12 @@ async def idle(url: str, rate: float) -> list[float]:
     return await paced(rate, IDLE, live)
 
 
-async def measure(url: str, options: argparse.Namespace) -> tuple[list[float], list[float], list[int]]:
+async def measure(url: str, given: argparse.Namespace) -> tuple[list[float], list[float], list[int]]:
     """Return the durations of reads and posts, and the events that each listener got."""
     client, run = Client(url), json.dumps(RUN).encode()
     sessions = [
         json.loads(await client.call("POST", SESSIONS, b'{"side": 4.0}'))["id"]
-        for _ in range(1 + int(options.posts * options.seconds) // RUNS)
+        for _ in range(1 + int(given.posts * given.seconds) // RUNS)
     ]
 
     async def read(index: int) -> None:
@@ -113,11 +114,11 @@ async def measure(url: str, options: argparse.Namespace) -> tuple[list[float], l
     async def post(index: int) -> None:
         await client.call("POST", f"{SESSIONS}/{sessions[index // RUNS]}/samples", run)
 
-    everybody = asyncio.Barrier(options.listeners + 1)
-    listeners = asyncio.gather(*(client.listen(everybody, options.seconds) for _ in range(options.listeners)))
+    everybody = asyncio.Barrier(given.listeners + 1)
+    listeners = asyncio.gather(*(client.listen(everybody, given.seconds) for _ in range(given.listeners)))
     await everybody.wait()
     reads, posts, events = await asyncio.gather(
-        paced(options.reads, options.seconds, read), paced(options.posts, options.seconds, post), listeners
+        paced(given.reads, given.seconds, read), paced(given.posts, given.seconds, post), listeners
     )
     return reads, posts, events
 
@@ -155,43 +156,42 @@ def words(durations: list[float]) -> str:
 
 def main() -> None:
     """Print what was measured."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--bus-rate", type=float, default=100.0)
-    parser.add_argument("--reads", type=float, default=200.0)
-    parser.add_argument("--posts", type=float, default=50.0)
-    parser.add_argument("--listeners", type=int, default=50)
-    parser.add_argument("--stored", type=int, default=10_000)
-    parser.add_argument("--database")
-    options = parser.parse_args()
+    given = options(
+        __doc__,
+        seconds=20.0,
+        bus_rate=100.0,
+        reads=200.0,
+        posts=50.0,
+        listeners=50,
+        stored=10_000,
+        database=None,
+    )
     with tempfile.TemporaryDirectory() as folder:
-        database = options.database or f"sqlite:///{folder}/service.db"
+        database = given.database or f"sqlite:///{folder}/service.db"
         vehicle = reference_vehicle()
-        bus = replace(vehicle.bus, sync_period=1.0 / options.bus_rate)
+        bus = replace(vehicle.bus, sync_period=1.0 / given.bus_rate)
         save_vehicle(replace(vehicle, bus=bus), Path(folder) / "vehicle.toml")
         with serving(folder, database, "--vehicle", "vehicle.toml") as service:
             print(f"{database.partition(':')[0]}: ready after {service.ready:.2f} s")
             time.sleep(WARM)
-            unloaded = asyncio.run(idle(service.url, options.reads))
+            unloaded = asyncio.run(idle(service.url, given.reads))
             before = httpx2.get(f"{service.url}/v1/robot").json()
             began = time.perf_counter()
-            reads, posts, events = asyncio.run(measure(service.url, options))
+            reads, posts, events = asyncio.run(measure(service.url, given))
             passed, after = time.perf_counter() - began, httpx2.get(f"{service.url}/v1/robot").json()
-            fill(database, options.stored)
+            fill(database, given.stored)
             pages = listing(service.url)
-    expected = passed * options.bus_rate
-    print(f"/healthz at {options.reads:g}/s, no other load: {words(unloaded)}")
-    print(f"reads at {options.reads:g}/s: {words(reads)}")
-    print(f"posts at {options.posts:g}/s: {words(posts)}")
+    expected = passed * given.bus_rate
+    print(f"/healthz at {given.reads:g}/s, no other load: {words(unloaded)}")
+    print(f"reads at {given.reads:g}/s: {words(reads)}")
+    print(f"posts at {given.posts:g}/s: {words(posts)}")
     if events:
-        print(
-            f"{len(events)} listeners: {min(events)} to {max(events)} state events in {options.seconds:g} s"
-        )
+        print(f"{len(events)} listeners: {min(events)} to {max(events)} state events in {given.seconds:g} s")
     print(
-        f"bus at {options.bus_rate:g} Hz: {after['samples'] - before['samples']} of {expected:.0f} samples, "
+        f"bus at {given.bus_rate:g} Hz: {after['samples'] - before['samples']} of {expected:.0f} samples, "
         f"{after['incomplete'] - before['incomplete']} incomplete"
     )
-    print(f"listing with {options.stored} sessions stored: {words(pages)}")
+    print(f"listing with {given.stored} sessions stored: {words(pages)}")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 import re
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,8 +9,9 @@ from pathlib import Path
 
 import httpx2
 
-PROGRAM = [sys.executable, "-c", "from omnimate.cli.main import main; main()"]
-COMMAND = [*PROGRAM, "serve", "--port", "0", "--rate", "1e6"]
+from studies.benchmark import OMNIMATE
+
+COMMAND = [*OMNIMATE, "serve", "--port", "0", "--rate", "1e6"]
 PATIENCE = 120.0  # [s] that a slow machine may take to start it
 
 

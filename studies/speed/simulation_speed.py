@@ -8,7 +8,6 @@ Usage: python -m studies.speed.simulation_speed
 from __future__ import annotations
 
 import sys
-import time
 from typing import TYPE_CHECKING
 
 from omnimate.motion.paths import umbmark
@@ -17,23 +16,13 @@ from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from studies.benchmark import best, duration, options
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 TARGET = 1000.0  # times real time
-ROUNDS = 5  # the best counts: the machine may be shared
 STEPS = 20_000
-
-
-def best(work: Callable[[], object]) -> float:
-    """Return the shortest time of some rounds [s]."""
-    spent = []
-    for _ in range(ROUNDS):
-        start = time.perf_counter()
-        work()
-        spent.append(time.perf_counter() - start)
-    return min(spent)
 
 
 def step_cost(step: Callable[[], object]) -> float:
@@ -42,13 +31,13 @@ def step_cost(step: Callable[[], object]) -> float:
 
 
 def main() -> int:
+    options(__doc__)
     vehicle = reference_vehicle()
     assert vehicle.linkage is not None
     length = vehicle.linkage.length
     truth, program = Truth(vehicle), umbmark(link_length=length)
-    start = time.perf_counter()
+    first = duration(lambda: simulate(vehicle, truth, program))
     recording = simulate(vehicle, truth, program)
-    first = time.perf_counter() - start
     driven = float(recording.time[-1] - recording.time[0])
     ratio = driven / best(lambda: simulate(vehicle, truth, program))
     runner, plant = Runner(program, vehicle), Plant(truth, vehicle)

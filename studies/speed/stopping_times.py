@@ -25,6 +25,7 @@ from omnimate.motion import drive as motion
 from omnimate.motion.journal import Journal
 from omnimate.motion.paths import out_and_back
 from omnimate.motion.runner import Runner
+from studies.benchmark import options
 from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
 from tests.foreign.canopennode import nodes
@@ -114,7 +115,7 @@ def standing_time(status: str | None, phase: float) -> float:
 
 
 def main() -> int:
-    if sys.argv[1:] == ["CANopenNode"]:
+    if options(__doc__, {"family": "LocalNode"}).family == "CANopenNode":
         if missing := nodes.what_is_missing():
             print(missing)
             return 1

@@ -8,55 +8,39 @@ The best of several rounds counts, because the machine may be shared; 0.3 s are 
 The processor time beside it says what the question itself costs.
 """
 
-import argparse
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from omnimate.files.recordings.folder import save_recording
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.triage.triage import triage
+from studies.benchmark import OMNIMATE, best, duration, options, process_cost
 from studies.speed.diagnose_speed import simulated
 
 WANTED = 0.3  # [s]
 
 
-def best(call: Callable[[], object], rounds: int, clock: Callable[[], float] = time.perf_counter) -> float:
-    """Return the shortest time of several calls [s]."""
-    times = []
-    for _ in range(rounds):
-        began = clock()
-        call()
-        times.append(clock() - began)
-    return min(times)
-
-
 def main() -> None:
     """Print the times and their ratios."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--samples", type=int, default=20_000)
-    parser.add_argument("rounds", type=int, nargs="?", default=7)
-    options = parser.parse_args()
+    given = options(__doc__, {"rounds": 7}, samples=20_000)
     lap = simulated(1)
     triage([lap])
     diagnose([lap])
-    laps = 1 + options.samples // len(lap)
-    simulation = best(lambda: simulated(laps), 1)
+    laps = 1 + given.samples // len(lap)
+    simulation = duration(lambda: simulated(laps))
     recording = simulated(laps)
-    asked = best(lambda: triage([recording]), options.rounds)
-    used = best(lambda: triage([recording]), options.rounds, time.process_time)
-    whole = best(lambda: diagnose([recording]), 1)
-    command = [sys.executable, "-m", "omnimate.cli.main", "diagnose", "--triage"]
+    asked = best(lambda: triage([recording]), given.rounds)
+    used = best(lambda: triage([recording]), given.rounds, time.process_time)
+    whole = duration(lambda: diagnose([recording]))
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "drive"
         save_recording(recording, folder)
-        process = best(
-            lambda: subprocess.run([*command, str(folder)], check=True, capture_output=True), options.rounds
-        )
-        empty = best(lambda: subprocess.run([sys.executable, "-c", "pass"], check=True), options.rounds)
+        command = [*OMNIMATE, "diagnose", "--triage", str(folder)]
+        process = min(process_cost(command).wall for _ in range(given.rounds))
+        nothing = [sys.executable, "-c", "pass"]
+        empty = min(process_cost(nothing).wall for _ in range(given.rounds))
     print(
         f"{len(recording)} samples, {recording.time[-1] - recording.time[0]:.0f} s of driving: "
         f"triage {asked:.2f} s (wanted {WANTED}; processor {used:.2f} s), "

@@ -7,8 +7,7 @@ from omnimate.effects.crossing import chord_loss
 from omnimate.ipec.corrector import correct
 from omnimate.ipec.errors import NoLinkageError
 from omnimate.vcan_sim.reference import reference_single
-from studies.papers.bump_drive import bump_drive
-from studies.papers.bump_errors import bump_errors
+from studies.papers.bumps import bump_drive, bump_errors
 from studies.papers.robots import fine
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from studies.papers.figures import draw_all
-from studies.papers.lap_table import lap_errors_of
+from studies.papers.protocols import lap_errors_of
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from studies.papers.growth import bump_growth
+from studies.papers.bumps import bump_growth
 
 
 def test_plain_odometry_errs_by_0_44_degrees_at_once_and_0_15_mm_in_each_interval():

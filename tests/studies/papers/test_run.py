@@ -1,7 +1,6 @@
 """Stages that are computed in several processes."""
 
-from studies.papers.run import run, under_way
-from studies.papers.table import stages
+from studies.papers.table import run, stages, under_way
 
 
 def test_stages_in_two_processes_give_what_one_gives():

@@ -4,11 +4,9 @@ import pickle
 
 import pytest
 
-from studies.papers.lap_table import omnimate_laps
 from studies.papers.linkage_numbers import linkage_numbers
-from studies.papers.protocols import straight_line
-from studies.papers.square_numbers import square_numbers
-from studies.papers.squares import statistics
+from studies.papers.protocols import omnimate_laps, straight_line
+from studies.papers.squares import square_numbers, statistics
 from studies.papers.table import stages
 
 

@@ -1,18 +1,21 @@
-"""A straight drive of two trucks over one bump, everything else being perfect, as their encoders count it."""
+"""One bump under one wheel: the paper's formulas, C (4)-(8), and the drive that they describe."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.crossing import chord_loss
+from omnimate.ipec.corrector import correct
 from omnimate.ipec.errors import NoLinkageError
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.linkage import linkage_of
 from omnimate.vehicle.parameters import CHANNELS, WHEELS
 from omnimate.vehicle.recording import Recording
+from studies.papers.robots import fine
 
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel, VehicleParameters
@@ -86,3 +89,79 @@ def _counts(
     if channel in WHEELS:
         return np.round(value / vehicle.metres_per_count(channel)).astype(np.int64)
     return encoder.zero + np.round(value / encoder.scale).astype(np.int64)
+
+
+@dataclass(frozen=True, slots=True)
+class BumpErrors:
+    """What one bump does to plain odometry, and to the measurement of that error.
+
+    Attributes:
+        heading: Heading error after the bump [rad], C (4).
+        lateral: Lateral error per metre driven after the bump [m/m], C (5).
+        lateral_in_interval: Largest lateral error within one sampling interval [m], C (6).
+        misread: Part of the heading error that this lateral error hides from the linkage [rad], C (7).
+        measured: Heading error that the linkage shows [rad], C (8).
+    """
+
+    heading: float
+    lateral: float
+    lateral_in_interval: float
+    misread: float
+    measured: float
+
+
+def bump_errors(lost: float, wheelbase: float, interval: float, link_length: float) -> BumpErrors:
+    """Return the errors that one wheel's lost travel makes, C (4)-(8).
+
+    Args:
+        lost: Travel that the wheel loses on the bump [m], C (1).
+        wheelbase: Wheelbase b of the truck [m].
+        interval: Travel within one sampling interval, D_s [m].
+        link_length: Length L of the link [m].
+    """
+    heading = math.asin(lost / wheelbase)
+    inside = interval * math.sin(heading)
+    misread = math.asin(inside / link_length)
+    return BumpErrors(heading, lost / wheelbase, inside, misread, heading - misread)
+
+
+LOST = chord_loss(0.075, 0.010)  # [m] C Table I
+SPEED, PERIOD, LINK = 0.5, 0.040, 1.0  # [m/s], [s], [m] C 3.1
+_BEFORE = 0.5  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Errors, true minus estimated, at each sampling interval from the one in which the bump is met on.
+
+    Attributes:
+        plain: Heading [rad] and lateral [m] error of odometry alone, shape `(N, 2)`.
+        ipec: Heading [rad] and lateral [m] error of IPEC, C (9)-(16), shape `(N, 2)`.
+        seen: Part of the heading's error that the linkage has shown so far [rad], shape `(N,)`.
+        printed: Errors by the paper's formulas, C (4)-(8).
+    """
+
+    plain: Array
+    ipec: Array
+    seen: Array
+    printed: BumpErrors
+
+
+def bump_growth(intervals: int = 15) -> Growth:
+    """Return what one 10 mm bump under truck a's right wheel does, all else being perfect."""
+    robot = fine()
+    robot = replace(robot, bus=replace(robot.bus, sync_period=PERIOD))
+    drive = bump_drive(robot, LOST, speed=SPEED, before=_BEFORE)
+    met = int(np.searchsorted(drive.way, _BEFORE - 1e-9))
+    shown = slice(met, met + intervals + 1)
+    start = drive.pose_a[0]
+    plain = correct(drive.recording, start, method="plain")
+    ipec = correct(drive.recording, start, method="clapper")
+
+    def error(path: Array) -> Array:
+        return np.asarray((drive.pose_a - path)[shown][:, [2, 1]])
+
+    step = SPEED * PERIOD
+    printed = bump_errors(LOST, robot.trucks["a"].wheelbase, step, LINK)
+    seen = np.cumsum(ipec.corrections[:, 0])[shown]
+    return Growth(error(plain.pose_a), error(ipec.pose_a), seen, printed)
