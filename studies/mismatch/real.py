@@ -14,7 +14,7 @@ from omnimate.mismatch.description.first_look import first_look
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import wrap
 from studies.datasets import husky, labyrinth
-from studies.figures.turns import plot_turns
+from studies.figures import plot_turns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -7,9 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from omnimate.mismatch import diagnose
-from studies.figures.efficiency import plot_efficiency
-from studies.figures.position_errors import plot_errors
-from studies.figures.reliability import plot_reliability
+from studies.figures import plot_efficiency, plot_errors, plot_reliability
 from studies.mismatch import run, tables
 from studies.mismatch.engines.cases import cases
 from studies.mismatch.run import Answer, answered_by

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 
 from omnimate.figures.clusters import Clusters, plot_clusters
-from omnimate.figures.files import PlotError, save
-from omnimate.figures.style import BLUE, GREEN, GREY, STYLE, VERMILLION
+from omnimate.figures.files import PlotError
+from omnimate.figures.style import BLUE, GREEN, GREY, VERMILLION
+from studies.figures import framed
 from studies.papers.bumps import bump_growth
 from studies.papers.estimates import sizes
 from studies.papers.protocols import lap_errors_of, rectangle_errors, straight_errors
@@ -28,16 +26,6 @@ if TYPE_CHECKING:
     from studies.papers.drives import Turning
 
 ROBOT = 0  # the papers show a single robot; this is the first of the table
-
-
-@contextmanager
-def framed(path: Path, size: tuple[float, float], title: str) -> Iterator[Figure]:
-    """Yield a figure of a size [inch] in the project's style, and save it at the end of the block."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=size, layout="constrained")
-        figure.suptitle(title)
-        yield figure
-        save(figure, path)
 
 
 def draw_dots(
@@ -66,9 +54,8 @@ def draw_c8(path: Path) -> None:
         ("with IPEC, no bumps", smooth["CLAPPER"], GREEN, "o", True),
         ("with IPEC, 10 bumps under each truck", bumpy["CLAPPER"], BLUE, "s", True),
     )
-    with framed(
-        path, (10.0, 5.4), "C Fig. 8, simulated: 18 m straight out and 18 m back in reverse"
-    ) as figure:
+    with framed(path, (10.0, 5.4), 2) as figure:
+        figure.suptitle("C Fig. 8, simulated: 18 m straight out and 18 m back in reverse")
         place, heading = figure.subplots(1, 2)
         for label, errors, color, marker, filled in series:
             draw_dots(place, 1e3 * errors[:, :2], color, marker, filled=filled, label=label)
@@ -81,7 +68,6 @@ def draw_c8(path: Path) -> None:
         heading.text(3.35, 1.1, "printed bound with IPEC, ±1°", color=GREEN, ha="right", va="bottom")
         heading.set(xlabel="run", ylabel="return error of the heading [°]", title="heading")
         heading.set(xticks=(1, 2, 3), xlim=(0.6, 3.4))
-        figure.legend(loc="outside lower center", ncols=2)
 
 
 def draw_c10(path: Path) -> None:
@@ -92,8 +78,8 @@ def draw_c10(path: Path) -> None:
         ("with IPEC, 10 bumps", bumpy["CLAPPER"], BLUE, "s", False),
         ("with IPEC, no bumps", smooth["CLAPPER"], GREEN, "o", False),
     )
-    title = "C Fig. 10, simulated: 7 x 4 m rectangle from its corner, cw and ccw"
-    with framed(path, (10.4, 5.9), title) as figure:
+    with framed(path, (10.4, 5.9)) as figure:
+        figure.suptitle("C Fig. 10, simulated: 7 x 4 m rectangle from its corner, cw and ccw")
         panels: tuple[Axes, Axes] = tuple(figure.subplots(1, 2))
         for axes, title, limit in zip(panels, ("all runs", "enlarged"), (None, 80.0), strict=True):
             for label, errors, color, marker, filled in series:
@@ -124,8 +110,8 @@ _IPEC = {"filled": "with IPEC", "open": "without IPEC"}
 def draw_positions(path: Path, number: int, laps: slice) -> None:
     """Draw O Fig. 5 or 7: return positions of laps 1-5 or 6-10, all and enlarged."""
     bumps = "no bumps" if laps.start == 0 else "20 bumps of 9 mm"
-    title = f"O Fig. {number}, simulated: return positions after laps of 18.5 m, {bumps}"
-    with framed(path, (10.0, 5.6), title) as figure:
+    with framed(path, (10.0, 5.6)) as figure:
+        figure.suptitle(f"O Fig. {number}, simulated: return positions after laps of 18.5 m, {bumps}")
         panels: tuple[Axes, Axes] = tuple(figure.subplots(1, 2))
         corrected = []
         for axes in panels:
@@ -146,8 +132,8 @@ def draw_positions(path: Path, number: int, laps: slice) -> None:
 def draw_headings(path: Path, number: int, laps: slice) -> None:
     """Draw O Fig. 6 or 8: return headings by lap."""
     bumps = "no bumps" if laps.start == 0 else "20 bumps of 9 mm"
-    title = f"O Fig. {number}, simulated: return headings after laps of 18.5 m, {bumps}"
-    with framed(path, (7.4, 5.2), title) as figure:
+    with framed(path, (7.4, 5.2), 2) as figure:
+        figure.suptitle(f"O Fig. {number}, simulated: return headings after laps of 18.5 m, {bumps}")
         axes = figure.subplots()
         for way, color, label, errors, filled in _laps(laps):
             lap = np.arange(laps.start + 1.0, laps.start + 1.0 + len(errors))
@@ -157,7 +143,6 @@ def draw_headings(path: Path, number: int, laps: slice) -> None:
         axes.axhline(0.0, color=GREY, linewidth=0.8)
         axes.set(xlabel="lap", ylabel="return error of the heading [°]")
         axes.set_xticks(range(laps.start + 1, laps.stop + 1))
-        figure.legend(loc="outside lower center", ncols=2)
 
 
 def _laps(laps: slice) -> Iterator[tuple[Turning, str, str, Array, bool]]:
@@ -173,8 +158,8 @@ def draw_growth(path: Path) -> None:
     """Draw C 3.3: heading error at once, lateral error slowly, and what IPEC leaves of both."""
     growth = bump_growth()
     number = np.arange(len(growth.plain))
-    title = "C 3.3, simulated: one 10 mm bump under a right wheel, 0.5 m/s, 20 mm per interval"
-    with framed(path, (10.4, 5.2), title) as figure:
+    with framed(path, (10.4, 5.2)) as figure:
+        figure.suptitle("C 3.3, simulated: one 10 mm bump under a right wheel, 0.5 m/s, 20 mm per interval")
         heading, lateral = figure.subplots(1, 2)
         for axes, column, scale in ((heading, 0, np.degrees(1.0)), (lateral, 1, 1e3)):
             axes.plot(number, scale * growth.plain[:, column], "s-", color=VERMILLION, label="plain odometry")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.table import Table
 
-from studies.figures.recovery import plot_recovery
+from studies.figures import plot_recovery
 from studies.mismatch import run
 from studies.mismatch.laws.baselines import has_sindy
 from studies.mismatch.laws.recovery import LAW, METHODS, SINDY, recovered, wanted

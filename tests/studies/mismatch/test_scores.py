@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from studies.figures.reliability import plot_reliability
+from studies.figures import plot_reliability
 from studies.mismatch.scoring.score import bins, pooled, scored
 from studies.mismatch.worlds.world import Corpus, LabelledWorld
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.figures.recovery import plot_recovery
+from studies.figures import plot_recovery
 from studies.mismatch.engines.cases import Case
 from studies.mismatch.laws.baselines import gaussian_process, has_sindy, sindy
 from studies.mismatch.laws.recovery import LAW, METHODS, QUICK, pair, recovered_from, wanted

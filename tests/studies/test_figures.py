@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from omnimate.figures.files import PlotError
-from studies.figures.position_errors import plot_errors
-from studies.figures.turns import plot_turns
+from studies.figures import plot_errors, plot_turns
 
 
 def test_errors_of_sets_are_drawn_side_by_side(tmp_path):
