@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from omnimate.files.recordings.folder import load_recording
 from studies.mismatch.engines.cases import Case
 from studies.mismatch.engines.scene import scene
-from studies.mismatch.engines.vocabulary import SIZES, components
+from studies.mismatch.engines.vocabulary import VOCABULARY
 from studies.mismatch.engines.writing import Measuring, write
 
 if TYPE_CHECKING:
@@ -35,7 +35,9 @@ DRIVES = ("eights", "slalom", "squares")
 def engine(folder: Path, seed: int = SEED) -> Drives:
     """Yield drives of `studies.mismatch.engines.engine`: each effect of its vocabulary, and healthy ones."""
     names: list[tuple[tuple[str, str], ...]] = [()] * 3
-    names += [((effect, components(effect)[0]),) for effect in SIZES if effect not in NO_SENSE]
+    names += [
+        ((effect, VOCABULARY[effect].components[0]),) for effect in VOCABULARY if effect not in NO_SENSE
+    ]
     for number, effects in enumerate(names):
         case = Case("single" if effects else "null", effects, DRIVES[number % 3], "mocap")
         setting = scene(case, seed * 1000 + number)

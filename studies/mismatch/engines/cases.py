@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import argparse
-import json
 import shutil
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from studies.mismatch.engines.scene import scene
-from studies.mismatch.engines.vocabulary import ALIKE, SIZES, UNNAMED, components, set_bump_times
+from studies.mismatch.engines.vocabulary import ALIKE, UNNAMED, VOCABULARY, set_bump_times
 from studies.mismatch.engines.writing import MEASURING, write
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +68,8 @@ def _best_drive(effect: str, number: int) -> str:
 
 
 def _singles(quick: bool) -> Iterator[Case]:
-    for place, effect in enumerate(SIZES):
-        places = components(effect)
+    for place, effect in enumerate(VOCABULARY):
+        places = VOCABULARY[effect].components
         for number in range(1 if quick else 12):
             poses = ("sonar", "mocap", "none")[(place + number) % 3]
             if effect == "floor_slope":
@@ -82,13 +80,13 @@ def _singles(quick: bool) -> Iterator[Case]:
 
 def _multi(quick: bool) -> Iterator[Case]:
     chance = np.random.default_rng(11)
-    names = [name for name in SIZES if name not in {"floor_slope", "clock_drift"}]
+    names = [name for name in VOCABULARY if name not in {"floor_slope", "clock_drift"}]
     for number in range(6 if quick else 90):
         count = 3 if number % 5 == 4 else 2
         picked: dict[str, str] = {}
         while len(picked) < count:
             effect = str(chance.choice(names))
-            component = str(chance.choice(components(effect)))
+            component = str(chance.choice(VOCABULARY[effect].components))
             alike = {other for other in picked if other in ALIKE[effect] or effect in ALIKE[other]}
             if effect not in picked and not alike and component not in picked.values():
                 picked[effect] = component
@@ -161,21 +159,3 @@ def write_case(wanted: tuple[Path, Case, int]) -> dict[str, Any]:
     if folder.exists():
         shutil.rmtree(folder)
     return make(folder, case, seed)
-
-
-def main() -> None:
-    """Write the corpus and its labels."""
-    parser = argparse.ArgumentParser(description="Write recordings with concealed effects, and their labels.")
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    labels = {}
-    for number, case in enumerate(cases(options.quick)):
-        name = f"{number:04d}"
-        labels[name] = make(options.out / name, case, seed_of(options.seed, number))
-    (options.out / "labels.json").write_text(json.dumps(labels, indent=1), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from studies.mismatch.engines.laws import altered
 from studies.mismatch.engines.strength import Drive, left_of, rates
-from studies.mismatch.engines.vocabulary import TRUCKS, WHEELS
+from studies.mismatch.engines.vocabulary import (
+    LINKAGE,
+    SIGNED,
+    TRUCKS,
+    VOCABULARY,
+    WAVES,
+    WHEELS,
+    label,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -48,6 +56,14 @@ def alike(
     return {name: left for name, left in apart.items() if left < SEPARATE}
 
 
+def separations(others: Mapping[Name, float]) -> list[dict[str, Any]]:
+    """Return effects that `alike` gives as a label holds them."""
+    return [
+        {"effect": effect, "component": component, "separation": round(apart, 2)}
+        for (effect, component), apart in others.items()
+    ]
+
+
 def rivals(
     effect: str, more: Mapping[str, Any], drives: Sequence[Drive], ruler: Ruler
 ) -> dict[Name, list[Array]]:
@@ -67,62 +83,40 @@ def _usual(
     effect: str, more: Mapping[str, Any], drives: Sequence[Drive]
 ) -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Yield effects, components, and parameters of usual size."""
-    drive = drives[0]
-    if any(each.poses for each in drives):
-        yield "latency", "poses", {"delay": 0.02}
-        yield "clock_drift", "poses", {"rate": 5e-4}
-    for truck in TRUCKS[: drive.trucks]:
-        yield from _of_truck(truck)
+    own = {*TRUCKS[: drives[0].trucks], *WHEELS[: 2 * drives[0].trucks]}
+    own |= set(LINKAGE) if drives[0].trucks == 2 else set()
+    own |= {"poses"} if any(each.poses for each in drives) else set()
+    for name, rival in VOCABULARY.items():
+        for component in (*rival.components, *_MORE_PLACES.get(name, ())):
+            for others in _others(name, component, effect, more, drives) if component in own else ():
+                yield name, component, rival.sized(rival.usual, others)
+
+
+# Components on which effects act that the own engine does not conceal there.
+_MORE_PLACES = {
+    "traction_slip": TRUCKS,
+    "latency": ("poses", *WHEELS, "link"),
+    "clock_drift": ("poses", "link"),
+}
+
+
+def _others(
+    name: str, component: str, effect: str, more: Mapping[str, Any], drives: Sequence[Drive]
+) -> list[dict[str, Any]]:
+    """Return the parameters of a rival beside its size: none where it cannot act, two for any phase."""
     first, spans = _times_of(effect, more, float(drives[-1].time[-1]))
-    for number, wheel in enumerate(WHEELS[: 2 * drive.trucks]):
-        yield from _of_wheel(wheel, more.get("above") or _usual_speed(drives, number), more.get("order"))
-        if first is not None:
-            yield "radius_step", wheel, {"ratio": 1.005, "time": first}
-        if spans:
-            times = [start for start, _ in spans]
-            yield "slip_patch", wheel, {"fraction": 0.05, "intervals": spans}
-            yield "bump", wheel, {"times": times, "lost": [2e-3] * len(times)}
-    if drive.trucks == 2:
-        yield from _of_linkage()
-
-
-def _of_truck(truck: str) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    yield "wheelbase", truck, {"ratio": 1.01}
-    yield "turn_scrub", truck, {"slope": 0.005}
-    yield "traction_slip", truck, {"compliance": 0.05}
-    yield "wheel_misalignment", truck, {"angle": 0.005}
-    yield "lateral_slip", truck, {"compliance": 0.02}
-    yield "castor_kick", truck, {"yaw": 0.01}
-    for direction in QUARTERS:
-        yield "floor_slope", truck, {"rate": 0.005, "direction": direction}
-
-
-def _of_wheel(wheel: str, above: float, order: float | None) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    yield "wheel_diameter", wheel, {"ratio": 1.003}
-    yield "radius_vs_speed", wheel, {"slope": 0.02}
-    yield "count_loss", wheel, {"fraction": 0.01, "above": above}
-    yield "traction_slip", wheel, {"compliance": 0.05}
-    yield "latency", wheel, {"delay": 0.02}
-    yield "gear_backlash", wheel, {"width": 1e-3}
-    for phase in QUARTERS:
-        yield "wheel_eccentricity", wheel, {"amplitude": 3e-4, "phase": phase}
-        if order is not None:
-            yield "gear_harmonic", wheel, {"amplitude": 2e-4, "order": order, "phase": phase}
-
-
-def _of_linkage() -> Iterator[tuple[str, str, dict[str, Any]]]:
-    for joint in ("joint_a", "joint_b"):
-        yield "joint_bias", joint, {"bias": 0.005}
-        yield "joint_backlash", joint, {"width": 0.01}
-        for phase in QUARTERS:
-            yield "joint_eccentricity", joint, {"amplitude": 0.005, "phase": phase}
-    yield "link_bias", "link", {"bias": 0.005}
-    yield "link_scale", "link", {"ratio": 1.05}
-    for phase in QUARTERS:
-        yield "link_eccentricity", "link", {"amplitude": 0.003, "phase": phase}
-    for channel in ("joint_a", "joint_b", "link"):
-        yield "latency", channel, {"delay": 0.02}
-        yield "clock_drift", channel, {"rate": 5e-4}
+    if name in WAVES:
+        order = {"order": more.get("order")} if name == "gear_harmonic" else {}
+        return [] if None in order.values() else [{**order, "phase": phase} for phase in QUARTERS]
+    if name == "count_loss":
+        return [{"above": more.get("above") or _usual_speed(drives, WHEELS.index(component))}]
+    others: dict[str, list[dict[str, Any]]] = {
+        "floor_slope": [{"direction": direction} for direction in QUARTERS],
+        "radius_step": [] if first is None else [{"time": first}],
+        "slip_patch": [{"intervals": spans}] if spans else [],
+        "bump": [{"times": [start for start, _ in spans]}] if spans else [],
+    }
+    return others.get(name, [{}])
 
 
 def _usual_speed(drives: Sequence[Drive], wheel: int) -> float:
@@ -146,45 +140,12 @@ WEAKEST, STRONGEST = 1.0, 30.0  # standard deviations above the noise, drawn log
 SIDES = WHEELS[:2]  # of the one truck that injections know
 MOVING = 0.03  # [m/s]
 ATTEMPTS = 60  # draws of an effect that this drive can show at a size that a robot can have
-
-
-class Size(NamedTuple):
-    """The parameter of an effect that is its size.
-
-    Attributes:
-        parameter: Its name.
-        usual: A usual size, as step of numerical differences.
-        most: The largest size that a robot can have.
-        signed: Whether it has both signs.
-        unit: Its unit.
-    """
-
-    parameter: str
-    usual: float
-    most: float
-    signed: bool
-    unit: str
-
-
-SIZES = {
-    "wheel_diameter": Size("ratio", 0.003, 0.05, signed=True, unit="1"),
-    "wheelbase": Size("ratio", 0.01, 0.1, signed=True, unit="1"),
-    "turn_scrub": Size("slope", 0.005, 0.05, signed=False, unit="m"),
-    "radius_step": Size("ratio", 0.005, 0.1, signed=True, unit="1"),
-    "wheel_eccentricity": Size("amplitude", 3e-4, 4e-3, signed=False, unit="m"),
-    "radius_vs_speed": Size("slope", 0.02, 0.3, signed=True, unit="1/(m/s)"),
-    "slip_patch": Size("fraction", 0.05, 0.6, signed=False, unit="1"),
-    "bump": Size("lost", 2e-3, 0.015, signed=False, unit="m"),
-    "count_loss": Size("fraction", 0.01, 0.3, signed=False, unit="1"),
-    "latency": Size("delay", 0.02, 0.4, signed=False, unit="s"),
-    "clock_drift": Size("rate", 5e-4, 0.01, signed=True, unit="1"),
-    "gear_backlash": Size("width", 1e-3, 0.01, signed=False, unit="m"),
-    "gear_harmonic": Size("amplitude", 2e-4, 3e-3, signed=False, unit="m"),
-    "traction_slip": Size("compliance", 0.05, 0.6, signed=False, unit="s^2/m"),
-}
-RATIOS = {"wheel_diameter", "wheelbase", "radius_step"}
-WAVES = {"wheel_eccentricity", "gear_harmonic"}
-UNITS = {"phase": "rad", "order": "1", "time": "s", "times": "s", "above": "m/s"}
+# The largest size that a robot can have, of the effects that are injected.
+LARGEST = {
+    "wheel_diameter": 0.05, "wheelbase": 0.1, "turn_scrub": 0.05, "radius_step": 0.1,
+    "wheel_eccentricity": 4e-3, "radius_vs_speed": 0.3, "slip_patch": 0.6, "bump": 0.015, "count_loss": 0.3,
+    "latency": 0.4, "clock_drift": 0.01, "gear_backlash": 0.01, "gear_harmonic": 3e-3, "traction_slip": 0.6,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +155,7 @@ class Injection:
     Attributes:
         effect: Name of the effect in the vocabulary.
         component: Component on which it acts.
-        size: Its size, the parameter of `SIZES`, with its sign.
+        size: Its size, with its sign.
         more: Its other parameters, by name.
     """
 
@@ -206,10 +167,7 @@ class Injection:
     @property
     def parameters(self) -> dict[str, Any]:
         """All parameters by name, in SI units."""
-        name = SIZES[self.effect].parameter
-        if self.effect == "bump":
-            return {**self.more, name: [self.size] * len(self.more["times"])}
-        return {**self.more, name: 1.0 + self.size if self.effect in RATIOS else self.size}
+        return VOCABULARY[self.effect].sized(self.size, self.more)
 
     def of_size(self, size: float) -> Injection:
         """Return the same effect in another size."""
@@ -238,22 +196,10 @@ class Strong:
     def label(self) -> dict[str, Any]:
         """Return the label of the effect, as `labels.json` holds it."""
         injection = self.injection
-        units = {**UNITS, SIZES[injection.effect].parameter: SIZES[injection.effect].unit}
-        parameters = {
-            name: {"value": value, "unit": units[name]}
-            for name, value in injection.parameters.items()
-            if name != "intervals"
-        }
         return {
-            "effect": injection.effect,
-            "component": injection.component,
-            "parameters": parameters,
-            "intervals": injection.more.get("intervals", []),
+            **label(injection.effect, injection.component, injection.parameters),
             "sigmas_above_noise": round(self.strength, 2),
-            "acceptable": [
-                {"effect": effect, "component": component, "separation": round(apart, 2)}
-                for (effect, component), apart in self.alike.items()
-            ],
+            "acceptable": separations(self.alike),
         }
 
 
@@ -266,15 +212,16 @@ def draw(drives: Sequence[Drive], ruler: Ruler, chance: Generator) -> Strong | N
         chance: Source of everything that is drawn.
     """
     for _ in range(ATTEMPTS):
-        effect = str(chance.choice(list(SIZES)))
+        effect = str(chance.choice(list(LARGEST)))
         wanted = math.exp(chance.uniform(math.log(WEAKEST), math.log(STRONGEST)))
-        size = SIZES[effect]
-        sign = -1.0 if size.signed and chance.random() < 0.5 else 1.0
+        own = VOCABULARY[effect]
+        signed = own.parameter == "ratio" or effect in {*SIGNED, "clock_drift"}
+        sign = -1.0 if signed and chance.random() < 0.5 else 1.0
         component = str(chance.choice(_components(effect)))
-        injection = Injection(effect, component, sign * size.usual, _more(effect, component, drives, chance))
+        injection = Injection(effect, component, sign * own.usual, _more(effect, component, drives, chance))
         for _ in range(3):  # the change is not quite in proportion to the size
             strength = strength_of(injection, drives, ruler)
-            if strength == 0.0 or abs(injection.size) * wanted / strength > size.most:
+            if strength == 0.0 or abs(injection.size) * wanted / strength > LARGEST[effect]:
                 break
             injection = injection.of_size(injection.size * wanted / strength)
         else:

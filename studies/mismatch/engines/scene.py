@@ -11,7 +11,7 @@ import numpy as np
 from studies.mismatch.engines.engine import Floor, drive
 from studies.mismatch.engines.faults import KINDS, ConcealedFault
 from studies.mismatch.engines.programmes import programme
-from studies.mismatch.engines.vocabulary import RATIOS, SIGNED, SIZES, label
+from studies.mismatch.engines.vocabulary import SIGNED, VOCABULARY, WAVES, label
 from studies.mismatch.engines.writing import random_robot
 
 if TYPE_CHECKING:
@@ -100,16 +100,16 @@ def drawn_parameters(
     """
     if effect == "unknown":
         return _unnamed_physics(chance, note, start, length, stretch)
-    name, (low, high) = next(iter(SIZES[effect].items()))
-    size = stretch * float(chance.uniform(low, high))
+    own = VOCABULARY[effect]
+    size = stretch * float(chance.uniform(*own.concealed))
     sign = -1.0 if chance.random() < 0.5 else 1.0
     size, sign = _CONCEALED.get((note, effect), (size, sign))
-    if effect == "bump":
-        count = 1 if note == "one bump" else 8
-        times = np.sort(start + length * (np.arange(count) + chance.uniform(0.2, 0.8, count)) / count)
-        return {"times": times.tolist(), "lost": [size] * count}
-    value = 1.0 + sign * size if effect in RATIOS else sign * size if effect in SIGNED else size
-    return {name: value, **_more(chance, effect, start, length)}
+    if effect != "bump":
+        signed = own.parameter == "ratio" or effect in SIGNED
+        return own.sized(sign * size if signed else size, _more(chance, effect, start, length))
+    count = 1 if note == "one bump" else 8
+    times = np.sort(start + length * (np.arange(count) + chance.uniform(0.2, 0.8, count)) / count)
+    return own.sized(size, {"times": times.tolist()})
 
 
 # Sizes by which effects hide: on clockwise squares a wider wheelbase and a larger right wheel cancel.
@@ -132,8 +132,7 @@ def _more(chance: Generator, effect: str, start: float, length: float) -> dict[s
         "slip_patch": {"intervals": [[first, first + float(chance.uniform(5.0, 12.0))]]},
         "gear_harmonic": {"order": float(chance.integers(2, 20))},
     }
-    waves = {"wheel_eccentricity", "joint_eccentricity", "link_eccentricity", "gear_harmonic"}
-    phase = {"phase": float(chance.uniform(-3.1, 3.1))} if effect in waves else {}
+    phase = {"phase": float(chance.uniform(-3.1, 3.1))} if effect in WAVES else {}
     return {**drawn.get(effect, {}), **phase}
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from numpy.typing import NDArray
 
@@ -18,47 +18,65 @@ JOINTS = ("joint_a", "joint_b")
 LINKAGE = (*JOINTS, "link")
 TRUCKS = ("a", "b")
 
-# Bounds of each effect's size, as robots in use show them, far enough above the noise.
-SIZES: dict[str, dict[str, tuple[float, float]]] = {
-    "wheel_diameter": {"ratio": (0.002, 0.006)},
-    "wheel_eccentricity": {"amplitude": (2e-4, 8e-4)},
-    "radius_vs_speed": {"slope": (0.008, 0.02)},
-    "radius_step": {"ratio": (0.003, 0.008)},
-    "bump": {"lost": (1.5e-3, 4e-3)},
-    "slip_patch": {"fraction": (0.03, 0.1)},
-    "traction_slip": {"compliance": (0.05, 0.15)},
-    "wheelbase": {"ratio": (0.006, 0.02)},
-    "turn_scrub": {"slope": (0.005, 0.015)},
-    "wheel_misalignment": {"angle": (0.004, 0.012)},
-    "lateral_slip": {"compliance": (0.02, 0.08)},
-    "floor_slope": {"rate": (0.004, 0.012)},
-    "castor_kick": {"yaw": (0.01, 0.03)},
-    "joint_bias": {"bias": (0.004, 0.012)},
-    "joint_eccentricity": {"amplitude": (0.004, 0.012)},
-    "joint_backlash": {"width": (0.01, 0.03)},
-    "link_bias": {"bias": (0.004, 0.012)},
-    "link_eccentricity": {"amplitude": (0.003, 0.008)},
-    "link_scale": {"ratio": (0.05, 0.15)},
-    "count_loss": {"fraction": (0.004, 0.012)},
-    "latency": {"delay": (0.03, 0.08)},
-    "gear_backlash": {"width": (0.002, 0.006)},
-    "gear_harmonic": {"amplitude": (2e-4, 5e-4)},
-    "clock_drift": {"rate": (3e-4, 8e-4)},
+
+class Effect(NamedTuple):
+    """An effect of the vocabulary, by the parameter that is its size.
+
+    Attributes:
+        components: Components on which it acts.
+        parameter: Name of the parameter; a "ratio" is 1 without the effect, every other parameter 0.
+        unit: Unit of the parameter.
+        concealed: Bounds of the sizes that the own engine conceals: as robots in use show them, far enough
+            above the noise.
+        usual: A usual size, as step of numerical differences.
+    """
+
+    components: tuple[str, ...]
+    parameter: str
+    unit: str
+    concealed: tuple[float, float]
+    usual: float
+
+    def sized(self, size: float, others: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all parameters of the effect in a size, with its sign, by name."""
+        value: Any = 1.0 + size if self.parameter == "ratio" else size
+        if self.parameter == "lost":
+            value = [size] * len(others["times"])
+        return {**others, self.parameter: value}
+
+
+VOCABULARY = {
+    "wheel_diameter": Effect(WHEELS, "ratio", "1", (0.002, 0.006), 0.003),
+    "wheel_eccentricity": Effect(WHEELS, "amplitude", "m", (2e-4, 8e-4), 3e-4),
+    "radius_vs_speed": Effect(WHEELS, "slope", "1/(m/s)", (0.008, 0.02), 0.02),
+    "radius_step": Effect(WHEELS, "ratio", "1", (0.003, 0.008), 0.005),
+    "bump": Effect(WHEELS, "lost", "m", (1.5e-3, 4e-3), 2e-3),
+    "slip_patch": Effect(WHEELS, "fraction", "1", (0.03, 0.1), 0.05),
+    "traction_slip": Effect(WHEELS, "compliance", "s^2/m", (0.05, 0.15), 0.05),
+    "wheelbase": Effect(TRUCKS, "ratio", "1", (0.006, 0.02), 0.01),
+    "turn_scrub": Effect(TRUCKS, "slope", "m", (0.005, 0.015), 0.005),
+    "wheel_misalignment": Effect(TRUCKS, "angle", "rad", (0.004, 0.012), 0.005),
+    "lateral_slip": Effect(TRUCKS, "compliance", "s", (0.02, 0.08), 0.02),
+    "floor_slope": Effect(TRUCKS, "rate", "1", (0.004, 0.012), 0.005),
+    "castor_kick": Effect(TRUCKS, "yaw", "rad", (0.01, 0.03), 0.01),
+    "joint_bias": Effect(JOINTS, "bias", "rad", (0.004, 0.012), 0.005),
+    "joint_eccentricity": Effect(JOINTS, "amplitude", "rad", (0.004, 0.012), 0.005),
+    "joint_backlash": Effect(JOINTS, "width", "rad", (0.01, 0.03), 0.01),
+    "link_bias": Effect(("link",), "bias", "m", (0.004, 0.012), 0.005),
+    "link_eccentricity": Effect(("link",), "amplitude", "m", (0.003, 0.008), 0.003),
+    "link_scale": Effect(("link",), "ratio", "1", (0.05, 0.15), 0.05),
+    "count_loss": Effect(WHEELS, "fraction", "1", (0.004, 0.012), 0.01),
+    "latency": Effect(JOINTS, "delay", "s", (0.03, 0.08), 0.02),
+    "gear_backlash": Effect(WHEELS, "width", "m", (0.002, 0.006), 1e-3),
+    "gear_harmonic": Effect(WHEELS, "amplitude", "m", (2e-4, 5e-4), 2e-4),
+    "clock_drift": Effect(JOINTS, "rate", "1", (3e-4, 8e-4), 5e-4),
 }
-RATIOS = {"wheel_diameter", "radius_step", "wheelbase", "link_scale"}
+# Effects that act in both directions, beside those whose size is a ratio.
 SIGNED = {"radius_vs_speed", "wheel_misalignment", "castor_kick", "joint_bias", "link_bias"}
+WAVES = {"wheel_eccentricity", "joint_eccentricity", "link_eccentricity", "gear_harmonic"}  # have a phase
 UNITS = {
-    "ratio": "1", "amplitude": "m", "phase": "rad", "slope": "1", "time": "s", "times": "s", "lost": "m",
-    "fraction": "1", "compliance": "s", "angle": "rad", "rate": "1", "direction": "rad", "yaw": "rad",
-    "bias": "rad", "width": "rad", "above": "m/s", "delay": "s", "order": "1",
-}  # fmt: skip
-OF_WHEELS = {
-    "wheel_diameter", "wheel_eccentricity", "radius_vs_speed", "radius_step", "bump", "slip_patch",
-    "traction_slip",
-    "count_loss", "gear_backlash", "gear_harmonic",
-}  # fmt: skip
-OF_TRUCKS = {"wheelbase", "turn_scrub", "wheel_misalignment", "lateral_slip", "floor_slope", "castor_kick"}
-OF_JOINTS = {"joint_bias", "joint_eccentricity", "joint_backlash"}
+    "phase": "rad", "order": "1", "time": "s", "times": "s", "above": "m/s", "direction": "rad",
+}  # fmt: skip  # of parameters that are no size
 # Physics without a name among the effects, and the components that it is put into.
 UNNAMED: dict[str, tuple[str, ...]] = {
     "slabs": ("left", "right"),
@@ -99,37 +117,40 @@ ALIKE: dict[str, tuple[str, ...]] = {
 }
 
 
-def components(effect: str) -> tuple[str, ...]:
-    """Return the components on which an effect acts."""
-    if effect in OF_WHEELS:
-        return WHEELS
-    if effect in OF_TRUCKS:
-        return TRUCKS
-    if effect in OF_JOINTS:
-        return JOINTS
-    return JOINTS if effect in {"latency", "clock_drift"} else ("link",)
+def label(
+    effect: str,
+    component: str,
+    parameters: Mapping[str, Any],
+    acceptable: Iterable[tuple[str, str]] | None = None,
+    intervals: list[list[float]] | None = None,
+) -> dict[str, Any]:
+    """Return the label of one effect, as `labels.json` holds it.
 
-
-def label(effect: str, component: str, parameters: dict[str, Any]) -> dict[str, Any]:
-    """Return the label of one effect."""
-    intervals = parameters.get("intervals", [])
-    if effect == "bump":
-        intervals = [[time, time + 0.3] for time in parameters["times"]]
-    shown = {
-        name: {"value": value, "unit": UNITS.get(name, "")}
-        for name, value in parameters.items()
-        if name != "intervals" and effect != "unknown"
-    }
-    alike = [
-        {"effect": other, "component": place, "by_judgement": True}
-        for other, place in _alike(effect, component)
-    ]
+    Args:
+        effect: Name of the effect, or "unknown".
+        component: Component on which it acts.
+        parameters: Its parameters, by name.
+        acceptable: Other effects that count as right, by (effect, component); None for those of `ALIKE`.
+        intervals: Intervals in which it acts [s]; None for those of its parameters.
+    """
+    if intervals is None:
+        intervals = parameters.get("intervals", [])
+        if effect == "bump":
+            intervals = [[time, time + 0.3] for time in parameters["times"]]
+    units = UNITS if effect == "unknown" else UNITS | {VOCABULARY[effect].parameter: VOCABULARY[effect].unit}
     return {
         "effect": effect,
         "component": component,
-        "parameters": shown,
+        "parameters": {
+            name: {"value": value, "unit": units[name]}
+            for name, value in parameters.items()
+            if name != "intervals" and effect != "unknown"
+        },
         "intervals": intervals,
-        "acceptable": alike,
+        "acceptable": [
+            {"effect": other, "component": place, "by_judgement": True}
+            for other, place in (_alike(effect, component) if acceptable is None else acceptable)
+        ],
     }
 
 
@@ -151,11 +172,12 @@ def set_bump_times(label: dict[str, Any], time: Array, counts: NDArray[np.int64]
 
 def _alike(effect: str, component: str) -> Iterator[tuple[str, str]]:
     for other in ALIKE.get(effect, ()):
-        if component in components(other):
+        places = VOCABULARY[other].components
+        if component in places:
             yield other, component
-        elif other in OF_JOINTS and component in {"a", "b"}:
+        elif other.startswith("joint_") and component in TRUCKS:
             yield other, f"joint_{component}"
-        elif other in OF_TRUCKS:
+        elif places == TRUCKS:
             yield other, component.removeprefix("joint_")[:1]
         elif other == "gear_backlash":
             yield from ((other, f"{component}.left"), (other, f"{component}.right"))

@@ -104,62 +104,16 @@ STRONG = 10.0  # standard deviations from which an injected effect is expected t
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
-    """How often something was so.
-
-    Attributes:
-        name: Name of what was counted.
-        hits: Number of cases in which it was so.
-        of: Number of cases in which it could have been so.
-        target: Share that is wanted; None for no target.
-        most: Whether the target is an upper bound.
-        note: Remark beside the figure.
-    """
-
-    name: str
-    hits: int
-    of: int
-    target: float | None = None
-    most: bool = False
-    note: str = ""
-
-    @property
-    def value(self) -> float:
-        """Hits over all cases; nan without any case."""
-        return self.hits / self.of if self.of else math.nan
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson's 95 % interval of the share; nan without any case."""
-        return wilson(self.hits, self.of)
-
-    @property
-    def text(self) -> str:
-        """The figure in a table."""
-        return f"{self.hits} of {self.of}" if self.of else "-"
-
-    @property
-    def is_missed(self) -> bool:
-        """Whether a target is not reached."""
-        return _is_missed(self.value, self.target, most=self.most)
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the row as an object."""
-        low, high = self.interval
-        counted = {"hits": self.hits, "of": self.of, "share": _number(self.value)}
-        return {"name": self.name, **counted, "interval": [_number(low), _number(high)], **_wanted(self)}
-
-
-@dataclass(frozen=True, slots=True)
-class Size:
-    """A figure that is no share, such as a ratio of two errors.
+class Line:
+    """A figure of the score: a share of cases, or a size such as a ratio of two errors.
 
     Attributes:
         name: Name of the figure.
         value: Its value; nan where nothing gives it.
         target: Value that is wanted; None for no target.
         most: Whether the target is an upper bound.
-        note: What stands in the table in place of the value.
+        note: What stands in the table in place of a size.
+        counted: Of a share, in how many cases it was so, and in how many it could have been so.
     """
 
     name: str
@@ -167,33 +121,42 @@ class Size:
     target: float | None = None
     most: bool = True
     note: str = ""
+    counted: tuple[int, int] | None = None
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's 95 % interval of a share; nan without any case."""
+        return wilson(*(self.counted or (0, 0)))
 
     @property
     def text(self) -> str:
         """The figure in a table."""
-        return "-" if math.isnan(self.value) else self.note or f"{self.value:.3g}"
+        if math.isnan(self.value):
+            return "-"
+        return "{} of {}".format(*self.counted) if self.counted else self.note or f"{self.value:.3g}"
 
     @property
     def is_missed(self) -> bool:
         """Whether a target is not reached."""
-        return _is_missed(self.value, self.target, most=self.most)
+        if self.target is None or math.isnan(self.value):
+            return False
+        return self.value > self.target if self.most else self.value < self.target
 
     def as_json(self) -> dict[str, Any]:
         """Return the figure as an object."""
-        return {"name": self.name, "value": _number(self.value), **_wanted(self)}
+        shown: dict[str, Any] = {"value": _number(self.value)}
+        if self.counted:
+            hits, of = self.counted
+            interval = [_number(bound) for bound in self.interval]
+            shown = {"hits": hits, "of": of, "share": _number(self.value), "interval": interval}
+        wanted = {"target": self.target, "most": self.most, "missed": self.is_missed, "note": self.note}
+        return {"name": self.name, **shown, **wanted}
 
 
-Line = Row | Size
-
-
-def _is_missed(value: float, target: float | None, *, most: bool) -> bool:
-    if target is None or math.isnan(value):
-        return False
-    return value > target if most else value < target
-
-
-def _wanted(line: Line) -> dict[str, Any]:
-    return {"target": line.target, "most": line.most, "missed": line.is_missed, "note": line.note}
+def share(name: str, hits: Sequence[bool], target: float | None = None, *, most: bool = False) -> Line:
+    """Return how often something was so, of all cases in which it could have been so."""
+    counted = sum(hits), len(hits)
+    return Line(name, counted[0] / counted[1] if hits else math.nan, target, most, counted=counted)
 
 
 def _number(value: float) -> float | None:
@@ -215,7 +178,6 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Lin
     both = [(label, answer) for label, answer in multi if len(label["effects"]) == 2]
     unknown = [(label, answer) for label, answer in pairs if label["kind"] == "unknown"]
     sure = [wrong(finding, label) for label, answer in pairs for finding in asserted(answer, SURE)]
-    every = [truth for label, _ in known + multi for truth in label["effects"]]
     sets = [in_set(truth, answer) for label, answer in known + multi for truth in label["effects"]]
     sizes = [len(credible(finding)) for _, answer in known + multi for finding in asserted(answer, ASSERTED)]
     heldout = [answer["fit"]["heldout"] for _, answer in known if answer["fit"]]
@@ -224,26 +186,21 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Lin
     z = deviations(known + multi)
     alarms = [any(wrong(each, label) for each in asserted(answer, ASSERTED)) for label, answer in nulls]
     return [
-        Row("false alarm on a null", sum(alarms), len(nulls), 0.01, most=True),
-        Row("said 0.9 or more, and wrong", sum(sure), len(sure), 0.01, most=True),
-        Row("said 0.9 or more, and right", len(sure) - sum(sure), len(sure), 0.97),
-        Row("one effect: right first", sum(first_right(*pair) for pair in known), len(known), 0.95),
-        Row("one effect: exactly the truth first", sum(first_exact(*pair) for pair in known), len(known)),
-        Row("two at once: exactly right", sum(all_right(*pair) for pair in both), len(both), 0.85),
-        Row("95 % set holds the truth", sum(sets), len(every), 0.95),
-        Size("mean size of the set", _mean(sizes)),
-        Row("event onset within two samples", sum(onset), len(onset), 0.9),
-        Row("interval overlap of 0.8", sum(iou), len(iou), 0.9),
-        Row("parameter within 2 sigma", sum(abs(deviation) <= 2.0 for deviation in z), len(z), 0.95),
+        share("false alarm on a null", alarms, 0.01, most=True),
+        share("said 0.9 or more, and wrong", sure, 0.01, most=True),
+        share("said 0.9 or more, and right", [not each for each in sure], 0.97),
+        share("one effect: right first", [first_right(*pair) for pair in known], 0.95),
+        share("one effect: exactly the truth first", [first_exact(*pair) for pair in known]),
+        share("two at once: exactly right", [all_right(*pair) for pair in both], 0.85),
+        share("95 % set holds the truth", sets, 0.95),
+        Line("mean size of the set", _mean(sizes)),
+        share("event onset within two samples", onset, 0.9),
+        share("interval overlap of 0.8", iou, 0.9),
+        share("parameter within 2 sigma", [abs(deviation) <= 2.0 for deviation in z], 0.95),
         _heldout(heldout),
-        Row(
-            "held-out residual after <= 1.05",
-            sum(each["after"] <= 1.05 for each in heldout),
-            len(heldout),
-            0.95,
-        ),
-        Row("unknown called unknown", sum(says_unknown(*pair) for pair in unknown), len(unknown), 0.9),
-        Size("unknown: left by the best curve in one quantity", _mean(outside)),
+        share("held-out residual after <= 1.05", [each["after"] <= 1.05 for each in heldout], 0.95),
+        share("unknown called unknown", [says_unknown(*pair) for pair in unknown], 0.9),
+        Line("unknown: left by the best curve in one quantity", _mean(outside)),
         *_of_injections(labels, answers),
         *_of_calibrations(pairs),
     ]
@@ -257,9 +214,9 @@ def _of_injections(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -
     new = [any(wrong(each, label) for each in asserted(answer, ASSERTED)) for label, answer in pairs]
     half = efficiency(injected, answers).half
     return [
-        Row("injected, 10 sigma: right first or in its set", sum(map(_is_led, strong)), len(strong), 0.95),
-        Size("injected: strength found half of the time over 5 sigma", half / 5.0, 1.5),
-        Row("injected: a wrong finding that the twin has not", sum(new), len(new), 0.01, most=True),
+        share("injected, 10 sigma: right first or in its set", [*map(_is_led, strong)], 0.95),
+        Line("injected: strength found half of the time over 5 sigma", half / 5.0, 1.5),
+        share("injected: a wrong finding that the twin has not", new, 0.01, most=True),
     ]
 
 
@@ -288,16 +245,16 @@ def _of_calibrations(pairs: Sequence[tuple[Label, Answer]]) -> list[Line]:
         for halves in squares.values()
     ]
     return [
-        Row("5 sigma by least squares: asserted", sum(told), len(told), 1.0),
-        Size("open loop over least squares, worst set", max(ratios, default=math.nan), 1.0),
-        Size("open loop over least squares, geometric mean", _geometric(ratios), 0.95),
+        share("5 sigma by least squares: asserted", told, 1.0),
+        Line("open loop over least squares, worst set", max(ratios, default=math.nan), 1.0),
+        Line("open loop over least squares, geometric mean", _geometric(ratios), 0.95),
     ]
 
 
-def _heldout(residuals: Sequence[Mapping[str, float]]) -> Size:
+def _heldout(residuals: Sequence[Mapping[str, float]]) -> Line:
     """Return the geometric means of held-out residuals, before and after."""
     before, after = (_geometric([each[when] for each in residuals]) for when in ("before", "after"))
-    return Size("held-out residual, before -> after", after / before, note=f"{before:.2f} -> {after:.2f}")
+    return Line("held-out residual, before -> after", after / before, note=f"{before:.2f} -> {after:.2f}")
 
 
 def _geometric(values: Sequence[float]) -> float:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from omnimate.vehicle.errors import OmnimateError
 from studies.mismatch import run
 from studies.mismatch.engines.cases import cases, seed_of, write_case
-from studies.mismatch.engines.wide import cases as wide
 from studies.mismatch.worlds.injections import write_injections
 from studies.mismatch.worlds.optiodom import diagnosed_and_driven, write_optiodom
 from studies.mismatch.worlds.world import AbsentError, Label, LabelledWorld, Request, World, WrittenWorld
@@ -22,8 +21,7 @@ if TYPE_CHECKING:
 
     from studies.mismatch.run import Report
 
-QUICK_WIDE, WIDE = 6, 300  # cases of the wide distributions, quick and in whole
-QUICK_CONTACTS, CONTACTS = 6, 46  # cases of an engine with contacts, quick and in whole
+WIDE, CONTACTS = (6, 300), (6, 46)  # cases of the wide world, and of an engine with contacts: quick, whole
 
 
 def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
@@ -39,38 +37,44 @@ def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> M
     return run.ask_all(write_case, made, jobs, report, folder / "labels.jsonl")
 
 
-def write_wide(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
-    """Write the cases of the independent engine with everything drawn anew, from wide distributions."""
-    count = request.cases or (QUICK_WIDE if request.quick else WIDE)
+def write_drawn(
+    module: str,
+    counts: tuple[int, int],
+    library: str,
+    folder: Path,
+    request: Request,
+    jobs: int,
+    report: Report,
+) -> Mapping[str, Label]:
+    """Write cases that depend on seed and number alone.
+
+    Args:
+        module: Module of the engines whose `make` writes one case.
+        counts: How many cases there are, quick and in whole.
+        library: Library that the engine needs.
+        folder: Folder of the world, with its name.
+        request: How much is asked for.
+        jobs: How many processes work at once.
+        report: Is told how many cases are written.
+    """
+    _check_installed(library, folder.name)
+    make = import_module(f"studies.mismatch.engines.{module}").make
+    count = request.cases or counts[0 if request.quick else 1]
     made = {
-        f"wide-{number:04d}": (folder / f"wide-{number:04d}", request.seed, number) for number in range(count)
-    }
-    folder.mkdir(parents=True, exist_ok=True)
-    return run.ask_all(wide.make, made, jobs, report, folder / "labels.jsonl")
-
-
-def write_mujoco(folder: Path, request: Request, _jobs: int, _report: Report) -> Mapping[str, Label]:
-    """Write the cases of the two-truck robot in MuJoCo."""
-    _check_installed("mujoco", "mujoco")
-    corpus = import_module("studies.mismatch.engines.mujoco.corpus")
-    labels: Mapping[str, Label] = corpus.write(folder, corpus.corpus(_count(request)), request.seed)
-    return labels
-
-
-def write_bullet(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
-    """Write the cases of foreign robots in PyBullet."""
-    _check_installed("pybullet", "bullet")
-    make = import_module("studies.mismatch.engines.bullet.cases").make
-    made = {
-        f"bullet-{number:04d}": (folder / f"bullet-{number:04d}", request.seed, number)
-        for number in range(_count(request))
+        f"{folder.name}-{number:04d}": (folder / f"{folder.name}-{number:04d}", request.seed, number)
+        for number in range(count)
     }
     folder.mkdir(parents=True, exist_ok=True)
     return run.ask_all(make, made, jobs, report, folder / "labels.jsonl")
 
 
-def _count(request: Request) -> int:
-    return request.cases or (QUICK_CONTACTS if request.quick else CONTACTS)
+def write_mujoco(folder: Path, request: Request, _jobs: int, _report: Report) -> Mapping[str, Label]:
+    """Write the cases of the two-truck robot in MuJoCo."""
+    _check_installed("mujoco", folder.name)
+    corpus = import_module("studies.mismatch.engines.mujoco.corpus")
+    count = request.cases or CONTACTS[0 if request.quick else 1]
+    labels: Mapping[str, Label] = corpus.write(folder, corpus.corpus(count), request.seed)
+    return labels
 
 
 def _check_installed(library: str, extra: str) -> None:
@@ -82,12 +86,14 @@ def worlds(data: Path) -> dict[str, World]:
     """Return all worlds by name; `data` is the folder of labelled sets and of real recordings."""
     every: tuple[World, ...] = (
         WrittenWorld("engine", "own engine", write_engine),
-        WrittenWorld("wide", "own engine, wide", write_wide),
+        WrittenWorld("wide", "own engine, wide", partial(write_drawn, "wide.cases", WIDE, "numpy")),
         WrittenWorld("mujoco", "MuJoCo", write_mujoco),
         LabelledWorld("concealed", "concealed", data / "concealed", foreign=True),
         LabelledWorld("concealed2", "concealed2", data / "concealed2", foreign=True),
         LabelledWorld("contact", "contact", data / "contact", foreign=True),
-        WrittenWorld("bullet", "PyBullet", write_bullet, foreign=True),
+        WrittenWorld(
+            "bullet", "PyBullet", partial(write_drawn, "bullet.cases", CONTACTS, "pybullet"), foreign=True
+        ),
         WrittenWorld("injections", "injections", partial(write_injections, data)),
         WrittenWorld("optiodom", "OptiOdom", partial(write_optiodom, data), ask=diagnosed_and_driven),
     )

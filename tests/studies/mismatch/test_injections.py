@@ -15,7 +15,8 @@ from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses, Recording
 from studies.datasets.optiodom.recordings import differential_sets, recordings_of
 from studies.mismatch.engines.laws import OF_TRUCKS, OF_WHEELS
-from studies.mismatch.engines.rivals import RATIOS, SIZES, Injection
+from studies.mismatch.engines.rivals import Injection
+from studies.mismatch.engines.vocabulary import VOCABULARY
 from studies.mismatch.worlds.injections import drive_of, with_drive, write_pair
 from studies.mismatch.worlds.optiodom import block_of, in_sequence
 
@@ -79,7 +80,7 @@ def at_the_threshold(recording, injection, wheel):
 def test_the_effect_in_the_altered_counts_gives_back_the_way_that_was_travelled(effect, seed, left, part):
     recording, wheel = driven(seed), 0 if left else 1
     component = ("a.left", "a.right")[wheel]
-    injection = Injection(effect, component, part * SIZES[effect].usual, MORE.get(effect, {}))
+    injection = Injection(effect, component, part * VOCABULARY[effect].usual, MORE.get(effect, {}))
     block = block_of(injected(recording, injection))
     travel = np.cumsum(replay(block, [physics(injection)]).travel, axis=0)
     untouched = np.cumsum(block_of(recording).travel, axis=0)
@@ -91,8 +92,8 @@ def test_the_effect_in_the_altered_counts_gives_back_the_way_that_was_travelled(
 @given(st.sampled_from(sorted(OF_TRUCKS)), st.integers(0, 99), st.floats(-2.0, 2.0))
 def test_a_truck_of_another_wheelbase_turns_as_the_untouched_one_did(effect, seed, part):
     recording = driven(seed)
-    size = part * SIZES[effect].usual
-    injection = Injection(effect, "a", size if effect in RATIOS else abs(size), {})
+    size = part * VOCABULARY[effect].usual
+    injection = Injection(effect, "a", size if VOCABULARY[effect].parameter == "ratio" else abs(size), {})
     twist = replay(block_of(injected(recording, injection)), [physics(injection)]).twist
     off = np.cumsum(twist - block_of(recording).twist, axis=0)[:, 0]
     assert np.abs(off[:, 0]).max() <= COUNT

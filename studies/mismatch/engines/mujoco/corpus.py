@@ -1,11 +1,7 @@
-"""Recordings of the MuJoCo robot with faults built into it, and labels that say what was built in.
-
-`python -m studies.mismatch.engines.mujoco.corpus OUT [--count N] [--quick] [--seed N]` writes both.
-"""
+"""Recordings of the MuJoCo robot with faults built into it, and labels that say what was built in."""
 
 from __future__ import annotations
 
-import argparse
 import json
 import time
 from dataclasses import replace
@@ -180,22 +176,3 @@ def _tyres(creep: float | None) -> list[dict[str, str]]:
     """Return the effects that yielding tyres have beside the fault; a finding that names one is not wrong."""
     effects = ("lateral_slip", "traction_slip") if creep else ()
     return [{"effect": effect, "component": truck} for effect in effects for truck in "ab"]
-
-
-def main() -> None:
-    """Write a corpus into the folder that the command line names."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--count", type=int, default=66)
-    parser.add_argument("--quick", action="store_true", help="six cases")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    labels = write(options.out, corpus(6 if options.quick else options.count), options.seed)
-    driven, spent = (
-        sum(entry[key] for entry in labels.values()) for key in ("seconds_of_driving", "seconds_to_make")
-    )
-    print(f"{len(labels)} recordings, {driven / 60:.1f} min of driving, made in {spent:.0f} s")
-
-
-if __name__ == "__main__":
-    main()

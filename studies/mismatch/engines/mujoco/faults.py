@@ -9,7 +9,7 @@ import numpy as np
 
 from studies.mismatch.engines.mujoco.model import HOLD, Cable, Robot
 from studies.mismatch.engines.true_motion import creep, crossings, downhill, kicks, lost_in, rolling_ratios
-from studies.mismatch.engines.vocabulary import WHEELS
+from studies.mismatch.engines.vocabulary import WHEELS, label
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -116,32 +116,6 @@ def yielding(robot: Robot, creep: float | None, trucks: str = "ab") -> Robot:
     return replace(robot, impratio=0.2)
 
 
-UNITS = {
-    "ratio": "1", "amplitude": "m", "phase": "rad", "angle": "rad", "bias": "m", "lost": "m", "times": "s",
-    "time": "s", "compliance": "s", "rate": "1", "direction": "rad", "fraction": "1", "yaw": "rad",
-}  # fmt: skip
-
-
-def label(
-    effect: str,
-    component: str,
-    values: dict[str, Any],
-    acceptable: tuple[tuple[str, str], ...] = (),
-    intervals: list[list[float]] | None = None,
-) -> dict[str, Any]:
-    """Return the label of an effect as `labels.json` holds it; amplitudes and biases of joints are angles."""
-    units = UNITS | ({"amplitude": "rad", "bias": "rad"} if component.startswith("joint") else {})
-    return {
-        "effect": effect,
-        "component": component,
-        "parameters": {name: {"value": value, "unit": units[name]} for name, value in values.items()},
-        "intervals": intervals or [],
-        "acceptable": [
-            {"effect": name, "component": where, "by_judgement": True} for name, where in acceptable
-        ],
-    }
-
-
 def healthy(at: Setting) -> FaultyRobot:
     """Return the robot without a fault."""
     return FaultyRobot(at.robot, lambda _: [], kind="null")
@@ -160,7 +134,7 @@ def hardly(at: Setting) -> FaultyRobot:
     wheel, ratio = at.wheel(), 1 + at.sign() * 3e-5
     robot = with_tyre(at.robot, wheel, radius=at.robot.tyres[wheel].radius * ratio)
     return FaultyRobot(
-        robot, lambda _: [label("wheel_diameter", wheel, {"ratio": ratio})], kind="insufficient"
+        robot, lambda _: [label("wheel_diameter", wheel, {"ratio": ratio}, ())], kind="insufficient"
     )
 
 
@@ -283,7 +257,7 @@ def link_bias(at: Setting) -> FaultyRobot:
     """Return a robot with a linear encoder that is not mounted where `vehicle.toml` says."""
     bias = at.sign() * at.rng.uniform(0.002, 0.006)
     sense = lambda values: values | {"link": values["link"] + bias}  # noqa: E731  # short enough for one line
-    return FaultyRobot(at.robot, lambda _: [label("link_bias", "link", {"bias": bias})], sense=sense)
+    return FaultyRobot(at.robot, lambda _: [label("link_bias", "link", {"bias": bias}, ())], sense=sense)
 
 
 # The share of the rolled distance, in both halves of a drive, from which creep looks like a smaller wheel.

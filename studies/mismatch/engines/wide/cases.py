@@ -13,15 +13,14 @@ from studies.mismatch.engines.engine import Floor
 from studies.mismatch.engines.faults import FARTHER
 from studies.mismatch.engines.laws import altered
 from studies.mismatch.engines.programmes import PROGRAMMES, wide_programme
-from studies.mismatch.engines.rivals import alike
+from studies.mismatch.engines.rivals import alike, separations
 from studies.mismatch.engines.scene import SEEDS, START, Scene, drawn_parameters
 from studies.mismatch.engines.strength import Drive, Noise, Poses, Ruler, left_of, rates, residual
 from studies.mismatch.engines.vocabulary import (
     JOINTS,
     LINKAGE,
-    SIZES,
+    VOCABULARY,
     WHEELS,
-    components,
     label,
     set_bump_times,
 )
@@ -181,7 +180,7 @@ def _faults(chance: Generator, setting: _Setting, kind: str) -> list[Fault]:
     count = {"null": 0, "multi": 2}.get(kind, 1)
     hidden: dict[str, Fault] = {}
     while len(hidden) < count:
-        effect, note = (str(chance.choice(list(SIZES))), "")
+        effect, note = (str(chance.choice(list(VOCABULARY))), "")
         if kind == "unknown":
             effect, note = "unknown", str(chance.choice(FARTHER))
         places = _places(effect, note, setting)
@@ -204,7 +203,7 @@ def _places(effect: str, note: str, setting: _Setting) -> list[str]:
     dense = measuring is not None and measuring.period > 0.0
     if effect == "floor_slope" and not dense:
         return []
-    places = list(UNNAMED[note] if effect == "unknown" else components(effect))
+    places = list(UNNAMED[note] if effect == "unknown" else VOCABULARY[effect].components)
     if effect in {"latency", "clock_drift"}:
         places = [*JOINTS, "link", *WHEELS] + (["poses"] if dense else [])
     own = {*robot.channels, *"ab"[: robot.trucks], "poses"}
@@ -254,10 +253,7 @@ def _label(hidden: _Hidden, setting: _Setting, driven: engine.Drive, healthy: _H
     own = label(effect, component, parameters)
     others = alike(hidden.change, effect, component, parameters, [healthy.drive], healthy.ruler)
     own["sigmas_above_noise"] = round(hidden.strength, 2)
-    own["acceptable"] = [
-        {"effect": name, "component": place, "separation": round(apart, 2)}
-        for (name, place), apart in others.items()
-    ]
+    own["acceptable"] = separations(others)
     if effect == "unknown":
         own["kind"] = parameters["kind"]
         own["outside"] = round(outside(hidden.change, healthy.drive, healthy.ruler), 3)

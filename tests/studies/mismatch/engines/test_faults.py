@@ -5,11 +5,13 @@ import pytest
 
 from studies.mismatch.engines.cases import Case
 from studies.mismatch.engines.scene import scene
-from studies.mismatch.engines.vocabulary import RATIOS, SIZES, UNNAMED, components
+from studies.mismatch.engines.vocabulary import UNNAMED, VOCABULARY
 
 SEED = 11
 PLACES = [
-    (effect, component) for effect in SIZES for component in (components(effect)[0], components(effect)[-1])
+    (effect, component)
+    for effect in VOCABULARY
+    for component in (VOCABULARY[effect].components[0], VOCABULARY[effect].components[-1])
 ]
 
 
@@ -18,9 +20,9 @@ def setting_of(effect, component, drive="squares", note="short"):
 
 
 def without_strength(effect, fault):
-    (name,) = SIZES[effect]
+    name = VOCABULARY[effect].parameter
     strength = fault[name]
-    nothing = 1.0 if effect in RATIOS else 0.0
+    nothing = 1.0 if VOCABULARY[effect].parameter == "ratio" else 0.0
     return {**fault.parameters, name: [nothing] * len(strength) if isinstance(strength, list) else nothing}
 
 
@@ -50,10 +52,10 @@ def shuttle():
     return setting, setting.driven([])
 
 
-@pytest.mark.parametrize("effect", SIZES)
+@pytest.mark.parametrize("effect", VOCABULARY)
 def test_a_fault_of_the_size_of_the_corpus_changes_the_recording(effect, shuttle):
     setting, healthy = shuttle
-    faulty = setting_of(effect, components(effect)[0], drive="shuttle", note="")
+    faulty = setting_of(effect, VOCABULARY[effect].components[0], drive="shuttle", note="")
     assert (faulty.robot, faulty.laps) == (setting.robot, setting.laps)
     driven = setting.driven(faulty.faults)
     same = np.array_equal(healthy.counts, driven.counts) and np.array_equal(healthy.poses, driven.poses)

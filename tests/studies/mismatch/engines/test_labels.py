@@ -2,9 +2,9 @@
 
 import pytest
 
-from studies.mismatch.engines.vocabulary import ALIKE, SIZES, components, label
+from studies.mismatch.engines.vocabulary import ALIKE, VOCABULARY, label
 
-PLACES = [(effect, component) for effect in SIZES for component in components(effect)]
+PLACES = [(effect, component) for effect in VOCABULARY for component in VOCABULARY[effect].components]
 
 
 @pytest.mark.parametrize(("effect", "component"), PLACES)
@@ -15,7 +15,9 @@ def test_acceptable_effects_are_alike_and_act_where_they_can(effect, component):
     ]
     assert (effect, component) not in acceptable
     assert len(set(acceptable)) == len(acceptable)
-    assert all(other in ALIKE[effect] and place in components(other) for other, place in acceptable)
+    assert all(
+        other in ALIKE[effect] and place in VOCABULARY[other].components for other, place in acceptable
+    )
 
 
 @pytest.mark.parametrize(("effect", "component"), PLACES)

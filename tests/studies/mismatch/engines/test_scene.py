@@ -7,23 +7,25 @@ from hypothesis import strategies as st
 
 from studies.mismatch.engines.cases import Case, cases
 from studies.mismatch.engines.scene import scene
-from studies.mismatch.engines.vocabulary import RATIOS, SIZES, components
+from studies.mismatch.engines.vocabulary import VOCABULARY
 
-SINGLES = st.sampled_from([(effect, component) for effect in SIZES for component in components(effect)])
+SINGLES = st.sampled_from(
+    [(effect, component) for effect in VOCABULARY for component in VOCABULARY[effect].components]
+)
 SEEDS = st.integers(0, 10**9)
 
 
 def strength(effect, label):
     """Return the size of a concealed effect without its sign, of each event where there are several."""
-    (name,) = SIZES[effect]
+    name = VOCABULARY[effect].parameter
     value = np.abs(np.atleast_1d(label["parameters"].get(name, {"value": np.nan})["value"]))
-    return np.abs(value - 1.0) if effect in RATIOS else value
+    return np.abs(value - 1.0) if VOCABULARY[effect].parameter == "ratio" else value
 
 
 @given(SINGLES, SEEDS)
 def test_labels_are_within_the_bounds_of_the_vocabulary(single, seed):
     setting = scene(Case("single", (single,), "squares", "none"), seed)
-    (label,), ((low, high),) = setting.labels, SIZES[single[0]].values()
+    (label,), ((low, high),) = setting.labels, (VOCABULARY[single[0]].concealed,)
     assert (label["effect"], label["component"]) == single
     sizes = strength(single[0], label)
     assert np.all((low - 1e-12 <= sizes) & (sizes <= high + 1e-12))

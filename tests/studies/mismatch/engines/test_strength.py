@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.mismatch.engines.rivals import SEPARATE, SIZES, Injection, draw, strength_of
+from studies.mismatch.engines.rivals import LARGEST, SEPARATE, Injection, draw, strength_of
 from studies.mismatch.engines.strength import Drive, Noise, Poses, Ruler, increments, left_of, residual
 
 PERIOD, SAMPLES, BASE = 0.05, 2000, 0.2
@@ -101,7 +101,7 @@ def test_injections_are_of_all_strengths_and_sizes_that_robots_have_and_the_same
     strengths = np.array([each.strength for each in drawn])
     assert 0.9 <= strengths.min() < 3.0
     assert 15.0 < strengths.max() <= 33.0
-    assert all(abs(each.injection.size) <= SIZES[each.injection.effect].most for each in drawn)
+    assert all(abs(each.injection.size) <= LARGEST[each.injection.effect] for each in drawn)
     assert draw(own, ruler, np.random.default_rng(6)) == drawn[0]
 
 

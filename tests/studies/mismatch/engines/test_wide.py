@@ -13,7 +13,7 @@ from studies.mismatch.engines.laws import altered
 from studies.mismatch.engines.programmes import PROGRAMMES, commands, wide_programme
 from studies.mismatch.engines.scene import Scene, drawn_parameters
 from studies.mismatch.engines.strength import Noise, Ruler, residual
-from studies.mismatch.engines.vocabulary import SIZES
+from studies.mismatch.engines.vocabulary import VOCABULARY
 from studies.mismatch.engines.wide import cases, robots
 from studies.mismatch.engines.wide.cases import outside
 from studies.mismatch.engines.wide.robots import secondary, wide_measuring
@@ -134,7 +134,7 @@ def test_the_laws_change_a_recording_as_the_engine_does(
     assert np.linalg.norm(engine - law) < smoothed * np.linalg.norm(engine)
 
 
-@pytest.mark.parametrize("effect", SIZES)
+@pytest.mark.parametrize("effect", VOCABULARY)
 def test_every_effect_of_the_vocabulary_has_a_law_on_every_component_that_it_may_be_put_into(
     setting, healthy, effect
 ):

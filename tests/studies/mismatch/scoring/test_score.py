@@ -3,7 +3,7 @@
 import pytest
 
 from studies.mismatch.scoring.judging import all_right, reported_instead
-from studies.mismatch.scoring.score import Row, rows
+from studies.mismatch.scoring.score import rows, share
 
 TRUTH = {
     "effect": "wheelbase", "component": "a", "intervals": [],
@@ -71,7 +71,7 @@ def test_a_parameter_far_off_its_sigma_is_counted():
 
 
 def test_wilsons_interval_holds_the_share():
-    row = Row("x", 9, 10, 0.95)
+    row = share("x", [True] * 9 + [False], 0.95)
     assert row.interval == pytest.approx((0.596, 0.982), abs=1e-3)
     assert row.is_missed
 
