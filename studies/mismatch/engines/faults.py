@@ -1,4 +1,4 @@
-"""The faults that the engine conceals, each written from the description of its effect alone.
+"""The faults that the engine conceals, step by step; laws without memory are those of `laws`.
 
 Faults called "unknown" are physics without a name in the vocabulary. Its first kinds depend on one quantity
 each. Those of `FARTHER` are no curve in any one quantity: a product of two, a memory of the drive, a
@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+
+from studies.mismatch.engines.laws import body_motion, half_angle, reading_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -233,7 +235,7 @@ def _bumped(fault: ConcealedFault, way: float, now: float) -> float:
         if now <= time:
             continue
         radius = fault["radius"]
-        half = fault.memory.setdefault(f"q{number}", _half_angle(lost, radius))
+        half = fault.memory.setdefault(f"q{number}", half_angle(lost, radius))
         before = max(since[number], 0.0)
         after = min(before + way, 2.0 * half * radius)
         since[number] = after
@@ -241,15 +243,6 @@ def _bumped(fault: ConcealedFault, way: float, now: float) -> float:
             math.sin(after / radius - half) - math.sin(before / radius - half)
         )
     return total
-
-
-def _half_angle(lost: float, radius: float) -> float:
-    """Return the angle q [rad] of 2 R (q - sin q) = lost, by bisection."""
-    low, high = 0.0, 1.5
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if 2.0 * radius * (middle - math.sin(middle)) < lost else (low, middle)
-    return low
 
 
 def _through_play(fault: ConcealedFault, moved: float, width: float) -> float:
@@ -292,13 +285,9 @@ def moved(
     elif effect == "turn_scrub":
         across = math.hypot(forward, 0.5 * base * yaw)
         yaw /= 1.0 + fault["slope"] * (abs(yaw) / across if across > SMALL else 0.0)
-    elif effect == "wheel_misalignment":
-        forward, left = forward * math.cos(fault["angle"]), left + forward * math.sin(fault["angle"])
-    elif effect == "lateral_slip":
-        left -= fault["compliance"] * forward * yaw / span
-    elif effect == "floor_slope":
-        creep, angle = fault["rate"] * abs(forward), fault["direction"] - heading
-        forward, left = forward + creep * math.cos(angle), left + creep * math.sin(angle)
+    elif effect in {"wheel_misalignment", "lateral_slip", "floor_slope"}:
+        ahead, aside = body_motion(effect, fault.parameters, (forward, yaw), span, heading)
+        forward, left = forward + float(ahead), left + float(aside)
     elif effect == "castor_kick":
         mean = fault.memory.get("mean", 0.0)
         mean += (forward / span - mean) * min(1.0, span / CASTOR_TIME)
@@ -329,15 +318,8 @@ def shown(fault: ConcealedFault, reading: float, rest: float, joint_a: float, ot
         half = 0.5 * fault["width"]
         fault.memory["shown"] = max(reading - half, min(reading + half, last))
         return float(fault.memory["shown"])
-    more = 0.0
-    if effect in {"joint_bias", "link_bias"}:
-        more = fault["bias"]
-    elif effect == "joint_eccentricity":
-        more = fault["amplitude"] * math.cos(reading + fault["phase"])
-    elif effect == "link_eccentricity":
-        more = fault["amplitude"] * math.cos(joint_a + fault["phase"])
-    elif effect == "link_scale":
-        more = (fault["ratio"] - 1.0) * (reading - rest)
-    elif effect == "unknown":
-        more = reading_gained(fault, joint_a, other)
-    return float(reading + more)
+    if effect in {"latency", "clock_drift"}:
+        return reading  # the engine ages the counts
+    if effect == "unknown":
+        return reading + reading_gained(fault, joint_a, other)
+    return float(reading_of(effect, fault.parameters, reading, joint_a, rest))

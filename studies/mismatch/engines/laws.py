@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.mismatch.engines.strength import Drive, Poses, rates, turned
+from studies.mismatch.engines.strength import Drive, Poses, rates
 from studies.mismatch.engines.vocabulary import LINKAGE, TRUCKS, WHEELS
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
     Parameters = Mapping[str, Any]
+    Value = Any  # a number, or an array of one for each sample
 
 ITERATIONS = 6  # of a fixed point; each gains the effect's size, some percent at most
 REVERSED = 1.5  # counts that a wheel rolls back until it has reversed; what jitters by a count has not
@@ -50,12 +51,17 @@ def altered(drive: Drive, effect: str, component: str, parameters: Parameters) -
         return replace(drive, poses=aged)
     if component in LINKAGE:
         channel = LINKAGE.index(component)
-        return drive.with_reading(channel, OF_LINKAGE[effect](drive, channel, parameters))
+        if effect in OF_LINKAGE:
+            return drive.with_reading(channel, OF_LINKAGE[effect](drive, channel, parameters))
+        own, joint_a = drive.reading[:, channel], drive.reading[:, 0]
+        return drive.with_reading(channel, reading_of(effect, parameters, own, joint_a, drive.rest))
     if effect in OF_TRUCKS:
         return _wider(drive, TRUCKS.index(component), OF_TRUCKS[effect], parameters)
     if effect in OF_BODIES:
         truck = TRUCKS.index(component)
-        return drive.with_more(truck, -OF_BODIES[effect](drive, truck, parameters))
+        kicks = effect == "castor_kick"
+        more = _castor_kick(drive, truck, parameters) if kicks else _moved(drive, effect, truck, parameters)
+        return drive.with_more(truck, -more)
     for wheel in wheels_of(component):
         drive = drive.with_way(wheel, OF_WHEELS[effect](drive, wheel, parameters))
     return drive
@@ -155,7 +161,7 @@ def _bump(drive: Drive, wheel: int, parameters: Parameters) -> Array:
 def half_angle(lost: float, radius: float) -> float:
     """Return the angle q [rad] of 2 R (q - sin q) = lost, by Newton's method."""
     angle = math.cbrt(3.0 * lost / radius)
-    for _ in range(20):
+    for _ in range(20 if lost else 0):
         angle -= (2.0 * radius * (angle - math.sin(angle)) - lost) / (2.0 * radius * (1.0 - math.cos(angle)))
     return angle
 
@@ -226,22 +232,44 @@ def _wider(
     return drive
 
 
-def _joint_bias(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    return np.asarray(drive.reading[:, channel] + parameters["bias"])
+def reading_of(effect: str, parameters: Parameters, reading: Value, joint_a: Value, rest: float) -> Value:
+    """Return what an encoder of the linkage reads with an effect that has no memory, of one or all samples.
+
+    Args:
+        effect: Name of the effect.
+        parameters: Its parameters, by name.
+        reading: True angle of the joint [rad], or length of the link [m].
+        joint_a: True angle of joint a [rad].
+        rest: Length of the link at rest [m].
+    """
+    if effect in {"joint_bias", "link_bias"}:
+        return reading + parameters["bias"]
+    if effect == "link_scale":
+        return reading + (parameters["ratio"] - 1.0) * (reading - rest)
+    angle = joint_a if effect == "link_eccentricity" else reading
+    return reading + parameters["amplitude"] * np.cos(angle + parameters["phase"])
 
 
-def _joint_eccentricity(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    reading = drive.reading[:, channel]
-    return np.asarray(reading + parameters["amplitude"] * np.cos(reading + parameters["phase"]))
+def body_motion(
+    effect: str, parameters: Parameters, step: tuple[Value, Value], span: Value, heading: Value
+) -> tuple[Value, Value]:
+    """Return the motion forward and left [m] that an effect adds to a truck's, of one or all steps.
 
-
-def _link_eccentricity(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    wave = np.cos(drive.reading[:, 0] + parameters["phase"])
-    return np.asarray(drive.reading[:, channel] + parameters["amplitude"] * wave)
-
-
-def _link_scale(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    return np.asarray(drive.rest + parameters["ratio"] * (drive.reading[:, channel] - drive.rest))
+    Args:
+        effect: Name of the effect.
+        parameters: Its parameters, by name.
+        step: Motion forward [m] and yaw [rad] in a step.
+        span: Duration of the step [s].
+        heading: Heading of the truck on the floor [rad].
+    """
+    forward, yaw = step
+    if effect == "wheel_misalignment":
+        angle = parameters["angle"]
+        return forward * (math.cos(angle) - 1.0), forward * math.sin(angle)
+    if effect == "lateral_slip":
+        return 0.0 * forward, -parameters["compliance"] * forward * yaw / span
+    creep, angle = parameters["rate"] * abs(forward), parameters["direction"] - heading
+    return creep * np.cos(angle), creep * np.sin(angle)
 
 
 def _joint_backlash(drive: Drive, channel: int, parameters: Parameters) -> Array:
@@ -256,23 +284,12 @@ def _old_reading(drive: Drive, channel: int, parameters: Parameters) -> Array:
     return _aged(drive.reading[:, channel], drive.time, parameters)
 
 
-def _wheel_misalignment(drive: Drive, truck: int, parameters: Parameters) -> Array:
-    forward = drive.twist(truck)[:, 0]
-    angle = parameters["angle"]
-    return np.stack([forward * (math.cos(angle) - 1.0), forward * math.sin(angle), 0.0 * forward], axis=1)
-
-
-def _lateral_slip(drive: Drive, truck: int, parameters: Parameters) -> Array:
+def _moved(drive: Drive, effect: str, truck: int, parameters: Parameters) -> Array:
+    """Return the motion of a truck `(N - 1, 3)` that an effect without memory adds."""
     forward, _, yaw = drive.twist(truck).T
-    outward = -parameters["compliance"] * forward * yaw / np.diff(drive.time)
-    return np.stack([0.0 * forward, outward, 0.0 * forward], axis=1)
-
-
-def _floor_slope(drive: Drive, truck: int, parameters: Parameters) -> Array:
-    creep = parameters["rate"] * np.abs(drive.twist(truck)[:, 0])
     heading = drive.path(truck)[:-1, 2] + _heading_at_start(drive, truck)
-    across = np.stack([creep, 0.0 * creep], axis=1)
-    return np.column_stack([turned(parameters["direction"] - heading, across), 0.0 * creep])
+    added = body_motion(effect, parameters, (forward, yaw), np.diff(drive.time), heading)
+    return np.stack([*added, 0.0 * forward], axis=1)
 
 
 def _heading_at_start(drive: Drive, truck: int) -> float:
@@ -314,19 +331,9 @@ OF_TRUCKS: dict[str, Callable[[Drive, int, Array, Parameters], Array | float]] =
     "wheelbase": _wheelbase,
     "turn_scrub": _turn_scrub,
 }
-OF_BODIES: dict[str, Callable[[Drive, int, Parameters], Array]] = {
-    "wheel_misalignment": _wheel_misalignment,
-    "lateral_slip": _lateral_slip,
-    "floor_slope": _floor_slope,
-    "castor_kick": _castor_kick,
-}
+OF_BODIES = {"wheel_misalignment", "lateral_slip", "floor_slope", "castor_kick"}
 OF_LINKAGE: dict[str, Callable[[Drive, int, Parameters], Array]] = {
-    "joint_bias": _joint_bias,
-    "joint_eccentricity": _joint_eccentricity,
     "joint_backlash": _joint_backlash,
-    "link_bias": _joint_bias,
-    "link_eccentricity": _link_eccentricity,
-    "link_scale": _link_scale,
     "latency": _old_reading,
     "clock_drift": _old_reading,
 }
