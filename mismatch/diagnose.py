@@ -8,7 +8,7 @@ from omnimate.mismatch.answer.findings import answer
 from omnimate.mismatch.description.far_off import far_off
 from omnimate.mismatch.description.first_look import first_look
 from omnimate.mismatch.diagnosis import Diagnosis
-from omnimate.mismatch.investigate import STEPS, investigate
+from omnimate.mismatch.investigate import PROGRESS_STEPS, investigate
 from omnimate.mismatch.recording.validate import check, too_little
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def diagnose(
     Args:
         recordings: of one robot, all with the same `vehicle.toml`.
         without: effects to leave out of the library.
-        progress: is told how much is done, of how much, and what is being done.
+        progress: called with steps done, total steps, and a description.
 
     Raises:
         RecordingError: recordings of two robots, a clock that jumps, a channel or poses that do not fit.
@@ -40,11 +40,11 @@ def diagnose(
     reason = too_little(recordings)
     if reason:
         return Diagnosis("insufficient", reason, robot=robot, recordings=names, drive_next=(reason,))
-    progress(0, STEPS, "a first look")
+    progress(0, PROGRESS_STEPS, "a first look")
     look = first_look(recordings)
     if look is not None:
         return far_off(recordings, look)
     found = investigate(recordings, without, progress)
     diagnosis = answer(found)
-    progress(STEPS, STEPS, "done")
+    progress(PROGRESS_STEPS, PROGRESS_STEPS, "done")
     return diagnosis

@@ -109,7 +109,7 @@ def fitted(
     values: Sequence[Array],
     turns: int = TURNS,
     start: Fitted | None = None,
-    pushes: Sequence[Array] | None = None,
+    disturbances: Sequence[Array] | None = None,
 ) -> Fitted:
     """Return terms with their coefficients fitted, each turn about what the last one found.
 
@@ -122,8 +122,7 @@ def fitted(
         values: Of their coefficients, from which to start.
         turns: Of Gauss-Newton.
         start: Fit whose calibration is a good start.
-        pushes: Of each recording, process covariances `(M, n, n)` beyond those of the floor, where something
-            happened.
+        disturbances: Of each recording, process covariances `(M, n, n)` of disturbed windows.
     """
     count, keys = len(terms), {single.key for single in terms}
     every = [single.fine() for single in terms]
@@ -143,9 +142,10 @@ def fitted(
         else:
             trajectories = [relinearised(single, effects) for single in signals]
         windows = [windows_of(single) for single in trajectories]
-        if pushes is not None:
+        if disturbances is not None:
             windows = [
-                replace(own, rounding=own.rounding + push) for own, push in zip(windows, pushes, strict=True)
+                replace(model, rounding=model.rounding + more)
+                for model, more in zip(windows, disturbances, strict=True)
             ]
         regression = Regression(windows, noise, effects)
         places = tuple(regression.add(every))

@@ -16,7 +16,7 @@ from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
 from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at, row_names
 from omnimate.mismatch.answer.words import drives_for, regime, sentence
-from omnimate.mismatch.candidates.pushes import MOMENTS
+from omnimate.mismatch.candidates.pushes import PUSH_REGIME
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import UNKNOWN
 from omnimate.mismatch.diagnosis import (
@@ -137,14 +137,14 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Findin
         Where(
             channels_of(regression, part_of),
             intervals,
-            MOMENTS if unknown else regime(effect),
+            PUSH_REGIME if unknown else regime(effect),
             laps_at(intervals, signals),
             places_at(intervals, signals),
         ),
         () if unknown else _parameters(fit.regression, fit.chosen, number),
         min(1.0, max(0.0, drop / excess)),
         _pushed(effect.component) if unknown else sentence(effect, signals[0].recording.vehicle),
-        (MOMENTS,) if unknown else (),
+        (PUSH_REGIME,) if unknown else (),
         "; ".join(drives_for(names)) if any(other.probability > 0.05 for other in others) else "",
     )
 

@@ -63,11 +63,10 @@ def nuisances(windows: Sequence[Windows]) -> list[Columns]:
     return columns
 
 
-def add_nuisances(regression: Regression) -> range:
-    """Add the columns of what every robot has, each of the size of one standard deviation; return where."""
+def add_nuisances(regression: Regression) -> slice:
+    """Add the columns of `nuisances` to a regression; return where they are."""
     columns = nuisances(regression.windows)
-    place = regression.extend(columns, [columns[0][0].shape[2]], keep=False)[0]
-    return range(place.start, place.stop)
+    return regression.extend(columns, [columns[0][0].shape[2]], keep=False)[0]
 
 
 def _stamps(windows: Windows) -> list[Columns]:

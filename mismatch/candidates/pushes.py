@@ -1,7 +1,7 @@
-"""Pushes: what moves a truck at one moment, and is no obstacle under one wheel.
+"""Pushes: short displacements of a truck that are no obstacle under one wheel.
 
-Somebody leans against the robot, a slider comes free, a cable pulls. Nothing is assumed of it but that it is
-short: the truck is displaced and turned by any amount. It stands against every event with a name.
+Somebody leans against the robot, a slider comes free, a cable pulls: the truck is displaced and turned by any
+amount within a short time. A push is the rival of every event in the library.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from omnimate.effects.effect import Parameter, Stage
     from omnimate.vehicle.se2 import Array
 
-SHOVE = (3e-3, 3e-3, 1e-2)  # [m, m, rad] forward, to the left and round, one standard deviation
-PART = 3 * WINDOW  # of a push that lasts, in which it goes on alike
-# Of these, that any robot is pushed by: 0.3 mm and 1 mrad, a quarter of a degree of play on a wheel of 15 cm.
-ORDINARY = 0.1
-MOMENTS = "single moments"
+PUSH_SIZE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] forward, left, yaw: prior standard deviation
+PUSH_PART = 3 * WINDOW  # [s] of a longer push, within which its pace is constant
+# Share of it by which any robot is pushed: 0.3 mm and 1 mrad, a quarter of a degree of play on a 15 cm wheel.
+ORDINARY_PUSH = 0.1
+PUSH_REGIME = "single moments"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,14 +69,14 @@ class PushTerm(Term):
 
     def built(self, coefficients: Array) -> Push:
         """Return the push with these coefficients `(3 P,)` of its P parts."""
-        parts = (coefficients.reshape(-1, 3) * np.array(SHOVE)).tolist()
+        parts = (coefficients.reshape(-1, 3) * PUSH_SIZE).tolist()
         moved = tuple((ahead, aside, yaw) for ahead, aside, yaw in parts)
         return Push(self.component, self.fixed["times"][0], self.fixed["lasting"], moved)
 
     @property
     def nuisance_size(self) -> float:
         """Plays, grains and seams push any robot by some tenths of a millimetre."""
-        return ORDINARY / math.sqrt(len(self.probes) / 3)
+        return ORDINARY_PUSH / math.sqrt(len(self.probes) / 3)
 
     @property
     def largest(self) -> float:
@@ -107,12 +107,12 @@ def push(truck: str, time: float, tries: int, lasting: float = WINDOW) -> PushTe
         tries: Windows, or stretches of them, among which it was looked for.
         lasting: How long it lasts [s].
     """
-    parts = max(1, round(lasting / PART))
-    axes = np.eye(3 * parts).reshape(-1, parts, 3) * np.array(SHOVE)
+    parts = max(1, round(lasting / PUSH_PART))
+    axes = np.eye(3 * parts).reshape(-1, parts, 3) * PUSH_SIZE
     probes = tuple(
         Push(truck, time, lasting, tuple((ahead, aside, yaw) for ahead, aside, yaw in axis))
         for axis in axes.tolist()
     )
     odds = UNKNOWN_PRIOR.log_odds - math.log(tries)
-    fixed = {"times": (time,), "lasting": lasting, "quantity": MOMENTS, "acts_on": ""}
+    fixed = {"times": (time,), "lasting": lasting, "quantity": PUSH_REGIME, "acts_on": ""}
     return PushTerm(UNKNOWN, truck, probes, fixed, odds, positive=False)

@@ -1,11 +1,12 @@
-"""Whitened columns of recordings: the data, and what each candidate would add to them.
+"""Whitened columns of recordings: the data, and the change of the data by each candidate.
 
-A column is the difference that a candidate makes when the recording is replayed with it, beyond a base of
-effects that are known already; the filter that makes the data's noise white goes over both.
+A column is the difference that a candidate makes when the recording is replayed with it, relative to a base
+of effects; the same filter whitens the data and the columns.
 """
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
-_CHUNK = 128  # columns that are whitened at once
+_CHUNK = 128  # columns that are whitened at once, to bound memory
 
 
 @dataclass(slots=True)
@@ -36,7 +37,7 @@ class Regression:
 
     Attributes:
         windows: Linear model of each recording.
-        noise: Its levels.
+        noise: Noise levels of the filters.
         base: Effects about which it is linear.
         raw: Of each recording the inputs (M, 3 T, C) and measurements (M + 1, R, C) of columns that are kept;
             the data come first.
@@ -59,15 +60,24 @@ class Regression:
     channel: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.responses = [response(single, self.base) for single in self.windows]
-        columns = [data(single, base) for single, base in zip(self.windows, self.responses, strict=True)]
+        self.responses = [response(windows, self.base) for windows in self.windows]
+        columns = [data(windows, base) for windows, base in zip(self.windows, self.responses, strict=True)]
         self.raw = [(push[:, :, None], seen[:, :, None]) for push, seen in columns]
-        self.whiten(self.noise)
+        self._whiten(self.windows)
 
-    def whiten(self, noise: NoiseLevels, windows: Sequence[Windows] | None = None) -> None:
-        """Whiten all columns anew with other levels of noise, and other windows' process noise."""
-        self.noise = noise
-        self.filters = [filter_of(single, noise) for single in (windows or self.windows)]
+    def with_noise(self, noise: NoiseLevels, windows: Sequence[Windows] | None = None) -> Regression:
+        """Return the kept columns whitened with other noise levels, and other windows' process noise."""
+        other = self.branch()
+        other.noise = noise
+        other._whiten(windows or self.windows)  # noqa: SLF001  its own
+        return other
+
+    def branch(self) -> Regression:
+        """Return a regression with the same columns; what is added to either is not in the other."""
+        return copy.copy(self)
+
+    def _whiten(self, windows: Sequence[Windows]) -> None:
+        self.filters = [filter_of(recording, self.noise) for recording in windows]
         places = [np.argwhere(np.isfinite(run.spread)) for run in self.filters]
         self.owner = np.repeat(np.arange(len(places)), [len(place) for place in places])
         self.moment, self.channel = np.concatenate(places).T
@@ -76,24 +86,25 @@ class Regression:
     @property
     def time(self) -> Array:
         """Time of each row on its recording's clock, `(V,)` [s]."""
-        moments = [single.time for single in self.windows]
-        return np.array([moments[owner][at] for owner, at in zip(self.owner, self.moment, strict=True)])
+        times = [windows.time for windows in self.windows]
+        return np.array([times[owner][at] for owner, at in zip(self.owner, self.moment, strict=True)])
 
-    def sizes(self) -> Array:
+    def coefficients(self) -> Array:
         """Return the coefficients `(C - 1,)` of all columns that fit the data best."""
         columns = self.white[:, 1:]
         precision = columns.T @ columns + np.eye(columns.shape[1])
         return np.linalg.solve(precision, columns.T @ self.white[:, 0]).astype(np.float64)
 
-    def without(self, sizes: Array) -> Array:
-        """Return the data's rows `(V,)` without all columns, by their coefficients."""
-        return np.asarray(self.white[:, 0] - self.white[:, 1:] @ sizes)
+    def residual(self, coefficients: Array | None = None) -> Array:
+        """Return the residual `(V,)` of the data, by the best coefficients of all columns or by others."""
+        known = self.coefficients() if coefficients is None else coefficients
+        return np.asarray(self.white[:, 0] - self.white[:, 1:] @ known)
 
-    def shocks(self, rows: Array) -> list[tuple[Array, Array]]:
+    def push_scores(self, rows: Array) -> list[tuple[Array, Array]]:
         """Return of each recording the scores (M, n) and informations (M, n, n) of a push in each window.
 
         Args:
-            rows: Whitened rows of what is left of the data, `(V,)`.
+            rows: Whitened residual of the data, `(V,)`.
         """
         answers = []
         for number, (windows, run) in enumerate(zip(self.windows, self.filters, strict=True)):
@@ -104,68 +115,76 @@ class Regression:
             answers.append((scores[:, :, 0], informations))
         return answers
 
-    def echoes(self, count: int) -> Array:
-        """Return the data's rows of each of c measured channels again, some windows later, `(V, c count)`.
+    def lagged_rows(self, count: int) -> Array:
+        """Return the data of each of c measured channels at lags of 1 to `count` windows, `(V, c count)`.
 
-        They are what noise that is not quite white, and a robot that steers against its errors, make of them.
-
-        Args:
-            count: Windows by which the rows are late, 1 to so many.
+        They are regressors for autocorrelated noise, and for a robot that steers against its errors.
         """
         channels = self.windows[0].measured.shape[1]
         measured, place = np.unique(self.channel, return_inverse=True)
-        found = np.zeros((len(self.owner), len(measured) * count))
+        lagged = np.zeros((len(self.owner), len(measured) * count))
         for number, windows in enumerate(self.windows):
             grid = np.zeros((len(windows.ends) + count, channels))
-            mine = np.flatnonzero(self.owner == number)
-            grid[self.moment[mine] + count, self.channel[mine]] = self.white[mine, 0]
-            for late in range(1, count + 1):
-                column = place[mine] * count + late - 1
-                found[mine, column] = grid[self.moment[mine] + count - late, self.channel[mine]]
-        return found
+            rows = np.flatnonzero(self.owner == number)
+            grid[self.moment[rows] + count, self.channel[rows]] = self.white[rows, 0]
+            for lag in range(1, count + 1):
+                column = place[rows] * count + lag - 1
+                lagged[rows, column] = grid[self.moment[rows] + count - lag, self.channel[rows]]
+        return lagged
 
     def whitened(self, raw: Sequence[Columns]) -> Array:
         """Return the measured rows (V, C) of columns, whitened."""
         width = raw[0][0].shape[2]
         white = np.empty((len(self.owner), width))
         for first in range(0, width, _CHUNK):
-            some = slice(first, first + _CHUNK)
+            chunk = slice(first, first + _CHUNK)
             for number, (run, (push, seen)) in enumerate(zip(self.filters, raw, strict=True)):
-                white[self.rows_of(number), some] = run.whiten(push[:, :, some], seen[:, :, some])
+                white[self.rows_of(number), chunk] = run.whiten(push[:, :, chunk], seen[:, :, chunk])
         return white
 
-    def of_ways(self, wheel: int, ways: Sequence[Array]) -> Array:
-        """Return the whitened columns (V, C) of ways (M, C) that a wheel gains in each recording [m]."""
-        return np.vstack([run.whiten_ways(wheel, own) for run, own in zip(self.filters, ways, strict=True)])
+    def whiten_travel(self, wheel: int, travel: Sequence[Array]) -> Array:
+        """Return the whitened columns (V, C) of additional travel (M, C) of a wheel in each recording [m]."""
+        parts = zip(self.filters, travel, strict=True)
+        return np.vstack([run.whiten_travel(wheel, more) for run, more in parts])
 
     def rows_of(self, number: int) -> slice:
         """Return where the rows of a recording are."""
         return slice(*np.searchsorted(self.owner, (number, number + 1)).tolist())
 
-    def take_secant(self, place: slice, effect: Effect, size: float) -> None:
-        """Let a column be what an effect of the base does, over its size, in the place of its slope there.
+    def use_secant(self, place: slice, effect: Effect, size: float) -> None:
+        """Replace the column of an effect of the base by the secant from none of it, instead of the slope.
 
-        A play of half the width is no play half as strong.
+        Effects with a threshold, such as backlash, are not linear in their size.
 
         Args:
             place: Of the column.
             effect: Of the base.
             size: Coefficient of the column that makes the effect.
         """
-        others = [single for single in self.base if single is not effect]
+        others = [other for other in self.base if other is not effect]
         raw = []
-        for base, windows, (pushes, measured) in zip(self.responses, self.windows, self.raw, strict=True):
+        for base, windows in zip(self.responses, self.windows, strict=True):
             push, seen = column(base, response(windows, others), -size)
-            pushes[:, :, place.start], measured[:, :, place.start] = push, seen
             raw.append((push[:, :, None], seen[:, :, None]))
+        self.white = self.white.copy()
         self.white[:, place] = self.whitened(raw)
 
+    def append(self, columns: Array) -> slice:
+        """Add whitened columns (V, C); return where they are."""
+        first = self.white.shape[1]
+        self.white = np.hstack([self.white, columns])
+        return slice(first, self.white.shape[1])
+
+    def shift_data(self, shift: Array) -> None:
+        """Add whitened rows (V,) to the data."""
+        self.white = np.column_stack([self.white[:, 0] + shift, self.white[:, 1:]])
+
     def columns_of(self, terms: Sequence[Term]) -> Array:
-        """Return the whitened columns (V, C) of terms, one for each probe; nothing is kept."""
+        """Return the whitened columns (V, C) of terms, one for each probe, without adding them."""
         return self.whitened(self._raw_of(terms))
 
     def _raw_of(self, terms: Sequence[Term]) -> list[Columns]:
-        probes = [(probe, single.size) for single in terms for probe in single.probes]
+        probes = [(probe, term.size) for term in terms for probe in term.probes]
         return [
             _stacked([self._column(number, probe, size) for probe, size in probes], windows)
             for number, windows in enumerate(self.windows)
@@ -184,9 +203,9 @@ class Regression:
 
         Args:
             terms: Of them.
-            keep: Whether they are whitened anew with other levels of noise.
+            keep: Whether `with_noise` keeps them.
         """
-        return self.extend(self._raw_of(terms), [len(single.probes) for single in terms], keep=keep)
+        return self.extend(self._raw_of(terms), [len(term.probes) for term in terms], keep=keep)
 
     def extend(self, raw: Sequence[Columns], widths: Sequence[int], *, keep: bool = True) -> list[slice]:
         """Add columns, inputs (M, 3 T, C) and measurements (M + 1, R, C) of each recording, in groups."""

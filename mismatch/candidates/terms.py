@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 ANGLES = ("phase", "direction")  # parameters that make a wave of two columns of the one before them
 UNKNOWN = "unknown"  # what an error is called for which the library has no name
 UNKNOWN_PRIOR = Prior(RARE, background=0.0, discrepancy=0.1)
-CLEAR = 10.0
-BESIDE = 1.0  # [s] about what acts for a while, in which what else happened is what its law leaves
+EXCITED = 10.0
+EVENT_MARGIN = 1.0  # [s] about what acts for a while, in which what else happened is what its law leaves
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +190,7 @@ def is_near(time: Array, stretches: Sequence[tuple[float, float]]) -> NDArray[np
     """Say which times (V,) [s] are in some stretches, or shortly before or after."""
     near = np.zeros(len(time), bool)
     for start, end in stretches:
-        near |= (time > start - BESIDE) & (time < end + BESIDE)
+        near |= (time > start - EVENT_MARGIN) & (time < end + EVENT_MARGIN)
     return near
 
 
@@ -300,13 +300,13 @@ def moving_channels(signals: Sequence[Signals]) -> set[str]:
     return {
         name
         for name, size, own in zip(LINKAGE, sizes, readings.std(axis=0), strict=True)
-        if own > CLEAR * size
+        if own > EXCITED * size
     }
 
 
 def turns(signals: Sequence[Signals]) -> bool:
     """Say whether the drive turns the robot by more than a floor's roughness does."""
-    least = CLEAR * math.sqrt(2.0) * _jitter(signals) / float(signals[0].block.wheelbase[0])
+    least = EXCITED * math.sqrt(2.0) * _jitter(signals) / float(signals[0].block.wheelbase[0])
     yaw = [np.add.reduceat(one.block.twist[:, 0, 2], grid(one.time)[:-1]) for one in signals]
     return float(np.concatenate(yaw).std()) > least
 

@@ -53,10 +53,10 @@ class Error:
     curves: Curves
 
 
-def add_unknown(regression: Regression) -> tuple[list[Term], list[slice]]:
-    """Add the columns of unknown errors; return a candidate for each component and quantity.
+def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]:
+    """Return a candidate for each component and quantity, its number of columns, and all whitened columns.
 
-    What the drive hardly changes is noise, of which no curve may be made.
+    Quantities that the drive hardly excites are noise, and no curve may depend on them.
     """
     signals = [windows.signals for windows in regression.windows]
     moving = moving_channels(signals)
@@ -64,13 +64,12 @@ def add_unknown(regression: Regression) -> tuple[list[Term], list[slice]]:
     still |= set() if turns(signals) else {"turn rate"}
     offered = [_columns(windows, still) for windows in regression.windows]
     groups, raw = offered[0][0], [columns for _, columns in offered]
-    places = regression.extend(raw, [width for _, width in groups], keep=False)
     odds = UNKNOWN_PRIOR.log_odds - math.log(QUANTITIES)
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
         for (component, acts_on, quantity), _ in groups
     ]
-    return terms, places
+    return terms, [width for _, width in groups], regression.whitened(raw)
 
 
 def _columns(windows: Windows, still: set[str]) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:

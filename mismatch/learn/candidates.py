@@ -111,10 +111,10 @@ def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, .
     plain = [name for name, values in variables.items() if not _goes_round(name, values)]
     for name in plain:
         unit, values = VARIABLES[name].unit, variables[name]
-        usual = f"{math.sqrt(np.mean(values**2)):.6g}"
+        rms = f"{math.sqrt(np.mean(values**2)):.6g}"
         yield "line", (name, unit)
         yield "bent", (f"{name}^2", f"({unit})^2")
-        yield "bent", (f"1 / (1 + abs({name}) / {usual})", "1")
+        yield "bent", (f"1 / (1 + abs({name}) / {rms})", "1")
         if values.min() < 0.0 < values.max():
             yield "bent", (f"abs({name})", unit)
             yield "bent", (f"sign({name})", "1")

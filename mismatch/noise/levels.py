@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import minimize
 
-from omnimate.mismatch.noise.whitening import adjoint, gains_of, whiten, whiten_ways
+from omnimate.mismatch.noise.whitening import adjoint, gains_of, whiten, whiten_travel
 from omnimate.mismatch.recording.signals import START_ROUGHNESS
 
 if TYPE_CHECKING:
@@ -114,11 +114,11 @@ class Filter:
             self.spread,
         )
 
-    def whiten_ways(self, wheel: int, ways: Array) -> Array:
+    def whiten_travel(self, wheel: int, ways: Array) -> Array:
         """Return the whitened innovations (V, C) of columns of ways (M, C) that a wheel gains [m]."""
         windows = self.windows
         white = [
-            whiten_ways(
+            whiten_travel(
                 self.transition,
                 windows.links,
                 -windows.lever[:, wheel, : windows.drift.shape[1]],

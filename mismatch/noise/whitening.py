@@ -130,7 +130,7 @@ def whiten(
 
 
 @compiled_without_lock
-def whiten_ways(
+def whiten_travel(
     transition: Array,
     links: IntArray,
     lever: Array,

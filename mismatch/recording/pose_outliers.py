@@ -46,8 +46,8 @@ def pose_outliers(pose: Array, driven: Array) -> NDArray[np.bool_]:
     after = middle - np.median(off[:, :, NEIGHBOURS + 1 :], axis=2)
     apart = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
     size = np.abs(before)
-    usual = USUAL * np.maximum(np.median(size, axis=0), np.median(_about(size, AROUND), axis=2))
-    outlying[known] = apart > OUTLYING * usual
+    deviation = USUAL * np.maximum(np.median(size, axis=0), np.median(_about(size, AROUND), axis=2))
+    outlying[known] = apart > OUTLYING * deviation
     return outlying
 
 

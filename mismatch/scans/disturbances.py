@@ -1,8 +1,8 @@
-"""Windows in which something happened to a truck: its noise is not to be taken for the floor's.
+"""Disturbed windows, in which a truck was pushed: they must not raise the estimate of the floor's noise.
 
-A dozen obstacles make a floor look ten times as rough as it is, and are then not seen on it. But levels that
-were estimated without whatever exceeds them are too small, more exceeds these, and so on. So a window is left
-out only if a push of the truck there is likelier than none, by Occam's factor and an event's odds.
+A dozen obstacles make a floor look ten times as rough as it is, and are then hidden in it. Yet noise levels
+estimated without all that exceeds them shrink at every turn. So a window counts as disturbed only if a push
+of the truck is likelier than none, by its Bayes factor and the odds of an event.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.mismatch.candidates.pushes import PUSH_SIZE
 from omnimate.mismatch.evidence.density import log_evidence
 
 if TYPE_CHECKING:
@@ -20,40 +21,43 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
-EVENT = math.log(1.0 / 50.0)  # log odds, in a window: once in a dozen seconds, as on a floor of slabs
-SHOVE = np.array([3e-3, 3e-3, 1e-2])  # [m, m, rad] of a truck in one window, one standard deviation
-_MOST = 0.2  # of all windows, and of what is measured: what happens more often is how the floor is
+EVENT = math.log(
+    1.0 / 50.0
+)  # log odds of a push in one window: once in a dozen seconds, as on a floor of slabs
+MAX_DISTURBED_FRACTION = 0.2  # of windows, and of measurements: beyond it, the floor is rough
 
 
-def freed(regression: Regression, rows: Array) -> tuple[list[Windows], int]:
-    """Return the windows of each recording, where trucks may be pushed in some; and in how many of them.
+def inflate_disturbed_windows(regression: Regression, rows: Array) -> tuple[list[Windows], int]:
+    """Return each recording's windows, with a push in the process noise of disturbed ones; count those.
 
     Args:
         regression: About the recordings.
-        rows: What is left of them, whitened, `(V,)`.
+        rows: Their whitened residual, `(V,)`.
     """
-    loose, count = [], 0
-    for windows, (scores, informations) in zip(regression.windows, regression.shocks(rows), strict=True):
+    inflated, count = [], 0
+    for windows, (scores, informations) in zip(regression.windows, regression.push_scores(rows), strict=True):
         covariance = windows.rounding.copy()
-        share = _MOST * min(1.0, np.isfinite(windows.measured).sum() / (3.0 * len(covariance)))
+        share = MAX_DISTURBED_FRACTION * min(
+            1.0, np.isfinite(windows.measured).sum() / (3.0 * len(covariance))
+        )
         for number in range(len(windows.signals.trucks)):
             own = slice(3 * number, 3 * number + 3)
-            worth = EVENT + _likelier(scores[:, own], informations[:, own, own])
-            pushed = np.flatnonzero(worth > max(0.0, float(np.quantile(worth, 1.0 - share))))
-            covariance[pushed, own, own] += np.diag(SHOVE**2)
+            log_odds = EVENT + _push_evidence(scores[:, own], informations[:, own, own])
+            pushed = np.flatnonzero(log_odds > max(0.0, float(np.quantile(log_odds, 1.0 - share))))
+            covariance[pushed, own, own] += np.diag(PUSH_SIZE**2)
             count += len(pushed)
-        loose.append(replace(windows, rounding=covariance))
-    return loose, count
+        inflated.append(replace(windows, rounding=covariance))
+    return inflated, count
 
 
-def _likelier(scores: Array, informations: Array) -> Array:
-    """Return the log Bayes factors (M,) of pushes of usual size against none.
+def _push_evidence(scores: Array, informations: Array) -> Array:
+    """Return the log Bayes factors (M,) of pushes of a priori size against none.
 
     Args:
         scores: Of a push in each window, `(M, 3)`.
         informations: Likewise, `(M, 3, 3)`.
     """
-    return log_evidence(SHOVE[:, None] * informations * SHOVE, SHOVE * scores, 1.0)
+    return log_evidence(PUSH_SIZE[:, None] * informations * PUSH_SIZE, PUSH_SIZE * scores, 1.0)
 
 
 def power(scores: Array, informations: Array) -> Array:

@@ -13,10 +13,10 @@ import numpy as np
 
 from omnimate.effects import effects_scanned_by
 from omnimate.mismatch.candidates.pushes import push
-from omnimate.mismatch.candidates.terms import BESIDE, term
+from omnimate.mismatch.candidates.terms import EVENT_MARGIN, term
 from omnimate.mismatch.recording.signals import WINDOW
 from omnimate.mismatch.scans.disturbances import power
-from omnimate.mismatch.scans.nonlinear import SHORTEST, lasts, settled
+from omnimate.mismatch.scans.nonlinear import SHORTEST, lasts, refine
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,7 +42,7 @@ CELLS = 240  # of a recording, however long that is
 _PLACES = 4  # stretches under one wheel that are looked at
 _STRONGEST = 16  # windows under one wheel
 
-Shocks = Sequence[tuple["Array", "Array"]]  # of each recording, as `Regression.shocks` gives them
+PushScores = Sequence[tuple["Array", "Array"]]  # of each recording, as `Regression.shocks` gives them
 
 
 def events(
@@ -55,7 +55,7 @@ def events(
         conditionals: Their fits given some sets.
         nameless: Whether pushes are offered: not before the events that have names are where they belong.
     """
-    shocks = [regression.shocks(conditional.residual) for conditional in conditionals]
+    shocks = [regression.push_scores(conditional.residual) for conditional in conditionals]
     found = [
         *(
             single
@@ -70,12 +70,12 @@ def events(
     return merged([], found)
 
 
-def _bumps(regression: Regression, conditional: ConditionalFit, shocks: Shocks) -> list[Term]:
+def _bumps(regression: Regression, conditional: ConditionalFit, shocks: PushScores) -> list[Term]:
     """Return bumps under each wheel: the windows that stand out."""
     found = []
     tries = _windows(regression)
     for windows, (scores, informations) in zip(regression.windows, shocks, strict=True):
-        sigmas = lost_way(windows, scores, informations)
+        sigmas = lost_travel_z_scores(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
             for kind in effects_scanned_by("moments", wheel):
                 rolls_on = _rolls_on(windows, number, kind.estimated().scale)
@@ -86,7 +86,7 @@ def _bumps(regression: Regression, conditional: ConditionalFit, shocks: Shocks) 
     return found
 
 
-def push_terms(regression: Regression, shocks: Sequence[Shocks]) -> list[Term]:
+def push_terms(regression: Regression, shocks: Sequence[PushScores]) -> list[Term]:
     """Return pushes of each truck, in one window or over a stretch.
 
     Args:
@@ -146,7 +146,9 @@ def _rolls_on(windows: Windows, wheel: int, lost: float) -> NDArray[np.bool_]:
 
     No wheel loses more way than it rolls.
     """
-    ahead = np.convolve(windows.rolled[:, wheel], np.ones(round(BESIDE / WINDOW)))[-len(windows.rolled) :]
+    ahead = np.convolve(windows.rolled[:, wheel], np.ones(round(EVENT_MARGIN / WINDOW)))[
+        -len(windows.rolled) :
+    ]
     return np.asarray(ahead > lost)
 
 
@@ -164,7 +166,7 @@ def _begun(
     return [offers[len(ONSETS) * row + int(np.argmax(own))] for row, own in enumerate(sigmas)]
 
 
-def lost_way(windows: Windows, scores: Array, informations: Array) -> Array:
+def lost_travel_z_scores(windows: Windows, scores: Array, informations: Array) -> Array:
     """Return by how many sigma each wheel lost way in each window, `(M, W)`."""
     lever = -np.sign(travelled(windows))[:, :, None] * windows.lever
     score = np.einsum("mwn,mn->mw", lever, scores)
@@ -205,7 +207,7 @@ def spans(regression: Regression, conditionals: Sequence[ConditionalFit], most: 
             inside = np.arange(np.searchsorted(middle, cells[0]), np.searchsorted(middle, cells[-1]))
             cell = np.searchsorted(cells, middle[inside], side="right") - 1
             own[inside, first + cell] = -travelled(windows)[inside, number]
-        columns = regression.of_ways(number, ways)
+        columns = regression.whiten_travel(number, ways)
         for conditional in conditionals:
             gram, score = conditional.products_of(columns)
             offers = _steps(wheel, begins, score, gram, places)
@@ -226,7 +228,7 @@ def _bounded(regression: Regression, conditional: ConditionalFit, offers: Sequen
         return []
     sigmas = np.abs(conditional.z_scores(regression.columns_of(offers)))
     return [
-        settled(regression, conditional, single) if strong > PUSHED else single
+        refine(regression, conditional, single) if strong > PUSHED else single
         for single, strong in zip(offers, sigmas.tolist(), strict=True)
     ]
 
@@ -296,7 +298,7 @@ def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> l
             )
             for speed, block, windows in zip(speeds, blocks, regression.windows, strict=True)
         ]
-        columns = regression.of_ways(number, ways)
+        columns = regression.whiten_travel(number, ways)
         for conditional, offers in zip(conditionals, found, strict=True):
             sigmas = conditional.z_scores(columns)
             at = int(np.argmax(sigmas))
@@ -318,7 +320,7 @@ def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -
             turned = np.outer(np.concatenate((angle[:1], angle))[windows.ends], np.repeat(ORDERS, 2))
             quarter = np.tile([0.0, 0.5 * np.pi], len(ORDERS))
             ways.append(np.diff(np.cos(turned + quarter), axis=0))
-        columns = regression.of_ways(number, ways)
+        columns = regression.whiten_travel(number, ways)
         for conditional, offers in zip(conditionals, found, strict=True):
             power = (conditional.z_scores(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
             offers.extend(

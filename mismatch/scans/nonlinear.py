@@ -24,7 +24,7 @@ _WIDE = 100.0  # steps by which a moment may be off at most
 MOVABLE = ("times", "time", "above", "intervals")
 
 
-def settled(regression: Regression, conditional: ConditionalFit, member: Term) -> Term:
+def refine(regression: Regression, conditional: ConditionalFit, member: Term) -> Term:
     """Return a term with its moments, interval or threshold where it is seen best beside a set.
 
     Args:

@@ -1,11 +1,11 @@
-"""Obstacles that are met many times, told before anything else is looked for.
+"""Obstacles that are crossed many times, identified before all other effects.
 
-A wheel that climbs over an obstacle loses way; but it also shakes the robot while it climbs, sways it on
-its tyres and pulls at the linkage, and nobody knows how. On a smooth floor that is many times what noise is,
-and a search that adds event after event explains it by whatever fits. What each obstacle leaves behind is
-clear all the same: where the truck stands then. So windows in which something happened are gathered into
-encounters, and each is compared as a whole: a wheel lost way there, and the trucks were shaken to and fro
-beside it; or it was anything else. Under which wheels obstacles are is a mixture over all encounters.
+A wheel that climbs over an obstacle loses travel; it also shakes the robot, sways it on its tyres and pulls
+at the linkage, in a way that no model describes. On a smooth floor that exceeds the noise many times, and a
+search that adds event after event would explain it by whatever fits. The lasting displacement is clear all
+the same. So disturbed windows are grouped into encounters, and each is explained as a whole: a wheel lost
+travel while the trucks were shaken to and fro, or anything else. Which wheels cross obstacles follows from a
+mixture model over all encounters.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ from omnimate.effects import effects_scanned_by
 from omnimate.effects.block import wheel_radius
 from omnimate.effects.crossing import losing
 from omnimate.effects.effect import WHEEL
+from omnimate.mismatch.candidates.pushes import PUSH_SIZE
 from omnimate.mismatch.candidates.terms import Term
 from omnimate.mismatch.evidence.density import FAULT_SIZE_MIXTURE, log_evidence
 from omnimate.mismatch.noise.levels import estimate_noise
 from omnimate.mismatch.noise.whitening import whiten
 from omnimate.mismatch.recording.signals import WINDOW
-from omnimate.mismatch.scans.disturbances import SHOVE, freed
-from omnimate.mismatch.scans.events import travelled
+from omnimate.mismatch.scans.disturbances import inflate_disturbed_windows
+from omnimate.mismatch.scans.events import travelled, wheels_of
 from omnimate.mismatch.scans.nonlinear import SHORTEST
 
 if TYPE_CHECKING:
@@ -40,15 +41,15 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
-ENCOUNTERS = 6  # encounters, from which they are told together: fewer are found one by one
-GAP = 2  # windows between two encounters: a slow wheel takes half a second to pass an obstacle
-AFTER = 8  # windows after an encounter that still show it
-LONGEST = 24  # windows of an encounter: what goes on longer is none
-TURNS = 4  # of what stands out of noise, and of noise beside it
-SHAKEN = (0.15, 0.3, 0.6, 1.2)  # parts of what obstacles do for good, by which they also shake a robot
-PARTS = 8  # of a window, to which the begin of a crossing is told
-SUREST = 200.0  # log odds
-STILL = 0.01  # [m/s] below which a wheel comes to a stand, or reverses
+MIN_ENCOUNTERS = 6  # below which obstacles are left to the search
+GAP = 2  # [windows] between two encounters: a slow wheel takes half a second to pass an obstacle
+AFTER = 8  # [windows] after an encounter that still show it
+LONGEST = 24  # [windows] of an encounter: what lasts longer is no crossing
+MAX_TURNS = 4  # of disturbed windows, and of noise without them
+SHAKING = (0.15, 0.3, 0.6, 1.2)  # shaking during an encounter, as shares of the lasting displacement
+PARTS = 8  # of a window, to which the begin of a crossing is refined
+MAX_LOG_ODDS = 200.0
+MIN_SPEED = 0.01  # [m/s] below which a wheel comes to a stand, or reverses
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ class Train(Term):
 
     @property
     def held(self) -> float:
-        """Its size: what shakes the robot meanwhile, and is gone then, would be taken for a part of that."""
+        """Fixed size: fitting it would absorb the transient shaking."""
         return self.mean
 
     def at(self, **fixed: Any) -> Term:  # noqa: ANN401
@@ -107,39 +108,41 @@ def train(wheel: str, times: tuple[float, ...], shares: tuple[float, ...], mean:
 
 @dataclass(frozen=True, slots=True)
 class Obstacles:
-    """What was met many times.
+    """Obstacles that wheels crossed many times.
 
     Attributes:
-        terms: Obstacles under each wheel that met some.
-        pushes: Of each recording process covariances `(M, n, n)` by which encounters shake the robot.
+        terms: Obstacles under each wheel that crossed some.
+        disturbances: Of each recording process covariances `(M, n, n)` by which encounters shake the robot.
+        noise: Noise levels without disturbed windows.
     """
 
     terms: list[Train]
-    pushes: list[Array]
+    disturbances: list[Array]
+    noise: NoiseLevels
 
     @property
     def values(self) -> list[Array]:
         """Their coefficients."""
-        return [np.array([single.held]) for single in self.terms]
+        return [np.array([term.held]) for term in self.terms]
 
 
 @dataclass(frozen=True, slots=True)
 class _Encounter:
-    """A stretch of windows in which something happened.
+    """A stretch of disturbed windows.
 
     Attributes:
         number: Of the recording.
         windows: Of it.
         stretch: Of its windows.
-        ways: Way of each wheel in each of these, `(n, W)` [m].
+        travel: Of each wheel in each of these, `(n, W)` [m].
         gram: Products of the columns of pushes (n 3 T) in each of them with each other.
-        score: Products with what is left of the data.
+        score: Products with the residual of the data.
     """
 
     number: int
     windows: Windows
     stretch: range
-    ways: Array
+    travel: Array
     gram: Array
     score: Array
 
@@ -149,20 +152,20 @@ class _Encounter:
 
     def given(self, pushes: Array) -> tuple[Array, Array]:
         """Return gram and score with some pushes, likewise a root, being noise."""
-        inside = self.gram @ pushes
-        precision = pushes.T @ inside + np.eye(pushes.shape[1])
-        taken = np.linalg.solve(precision, np.column_stack([inside.T, pushes.T @ self.score]))
-        return self.gram - inside @ taken[:, :-1], self.score - inside @ taken[:, -1]
+        shared = self.gram @ pushes
+        precision = pushes.T @ shared + np.eye(pushes.shape[1])
+        fitted = np.linalg.solve(precision, np.column_stack([shared.T, pushes.T @ self.score]))
+        return self.gram - shared @ fitted[:, :-1], self.score - shared @ fitted[:, -1]
 
 
 @dataclass(frozen=True, slots=True)
 class _Crossing:
-    """What an encounter is if a wheel met an obstacle there.
+    """An encounter explained as the crossing of an obstacle by a wheel.
 
     Attributes:
         evidence: Log Bayes factor against nothing.
         begin: When it begins [s].
-        lost: Way that is lost [m].
+        lost: Travel that is lost [m].
     """
 
     evidence: float = -math.inf
@@ -170,47 +173,49 @@ class _Crossing:
     lost: float = 0.0
 
 
-def obstacles(regression: Regression) -> Obstacles:
-    """Return the obstacles that wheels met many times.
+def find_obstacles(regression: Regression) -> Obstacles:
+    """Return the obstacles that wheels crossed many times, and the noise without them.
 
     Args:
-        regression: Of the nominal robot, with the columns of what may be wrong with any robot, whitened by
-            the noise of such a robot. It is whitened anew.
+        regression: Of the nominal robot, with the columns of startup nuisances, whitened by the noise levels
+            of such a robot.
     """
-    told = no_obstacles(regression)
-    found = _encounters(regression)
-    if len(found) < ENCOUNTERS:
-        return told
-    wheels = [str(wheel) for wheel in regression.windows[0].signals.recording.vehicle.wheels]
-    every = [_crossings(found, shaken) for shaken in SHAKEN]
-    other = np.array([_otherwise(single) for single in found])
-    tables = [np.array([[its.evidence for its in row] for row in crossings]) for crossings in every]
+    encounters, noise = _encounters(regression)
+    if len(encounters) < MIN_ENCOUNTERS:
+        return no_obstacles(regression)
+    wheels = wheels_of(regression)
+    crossings = [_crossings(encounters, shaking) for shaking in SHAKING]
+    other = np.array([_other_evidence(encounter) for encounter in encounters])
+    tables = [np.array([[crossing.evidence for crossing in row] for row in table]) for table in crossings]
     mixtures = [_mixtures(table, other) for table in tables]
-    best = max(range(len(SHAKEN)), key=lambda at: mixtures[at][0])
+    best = max(range(len(SHAKING)), key=lambda number: mixtures[number][0])
     _, odds, shares = mixtures[best]
-    for at, wheel in enumerate(wheels):
-        crossings = [
-            (single, _refined(single, at, SHAKEN[best], row[at]))
-            for single, row, share in zip(found, every[best], shares[:, at], strict=True)
+    terms, disturbances = [], [np.zeros_like(windows.rounding) for windows in regression.windows]
+    for number, wheel in enumerate(wheels):
+        pairs = [
+            (encounter, _refined(encounter, number, SHAKING[best], row[number]))
+            for encounter, row, share in zip(encounters, crossings[best], shares[:, number], strict=True)
             if share > 0.5
         ]
-        crossings = [(single, its) for single, its in crossings if its.lost > 0.0]
-        if odds[at] <= 0.0 or len(crossings) < ENCOUNTERS:
+        pairs = [(encounter, crossing) for encounter, crossing in pairs if crossing.lost > 0.0]
+        if odds[number] <= 0.0 or len(pairs) < MIN_ENCOUNTERS:
             continue
-        mean = float(np.mean([its.lost for _, its in crossings]))
-        times = tuple(its.begin for _, its in crossings)
-        parts = tuple(its.lost / mean for _, its in crossings)
-        told.terms.append(train(wheel, times, parts, mean / LOST, min(SUREST, odds[at])))
-        for single, its in crossings:
-            sizes = np.diag((SHAKEN[best] * its.lost * _shapes(single.windows)) ** 2)
-            trucks, during = slice(0, len(sizes)), slice(single.stretch.start, single.stretch.stop)
-            told.pushes[single.number][during, trucks, trucks] += sizes
-    return told
+        mean = float(np.mean([crossing.lost for _, crossing in pairs]))
+        times = tuple(crossing.begin for _, crossing in pairs)
+        parts = tuple(crossing.lost / mean for _, crossing in pairs)
+        terms.append(train(wheel, times, parts, mean / LOST, min(MAX_LOG_ODDS, odds[number])))
+        for encounter, crossing in pairs:
+            sizes = np.diag((SHAKING[best] * crossing.lost * _shapes(encounter.windows)) ** 2)
+            trucks, during = slice(0, len(sizes)), slice(encounter.stretch.start, encounter.stretch.stop)
+            disturbances[encounter.number][during, trucks, trucks] += sizes
+    return Obstacles(terms, disturbances, noise if terms else regression.noise)
 
 
 def no_obstacles(regression: Regression) -> Obstacles:
-    """Return that nothing was met."""
-    return Obstacles([], [np.zeros_like(windows.rounding) for windows in regression.windows])
+    """Return no obstacles, and the noise of a regression."""
+    return Obstacles(
+        [], [np.zeros_like(windows.rounding) for windows in regression.windows], regression.noise
+    )
 
 
 def _shapes(windows: Windows) -> Array:
@@ -218,61 +223,64 @@ def _shapes(windows: Windows) -> Array:
     return np.concatenate([(0.5, 0.5, 1.0 / base) for base in windows.signals.block.wheelbase])
 
 
-def _encounters(regression: Regression) -> list[_Encounter]:
-    """Return where something happened, as it shows beside noise, and whiten the regression by that noise."""
+def _encounters(regression: Regression) -> tuple[list[_Encounter], NoiseLevels]:
+    """Return the stretches of disturbed windows, and the noise levels without these windows."""
     before, noise = -1, regression.noise
-    loose: list[Windows] = list(regression.windows)
-    for _ in range(TURNS):
-        loose, count = freed(regression, _left(regression, loose, noise))
-        groups = [_groups(*pair) for pair in zip(regression.windows, loose, strict=True)]
-        if sum(map(len, groups)) < ENCOUNTERS:
-            return []
+    inflated: list[Windows] = list(regression.windows)
+    for _ in range(MAX_TURNS):
+        inflated, count = inflate_disturbed_windows(*_residual(regression, inflated, noise))
+        groups = [_groups(*pair) for pair in zip(regression.windows, inflated, strict=True)]
+        if sum(map(len, groups)) < MIN_ENCOUNTERS:
+            return [], noise
         if count == before:
             break
-        before, noise = count, estimate_noise(loose, regression.raw, noise, (noise.wave,))
-    rows = _left(regression, loose, noise)
-    found = []
+        before, noise = count, estimate_noise(inflated, regression.raw, noise, (noise.wave,))
+    regression, rows = _residual(regression, inflated, noise)
+    encounters = []
     for number, (windows, stretches) in enumerate(zip(regression.windows, groups, strict=True)):
         ends = [*(stretch.start for stretch in stretches[1:]), len(windows.ends) - 1]
-        ways = travelled(windows)
-        found += [
-            _seen(
+        travel = travelled(windows)
+        encounters += [
+            _encounter(
                 regression,
                 number,
                 stretch,
-                ways[stretch.start : stretch.stop],
+                travel[stretch.start : stretch.stop],
                 min(stretch.stop + AFTER, end),
                 rows,
             )
             for stretch, end in zip(stretches, ends[: len(stretches)], strict=True)
-            if len(stretch) <= LONGEST and not _stands(ways[stretch.start : stretch.stop])
+            if len(stretch) <= LONGEST and not _stops(travel[stretch.start : stretch.stop])
         ]
-    return found
+    return encounters, noise
 
 
-def _left(regression: Regression, loose: Sequence[Windows], noise: NoiseLevels) -> Array:
-    """Return the data's rows, whitened, without all columns, which are fitted where nothing happened."""
-    regression.whiten(noise, loose)
-    sizes = regression.sizes()
-    regression.whiten(noise)
-    return regression.without(sizes)
+def _residual(
+    regression: Regression, inflated: Sequence[Windows], noise: NoiseLevels
+) -> tuple[Regression, Array]:
+    """Return the regression with other noise, and its residual by a fit to undisturbed windows."""
+    coefficients = regression.with_noise(noise, inflated).coefficients()
+    whitened = regression.with_noise(noise)
+    return whitened, whitened.residual(coefficients)
 
 
-def _groups(windows: Windows, loose: Windows) -> list[range]:
+def _groups(windows: Windows, inflated: Windows) -> list[range]:
     """Return the stretches of windows in which trucks are free, and a window before and after each."""
-    more = np.einsum("mii->mi", loose.rounding - windows.rounding).sum(axis=1)
-    hot = np.flatnonzero(more > 0.0)
-    parts = np.split(hot, np.flatnonzero(np.diff(hot) > GAP) + 1) if len(hot) else []
-    return [range(max(0, int(part[0]) - 1), min(int(part[-1]) + 2, len(more))) for part in parts]
+    added_variance = np.einsum("mii->mi", inflated.rounding - windows.rounding).sum(axis=1)
+    disturbed = np.flatnonzero(added_variance > 0.0)
+    groups = np.split(disturbed, np.flatnonzero(np.diff(disturbed) > GAP) + 1) if len(disturbed) else []
+    return [
+        range(max(0, int(group[0]) - 1), min(int(group[-1]) + 2, len(added_variance))) for group in groups
+    ]
 
 
-def _stands(ways: Array) -> bool:
-    """Say whether a wheel stands or reverses on its ways (n, W): plays and castors show there."""
-    return bool(np.any(np.abs(ways) < STILL * WINDOW) or np.any(np.sign(ways) != np.sign(ways[0])))
+def _stops(travel: Array) -> bool:
+    """Say whether a wheel stands or reverses, by its travel (n, W): backlash and castors show there."""
+    return bool(np.any(np.abs(travel) < MIN_SPEED * WINDOW) or np.any(np.sign(travel) != np.sign(travel[0])))
 
 
-def _seen(
-    regression: Regression, number: int, stretch: range, ways: Array, end: int, rows: Array
+def _encounter(
+    regression: Regression, number: int, stretch: range, travel: Array, end: int, rows: Array
 ) -> _Encounter:
     """Return an encounter with the products of pushes in each of its windows.
 
@@ -280,7 +288,7 @@ def _seen(
         regression: About the recordings.
         number: Of the recording.
         stretch: Of its windows.
-        ways: Of wheels in these, `(n, W)` [m].
+        travel: Of wheels in these, `(n, W)` [m].
         end: Window up to which it may show.
         rows: What is left of the data, `(V,)`.
     """
@@ -290,9 +298,9 @@ def _seen(
     push = np.zeros((end - first, trucks, count * trucks))
     for at in range(count):
         push[at, range(trucks), at * trucks + np.arange(trucks)] = -1.0
-    some, ends = slice(first, end), slice(first, end + 1)
+    steps, ends = slice(first, end), slice(first, end + 1)
     white = whiten(
-        np.ascontiguousarray(run.transition[some]),
+        np.ascontiguousarray(run.transition[steps]),
         windows.links,
         push,
         np.ascontiguousarray(windows.observe[ends]),
@@ -300,137 +308,148 @@ def _seen(
         np.ascontiguousarray(run.gains[ends]),
         np.ascontiguousarray(run.spread[ends]),
     )
-    mine = (regression.owner == number) & (regression.moment > first) & (regression.moment <= end)
-    columns = white[len(white) - np.count_nonzero(mine) :]  # without what was measured before
-    return _Encounter(number, windows, stretch, ways, columns.T @ columns, columns.T @ rows[mine])
+    in_encounter = (regression.owner == number) & (regression.moment > first) & (regression.moment <= end)
+    columns = white[len(white) - np.count_nonzero(in_encounter) :]  # without what was measured before
+    return _Encounter(number, windows, stretch, travel, columns.T @ columns, columns.T @ rows[in_encounter])
 
 
-def _crossings(found: Sequence[_Encounter], shaken: float) -> list[list[_Crossing]]:
+def _crossings(encounters: Sequence[_Encounter], shaking: float) -> list[list[_Crossing]]:
     """Return what each encounter is if each wheel met an obstacle there, `(E, W)`."""
-    answers = []
-    for single in found:
-        begins = single.windows.time[single.stretch.start : single.stretch.stop]
-        trucks = range(len(single.windows.signals.trucks))
-        answers.append([its for truck in trucks for its in _crossed(single, truck, shaken, begins)])
-    return answers
+    crossings = []
+    for encounter in encounters:
+        begins = encounter.windows.time[encounter.stretch.start : encounter.stretch.stop]
+        trucks = range(len(encounter.windows.signals.trucks))
+        crossings.append(
+            [crossing for truck in trucks for crossing in _crossed(encounter, truck, shaking, begins)]
+        )
+    return crossings
 
 
-def _refined(single: _Encounter, wheel: int, shaken: float, its: _Crossing) -> _Crossing:
+def _refined(encounter: _Encounter, wheel: int, shaking: float, crossing: _Crossing) -> _Crossing:
     """Return a crossing with its begin where it is likeliest between two windows."""
-    begins = its.begin + WINDOW * np.linspace(-1.0, 1.0, 2 * PARTS + 1)
-    return _crossed(single, wheel // 2, shaken, begins)[wheel % 2]
+    begins = crossing.begin + WINDOW * np.linspace(-1.0, 1.0, 2 * PARTS + 1)
+    return _crossed(encounter, wheel // 2, shaking, begins)[wheel % 2]
 
 
-def _crossed(single: _Encounter, truck: int, shaken: float, begins: Array) -> list[_Crossing]:
-    """Return what an encounter is if the left or the right wheel of a truck met an obstacle there.
+def _crossed(encounter: _Encounter, truck: int, shaking: float, begins: Array) -> list[_Crossing]:
+    """Return an encounter explained as a crossing by the left, and by the right wheel of a truck.
 
-    The obstacle takes way, inexactly, and shakes all trucks to and fro. Of all begins [s] the likeliest is
-    taken; it shares the odds with the others.
+    The wheel loses travel, with a discrepancy, and all trucks are shaken to and fro. Of all begins [s] the
+    likeliest counts; it shares the odds with the others.
     """
-    shapes, count = _shapes(single.windows), len(single.stretch)
-    own = slice(3 * truck, 3 * truck + 3)
-    to_and_fro = np.kron(np.eye(count) - 1.0 / count, np.diag(shaken * shapes))
+    shapes, count = _shapes(encounter.windows), len(encounter.stretch)
+    part = slice(3 * truck, 3 * truck + 3)
+    to_and_fro = np.kron(np.eye(count) - 1.0 / count, np.diag(shaking * shapes))
     rest = np.zeros((count, len(shapes), 3))
-    rest[:, own] = OBSTACLE.prior.discrepancy * np.diag(shapes[own]) / count
+    rest[:, part] = OBSTACLE.prior.discrepancy * np.diag(shapes[part]) / count
     pushes = np.column_stack([to_and_fro, rest.reshape(-1, 3)])
     conditional = [
-        (size * LOST, math.log(share) + single.evidence(roots), *single.given(roots))
+        (size * LOST, math.log(share) + encounter.evidence(roots), *encounter.given(roots))
         for size, share in FAULT_SIZE_MIXTURE
         for roots in (size * LOST * pushes,)
     ]
-    answers = []
+    crossings = []
     for wheel in (2 * truck, 2 * truck + 1):
-        offers = [_Crossing()]
+        candidates = [_Crossing()]
         for begin in begins.tolist():
-            way = _loses(single, wheel, begin)
-            if way is None:
+            displacement = _loses(encounter, wheel, begin)
+            if displacement is None:
                 continue
-            along, likely = way.ravel(), []
+            displacements, sizes = displacement.ravel(), []
             for size, odds, gram, score in conditional:
-                seen, pulled = float(along @ gram @ along), float(along @ score)
-                sigma = size / math.sqrt(1.0 + size**2 * seen)
-                mean = sigma**2 * pulled
-                gain = float(log_evidence(np.array([[seen]]), np.array([pulled]), size))
+                information, score_along = (
+                    float(displacements @ gram @ displacements),
+                    float(displacements @ score),
+                )
+                sigma = size / math.sqrt(1.0 + size**2 * information)
+                mean = sigma**2 * score_along
+                gain = float(log_evidence(np.array([[information]]), np.array([score_along]), size))
                 gain += math.log(2.0) + float(log_ndtr(mean / sigma))  # of both signs only this
-                likely.append((odds + gain, mean))
-            total = float(np.logaddexp.reduce([its for its, _ in likely])) - math.log(len(begins))
-            offers.append(_Crossing(total, begin, max(likely)[1]))
-        answers.append(max(offers, key=lambda its: its.evidence))
-    return answers
+                sizes.append((odds + gain, mean))
+            total = float(np.logaddexp.reduce([evidence for evidence, _ in sizes])) - math.log(len(begins))
+            candidates.append(_Crossing(total, begin, max(sizes)[1]))
+        crossings.append(max(candidates, key=lambda crossing: crossing.evidence))
+    return crossings
 
 
-def _loses(single: _Encounter, wheel: int, begin: float) -> Array | None:
-    """Return what each window of an encounter moves trucks (n, 3 T) if a wheel loses a metre from a time on.
+def _loses(encounter: _Encounter, wheel: int, begin: float) -> Array | None:
+    """Return the displacement of trucks (n, 3 T) in each window if a wheel loses a metre from a time on.
 
-    None where the wheel does not roll as far as an obstacle of usual size is long.
+    None where the wheel rolls less far than an obstacle of the declared size is long.
     """
-    windows, stretch = single.windows, single.stretch
+    windows, stretch = encounter.windows, encounter.stretch
     block = windows.signals.block
     crossing = losing(wheel_radius(block, wheel), LOST).rolled
     edges = windows.time[stretch.start : stretch.stop + 1]
     first, last = np.searchsorted(block.time, (edges[0], edges[-1]))
-    gone = np.cumsum(np.abs(block.travel[first:last, wheel]))
-    gone = np.interp([begin, *edges], block.time[first:last], gone)
-    part = np.diff(np.clip(gone[1:] - gone[0], 0.0, crossing)) / crossing
+    rolled = np.cumsum(np.abs(block.travel[first:last, wheel]))
+    rolled = np.interp([begin, *edges], block.time[first:last], rolled)
+    part = np.diff(np.clip(rolled[1:] - rolled[0], 0.0, crossing)) / crossing
     if part.sum() < 1.0 - 1e-9:
         return None
-    way = np.sign(single.ways[:, wheel])
+    direction = np.sign(encounter.travel[:, wheel])
     trucks = 3 * len(windows.signals.trucks)
-    return np.asarray(-(way * part)[:, None] * windows.lever[stretch.start : stretch.stop, wheel, :trucks])
+    return np.asarray(
+        -(direction * part)[:, None] * windows.lever[stretch.start : stretch.stop, wheel, :trucks]
+    )
 
 
-def _otherwise(single: _Encounter) -> float:
-    """Return the log evidence of anything else than an obstacle.
+def _other_evidence(encounter: _Encounter) -> float:
+    """Return the log evidence of an encounter without an obstacle.
 
-    A truck was pushed, or only turned, or only moved to and fro: a joint that reads wrongly, by a play, say,
-    is a truck that turns, and a link that does a truck that moves ahead. Or a wheel slipped all the time.
+    A truck was pushed, or only turned, or only moved to and fro: a joint with backlash resembles a truck that
+    turns, a link with backlash one that moves ahead. Or a wheel slipped all the time.
     """
-    windows, stretch = single.windows, single.stretch
+    windows, stretch = encounter.windows, encounter.stretch
     trucks, count = len(windows.signals.trucks), len(stretch)
     levers = windows.lever[stretch.start : stretch.stop, :, : 3 * trucks]
     roots = []
     for truck in range(trucks):
         whole = np.zeros((count, 3 * trucks, 3))
-        whole[:, 3 * truck : 3 * truck + 3] = np.diag(SHOVE)
-        ahead = SHOVE[0] * (levers[:, 2 * truck] + levers[:, 2 * truck + 1])
+        whole[:, 3 * truck : 3 * truck + 3] = np.diag(PUSH_SIZE)
+        ahead = PUSH_SIZE[0] * (levers[:, 2 * truck] + levers[:, 2 * truck + 1])
         shapes = (whole, whole[:, :, 2:], ahead[:, :, None])
         roots += [
             np.einsum("ij,jkl->ikjl", np.eye(count), shape).reshape(3 * trucks * count, -1)
             for shape in shapes
         ]
     if count * WINDOW >= SHORTEST:
-        lost = single.ways[:, :, None] * levers
-        roots += [SLIP * lost[:, wheel].reshape(-1, 1) for wheel in range(2 * trucks)]
+        slip = encounter.travel[:, :, None] * levers
+        roots += [SLIP * slip[:, wheel].reshape(-1, 1) for wheel in range(2 * trucks)]
     parts = [
-        math.log(share) + single.evidence(size * root) for root in roots for size, share in FAULT_SIZE_MIXTURE
+        math.log(share) + encounter.evidence(size * root)
+        for root in roots
+        for size, share in FAULT_SIZE_MIXTURE
     ]
     return float(np.logaddexp.reduce(parts)) - math.log(len(roots))
 
 
 def _mixtures(table: Array, other: Array) -> tuple[float, list[float], Array]:
-    """Return how likely encounters are, the log odds of each wheel (W,), and each one's shares (E, W).
+    """Return the log likelihood of encounters, log odds of each wheel (W,), and responsibilities (E, W).
 
     Args:
         table: Log evidence of each encounter for an obstacle under each wheel, `(E, W)`.
         other: The same for anything else, `(E,)`.
     """
     count, wheels = table.shape
-    fewer = OBSTACLE.prior.log_odds - 0.5 * math.log(count)  # and what another weight of a mixture costs
-    worths, mixtures = {}, {}
-    for met in itertools.product((False, True), repeat=wheels):
-        likely, mixtures[met] = _mixed(np.column_stack([table[:, met], other]))
-        worths[met] = likely + sum(met) * fewer
+    prior = OBSTACLE.prior.log_odds - 0.5 * math.log(count)  # less the BIC of one more mixture weight
+    log_odds, mixtures = {}, {}
+    for crossing in itertools.product((False, True), repeat=wheels):
+        likelihood, mixtures[crossing] = _mixed(np.column_stack([table[:, crossing], other]))
+        log_odds[crossing] = likelihood + sum(crossing) * prior
     odds = []
-    for at in range(wheels):
-        there, without = (
-            np.logaddexp.reduce([worth for met, worth in worths.items() if met[at] == is_met])
-            for is_met in (True, False)
+    for wheel in range(wheels):
+        with_obstacles, without = (
+            np.logaddexp.reduce(
+                [value for crossing, value in log_odds.items() if crossing[wheel] == has_obstacles]
+            )
+            for has_obstacles in (True, False)
         )
-        odds.append(float(there - without))
-    best = max(worths, key=lambda met: worths[met])
+        odds.append(float(with_obstacles - without))
+    best = max(log_odds, key=lambda crossing: log_odds[crossing])
     shares = np.zeros(table.shape)
     shares[:, best] = mixtures[best][:, :-1]
-    return float(np.logaddexp.reduce(list(worths.values()))), odds, shares
+    return float(np.logaddexp.reduce(list(log_odds.values()))), odds, shares
 
 
 def _mixed(table: Array) -> tuple[float, Array]:

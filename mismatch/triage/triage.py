@@ -25,13 +25,17 @@ from omnimate.mismatch.description.far_off import far_off
 from omnimate.mismatch.description.first_look import first_look
 from omnimate.mismatch.diagnosis import ASSERTED, Alternative
 from omnimate.mismatch.evidence.search import ranked_candidates
-from omnimate.mismatch.investigate import noise_beside, usual, with_everyday
+from omnimate.mismatch.investigate import (
+    posterior_with_background,
+    startup_nuisances,
+    whiten_with_estimated_noise,
+)
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
 from omnimate.mismatch.recording.validate import check, too_little
 from omnimate.mismatch.recording.windows import windows_of
 from omnimate.mismatch.scans.disturbances import power
-from omnimate.mismatch.scans.events import SEEN, lost_way, spans
+from omnimate.mismatch.scans.events import SEEN, lost_travel_z_scores, spans
 from omnimate.mismatch.triage.answer import Triage
 from omnimate.mismatch.triage.blocks import where
 from omnimate.mismatch.triage.thinning import thinned
@@ -105,13 +109,13 @@ def _candidates(signals: Sequence[Signals]) -> Posterior:
     for single in smooth_terms(signals):
         library.setdefault(single.key, single)
     regression = Regression([windows_of(single) for single in signals], DEFAULT_LEVELS, ())
-    offered = usual(list(library.values()), signals)
+    offered = startup_nuisances(list(library.values()), signals)
     places = regression.add(offered)
-    noise_beside(regression, roughly=True)
+    regression = whiten_with_estimated_noise(regression, roughly=True)
     others = [single for single in library.values() if single not in offered]
     places += regression.add(others, keep=False)
     shift = np.zeros(len(regression.white))
-    posterior = with_everyday(regression, [*offered, *others], places, shift)
+    posterior = posterior_with_background(regression, [*offered, *others], places, shift)
     events = [*_moments(posterior), *spans(regression, [posterior.given(())], COARSE)]
     if not events:
         return posterior
@@ -122,9 +126,9 @@ def _moments(posterior: Posterior) -> list[Term]:
     """Return the strongest bump under each wheel and push of each truck, where they stand out."""
     regression, found = posterior.regression, []
     tries = sum(len(windows.ends) for windows in regression.windows)
-    pushes = regression.shocks(posterior.given(()).residual)
+    pushes = regression.push_scores(posterior.given(()).residual)
     for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
-        sigmas = lost_way(windows, scores, informations)
+        sigmas = lost_travel_z_scores(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
             at = int(np.argmax(sigmas[:, number]))
             if sigmas[at, number] > SEEN:

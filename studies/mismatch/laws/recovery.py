@@ -15,7 +15,11 @@ from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import smooth_terms
 from omnimate.mismatch.candidates.unknown import errors, sizes_of
-from omnimate.mismatch.investigate import noise_beside, usual, with_everyday
+from omnimate.mismatch.investigate import (
+    posterior_with_background,
+    startup_nuisances,
+    whiten_with_estimated_noise,
+)
 from omnimate.mismatch.learn.law_terms import law_of, observed
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS
 from omnimate.mismatch.recording.response import column, response
@@ -123,8 +127,8 @@ def recovered(question: tuple[Case, int]) -> Recovery:
 def recovered_from(drives: Pair) -> Recovery:
     """Return what is recovered of an effect that two drives conceal."""
     effect = drives.effect
-    posterior = _everyday(drives.seen, effect)
-    unseen = _everyday(drives.unseen, effect, posterior.regression.noise)
+    posterior = _posterior(drives.seen, effect)
+    unseen = _posterior(drives.unseen, effect, posterior.regression.noise)
     conditional, held_out = posterior.given(()), unseen.given(())
     itself = _gain(held_out, _part(unseen, held_out, (effect,)))
     ways = _ways(posterior, effect.component)
@@ -155,7 +159,7 @@ def recovered_from(drives: Pair) -> Recovery:
     }
 
 
-def _everyday(recording: Recording, effect: Effect, noise: NoiseLevels | None = None) -> Posterior:
+def _posterior(recording: Recording, effect: Effect, noise: NoiseLevels | None = None) -> Posterior:
     """Return a drive beside what every robot has a little of, without any of an effect.
 
     Levels of noise are estimated with the effect as a nuisance, unless they are known: what is asked here is
@@ -166,7 +170,7 @@ def _everyday(recording: Recording, effect: Effect, noise: NoiseLevels | None = 
     library = [single for single in smooth_terms(signals) if single.effect != effect.name]
     if noise is None:
         nuisances = Regression(regression.windows, DEFAULT_LEVELS, ())
-        nuisances.add(usual(library, signals))
+        nuisances.add(startup_nuisances(library, signals))
         nuisances.extend(
             [
                 _columns(base, windows, (effect,))
@@ -174,9 +178,9 @@ def _everyday(recording: Recording, effect: Effect, noise: NoiseLevels | None = 
             ],
             [1],
         )
-        regression.whiten(noise_beside(nuisances))
+        regression = regression.with_noise(whiten_with_estimated_noise(nuisances).noise)
     places = regression.add(library)
-    return with_everyday(regression, library, places, np.zeros(len(regression.white)))
+    return posterior_with_background(regression, library, places, np.zeros(len(regression.white)))
 
 
 def _ways(posterior: Posterior, component: str) -> list[str]:

@@ -54,10 +54,10 @@ def shuttled(effect, regression):
 
 
 def test_a_play_that_all_gears_have_is_how_they_are_made_and_that_of_a_single_gear_is_not(shuttled):
-    usual = shuttled()
-    whole, left = shuttled(*WHEELS) - usual
+    healthy = shuttled()
+    whole, left = shuttled(*WHEELS) - healthy
     assert left < 0.1 * whole
-    whole, left = shuttled("a.right") - usual
+    whole, left = shuttled("a.right") - healthy
     assert left > 0.5 * whole
 
 

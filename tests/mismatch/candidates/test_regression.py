@@ -5,7 +5,7 @@ import numpy as np
 
 def test_an_echo_of_linkage_and_poses_alike_is_the_row_of_as_many_windows_before(regression, drive, watched):
     found = regression(watched(drive(laps=1)))
-    echoes, channels = found.echoes(2), found.windows[0].measured.shape[1]
+    echoes, channels = found.lagged_rows(2), found.windows[0].measured.shape[1]
     assert echoes.shape == (len(found.white), 2 * channels)
     for channel in range(channels):
         mine = np.flatnonzero(found.channel == channel)

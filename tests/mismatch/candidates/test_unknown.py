@@ -3,7 +3,7 @@
 import pytest
 
 from omnimate.mismatch.candidates.terms import smooth_terms
-from omnimate.mismatch.candidates.unknown import READ, add_unknown
+from omnimate.mismatch.candidates.unknown import READ, unknown_terms
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.motion.paths import out_and_back
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -19,7 +19,7 @@ def straight():
 
 
 def quantities(regression):
-    return {term.fixed["quantity"] for term in add_unknown(regression)[0]}
+    return {term.fixed["quantity"] for term in unknown_terms(regression)[0]}
 
 
 def test_on_a_drive_with_turns_it_may_depend_on_turn_rate_and_on_the_joints(regression, drive):

@@ -172,7 +172,7 @@ def test_innovations_of_simulated_noise_are_white(model):
 def test_a_healthy_drive_leaves_white_innovations(drive, regression):
     """On the simulator's floor and encoders, which are not drawn from the filter's model."""
     own = regression(drive())
-    own.whiten(estimate_noise(own.windows, own.raw, waves=(0.15,)))
+    own = own.with_noise(estimate_noise(own.windows, own.raw, waves=(0.15,)))
     for channel in range(own.windows[0].linkage):
         rows = own.white[own.channel == channel, 0]
         assert np.mean(rows**2) == pytest.approx(1.0, abs=0.2)

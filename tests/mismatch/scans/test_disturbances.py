@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, estimate_noise
-from omnimate.mismatch.scans.disturbances import freed
+from omnimate.mismatch.scans.disturbances import inflate_disturbed_windows
 
 
 @pytest.fixture(scope="module")
@@ -13,8 +13,7 @@ def whitened(drive, regression):
 
     def of(*effects):
         own = regression(drive(*effects))
-        own.whiten(estimate_noise(own.windows, own.raw, waves=(0.15,)))
-        return own
+        return own.with_noise(estimate_noise(own.windows, own.raw, waves=(0.15,)))
 
     return of
 
@@ -24,11 +23,12 @@ def roughness(noise):
     return float(np.hypot(noise.roughness, noise.waviness))
 
 
-def freely(own, start, turns):
+def without_disturbances(own, start, turns):
+    """Return a drive whitened with the noise of its undisturbed windows, and how many are disturbed."""
     for turn in range(turns):
-        windows, count = freed(own, own.white[:, 0])
-        own.whiten(estimate_noise(windows, own.raw, own.noise if turn else start, waves=(0.15,)))
-    return count
+        windows, count = inflate_disturbed_windows(own, own.white[:, 0])
+        own = own.with_noise(estimate_noise(windows, own.raw, own.noise if turn else start, waves=(0.15,)))
+    return own, count
 
 
 def test_a_floor_with_a_dozen_obstacles_is_as_rough_as_without(whitened, effect):
@@ -36,13 +36,14 @@ def test_a_floor_with_a_dozen_obstacles_is_as_rough_as_without(whitened, effect)
     plain = whitened()
     bumped = whitened(effect("bump", "b.left", times=times, lost=(4e-3,) * len(times)))
     assert roughness(bumped.noise) > 2.0 * roughness(plain.noise)
-    assert freely(bumped, bumped.noise, 3) >= len(times)
+    bumped, count = without_disturbances(bumped, bumped.noise, 3)
+    assert count >= len(times)
     assert roughness(bumped.noise) < 1.5 * roughness(plain.noise)
 
 
 def test_where_nothing_happened_hardly_a_window_is_left_out(whitened):
     plain = whitened()
-    windows, count = freed(plain, plain.white[:, 0])
+    windows, count = inflate_disturbed_windows(plain, plain.white[:, 0])
     assert count <= 2
     assert windows[0].rounding.shape == plain.windows[0].rounding.shape
 
@@ -51,7 +52,7 @@ def test_where_nothing_happened_hardly_a_window_is_left_out(whitened):
 def test_what_happens_all_the_time_is_how_the_floor_is(whitened, effect):
     times = tuple(np.linspace(2.0, 78.0, 40).tolist())
     rough = whitened(effect("bump", "a.left", times=times, lost=(5e-3,) * 40))
-    _, count = freed(rough, rough.white[:, 0])
+    _, count = inflate_disturbed_windows(rough, rough.white[:, 0])
     assert count <= 0.1 * 2 * len(rough.windows[0].rounding) + 2
 
 
@@ -59,6 +60,5 @@ def test_a_long_patch_does_not_make_the_floor_rough(whitened, effect):
     plain = whitened()
     slipped = whitened(effect("slip_patch", "b.left", fraction=0.08, intervals=((30.0, 36.0),)))
     assert roughness(slipped.noise) > 2.0 * roughness(plain.noise)
-    slipped.whiten(DEFAULT_LEVELS)
-    freely(slipped, DEFAULT_LEVELS, 1)
+    slipped, _ = without_disturbances(slipped.with_noise(DEFAULT_LEVELS), DEFAULT_LEVELS, 1)
     assert roughness(slipped.noise) < 1.5 * roughness(plain.noise)

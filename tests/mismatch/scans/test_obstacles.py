@@ -7,10 +7,10 @@ from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.pushes import Push
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import smooth_terms
-from omnimate.mismatch.investigate import noise_beside, usual
+from omnimate.mismatch.investigate import startup_nuisances, whiten_with_estimated_noise
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
 from omnimate.mismatch.recording.windows import windows_of
-from omnimate.mismatch.scans.obstacles import ENCOUNTERS, LOST, obstacles, train
+from omnimate.mismatch.scans.obstacles import LOST, MIN_ENCOUNTERS, find_obstacles, train
 
 TIMES = tuple(np.arange(10.0, 82.0, 8.0).tolist())
 TAKEN = 4e-3  # [m] that each obstacle takes
@@ -39,9 +39,8 @@ def met(drive, regression):
         recording = drive(*effects)
         own = regression(recording)
         signals = [signals_of(recording)]
-        own.add(usual(smooth_terms(signals), signals))
-        noise_beside(own)
-        return obstacles(own)
+        own.add(startup_nuisances(smooth_terms(signals), signals))
+        return find_obstacles(whiten_with_estimated_noise(own))
 
     return told
 
@@ -59,7 +58,7 @@ def test_obstacles_are_told_by_what_they_leave_behind_however_they_shake_the_tru
 
 
 def test_where_obstacles_are_both_trucks_are_shaken_and_nowhere_else(met, shaking):
-    (pushes,) = met(*shaking).pushes
+    (pushes,) = met(*shaking).disturbances
     shaken = np.flatnonzero(np.einsum("mii->m", pushes) > 0.0)
     assert len(TIMES) <= len(shaken) < 8 * len(TIMES)
     assert np.all(pushes[shaken][:, range(6), range(6)] > 0.0)
@@ -87,21 +86,21 @@ def test_obstacles_in_several_recordings_are_told_together(drive, effect, usual_
     recordings = [drive(*shaken_from(effect, start), start_time=start) for start in (0.0, 1000.0)]
     signals = [signals_of(single) for single in recordings]
     own = Regression([windows_of(single) for single in signals], usual_noise, ())
-    own.add(usual(smooth_terms(signals), signals))
-    noise_beside(own)
-    told = obstacles(own)
+    own.add(startup_nuisances(smooth_terms(signals), signals))
+    own = whiten_with_estimated_noise(own)
+    told = find_obstacles(own)
     assert [term.component for term in told.terms] == ["a.left"]
-    assert all(np.any(pushes > 0.0) for pushes in told.pushes)
+    assert all(np.any(pushes > 0.0) for pushes in told.disturbances)
 
 
 def test_a_quiet_drive_meets_none_and_is_not_shaken(met):
     told = met()
     assert told.terms == []
-    assert not told.pushes[0].any()
+    assert not told.disturbances[0].any()
 
 
 def test_fewer_are_left_to_the_search(met, effect):
-    few = TIMES[: ENCOUNTERS - 1]
+    few = TIMES[: MIN_ENCOUNTERS - 1]
     assert met(effect("bump", "a.left", times=few, lost=(TAKEN,) * len(few))).terms == []
 
 
