@@ -43,7 +43,7 @@ def conform(
     What it does not do is printed with the reason. The device must not drive meanwhile.
     """
     from omnimate.driver.bus.bus import open_bus
-    from omnimate.driver.canopen.node_access import refuse_beside_a_master
+    from omnimate.driver.canopen.node_access import require_no_other_master
     from omnimate.driver.conformance.probe import Probe
     from omnimate.driver.conformance.run import conform as run
 
@@ -51,7 +51,7 @@ def conform(
     with open_bus(bus) as opened:
         probe = Probe(opened, node, timeout)
         if not force:
-            refuse_beside_a_master(opened, bus)
+            require_no_other_master(opened, bus)
         for result in run(probe, most.value):
             results.append(result)
             if not as_json:

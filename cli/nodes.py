@@ -123,12 +123,12 @@ def set_id(
 def _probe(bus: str, node: int, *, force: bool) -> Iterator[Probe]:
     """Give raw frames to and from a bus, on which no other master may work unless it is forced."""
     from omnimate.driver.bus.bus import open_bus
-    from omnimate.driver.canopen.node_access import refuse_beside_a_master
+    from omnimate.driver.canopen.node_access import require_no_other_master
     from omnimate.driver.conformance.probe import Probe
 
     with open_bus(bus) as can_bus:
         if not force:
-            refuse_beside_a_master(can_bus, bus)
+            require_no_other_master(can_bus, bus)
         yield Probe(can_bus, node, timeout=0.1)
 
 

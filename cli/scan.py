@@ -121,12 +121,12 @@ def _show(found: Scan, files: Mapping[int, FittingFile]) -> None:
 
 
 def _bus_in_words(found: Scan) -> str:
-    period = found.heard.sync_period
-    counter = " with a counter" if found.heard.has_counter else ""
+    period = found.traffic.sync_period
+    counter = " with a counter" if found.traffic.has_counter else ""
     sync = "no SYNC" if period is None else f"SYNC every {1e3 * period:.1f} ms{counter}"
-    if not found.is_beside_a_master:
+    if not found.has_other_master:
         return f"{sync}; no other master"
-    masters = ", ".join(sorted(found.heard.masters))
+    masters = ", ".join(sorted(found.traffic.masters))
     return f"{sync}; another master works here ({masters})"
 
 
@@ -180,11 +180,11 @@ BOOTED = 0x7F  # a node whose boot-up was heard last is pre-operational
 
 
 def _alive(found: Scan, node: NodeReading) -> str:
-    heard = found.heard.heartbeat_period(node.node)
-    period = node.heartbeat or (0.0 if node.node in found.heard.guarded else heard or 0.0)
+    heard = found.traffic.heartbeat_period(node.node)
+    period = node.heartbeat or (0.0 if node.node in found.traffic.guarded else heard or 0.0)
     if period:
         return f"heartbeat {period:.3g} s"
-    if node.node in found.heard.guarded:
+    if node.node in found.traffic.guarded:
         return "node guarding"
     return f"guarding {node.guarding:.3g} s" if node.guarding else "nothing"
 
@@ -204,8 +204,8 @@ def _hex(value: int | None) -> str:
 
 def _fields(found: Scan, files: Mapping[int, FittingFile]) -> dict[str, Any]:
     return {
-        "sync_period": found.heard.sync_period,
-        "other_master": sorted(found.heard.masters),
+        "sync_period": found.traffic.sync_period,
+        "other_master": sorted(found.traffic.masters),
         "sent": dict(found.sent),
         "nodes": [_node_fields(found, node, files.get(node.node)) for node in found.nodes],
         "without_id": [

@@ -51,7 +51,7 @@ class NumberCode(NamedTuple):
 
 
 def centred(values: Column, bits: int) -> NDArray[np.int64]:
-    """Return values modulo 2^bits as two's complement numbers, the shortest way on the ring, `(N,)`."""
+    """Return values modulo 2^bits as two's complement numbers, the shortest distance on the ring, `(N,)`."""
     left = np.uint64(64 - bits)
     return (values << left).view(np.int64) >> left.astype(np.int64)
 
@@ -70,7 +70,7 @@ def number_code(values: Column, bits: int) -> NumberCode:
     if 0 < zeros < 8:
         code = number_code(values >> np.uint64(zeros), bits - zeros)
         return code._replace(steps=code.steps + LEFT_JUSTIFIED + math.log2(7), turn=code.turn << zeros)
-    turn, told, odds = _turn(values, bits)
+    turn, cost, odds = _turn(values, bits)
 
     def centre(numbers: Column) -> NDArray[np.int64]:
         if not turn:
@@ -92,7 +92,7 @@ def number_code(values: Column, bits: int) -> NumberCode:
         lengths.append(_table_code(values) + 2.0 * math.log2(span + 1) + log2_choose(span, len(distinct)))
     signed = centred(values, bits)
     return NumberCode(
-        min(lengths) + 3.0 + told,
+        min(lengths) + 3.0 + cost,
         turn,
         odds,
         int(np.count_nonzero((values[1:] > values[:-1]) != (step > 0))),
@@ -118,10 +118,10 @@ def _turn(values: Column, bits: int) -> tuple[int, float, float]:
     if 2 * int(np.abs(step).max()) <= highest:
         return 0, 0.0, 0.0
     choices = [(residual_code(step), 0, 0.0)]
-    for turn, told in ((1 << highest.bit_length(), math.log2(bits)), (_roundest(highest, step), float(bits))):
+    for turn, cost in ((1 << highest.bit_length(), math.log2(bits)), (_roundest(highest, step), float(bits))):
         length = residual_code((step + turn // 2) % turn - turn // 2)
         if turn != BYTE:
-            choices.append((length + told + TURN, turn, told + TURN))
+            choices.append((length + cost + TURN, turn, cost + TURN))
     best = min(choices)
     return best[1], best[2], choices[0][0] - best[0]
 
@@ -153,22 +153,22 @@ def flags_value(value: int, bits: int) -> float:
     return 1.0 - math.log2(1.0 / (bits + 1) + 2.0 ** (-1 - count)) + log2_choose(bits, count)
 
 
-def symbol_code(values: Column, bits: int, below: Column | None = None, *, told: bool = True) -> float:
+def symbol_code(values: Column, bits: int, below: Column | None = None, *, new_values: bool = True) -> float:
     """Return the code length of a column of states or flags behind its first value.
 
-    Flags that are tossed like coins are the low byte of a number, which nothing but its high byte tells; the
-    codes are not exact enough to tell by `NOISE` bits a frame.
+    Flags that are tossed like coins are the low byte of a number, which only its high byte identifies; the
+    codes are not exact enough to decide by `NOISE` bits a frame.
 
     It stays, or changes to some other value, as often as it did before (Krichevsky and Trofimov 1981), after
-    each value in its way where there are few; or every flag changes for itself. A value that is new is told
+    each value in its way where there are few; or every flag changes for itself. A value that is new is coded
     by the flags in which it differs from the one before.
 
     Args:
         values: The column, `(N,)`.
         bits: Its width.
-        below: The byte before the field, `(N,)`, which tells when to expect a change: one cause, such as a
+        below: The byte before the field, `(N,)`, which predicts when a change comes: one cause, such as a
             drive that is enabled, changes several objects of a device. None for a field without one.
-        told: Whether new values are to be told; else the caller knows what they cost.
+        new_values: Whether new values are counted; else the caller knows what they cost.
     """
     flips = values[1:] ^ values[:-1]
     changed = np.flatnonzero(flips) + 1
@@ -180,7 +180,7 @@ def symbol_code(values: Column, bits: int, below: Column | None = None, *, told:
     if 0 < len(distinct) < _TABLE:
         orders += [stays + _table_code(values[changed]), _table_code(values)]
     joint = min(orders)
-    if told:
+    if new_values:
         sizes = np.bincount(_set_bits(flips[changed[first] - 1]), minlength=bits + 1)
         joint += float(sizes @ [flags_value((1 << size) - 1, bits) for size in range(bits + 1)])
     moves = [int(np.count_nonzero(flips >> np.uint64(bit) & np.uint64(1))) for bit in range(bits)]

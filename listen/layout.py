@@ -138,7 +138,7 @@ def readings_of(
         return _of_constant(column, bits, direction)
     weights: dict[Reading, float] = {}
     code = number_code(column, bits)
-    rounds = min(code.unsigned_wraps, code.signed_wraps)  # of a counter, whose sign nothing tells
+    rounds = min(code.unsigned_wraps, code.signed_wraps)  # of a counter, whose sign cannot be identified
     for signed, wraps in ((False, code.unsigned_wraps), (True, code.signed_wraps)):
         first = int(centred(column[:1], bits)[0]) if signed else int(column[0])
         jumps = ROUNDS if rounds else min(wraps, MOST_JUMPS) * bits
@@ -172,7 +172,7 @@ def _add_profile_words(
     if len(distinct) > 64:  # more than the states and the flags of a drive make within a log
         return
     in_order = distinct[np.argsort(first)]
-    changes = symbol_code(column, 16, below, told=False)
+    changes = symbol_code(column, 16, below, new_values=False)
     weights["status word", None] = _prior("status word", 16, direction) - changes - status_bits(in_order)
     weights["control word", None] = _prior("control word", 16, direction) - changes - control_bits(in_order)
 
@@ -184,7 +184,7 @@ def _add_float(weights: dict[Reading, float], column: Column, direction: Directi
         return
     used = exponents[~is_zero]
     # Exponents of physical values: geometric on both sides of 2^2, half in three octaves; then 24 bits. What
-    # passes 0 is small for a moment: the largest value tells the size.
+    # passes 0 is small for a moment: the largest value gives the size.
     far = abs(int(used.max()) - 129)
     step = centred(np.diff(ordered_floats(column)), 33)
     usual = float(np.median(np.abs(step[step != 0])))

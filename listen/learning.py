@@ -1,4 +1,4 @@
-"""Everything that a log tells about its bus."""
+"""Everything that is learned of a bus from a log."""
 
 from __future__ import annotations
 
@@ -70,12 +70,12 @@ def learn_bus(
     known: Mapping[int, Sequence[Signal]] | None = None,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> Findings:
-    """Return what a log tells about its bus.
+    """Return what a log shows of its bus.
 
     Args:
         frames: The log, of one interface.
         known: Fields of PDOs by COB-ID, as the SDO traffic in the log shows them.
-        progress: Is told how many messages are done, and of how many.
+        progress: Called with (messages done, number of messages).
     """
     known = known or {}
     network = find_network(frames)

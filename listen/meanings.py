@@ -64,11 +64,11 @@ def _of_wheels(findings: Findings) -> Mapping[str, tuple[str, str]]:
 def _of_others(findings: Findings) -> Mapping[str, tuple[str, str]]:
     found: dict[str, tuple[str, str]] = {}
     counts: dict[str, int] = {}
-    told = {wheel.shaft.position.signal.label for wheel in findings.kinematics.wheels}
+    wheel_labels = {wheel.shaft.position.signal.label for wheel in findings.kinematics.wheels}
     roles = {other.shaft.position.signal.label: other for other in findings.kinematics.others}
     for shaft in findings.shafts:
         label = shaft.position.signal.label
-        if label in told:
+        if label in wheel_labels:
             continue
         other = roles.get(label)
         role = (

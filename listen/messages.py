@@ -65,7 +65,7 @@ def messages_of(frames: Frames, nodes: frozenset[int], *, has_sync: bool = False
     Args:
         frames: The log.
         nodes: Nodes that say themselves that they are on the bus.
-        has_sync: Whether there is SYNC: where no node says anything, identifiers then tell the nodes.
+        has_sync: Whether there is SYNC: where no node reports itself, identifiers show the nodes.
     """
     is_data = frames.flags & (REMOTE | ERROR) == 0
     key = frames.can_id.astype(np.int64) | (frames.flags & EXTENDED).astype(np.int64) << 32
@@ -94,7 +94,7 @@ def messages_of(frames: Frames, nodes: frozenset[int], *, has_sync: bool = False
 
 
 def is_service(can_id: int) -> bool:
-    """Return whether an identifier of 11 bits is one of CANopen's services beside PDOs."""
+    """Return whether an identifier of 11 bits is one of CANopen's services other than PDOs."""
     return can_id <= 0x100 or 0x581 <= can_id <= 0x5FF or 0x601 <= can_id <= 0x67F or can_id >= 0x701
 
 

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from omnimate.listen.layout import Layout
     from omnimate.listen.priors import Direction
 
-MOST, FEWEST = 16, 24  # values of a multiplexor; frames of each, with fewer no layout is learned
-OFTEN = 0.25  # share of frames in which it changes: what it switches between is sent in turn
-IN_TURN = 0.25  # bits a frame that the order of its values takes at most: they come in turn, a few out of it
-RARE = 7.0  # bits of 1 in 100: few messages are multiplexed
-ODDS = 6.6  # bits of 99 to 1
+MAX_VALUES = 16  # of a multiplexor
+MIN_FRAMES = 24  # of each value; fewer do not show a layout
+MIN_CHANGE_SHARE = 0.25  # share of frames in which it changes: what it switches between is sent in turn
+MAX_ORDER_BITS = 0.25  # bits a frame for the order of its values: they come in turn, with few exceptions
+PRIOR_BITS = 7.0  # bits of 1 in 100: few messages are multiplexed
+MIN_GAIN = 6.6  # bits of 99 to 1
 
 
 class Multiplexed(NamedTuple):
@@ -53,9 +54,9 @@ def find_multiplexor(
     for byte, values in _candidates(data):
         column = data[:, byte].astype(np.uint64)
         order = symbol_code(column, 8)
-        if order > IN_TURN * len(data):
+        if order > MAX_ORDER_BITS * len(data):
             continue
-        total = -order - flags_value(int(column[0]), 8) - RARE
+        total = -order - flags_value(int(column[0]), 8) - PRIOR_BITS
         layouts: dict[int, tuple[tuple[int, int, Layout], ...]] = {}
         parts = [(first, last) for first, last in ((0, byte), (byte + 1, data.shape[1])) if first < last]
         for value in values:
@@ -71,18 +72,18 @@ def find_multiplexor(
                 for first, last in parts
             )
             total += sum(layout.total for *_, layout in layouts[value])
-        if total > plain.total + ODDS and (best is None or total > best[0]):
+        if total > plain.total + MIN_GAIN and (best is None or total > best[0]):
             best = total, Multiplexed(8 * byte, layouts)
     return None if best is None else best[1]
 
 
 def _candidates(data: NDArray[np.uint8]) -> Iterator[tuple[int, list[int]]]:
     """Yield the bytes that may be a multiplexor, each with its values."""
-    if data.shape[1] < 2 or len(data) < 2 * FEWEST:
+    if data.shape[1] < 2 or len(data) < 2 * MIN_FRAMES:
         return
     for byte in range(data.shape[1]):
         values, counts = np.unique(data[:, byte], return_counts=True)
         changes = np.count_nonzero(np.diff(data[:, byte].astype(np.int64)))
-        is_one = 2 <= len(values) <= MOST and counts.min() >= FEWEST
-        if is_one and changes > OFTEN * len(data):
+        is_one = 2 <= len(values) <= MAX_VALUES and counts.min() >= MIN_FRAMES
+        if is_one and changes > MIN_CHANGE_SHARE * len(data):
             yield byte, values.tolist()

@@ -80,7 +80,7 @@ def profile_reading(name: str, bits: int) -> tuple[Kind, bool | None] | None:
 def status_bits(values: NDArray[np.uint64]) -> float:
     """Return the bits of the distinct values of a status word in their order; infinite where it is none.
 
-    The first one is told whole, each other one by its state and by the other bits that have changed.
+    The first one is described whole, each other one by its state and by the other bits that have changed.
     """
     return _word_bits(values, STATES, "operation enabled", _STATUS_SET, _STATUS_EVEN)
 

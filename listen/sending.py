@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 Cause = Literal["SYNC", "timer", "change", "cannot tell"]
 TICK = 2.0**-17  # [s], 7.6 us: the shortest frame at 1 Mbit/s takes 47 bits
-RARE = 10.0  # bits of 1 in 1000: a frame that a timer leaves out, or that repeats what has not changed
-FEWEST = 8  # frames, with fewer no cause stands out
+EXCEPTION_BITS = 10.0  # 1 in 1000: a frame that a timer omits, or that repeats unchanged data
+MIN_FRAMES = 8  # frames, with fewer no cause stands out
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ def find_sending(
         sync_period: Period of SYNC [s]; None without.
     """
     interval = np.diff(time)
-    if len(interval) + 1 < FEWEST:
+    if len(interval) + 1 < MIN_FRAMES:
         period = float(np.median(interval)) if len(interval) else 0.0
         return Sending("cannot tell", 0.0, period, 0.0)
     usual = float(np.median(interval))
@@ -67,11 +67,11 @@ def find_sending(
     # A timer has a period of its own to tell, SYNC only a small whole number.
     late = _ticks(interval - grid * usual) + first_value(round(usual / TICK), 32)
     lengths: dict[Cause, float] = {
-        "timer": late + gaps * RARE,
-        "change": late + gaps + same * RARE + 1.0,
+        "timer": late + gaps * EXCEPTION_BITS,
+        "change": late + gaps + same * EXCEPTION_BITS + 1.0,
     }
     without_sync = by_sync = (jitter, 0, 0.0)
-    if sync_period and len(syncs) > FEWEST:
+    if sync_period and len(syncs) > MIN_FRAMES:
         number = np.searchsorted(syncs, time, "right") - 1
         after = number >= 0
         delay = time[after] - syncs[number[after]]
@@ -80,7 +80,7 @@ def find_sending(
         if every >= 1:
             middle = float(np.median(delay))
             lengths["SYNC"] = _ticks((delay - middle)[1:]) + first_value(every, 8)
-            lengths["SYNC"] += int(np.count_nonzero(between != every)) * RARE
+            lengths["SYNC"] += int(np.count_nonzero(between != every)) * EXCEPTION_BITS
             by_sync = float(np.std(delay)), every, middle
     best = min(lengths, key=lambda cause: lengths[cause])
     total = math.fsum(2.0 ** max(lengths[best] - each, -1000.0) for each in lengths.values())

@@ -114,7 +114,7 @@ class LearnedSignal:
         return self.raw.astype(np.float64)
 
     def unwrapped(self) -> NDArray[np.float64]:
-        """Return its values the shortest way from each to the next, from the first on, shape `(N,)`."""
+        """Return its values from the first on, unwrapped by the smallest steps, shape `(N,)`."""
         if self.kind == "float":
             return self.values()
         step = centred(np.diff(self.raw), self.bits)
@@ -195,7 +195,7 @@ def _part(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _merged(fields: Sequence[Field]) -> list[Field]:
-    """Return the fields with neighbours that never change made one, because nothing tells them apart."""
+    """Return the fields with neighbours that never change made one, because nothing separates them."""
     merged: list[Field] = []
     for each in fields:
         if merged and _is_constant(each) and _is_constant(merged[-1]):

@@ -1,14 +1,14 @@
 """Which of four wheels belong to one truck, which are on one side, which truck is in front; and the joints.
 
-The law of a joint tells: with the truck's rate of turn w, its speed v, the joint angles A and B
+The law of a joint identifies them: with the truck's rate of turn w, its speed v, the joint angles A and B
 of both trucks and the length L of the linkage, its angle changes by
 
     dA/dt = w_A - (v_A sin A - v_B sin B) / L,    w = (v_right - v_left) / wheelbase,
 
 and the same for B. So its rate is a linear function of the two wheels of its truck, with opposite signs, and
 of speed times joint angles, in whatever counts; the wheels of no other pair explain it. The truck whose own
-term has the negative sign is in front; the sign of the other term tells whether both joints count up the same
-way, and so which wheels are on one side.
+term has the negative sign is in front; the sign of the other term shows whether both joints count up in the
+same direction, and so which wheels are on one side.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def find_trucks(
         ratios: Their ratios as far as they are known, with signs.
         nodes: Nodes that measure them; 0 where that is not known.
         others: Rate and value of each other movement, each of shape `(M,)`.
-        forward: +1 or -1, whether the first wheel counts up on the way forward; 0 where that is not known.
+        forward: +1 or -1, whether the first wheel counts up when driving forward; 0 where that is not known.
     """
     normal = rates / np.array(ratios)[:, None]
     speed = normal.mean(axis=0)
@@ -216,7 +216,7 @@ def _placed(pairing: tuple[Pair, Pair], *, is_same: bool) -> tuple[Pair, Pair]:
 def _joints_alike(
     pairing: tuple[Pair, Pair], fits: Sequence[dict[Pair, JointFit]], joints: Sequence[int | None]
 ) -> tuple[float, float]:
-    """Return whether both joints count up the same way (+1, -1), and the logarithm of the odds."""
+    """Return whether both joints count up in the same direction (+1, -1), and the logarithm of the odds."""
     if joints.count(0) != 1 or joints.count(1) != 1:
         return 0.0, 0.0
     both = 0.0

@@ -23,17 +23,15 @@ if TYPE_CHECKING:
 
     from omnimate.listen.shafts import Shaft
 
-NARROW = math.radians(2.0)  # half the width of a peak: speeds of a wheel pair differ by 3 % on a straight way
-SHORT = 16  # bits
+PEAK_HALF_WIDTH = math.radians(2.0)  # speeds of a wheel pair differ by 3 % when driving straight
+SHORT_BITS = 16  # widest number that is a position only if it wraps
 BINS = 360  # directions in half a turn
 OFF_AXES = math.radians(12.0)  # of a peak; resolutions of two wheels differ by less than 1 to 5
-MOVING = 0.15  # of the usual highest speed; slower is noise of the resolution
-STRAIGHT = 2.0  # times as far as it turns on the spot: so the drive is asked for, and so robots move about
-SLIDES = (
-    0.8  # share of a slider's rate that the trucks' speeds must explain: less may be chance of a few causes
-)
-CLOSE = 0.01  # spread of a ratio over the middle half of a way that is straight: wobble of the drive
-EQUAL = 0.02  # wheels of one make differ by less than 2 % in counts per way: diameters by 1 %, air, load
+MIN_SPEED = 0.15  # of the 95 % quantile of a speed; slower is noise of the resolution
+MIN_STRAIGHT_ODDS = 2.0  # distance straight on over that of turns on the spot, as the requested drive has
+MIN_SLIDER_SHARE = 0.8  # of a slider's rate, explained by the trucks' speeds; less may be chance
+MAX_STRAIGHT_SPREAD = 0.01  # half interquartile range of a ratio while driving straight: wobble of the drive
+EQUAL = 0.02  # wheels of one make differ by less than 2 % in counts per metre: diameter, air, load
 
 
 @dataclass(frozen=True)
@@ -43,10 +41,10 @@ class Wheel:
     Attributes:
         shaft: Its signals.
         ratio: Its counts for each count of the first wheel when the robot drives straight on, with its sign.
-        spread: Half the range of that ratio in the middle half of the way, relative to it.
+        spread: Half the interquartile range of that ratio, relative to it.
         truck: Number of its truck, 0 or 1; None for `cannot tell`.
         side: Number of its side, 0 or 1: wheels of one number are on one side; None for `cannot tell`.
-        forward: +1 or -1, so that the way that the robot mostly drives counts up; 0 for `cannot tell`.
+        forward: +1 or -1, sign that counts up in the direction mostly driven; 0 for `cannot tell`.
     """
 
     shaft: Shaft
@@ -58,13 +56,13 @@ class Wheel:
 
     @property
     def has_exact_ratio(self) -> bool:
-        """Whether the ratio is that of a straight way: a steady bend holds one, too, but not of equals."""
-        return self.spread < CLOSE and abs(abs(self.ratio) - 1.0) < EQUAL
+        """Whether the ratio is that of driving straight: a steady bend holds one, too, but not 1."""
+        return self.spread < MAX_STRAIGHT_SPREAD and abs(abs(self.ratio) - 1.0) < EQUAL
 
 
 @dataclass(frozen=True)
 class Other:
-    """A movement beside the wheels.
+    """A movement that is not of a wheel.
 
     Attributes:
         shaft: Its signals.
@@ -100,12 +98,12 @@ class Kinematics:
 
 @dataclass(frozen=True)
 class _Pair:
-    """How two shafts move together: the ratio of their speeds, and the share of the way on which it holds."""
+    """How two shafts move together: ratio of their speeds, and share of the distance on which it holds."""
 
     ratio: float
     spread: float
     share: float
-    way: float  # odds that this is straight on, and not a turn on the spot
+    straight_odds: float  # of driving straight to turning on the spot
 
 
 def find_wheels(shafts: Sequence[Shaft]) -> Kinematics:
@@ -137,7 +135,7 @@ def _may_be_a_wheel(shaft: Shaft) -> bool:
     if np.std(track.rate) <= 2 * track.noise:
         return False
     signal = track.signal
-    return signal.bits > SHORT or signal.turn > 0 or float(np.ptp(track.value)) > 2.0**signal.bits
+    return signal.bits > SHORT_BITS or signal.turn > 0 or float(np.ptp(track.value)) > 2.0**signal.bits
 
 
 def _pair(one: NDArray[np.float64], other: NDArray[np.float64]) -> _Pair | None:
@@ -146,7 +144,7 @@ def _pair(one: NDArray[np.float64], other: NDArray[np.float64]) -> _Pair | None:
     if not all(scales):
         return None
     x, y = one / scales[0], other / scales[1]
-    fast = np.hypot(x, y) > MOVING
+    fast = np.hypot(x, y) > MIN_SPEED
     if np.count_nonzero(fast) < 10:
         return None
     x, y = x[fast], y[fast]
@@ -155,7 +153,7 @@ def _pair(one: NDArray[np.float64], other: NDArray[np.float64]) -> _Pair | None:
     weight = np.hypot(x, y)
     bins = np.minimum((angle / math.pi * BINS).astype(np.int64), BINS - 1)
     each = np.bincount(bins, weight, BINS) / weight.sum()
-    half = round(NARROW / math.pi * BINS)
+    half = round(PEAK_HALF_WIDTH / math.pi * BINS)
     shares = np.sum([np.roll(each, shift) for shift in range(-half, half + 1)], axis=0)
     axes = np.minimum(np.mod(grid, math.pi / 2), math.pi / 2 - np.mod(grid, math.pi / 2)) < OFF_AXES
     shares[axes] = 0.0
@@ -175,13 +173,13 @@ def _pair(one: NDArray[np.float64], other: NDArray[np.float64]) -> _Pair | None:
     z = (shares[best] - expected) / math.sqrt(expected * (1 - expected) / count)
     if z < 4.0:  # of 180 directions some may be as frequent by chance with less
         return None
-    near_best = np.abs(np.mod(angle - grid[best] + math.pi / 2, math.pi) - math.pi / 2) < NARROW
+    near_best = np.abs(np.mod(angle - grid[best] + math.pi / 2, math.pi) - math.pi / 2) < PEAK_HALF_WIDTH
     exact = float(np.median(y[near_best] / x[near_best])) if near_best.any() else math.tan(grid[best])
-    way = float(shares[best] + 0.01) / (against + 0.01)
-    alike = (x * y * exact > 0) & (np.abs(x) > MOVING)
+    straight_odds = float(shares[best] + 0.01) / (against + 0.01)
+    alike = (x * y * exact > 0) & (np.abs(x) > MIN_SPEED)
     low, high = np.percentile(y[alike] / x[alike], (25, 75)) if alike.any() else (exact, exact)
     spread = abs(float(high - low) / 2 / exact)
-    return _Pair(exact * scales[1] / scales[0], spread, float(shares[best]), way)
+    return _Pair(exact * scales[1] / scales[0], spread, float(shares[best]), straight_odds)
 
 
 def _largest_group(count: int, pairs: dict[tuple[int, int], _Pair]) -> tuple[int, ...]:
@@ -203,14 +201,14 @@ def _kinematics(
 ) -> Kinematics:
     first = group[0]
     ratios = [1.0, *(pairs[first, other].ratio for other in group[1:])]
-    way = min(pairs[first, other].way for other in group[1:])
+    straight_odds = min(pairs[first, other].straight_odds for other in group[1:])
     rates = np.array([moving[k].position.rate / ratio for k, ratio in zip(group, ratios, strict=True)])
     common = rates.mean(axis=0)
     held = ", ".join(f"{pairs[first, other].share:.0%}" for other in group[1:])
     reasons = [f"{len(group)} shafts hold one ratio of their speeds for {held} of the way: wheels"]
     going = float(np.sum(common)) / (float(np.sum(np.abs(common))) or 1.0)
-    forward = 0 if abs(going) < 1 / 3 or way < STRAIGHT else int(np.sign(going))
-    if way < STRAIGHT:
+    forward = 0 if abs(going) < 1 / 3 or straight_odds < MIN_STRAIGHT_ODDS else int(np.sign(going))
+    if straight_odds < MIN_STRAIGHT_ODDS:
         reasons.append(
             "the opposite ratio is held nearly as long: which of the two is straight on, and which is a turn "
             "on the spot, cannot be told"
@@ -280,7 +278,7 @@ def _others(rest: Sequence[Shaft], rates: NDArray[np.float64], found: Trucks) ->
         if truck is not None:
             others.append(Other(shaft, f"joint of truck {truck + 1}", share))
         else:
-            others.append(Other(shaft, "slider" if share > SLIDES else "cannot tell", share))
+            others.append(Other(shaft, "slider" if share > MIN_SLIDER_SHARE else "cannot tell", share))
     return tuple(others)
 
 

@@ -25,7 +25,7 @@ class AdapterTime:
         self._turned = 0.0  # beginning of the present window
         self._least = self._before = math.inf  # smallest difference in the present and the former window
 
-    def heard(self, stamp: float, now: float) -> float:
+    def host_time(self, stamp: float, now: float) -> float:
         """Return the host's time at which a frame was on the bus [s].
 
         Args:
@@ -72,7 +72,7 @@ class Clock(Protocol):
         """Return the time on the recording's clock [s]."""
         ...
 
-    def heard(self, stamp: float) -> float:
+    def frame_time(self, stamp: float) -> float:
         """Return when a frame that was just read was on the bus [s], on the recording's clock.
 
         Args:
@@ -126,9 +126,9 @@ class WallClock:
         """Return wall time [s]."""
         return time.monotonic() + self._offset
 
-    def heard(self, stamp: float) -> float:
+    def frame_time(self, stamp: float) -> float:
         """Return the wall time at which a frame was on the bus [s], by the adapter's stamps where it can."""
-        return self._adapter.heard(stamp, time.monotonic()) + self._offset
+        return self._adapter.host_time(stamp, time.monotonic()) + self._offset
 
     def sleep(self, seconds: float) -> None:
         """Let host time pass [s]."""
@@ -181,7 +181,7 @@ class SyncClock:
         passed = min(self._frames * FRAME, 0.9 * self.period)
         return self.start + (self._next - 1) * self.period + passed
 
-    def heard(self, stamp: float) -> float:
+    def frame_time(self, stamp: float) -> float:
         """Return the time of the next frame after SYNC [s], whatever its stamp."""
         del stamp
         self._frames += 1

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.sdo import Sdo
     from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
-MOST_TOLD = 10  # differences from a DCF; `omnimate dcf compare` tells all
+MAX_LISTED = 10  # differences from a DCF; `omnimate dcf compare` lists all
 # What vehicle.toml and the driver decide, besides PDOs: SYNC, heartbeats, and how a drive is commanded.
 OURS = frozenset({0x1005, 0x1006, 0x1016, 0x1017, 0x1019, 0x6007, 0x6040, 0x6060, 0x60FF})
 
@@ -82,7 +82,7 @@ def _of_values(sdo: Sdo, eds: Eds) -> Iterator[str]:
     """Yield where the device is not as its DCF states, in what vehicle.toml and the driver leave alone."""
     found = differences(sdo, eds.dictionary, lambda index: index not in OURS and index not in PDOS)
     for number, difference in enumerate(found):
-        if number == MOST_TOLD:
-            yield "and more; `omnimate dcf compare` tells all"
+        if number == MAX_LISTED:
+            yield "and more; `omnimate dcf compare` lists all"
             return
         yield difference.in_words()

@@ -50,23 +50,23 @@ class LssMaster:
     def ask(self, request: bytes, seconds: float | None = None) -> bytes | None:
         """Send a request and return the answer of 8 bytes, None where none comes."""
         self._frames.drain()
-        self.tell(request)
+        self.send(request)
         reply = self._frames.await_frame(SLAVE, seconds)
         return None if reply is None else reply.data.ljust(8, b"\0")
 
-    def tell(self, request: bytes) -> None:
-        """Send a request to which there is no answer."""
+    def send(self, request: bytes) -> None:
+        """Send a request that has no answer."""
         self._frames.send(MASTER, request.ljust(8, b"\0"))
 
     def leave(self) -> None:
         """Switch all devices back from configuration; one that got its first id boots."""
-        self.tell(b"\x04\x00")
+        self.send(b"\x04\x00")
 
     def select(self, identity: Sequence[int]) -> bool:
         """Switch the device with an identity to configuration; return whether it answers."""
         self.leave()
         for command, value in zip((0x40, 0x41, 0x42), identity, strict=False):
-            self.tell(_number(command, value))
+            self.send(_number(command, value))
         answer = self.ask(_number(0x43, identity[3]))
         return answer is not None and answer[0] == 0x44
 

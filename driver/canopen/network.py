@@ -133,7 +133,7 @@ class BusNetwork(Network):
             raise BusLost(error) from error
         if message is None:
             return None
-        self.arrival = self.clock.heard(message.timestamp)
+        self.arrival = self.clock.frame_time(message.timestamp)
         if self.recorder is not None:
             with self._lock:
                 self.recorder.frame(self.arrival, message)

@@ -40,7 +40,7 @@ class MasterActiveError(DriverError):
         self.url = url
 
 
-def refuse_beside_a_master(bus: can.BusABC, url: str) -> None:
+def require_no_other_master(bus: can.BusABC, url: str) -> None:
     """Listen to a bus for a moment.
 
     Raises:
@@ -81,7 +81,7 @@ def open_node(
     """
     with open_bus(url) as bus:
         if writes:
-            refuse_beside_a_master(bus, url)
+            require_no_other_master(bus, url)
         network = BusNetwork(bus, WallClock(PERIOD))
         network.handler = lambda message, _arrival: network.notify(
             message.arbitration_id, message.data, message.timestamp

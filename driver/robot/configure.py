@@ -131,7 +131,7 @@ def _set_pdos(
             nmt(NMT_PRE_OPERATIONAL, sdo.node)
             slots = None if is_mapped else plan(carried[cob_id], objects)
             setting = write_pdo(sdo, old, cob_id, _transmissions(vehicle.bus.sync_period), slots)
-            _tell(old, setting, vehicle.bus.sync_period, notes)
+            _note_change(old, setting, vehicle.bus.sync_period, notes)
         pdos[cob_id] = setting
     used = {setting.base for setting in chosen.values()}
     spare = [setting for base, setting in settings.items() if base not in used]
@@ -149,7 +149,7 @@ def _transmissions(period: float) -> tuple[Transmission, ...]:
     return (Transmission(ON_SYNC), *(Transmission(kind, inhibit, timer) for kind in AT_EVENTS))
 
 
-def _tell(old: PdoSetting, setting: PdoSetting, period: float, notes: Notes) -> None:
+def _note_change(old: PdoSetting, setting: PdoSetting, period: float, notes: Notes) -> None:
     """Note what was changed in a PDO, and what an operator should know of how it is sent."""
     if setting != old:
         notes.changed.append(setting.in_words())

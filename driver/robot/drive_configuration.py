@@ -18,7 +18,7 @@ from omnimate.driver.canopen.pdo_parameters import (
 )
 from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
 from omnimate.driver.robot.configuration import NodeConfiguration
-from omnimate.driver.robot.drive_watch import (
+from omnimate.driver.robot.status_words import (
     BY_EVENT,
     LONGEST_INHIBIT,
     STATUS_WORD,
@@ -76,7 +76,7 @@ def configure_drive(
         target = _map_target(sdo, drive, notes)
         settings = [_limited(sdo, setting, encoder_cob_ids, notes) for setting in read_pdos(sdo, TPDO)]
         heartbeat = set_heartbeat(sdo, notes, DRIVE_HEARTBEAT_MS, DRIVE_HEARTBEAT_MS)
-        _watch_driver(sdo, driver_node, notes)
+        _set_watchdog(sdo, driver_node, notes)
     shows_its_end = heartbeat is not None and 1000.0 * heartbeat <= DRIVE_HEARTBEAT_MS
     source = status_source(drive.node, settings, sync_period if shows_its_end else None)
     configuration = NodeConfiguration(
@@ -152,8 +152,8 @@ def _inhibited(sdo: Sdo, setting: PdoSetting, notes: Notes) -> PdoSetting:
     return read_pdo(sdo, setting.base) or setting
 
 
-def _watch_driver(sdo: Sdo, driver_node: int, notes: Notes) -> None:
-    """Have the drive stop by itself when the driver's heartbeat ends, where it can."""
+def _set_watchdog(sdo: Sdo, driver_node: int, notes: Notes) -> None:
+    """Have the drive stop by itself when the driver's heartbeat ends (1016h, 6007h), where it can."""
     for index, subindex, value in (
         (0x1016, 1, driver_node << 16 | HEARTBEAT_TIMEOUT_MS),
         (0x6007, 0, QUICK_STOP),

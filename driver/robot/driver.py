@@ -27,7 +27,7 @@ from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.monitor import Monitor
 from omnimate.driver.robot.recovery import Recovery
 from omnimate.driver.robot.report import DriverReport, make_report
-from omnimate.driver.robot.wheel_watch import WheelWatch
+from omnimate.driver.robot.stalled_wheels import StallDetector
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -96,7 +96,7 @@ class Driver:
         self.drives = Drives(vehicle, self._network, self._sdos.__getitem__, self._monitor, watchdog)
         self._encoders = EncoderNodes(vehicle, self._monitor, self._sdos, self._network.nmt_command)
         self._recovery = Recovery(self._encoders.configure, self._events, inline=self._clock.inline)
-        self._wheels = WheelWatch(vehicle)
+        self._wheels = StallDetector(vehicle)
         self._patience, self._looked = patience, self._clock.now()
         self._syncs = 0
 
@@ -274,7 +274,7 @@ class Driver:
             should = "the truck moves" if speeds is None else "it is commanded to turn"
             what = f"{wheel}: count stands still while {should}: encoder frozen, or wheel blocked"
             self._events.add(sample.time, node, what)
-            self.drives.stands(wheel, sample.time)
+            self.drives.stop_for_stall(wheel, sample.time)
 
     def _recover(self, now: float) -> None:
         """Go on to configure nodes again that have restarted, or that have not answered SYNC for long."""

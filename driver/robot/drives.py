@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.network import BusNetwork
     from omnimate.driver.canopen.sdo import Sdo
     from omnimate.driver.robot.configuration import NodeConfiguration
-    from omnimate.driver.robot.drive_watch import StatusSource
     from omnimate.driver.robot.monitor import Monitor
+    from omnimate.driver.robot.status_words import StatusSource
     from omnimate.vehicle.parameters import Channel, Drive, VehicleParameters
 
 REFRESH = 0.1  # [s] between two RPDOs of an unchanged command, and between two heartbeats of the driver
@@ -74,7 +74,8 @@ class Drives:
         self.speeds = (0.0,) * len(vehicle.wheels)
         self.limited = 0
         self._vehicle, self._network, self._sdo_of = vehicle, network, sdo_of
-        self._events, self._supervision, self._watch = monitor.events, monitor.supervision, monitor.watch
+        self._events, self._supervision = monitor.events, monitor.supervision
+        self._status_words = monitor.status_words
         self._watchdog = watchdog
         self._drives = [vehicle.drive(wheel) for wheel in vehicle.wheels] if vehicle.drives else []
         self._radii = [vehicle.wheel_diameter(wheel) / 2.0 for wheel in vehicle.wheels]
@@ -114,7 +115,7 @@ class Drives:
         self.is_enabled, self.troubles = True, ()
         self._commanded = self._network.clock.now()
         self._send_all((0.0,) * len(self._drives))
-        self._watch.begin(answered, lambda node: self._sdo_of(node).ask(0x6041), self._commanded)
+        self._status_words.begin(answered, lambda node: self._sdo_of(node).ask(0x6041), self._commanded)
         return tuple(configuration for configuration, _ in configured)
 
     @property
@@ -188,7 +189,7 @@ class Drives:
         if not self._is_alive:
             return
         self.stop()
-        self._watch.end()
+        self._status_words.end()
         self._is_alive = self.is_enabled = False
         self._reason = "they were disabled"
         for drive in self._drives:
@@ -197,8 +198,8 @@ class Drives:
             except DriverError as error:
                 self._events.add(self._network.clock.now(), drive.node, f"could not be disabled: {error}")
 
-    def stands(self, wheel: Channel, now: float) -> None:
-        """Stop all wheels because one stands against its command at `now` [s]."""
+    def stop_for_stall(self, wheel: Channel, now: float) -> None:
+        """Stop all wheels because one has stalled against its command at `now` [s]."""
         if self.is_enabled:
             what = f"{wheel} is commanded and stands"
             self.halt(Trouble(now, self._vehicle.drive(wheel).node, what))
@@ -217,7 +218,7 @@ class Drives:
             return
         self.is_enabled = False
         self._control = QUICK_STOP
-        self._watch.end()
+        self._status_words.end()
         self.stop()
         try:
             self._quick_stop()
@@ -235,7 +236,7 @@ class Drives:
         """Forget what each drive reported before it reached operation enabled.
 
         That state says that no fault is there (CiA 402), and not every device sends EMCY 0000h once an error
-        has gone. What the error register still says has been told.
+        has gone. What the error register still says has been logged.
 
         Args:
             older: How many troubles there were by then, by node id.
@@ -283,7 +284,7 @@ class Drives:
             self._vehicle.bus.sync_period,
             self._network.nmt_command,
         )
-        self._watch.expect(source)
+        self._status_words.expect(source)
         self._network.nmt_command(NMT_START, drive.node)
         self._supervision.started(drive.node, configuration.heartbeat)
         return replace(configuration, woken=woken), source

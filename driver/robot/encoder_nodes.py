@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.monitor import Monitor
     from omnimate.vehicle.parameters import VehicleParameters
 
-WATCHED_OBJECTS = (0x6509, 0x650B)  # a change of these shows a preset or a swapped encoder
+PRESET_OBJECTS = (0x6509, 0x650B)  # a change of these shows a preset or a swapped encoder
 
 
 class EncoderNodes:
@@ -129,7 +129,7 @@ class EncoderNodes:
             return self._monitor.supervision.nodes[node].boots == self._boots[node]
         amount = f"{len(changed)} objects set anew" if changed else "nothing had changed"
         events.add(now, node, f"configured again ({amount}) and started")
-        for index in WATCHED_OBJECTS:
+        for index in PRESET_OBJECTS:
             before = self._encoder_objects[node].get(index)
             after = configuration.encoder_objects.get(index)
             if before != after:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.robot.assembler import Assembler
-from omnimate.driver.robot.drive_watch import DriveWatch
 from omnimate.driver.robot.events import EventLog, NodeCounts, Trouble, nodes_of
+from omnimate.driver.robot.status_words import StatusWordMonitor
 from omnimate.driver.robot.supervision import Supervision
-from omnimate.driver.robot.unexpected_frames import FloodWatch, UnknownFrames
+from omnimate.driver.robot.unexpected_frames import FloodDetector, UnknownFrames
 from omnimate.files.logs.canopen_words import BOOT_UP, EMCY, HEARTBEAT, SDO_ANSWER, SYNC_ID
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class Monitor:
         counts: Frame counters of encoders and drives by node id.
         assembler: Assembler of the samples.
         supervision: Supervision of the nodes.
-        watch: Watch over the status words of the drives.
+        status_words: Monitor of the status words of the drives.
         unknown: Frames that nothing expects.
         on_sdo: Takes an SDO answer: COB-ID, data, time [s].
         others: Takes an 11-bit identifier and returns whether another master may use it.
@@ -45,9 +45,9 @@ class Monitor:
         self.counts = {node: NodeCounts() for node in nodes_of(vehicle)}
         self.assembler = Assembler(vehicle, self.events, self.counts)
         self.supervision = Supervision(self.counts, self.events)
-        self.watch = DriveWatch(self.supervision.troubles, self.events)
+        self.status_words = StatusWordMonitor(self.supervision.troubles, self.events)
         self.unknown = UnknownFrames(self.counts)
-        self._flooding = FloodWatch(self.counts, self.events)
+        self._flooding = FloodDetector(self.counts, self.events)
         self.on_sdo: Callable[[int, bytearray, float], None] = lambda _can_id, _data, _now: None
         self.others: Callable[[int], bool] = lambda _can_id: False
         self._clock = clock
@@ -67,8 +67,8 @@ class Monitor:
             self.unknown.count(message)
         elif message.arbitration_id in self._pdos:
             self.assembler.frame(message.arbitration_id, message.data, message.timestamp, arrival)
-            if message.arbitration_id in self.watch.fields:
-                self.watch.pdo(message.arbitration_id, message.data, self._clock.now())
+            if message.arbitration_id in self.status_words.fields:
+                self.status_words.pdo(message.arbitration_id, message.data, self._clock.now())
         elif not self._take_service(message.arbitration_id, message.data):
             self._flooding.note(message.arbitration_id)
             if not self.others(message.arbitration_id):
@@ -98,7 +98,7 @@ class Monitor:
     def pause(self, seconds: float, now: float) -> None:
         """Do not count a time until `now` [s] in which the bus was not heard as silence of the nodes."""
         self.supervision.pause(seconds, now)
-        self.watch.pause(now)
+        self.status_words.pause(now)
 
     def check(self, now: float) -> None:
         """Check heartbeats and status words at `now` [s], as often as possible.
@@ -107,13 +107,13 @@ class Monitor:
             BusLost: The interface failed while a status word was asked for.
         """
         self.supervision.check(now)
-        self.watch.check(now)
+        self.status_words.check(now)
 
     def _take_service(self, can_id: int, data: bytearray) -> bool:
         """Take a frame of a CANopen service of one of the vehicle's nodes; return False where it is none."""
         function, node = can_id & ~0x7F, can_id & 0x7F
-        if can_id in self.watch.fields:
-            self.watch.pdo(can_id, data, self._clock.now())
+        if can_id in self.status_words.fields:
+            self.status_words.pdo(can_id, data, self._clock.now())
             return True
         if node not in self.counts or function not in {EMCY, SDO_ANSWER, HEARTBEAT}:
             return False
@@ -126,7 +126,7 @@ class Monitor:
         now = self._clock.now()
         if function == SDO_ANSWER:
             if len(data) == 8:
-                self.watch.sdo_answer(node, data, now)
+                self.status_words.sdo_answer(node, data, now)
                 self.on_sdo(SDO_ANSWER + node, data, now)
             return len(data) == 8
         self._flooding.note(function + node)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 NO_ERROR = 0x0000  # emergency error code: an error has gone
 LOST_AFTER = 3.0  # heartbeat periods
-NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may have been on its way while NMT start was sent
+NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may be in transit while NMT start is sent
 
 
 @dataclass(slots=True)
@@ -26,7 +26,7 @@ class NodeState:
         node: CANopen node id.
         state: NMT state in its last heartbeat; None before the first.
         timeout: Time after which its heartbeat is lost [s]; None where it has none.
-        heard: Time of its last heartbeat [s]; None before the first, from which on it is supervised.
+        last_heartbeat: Time of its last heartbeat [s]; None before the first, from which on it is supervised.
         is_lost: Whether its heartbeat is overdue.
         is_running: Whether it was started, so that any other state than operational is a loss.
         wrong_states: Heartbeats in a row with another state than operational.
@@ -39,7 +39,7 @@ class NodeState:
     node: int
     state: int | None = None
     timeout: float | None = None
-    heard: float | None = None
+    last_heartbeat: float | None = None
     is_lost: bool = False
     is_running: bool = False
     wrong_states: int = 0
@@ -69,7 +69,7 @@ class Supervision:
     def started(self, node: int, heartbeat: float | None) -> None:
         """Expect a node to be operational from now on, with a heartbeat period [s], None for no heartbeat."""
         state = self.nodes[node]
-        state.is_running, state.wrong_states, state.heard = True, 0, None
+        state.is_running, state.wrong_states, state.last_heartbeat = True, 0, None
         state.timeout = None if not heartbeat else LOST_AFTER * heartbeat
 
     def heartbeat(self, node: int, data: bytes | bytearray, now: float) -> bool:
@@ -87,7 +87,7 @@ class Supervision:
             self._restarted(state, now, "restarted (boot-up)")
         elif state.is_running:
             self._check_state(state, now)
-        state.heard = now
+        state.last_heartbeat = now
         return True
 
     def emergency(self, node: int, data: bytes | bytearray, now: float) -> bool:
@@ -107,17 +107,17 @@ class Supervision:
     def check(self, now: float) -> None:
         """Find the nodes whose heartbeat is overdue at time `now` [s]."""
         for state in self.nodes.values():
-            if not state.is_running or state.timeout is None or state.heard is None or state.is_lost:
+            if not state.is_running or state.timeout is None or state.last_heartbeat is None or state.is_lost:
                 continue
-            if now - state.heard > state.timeout:
+            if now - state.last_heartbeat > state.timeout:
                 state.is_lost = True
                 self._report(now, state.node, f"heartbeat lost: none for {state.timeout:g} s")
 
     def pause(self, seconds: float, now: float) -> None:
         """Do not count a time until `now` [s] in which the bus was not heard as missing heartbeats."""
         for state in self.nodes.values():
-            if state.heard is not None:
-                state.heard = min(state.heard + seconds, now)
+            if state.last_heartbeat is not None:
+                state.last_heartbeat = min(state.last_heartbeat + seconds, now)
 
     def _check_state(self, state: NodeState, now: float) -> None:
         if state.state == OPERATIONAL:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.events import EventLog, NodeCounts
 
 MAX_KINDS = 4096  # kinds of frame that are counted separately; further ones are counted together
-INTERVAL = 0.5  # [s] between two checks
-FACTOR = 3  # unexpected frames per SYNC, or per heartbeat of a drive, above which a node counts as babbling
-MOST = 0.8  # second answers per SYNC above which a second device answers
-AT_LEAST = 10  # SYNCs: a bus that starts up may send this many times `FACTOR` frames
+CHECK_INTERVAL = 0.5  # [s]
+BABBLING_FACTOR = 3  # unexpected frames per SYNC, or per heartbeat of a drive; above, a node babbles
+SECOND_DEVICE_SHARE = 0.8  # second answers per SYNC above which a second device answers
+MIN_SYNCS = 10  # SYNCs: a bus that starts up may send this many times `BABBLING_FACTOR` frames
 
 
 @dataclass(slots=True)
@@ -82,8 +82,8 @@ def _describe(message: can.Message) -> str:
     return words or "not CANopen"
 
 
-class FloodWatch:
-    """Compares the number of frames that should be rare with the number of SYNCs.
+class FloodDetector:
+    """Finds babbling nodes: compares the number of frames that should be rare with the number of SYNCs.
 
     Args:
         counts: Frame counters by node id, of which the second answers to a SYNC are watched.
@@ -113,9 +113,9 @@ class FloodWatch:
             self._traffic.clear()
             self._checked = now
         passed = now - self._checked
-        if passed < INTERVAL:
+        if passed < CHECK_INTERVAL:
             return []
-        limit = FACTOR * max(self._syncs, AT_LEAST, 1000.0 * passed / DRIVE_HEARTBEAT_MS)
+        limit = BABBLING_FACTOR * max(self._syncs, MIN_SYNCS, 1000.0 * passed / DRIVE_HEARTBEAT_MS)
         for can_id, frames in self._traffic.items():
             if frames > limit:
                 self._report(now, can_id & 0x7F, f"floods the bus with frames {can_id:03X}h")
@@ -124,7 +124,7 @@ class FloodWatch:
             duplicates = counts.duplicate - self._duplicates.get(node, 0)
             if duplicates > limit:
                 self._report(now, node, "floods the bus with PDOs that no SYNC asked for")
-            elif self._syncs >= AT_LEAST and duplicates > MOST * self._syncs:
+            elif self._syncs >= MIN_SYNCS and duplicates > SECOND_DEVICE_SHARE * self._syncs:
                 twice.append(node)
             self._duplicates[node] = counts.duplicate
         self._traffic.clear()

@@ -112,7 +112,7 @@ def draft_vehicle(scan: Scan, url: str, bitrate: int | None, eds: Mapping[int, s
         "",
         'name = "robot"',
         *geometry_lines(has_two=has_two),
-        *bus_lines(bitrate, scan.heard.sync_period),
+        *bus_lines(bitrate, scan.traffic.sync_period),
     ]
     for position in encoders:
         lines += _encoder(position, encoders, eds)

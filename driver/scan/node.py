@@ -46,7 +46,7 @@ IDENTITY = 0x1018
 LONGEST_TEXT = 60  # characters of a name or version that are kept
 
 
-class GivesWayError(NodeError):
+class ServerBusyError(NodeError):
     """Another master that begins to talk to a node, which therefore is not asked any more."""
 
     def __init__(self, node: int) -> None:
@@ -129,7 +129,7 @@ def read_node(sdo: Sdo) -> NodeReading:
     try:
         for name, value in _parts(sdo):
             said[name] = value  # noqa: PERF403  # what was read before an error counts
-    except (SdoSilent, GivesWayError) as error:
+    except (SdoSilent, ServerBusyError) as error:
         said["remark"] = error.problem
     if sdo.client.second_answers >= SECOND_ANSWERS:
         said["remark"] = TwoDevices(sdo.node).problem

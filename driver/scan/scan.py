@@ -16,8 +16,8 @@ from omnimate.driver.canopen.lss import MASTER, SLAVE, LssMaster
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.canopen.node_access import PERIOD, MasterActiveError
 from omnimate.driver.conformance.probe import MOST_DRAINED, Reply
-from omnimate.driver.scan.heard import Heard
-from omnimate.driver.scan.node import GivesWayError, NodeReading, read_node
+from omnimate.driver.scan.node import NodeReading, ServerBusyError, read_node
+from omnimate.driver.scan.traffic import BusTraffic
 from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, OPERATIONAL, SDO_ANSWER, SDO_REQUEST
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 NODES = range(1, 128)
 LISTENING = 1.1  # [s] before anything is sent; most heartbeats have a period of 1 s at most
-PACE, POLITE_PACE = 0.002, 0.01  # [s] between two requests; the second one beside another master
+PACE, POLITE_PACE = 0.002, 0.01  # [s] between two requests; the second one while another master works
 DEVICE_TYPE = b"\x40\x00\x10\x00".ljust(8, b"\0")  # request to read 1000h
 LSS_TIMEOUT = 0.1  # [s], as of `omnimate lss`
 
@@ -42,26 +42,26 @@ class Scan:
     Attributes:
         nodes: What the nodes say of themselves, in the order of their ids; of a node that was heard and does
             not answer, the id and a remark.
-        heard: What was heard.
+        traffic: What the frames on the bus say.
         without_id: Identities of the devices without a node id; empty where they were not asked for.
         given: Node ids that were given, with the identity of the device.
         sent: Number of frames that were sent, by what they are.
-        is_beside_a_master: Whether another master works on the bus.
+        has_other_master: Whether another master works on the bus.
     """
 
     nodes: tuple[NodeReading, ...]
-    heard: Heard
+    traffic: BusTraffic
     without_id: tuple[Identity, ...] = ()
     given: dict[int, Identity] = field(default_factory=dict)
     sent: Counter[str] = field(default_factory=Counter)
-    is_beside_a_master: bool = False
+    has_other_master: bool = False
 
     def state(self, node: NodeReading) -> int | None:
         """Return the NMT state of a node by its heartbeat, or by PDOs that only an operational node sends."""
-        known = self.heard.states.get(node.node)
+        known = self.traffic.states.get(node.node)
         if known:
             return known
-        sends = any(self.heard.pdos[tpdo.cob_id] for tpdo in node.tpdos if tpdo.is_valid)
+        sends = any(self.traffic.pdos[tpdo.cob_id] for tpdo in node.tpdos if tpdo.is_valid)
         return OPERATIONAL if sends else known
 
 
@@ -85,7 +85,7 @@ def scan(
         timeout: Time in which a node answers [s].
         asks_lss: Whether to look for devices without a node id by LSS fastscan (CiA 305).
         first_id: First node id for them, then the next ones that are free; None for giving none.
-        force: Whether LSS is used, and all ids are asked, beside another master too.
+        force: Whether LSS is used, and all ids are asked, even while another master works.
         progress: Called with the number of nodes that have been read, and with how many there are so far.
 
     Raises:
@@ -94,25 +94,25 @@ def scan(
     """
     scanner = _Scanner(bus, timeout)
     scanner.listen(LISTENING)
-    has_master = bool(scanner.heard.masters)
+    has_master = bool(scanner.traffic.masters)
     if has_master and asks_lss and not force:
         raise MasterActiveError(url)
     scanner.is_polite = has_master and not force
-    scanner.sweep(sorted(scanner.heard.nodes) if scanner.is_polite else NODES)
+    scanner.sweep(sorted(scanner.traffic.nodes) if scanner.is_polite else NODES)
     scanner.read_due(progress)
     found, given = scanner.lss(first_id) if asks_lss else ((), {})
     end = time.monotonic() + wait
     while (left := end - time.monotonic()) > 0.0:
         scanner.network.pump(left)
         scanner.read_due(progress)
-    return Scan(scanner.nodes(), scanner.heard, found, given, scanner.sent.frames, has_master)
+    return Scan(scanner.nodes(), scanner.traffic, found, given, scanner.sent.frames, has_master)
 
 
 class _Scanner:
-    """A scan on its way."""
+    """A scan in progress."""
 
     def __init__(self, bus: can.BusABC, timeout: float) -> None:
-        self.heard = Heard()
+        self.traffic = BusTraffic()
         self.sent = _Sent()
         self.network = _PacedNetwork(bus, WallClock(PERIOD), self.sent)
         self.network.handler = self._take
@@ -140,7 +140,7 @@ class _Scanner:
     def sweep(self, nodes: range | list[int]) -> None:
         """Ask nodes for their device type, and have all read that answer."""
         for node in nodes:
-            if not (self.is_polite and node in self.heard.foreign_sdo):
+            if not (self.is_polite and node in self.traffic.foreign_sdo):
                 self.network.send_message(SDO_REQUEST + node, DEVICE_TYPE)
         self.listen(self._timeout)
 
@@ -174,29 +174,29 @@ class _Scanner:
         return tuple(reading for _, reading in sorted(self._readings.items()))
 
     def _read(self, node: int) -> NodeReading:
-        if self.is_polite and node in self.heard.foreign_sdo:
-            return NodeReading(node, remark=GivesWayError(node).problem)
-        if self.is_polite and self.heard.states.get(node) == BOOT_UP:
+        if self.is_polite and node in self.traffic.foreign_sdo:
+            return NodeReading(node, remark=ServerBusyError(node).problem)
+        if self.is_polite and self.traffic.states.get(node) == BOOT_UP:
             return NodeReading(node, remark="has just booted; it is left to the other master")
         self._reading = node
         try:
             sdo = self.network.sdo(node, timeout=self._timeout)
             return read_node(sdo) if sdo.answers() else NodeReading(node, remark="does not answer SDO")
-        except GivesWayError as error:
+        except ServerBusyError as error:
             return NodeReading(node, remark=error.problem)
         finally:
             self._reading = None
 
     def _take(self, message: can.Message, arrival: float) -> None:
-        self.heard.take(message, arrival)
+        self.traffic.take(message, arrival)
         function, node = message.arbitration_id & 0x780, message.arbitration_id & 0x7F
         is_boot = function == HEARTBEAT and bytes(message.data) == b"\0"
-        if node in self.heard.nodes and (is_boot or node not in self._readings) and node != self._reading:
+        if node in self.traffic.nodes and (is_boot or node not in self._readings) and node != self._reading:
             self._due.add(node)
         if message.arbitration_id == SLAVE:
             self._lss_answers.append(Reply(arrival, SLAVE, bytes(message.data)))
         elif function == SDO_REQUEST and node == self._reading and self.is_polite:
-            raise GivesWayError(node)
+            raise ServerBusyError(node)
         elif function == SDO_ANSWER:
             self.network.notify(message.arbitration_id, message.data, message.timestamp)
 

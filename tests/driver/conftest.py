@@ -225,7 +225,7 @@ class FakeClock:
     def now(self):
         return self.time + 0.001
 
-    def heard(self, _stamp):
+    def frame_time(self, _stamp):
         return self.now()
 
     def sleep(self, seconds):

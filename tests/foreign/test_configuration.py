@@ -121,7 +121,7 @@ class SlowBus(can.BusABC):
         return None
 
     def clock(self):
-        return SimpleNamespace(now=lambda: self.time, heard=lambda _stamp: self.time)
+        return SimpleNamespace(now=lambda: self.time, frame_time=lambda _stamp: self.time)
 
 
 @pytest.fixture
@@ -329,7 +329,7 @@ class BusClock:
     def now(self):
         return self.bus.time
 
-    def heard(self, _stamp):
+    def frame_time(self, _stamp):
         return self.bus.time
 
     def sleep(self, seconds):

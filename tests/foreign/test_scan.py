@@ -101,7 +101,7 @@ def test_the_heartbeat_tells_the_state_and_a_pdo_of_its_own_that_it_is_operation
     nodes = by_id(found)
     assert found.state(nodes[5]) == 0x04
     assert found.state(nodes[6]) == 0x05
-    assert found.heard.heartbeat_period(5) == pytest.approx(0.2, abs=0.002)
+    assert found.traffic.heartbeat_period(5) == pytest.approx(0.2, abs=0.002)
     assert nodes[5].remark == "does not answer SDO"  # as a stopped node must not
 
 
@@ -124,8 +124,8 @@ def test_beside_another_master_only_nodes_that_were_heard_are_read_and_slowly(be
     bus = bench([beating, ForeignEncoder(6)])
     sync(bus, 10.0)
     found = look(bus, wait=0.5)
-    assert found.is_beside_a_master
-    assert found.heard.sync_period == pytest.approx(0.02, abs=0.002)
+    assert found.has_other_master
+    assert found.traffic.sync_period == pytest.approx(0.02, abs=0.002)
     assert list(by_id(found)) == [5]
     assert by_id(found)[5].vendor == 0x301
     assert {can_id for _, can_id, _ in bus.sent} == {0x605}

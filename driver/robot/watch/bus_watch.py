@@ -66,9 +66,9 @@ class _Clock(WallClock):
         bus = self._watch.bus
         return bus.now() if isinstance(bus, LogBus) else super().now()
 
-    def heard(self, stamp: float) -> float:
+    def frame_time(self, stamp: float) -> float:
         """Return when a frame was on the bus [s]; in a log its stamp says it."""
-        return stamp if isinstance(self._watch.bus, LogBus) else super().heard(stamp)
+        return stamp if isinstance(self._watch.bus, LogBus) else super().frame_time(stamp)
 
 
 class BusWatch:
@@ -165,7 +165,7 @@ class BusWatch:
         while True:
             message = self.recv()
             if message is not None:
-                self.frame(self._clock.heard(message.timestamp), message)
+                self.frame(self._clock.frame_time(message.timestamp), message)
 
     def _reopen(self, why: str) -> None:
         self._log.add(self._clock.now(), None, f"bus lost: {why}", is_problem=True)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.robot.events import EventLog, NodeCounts
-from omnimate.driver.robot.unexpected_frames import FACTOR, MAX_KINDS, FloodWatch, UnknownFrames
+from omnimate.driver.robot.unexpected_frames import BABBLING_FACTOR, MAX_KINDS, FloodDetector, UnknownFrames
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def counts():
 def drive(counts, can_id, per_sync, syncs=100, period=0.01):
     """Return the events of so many SYNCs, with so many frames of an identifier before each."""
     events = EventLog()
-    watch = FloodWatch(counts, events)
+    watch = FloodDetector(counts, events)
     for sync in range(syncs):
         for _ in range(per_sync):
             watch.note(can_id)
@@ -73,23 +73,23 @@ def drive(counts, can_id, per_sync, syncs=100, period=0.01):
     return [(event.node, event.what) for event in events.all()]
 
 
-@pytest.mark.parametrize("per_sync", [0, 1, FACTOR - 1])
+@pytest.mark.parametrize("per_sync", [0, 1, BABBLING_FACTOR - 1])
 def test_up_to_the_limit_no_node_is_reported(counts, per_sync):
     assert drive(counts, 0x701, per_sync) == []
 
 
 def test_above_the_limit_the_node_is_named_with_its_identifier(counts):
-    assert drive(counts, 0x701, 2 * FACTOR) == [(1, "babbles: floods the bus with frames 701h")]
+    assert drive(counts, 0x701, 2 * BABBLING_FACTOR) == [(1, "babbles: floods the bus with frames 701h")]
 
 
 def test_an_identifier_of_no_node_of_the_vehicle_concerns_the_bus(counts):
-    assert drive(counts, 0x3FF, 2 * FACTOR) == [(None, "babbles: floods the bus with frames 3FFh")]
+    assert drive(counts, 0x3FF, 2 * BABBLING_FACTOR) == [(None, "babbles: floods the bus with frames 3FFh")]
 
 
 @pytest.mark.parametrize("waited", [0.0, 2.0])
 def test_heartbeats_of_25_ms_before_the_first_sync_and_in_a_pause_are_no_flood(counts, waited):
     events = EventLog()
-    watch = FloodWatch(counts, events)
+    watch = FloodDetector(counts, events)
     for start in (0.0, 10.0):
         for _ in range(round(waited / 0.025)):
             watch.note(0x701)
@@ -100,9 +100,9 @@ def test_heartbeats_of_25_ms_before_the_first_sync_and_in_a_pause_are_no_flood(c
 
 def test_second_answers_to_each_sync_are_a_flood_too(counts):
     events = EventLog()
-    watch = FloodWatch(counts, events)
+    watch = FloodDetector(counts, events)
     for sync in range(100):
-        counts[1].duplicate += 2 * FACTOR
+        counts[1].duplicate += 2 * BABBLING_FACTOR
         watch.check(0.01 * sync)
     assert [event.what for event in events.all()] == [
         "babbles: floods the bus with PDOs that no SYNC asked for"

@@ -10,9 +10,9 @@ from docs.generate.conformance import BenchBus, Simulated
 from omnimate.driver.canopen.pdo_mapping import Entry
 from omnimate.driver.canopen.pdo_parameters import RPDO, TPDO, PdoSetting
 from omnimate.driver.scan.draft import draft_vehicle, positions_of
-from omnimate.driver.scan.heard import Heard
 from omnimate.driver.scan.node import NodeReading
 from omnimate.driver.scan.scan import Scan, scan
+from omnimate.driver.scan.traffic import BusTraffic
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.errors import VehicleFileError
 from omnimate.vehicle.file import parse_vehicle
@@ -26,7 +26,7 @@ def pdo(base, cob_id, *entries, kind=1):
 
 
 def draft(*nodes, heard=None, bitrate=None, eds=()):
-    return draft_vehicle(Scan(nodes, heard or Heard()), URL, bitrate, dict(eds))
+    return draft_vehicle(Scan(nodes, heard or BusTraffic()), URL, bitrate, dict(eds))
 
 
 def answered(text, answers):
@@ -139,7 +139,7 @@ def test_the_velocity_pdo_of_a_drive_is_used_and_its_gear():
 
 
 def test_what_was_heard_and_stated_is_written():
-    heard = Heard()
+    heard = BusTraffic()
     heard.syncs.extend([0.0, 0.01, 0.02])
     text = draft(encoder(1, vendor=0x2F, serial=7), heard=heard, bitrate=250_000, eds={1: 'a "b".eds'})
     for line in (

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel, VehicleParameters
     from omnimate.vehicle.sample import Sample
 
-STANDING_AFTER = 0.5  # [s] without a count: brakes, plays and ramps of a drive take less
-MOVED = 0.01  # [m] that the wheel should have moved by then: many counts of most encoders
-LEAST_COUNTS = 4.0  # and so many counts of the others
+STALL_TIME = 0.5  # [s] without a count: brakes, plays and ramps of a drive take less
+MIN_TRAVEL = 0.01  # [m] that the wheel should have moved by then: many counts of most encoders
+MIN_COUNTS = 4.0  # and so many counts of the others
 
 
 @dataclass(slots=True)
@@ -46,11 +46,11 @@ class _Wheel:
     expected: float = 0.0
 
 
-class WheelWatch:
+class StallDetector:
     """Compares each wheel with its command, or with the other wheel of its truck where there is none.
 
-    A wheel stands when its count has not changed for `STANDING_AFTER`, and its command, all that time in the
-    same direction, would have moved it by `MOVED` or `LEAST_COUNTS`. A sample without it says nothing.
+    A wheel stands when its count has not changed for `STALL_TIME`, and its command, all that time in the
+    same direction, would have moved it by `MIN_TRAVEL` or `MIN_COUNTS`. A sample without it says nothing.
 
     Args:
         vehicle: Vehicle whose wheels are compared.
@@ -61,13 +61,13 @@ class WheelWatch:
         self._last: Sample | None = None
         for column, other in partners(vehicle).items():
             wheel = vehicle.channels[column]
-            enough = max(MOVED, LEAST_COUNTS * abs(vehicle.metres_per_count(wheel)))
+            enough = max(MIN_TRAVEL, MIN_COUNTS * abs(vehicle.metres_per_count(wheel)))
             scale = vehicle.metres_per_count(vehicle.channels[other])
             radius = vehicle.wheel_diameter(wheel) / 2.0
             self._wheels.append(_Wheel(wheel, column, other, radius, scale, enough))
 
     def check(self, sample: Sample, speeds: Sequence[float] | None) -> list[Channel]:
-        """Return the wheels that are found to stand in this sample; each once in `STANDING_AFTER`.
+        """Return the wheels that are found to stand in this sample; each once in `STALL_TIME`.
 
         Args:
             sample: Sample that has just been closed.
@@ -79,12 +79,12 @@ class WheelWatch:
         found = []
         for number, wheel in enumerate(self._wheels):
             speed = None if speeds is None else speeds[number]
-            if _follow(wheel, last, sample, speed):
+            if _has_stalled(wheel, last, sample, speed):
                 found.append(wheel.wheel)
         return found
 
 
-def _follow(wheel: _Wheel, last: Sample, sample: Sample, speed: float | None) -> bool:
+def _has_stalled(wheel: _Wheel, last: Sample, sample: Sample, speed: float | None) -> bool:
     """Take one sample of a wheel; return whether the wheel is found to stand."""
     count = sample.counts[wheel.column]
     if speed is None:
@@ -93,12 +93,12 @@ def _follow(wheel: _Wheel, last: Sample, sample: Sample, speed: float | None) ->
         travel = speed * wheel.radius * (sample.time - last.time)
     turned_back = travel * wheel.expected < 0.0
     is_read = sample.present[wheel.column] and last.present[wheel.column]
-    is_told_to_stand = speed == 0.0
-    if wheel.since is None or not is_read or count != wheel.count or turned_back or is_told_to_stand:
+    is_commanded_to_stand = speed == 0.0
+    if wheel.since is None or not is_read or count != wheel.count or turned_back or is_commanded_to_stand:
         wheel.since, wheel.count, wheel.expected = sample.time, count, 0.0
         return False
     wheel.expected += travel
-    stands = sample.time - wheel.since >= STANDING_AFTER and math.fabs(wheel.expected) > wheel.enough
-    if stands:
+    has_stalled = sample.time - wheel.since >= STALL_TIME and math.fabs(wheel.expected) > wheel.enough
+    if has_stalled:
         wheel.since, wheel.expected = sample.time, 0.0
-    return stands
+    return has_stalled

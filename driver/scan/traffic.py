@@ -18,8 +18,8 @@ KEPT = 200  # SYNCs of which the times are kept
 
 
 @dataclass(slots=True)
-class Heard:
-    """What has been heard.
+class BusTraffic:
+    """What the frames of a bus say.
 
     Attributes:
         states: NMT state of each node in its last heartbeat or node guarding answer; 0 is boot-up.

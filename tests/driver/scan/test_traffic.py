@@ -5,11 +5,11 @@ from __future__ import annotations
 import can
 import pytest
 
-from omnimate.driver.scan.heard import Heard
+from omnimate.driver.scan.traffic import BusTraffic
 
 
 def heard(*frames):
-    made = Heard()
+    made = BusTraffic()
     for number, (can_id, data, *flags) in enumerate(frames):
         kind = {"is_extended_id": False, **dict.fromkeys(flags, True)}
         message = can.Message(arbitration_id=can_id, data=data, **kind)
@@ -43,7 +43,7 @@ def test_what_nodes_send_shows_no_master(can_id):
 
 
 def test_the_period_is_the_median_so_that_a_lost_frame_does_not_change_it():
-    made = Heard()
+    made = BusTraffic()
     for at in (0.0, 0.1, 0.2, 0.4, 0.5):
         made.take(can.Message(arbitration_id=0x080, is_extended_id=False), at)
         made.take(can.Message(arbitration_id=0x705, data=b"\x05", is_extended_id=False), at)
@@ -54,4 +54,4 @@ def test_the_period_is_the_median_so_that_a_lost_frame_does_not_change_it():
 
 @pytest.mark.parametrize("flag", ["is_extended_id", "is_error_frame", "is_fd"])
 def test_frames_of_another_kind_say_nothing(flag):
-    assert heard((0x705, b"\x05", flag)) == Heard()
+    assert heard((0x705, b"\x05", flag)) == BusTraffic()

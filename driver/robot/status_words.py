@@ -1,4 +1,4 @@
-"""Watches the status word 6041h of every enabled drive, by TPDO where one brings it in time, else by SDO."""
+"""Monitors the status word 6041h of every enabled drive, by TPDO where one brings it in time, else by SDO."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _is_timely(setting: PdoSetting, sync_period: float) -> bool:
 
 
 @dataclass(slots=True)
-class _Watched:
+class _MonitoredDrive:
     """One drive: when its status word was seen, since when a request is unanswered, how long it may be."""
 
     source: StatusSource
@@ -78,7 +78,7 @@ class _Watched:
     sent: float = 0.0
 
 
-class DriveWatch:
+class StatusWordMonitor:
     """The status words of all drives, from the moment when they are enabled until they are stopped.
 
     Args:
@@ -92,7 +92,7 @@ class DriveWatch:
     def __init__(self, troubles: list[Trouble], events: EventLog) -> None:
         self.fields: dict[int, list[tuple[int, int]]] = {}
         self._troubles, self._events = troubles, events
-        self._drives: dict[int, _Watched] = {}
+        self._drives: dict[int, _MonitoredDrive] = {}
         self._ask: Callable[[int], None] = lambda _node: None
 
     def expect(self, source: StatusSource) -> None:
@@ -102,7 +102,7 @@ class DriveWatch:
             self.fields[cob_id] = [*others, (source.node, bit)]
 
     def begin(self, answered: Mapping[StatusSource, float], ask: Callable[[int], None], now: float) -> None:
-        """Watch drives that are enabled at `now` [s].
+        """Monitor drives that are enabled at `now` [s].
 
         Args:
             answered: Drives, each with the time that it took to answer for 6041h [s].
@@ -116,14 +116,14 @@ class DriveWatch:
         self._drives = {}
         for source, answer in answered.items():
             patience = max(UNANSWERED, PATIENCE * answer)
-            self._drives[source.node] = drive = _Watched(source, now, patience)
+            self._drives[source.node] = drive = _MonitoredDrive(source, now, patience)
             self._request(drive, now)
             if patience > UNANSWERED and not source.is_timely:
                 what = f"answers for 6041h after {answer:.2g} s: a fault shows late; map 6041h into a TPDO"
                 self._events.add(now, source.node, what)
 
     def end(self) -> None:
-        """Watch no longer: the drives are stopped."""
+        """Stop monitoring: the drives are stopped."""
         self._drives = {}
 
     def pdo(self, cob_id: int, data: bytes | bytearray, now: float) -> None:
@@ -159,7 +159,7 @@ class DriveWatch:
         for drive in self._drives.values():
             drive.seen, drive.asked = now - STATUS_AGE, None
 
-    def _request(self, drive: _Watched, now: float) -> None:
+    def _request(self, drive: _MonitoredDrive, now: float) -> None:
         drive.asked = drive.sent = now
         self._ask(drive.source.node)
 
@@ -173,8 +173,8 @@ class DriveWatch:
         what = "reports a fault" if status & FAULT_MASK == FAULT else "has left operation enabled"
         self._report(drive, now, f"the drive {what} (status word {status:04X}h)", status)
 
-    def _report(self, drive: _Watched, now: float, what: str, status: int | None = None) -> None:
-        """Report a drive once: it is not watched any longer."""
+    def _report(self, drive: _MonitoredDrive, now: float, what: str, status: int | None = None) -> None:
+        """Report a drive once: it is not monitored any longer."""
         del self._drives[drive.source.node]
         self._events.add(now, drive.source.node, what)
         self._troubles.append(Trouble(now, drive.source.node, what, status=status))

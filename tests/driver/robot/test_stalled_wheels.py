@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.driver.robot.wheel_watch import MOVED, STANDING_AFTER, WheelWatch
+from omnimate.driver.robot.stalled_wheels import MIN_TRAVEL, STALL_TIME, StallDetector
 from omnimate.vehicle.sample import Sample
 
 NAN = (math.nan, math.nan)
@@ -16,7 +16,7 @@ NAN = (math.nan, math.nan)
 
 def drive(kit, steps, speeds=None, present=(True, True), samples=200):
     """Return the wheels that are found to stand while each counts so much per sample of 10 ms."""
-    watch, found = WheelWatch(kit.one_truck()), set()
+    watch, found = StallDetector(kit.one_truck()), set()
     for index in range(samples):
         counts = tuple(step * index for step in steps)
         found |= set(watch.check(Sample(index, 0.01 * index, counts, present, NAN, NAN), speeds))
@@ -40,7 +40,7 @@ def test_a_wheel_that_was_not_read_is_not_called_frozen(kit):
 
 
 def test_a_command_that_changes_its_direction_is_no_reason_to_move(kit):
-    watch = WheelWatch(kit.one_truck())
+    watch = StallDetector(kit.one_truck())
     for index in range(400):
         speed = 4.0 if index // 40 % 2 else -4.0
         sample = Sample(index, 0.01 * index, (0, 0), (True, True), NAN, NAN)
@@ -49,12 +49,12 @@ def test_a_command_that_changes_its_direction_is_no_reason_to_move(kit):
 
 @given(speed=st.floats(0.1, 10.0), period=st.floats(0.005, 0.05))
 def test_a_wheel_is_found_after_the_declared_time_and_way_and_not_before(kit, speed, period):
-    watch, radius = WheelWatch(kit.one_truck(period=period)), 0.075
+    watch, radius = StallDetector(kit.one_truck(period=period)), 0.075
     for index in range(2000):
         sample = Sample(index, period * index, (0, 5 * index), (True, True), NAN, NAN)
         if watch.check(sample, (speed, speed)):
             break
-    due = max(STANDING_AFTER, MOVED / (speed * radius)) + period
+    due = max(STALL_TIME, MIN_TRAVEL / (speed * radius)) + period
     assert due - 1e-9 <= sample.time <= due + period + 1e-9
 
 
