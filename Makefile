@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all test-touched coverage lint types smoke check commits bench docs clean
+.PHONY: demo test test-all test-touched coverage lint types smoke check commits constraints bench docs clean
 
 demo: $(VENV)/.installed .mypy_path/omnimate
 	$(BIN)/omnimate demo --out demo-out
@@ -48,6 +48,10 @@ check: lint test
 commits:
 	$(PYTHON) .ci/check_commits.py --since 7f9a071
 
+# The versions that the gate installs.
+constraints: $(VENV)/.installed-dev
+	{ head -1 .ci/constraints.txt; $(BIN)/python -m pip freeze --exclude-editable | grep -E '^[A-Za-z0-9_.-]+=='; } > $(VENV)/constraints.txt
+	mv $(VENV)/constraints.txt .ci/constraints.txt
 
 bench: $(VENV)/.installed-dev
 	$(BIN)/python -m studies.speed

@@ -3,6 +3,13 @@
 There is one folder for each content and signature: another content has another folder, so that nothing stale
 is ever read, and processes that write at the same time write the same. Where nothing can be written there is
 no disk cache. The folders are in the user's cache, or where NUMBA_CACHE_DIR says.
+
+numba's own `cache=True` is not enough: it compares the date of one source file, and so runs stale code when
+a function that is called from another file has changed (numba's documentation, "Cache limitations"). Here
+numba's documented cache does the reading and writing; what is added is the folder, which is chosen before a
+dispatcher compiles a signature. `Dispatcher.compile` and `enable_caching` are no documented interface:
+`tests/vehicle/test_compiled.py` runs on the numba of `.ci/constraints.txt`, and in `make smoke` on the oldest
+one that is allowed.
 """
 
 from __future__ import annotations
