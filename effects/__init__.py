@@ -68,7 +68,8 @@ EFFECTS: tuple[type[Effect], ...] = (
 )
 
 
-CALIBRATED = tuple(kind for kind in EFFECTS if kind.calibrated)
+# In the order in which a calibration names them.
+CALIBRATED = (Wheelbase, WheelDiameter)
 SETUP = tuple(kind for kind in EFFECTS if kind.is_setup)
 
 
