@@ -11,7 +11,6 @@ Usage: python -m studies.estimators.bump_bound [seeds [first seed]]
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +21,7 @@ from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.step import follow_live, go_live
 from omnimate.ipec.readings import table_of
 from omnimate.vcan_sim.bumps import Bump, bumps_under
+from studies.benchmark import options
 from studies.estimators.ipec_accuracy import LEFT_BEHIND, lap, return_error, show
 
 if TYPE_CHECKING:
@@ -68,9 +68,8 @@ def told(recording: Recording, seed: int) -> Array:
 
 def main() -> None:
     """Print the return errors."""
-    count, first = (
-        (int(value) for value in [*sys.argv[1:], "40", "5000"][:2]) if len(sys.argv) > 2 else (40, 5000)
-    )
+    given = options(__doc__, {"seeds": 40, "first": 5000})
+    count, first = given.seeds, given.first
     errors: dict[str, list[Array]] = {}
     for seed in range(first, first + count):
         bumpy, smooth = lap(seed, bumps=True), lap(seed, bumps=False)

@@ -26,6 +26,7 @@ from omnimate.calib.paths.reference import dead_reckoned
 from omnimate.fleet.segments import segments_of
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.recording import Poses
+from studies.benchmark import options
 from studies.datasets.optiodom.drives import read_set
 from studies.datasets.optiodom.files import find_sets
 from studies.datasets.optiodom.recordings import each_run
@@ -126,7 +127,7 @@ def words_of(kinematics: Kinematics) -> str:
 
 
 def main() -> int:
-    root = sys.argv[1] if len(sys.argv) > 1 else ROOT
+    root = options(__doc__, {"root": ROOT}).root
     sets, recordings = [read_set(folder) for folder in find_sets(root)], dict(each_run(root))
     used = [data for data in sets if data.path in USED]
     free = [data for data in sets if data.path == "free"]

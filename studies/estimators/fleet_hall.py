@@ -9,11 +9,13 @@ The joints are read from the first minute of each lap, because the filter's time
 night reads the whole lap, and knows them better.
 
 Usage: python -m studies.estimators.fleet_hall [--robots 1000] [--days 30] [--sick 30] [--places 20]
+
+Further options: --minutes of a lap, --seed, --period of SYNC [s], --linkage [s] of each lap that the
+filter of the joints sees, and --jobs, the processes that drive.
 """
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import sys
@@ -33,6 +35,7 @@ from omnimate.fleet.model.histories import ordinary
 from omnimate.fleet.model.places import ENOUGH
 from omnimate.fleet.segments import PARAMETERS, segments_of
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+from studies.benchmark import options
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -250,35 +253,34 @@ def number_of(ill: Ill) -> int:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--robots", type=int, default=1000)
-    parser.add_argument("--days", type=int, default=30)
-    parser.add_argument("--sick", type=int, default=30)
-    parser.add_argument("--places", type=int, default=20)
-    parser.add_argument("--minutes", type=float, default=5.0)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--period", type=float, default=0.04, help="of SYNC [s]")
-    parser.add_argument(
-        "--linkage", type=float, default=60.0, help="of each lap that the filter of the joints sees [s]"
+    given = options(
+        __doc__,
+        robots=1000,
+        days=30,
+        sick=30,
+        places=20,
+        minutes=5.0,
+        seed=0,
+        period=0.04,
+        linkage=60.0,
+        jobs=2,
     )
-    parser.add_argument("--jobs", type=int, default=2, help="processes that drive")
-    options = parser.parse_args()
     hall = draw_hall(
-        options.robots,
-        options.days,
-        sick=options.sick,
-        places=options.places,
-        seed=options.seed,
-        sync_period=options.period,
+        given.robots,
+        given.days,
+        sick=given.sick,
+        places=given.places,
+        seed=given.seed,
+        sync_period=given.period,
     )
-    with multiprocessing.Pool(options.jobs) as pool:
-        laps = Laps(hall, options.minutes, options.linkage, pool)
-        result, _ = study(laps, options.days, lambda text: print(text, file=sys.stderr, flush=True))
+    with multiprocessing.Pool(given.jobs) as pool:
+        laps = Laps(hall, given.minutes, given.linkage, pool)
+        result, _ = study(laps, given.days, lambda text: print(text, file=sys.stderr, flush=True))
         pool.close()
         pool.join()
     spent = sum(os.times()[:4])  # of this process and of those that it waited for
     print(
-        f"{options.robots} robots, {options.days} days, {options.minutes:g} minutes each: "
+        f"{given.robots} robots, {given.days} days, {given.minutes:g} minutes each: "
         f"{spent:.0f} s of processor time, simulation included"
     )
     return report(result, hall)

@@ -12,7 +12,6 @@ Usage: python -m studies.estimators.ipec_accuracy [seeds [first seed]]
 from __future__ import annotations
 
 import math
-import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +19,6 @@ import numpy as np
 from omnimate.ipec.corrector import correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.noise import FilterNoise
-from omnimate.ipec.filter.prior import Prior
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import Bump, bumps_under
@@ -31,6 +29,8 @@ from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
+from studies.benchmark import options
+from studies.papers.robots import LEFT_BEHIND
 
 if TYPE_CHECKING:
     from omnimate.ipec.corrector import Method
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 ROBOT = reference_vehicle()
-LEFT_BEHIND = Prior(1e-9, 2e-4, 1e-3, math.radians(0.01), 3e-4)
 LINK = 1.0  # [m], length of its link
 METHODS: dict[str, Method] = {"plain": "plain", "CLAPPER": "clapper", "OmniMate": "omnimate"}
 SONAR = np.array([0.002, 0.002, math.radians(0.2)])
@@ -171,9 +170,8 @@ def ten_laps(seed: int) -> dict[str, Array]:
 
 
 def main() -> None:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 40
-    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
-    seeds = range(first, first + count)
+    given = options(__doc__, {"seeds": 40, "first": 0})
+    count, seeds = given.seeds, range(given.first, given.first + given.seeds)
     single_drives(seeds)
     runs = [ten_laps(seed) for seed in seeds[: count // 2]]
     print(f"O 3: ten laps, a fix (2 mm, 0.2 degrees) before each; rms of {count // 2} runs")

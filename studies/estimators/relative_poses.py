@@ -12,7 +12,6 @@ true numbers.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import Array, between, compose
+from studies.benchmark import options
 
 NOMINAL = Truck(0.34, 0.15, 0.15)
 SIGMA = np.array([0.003, 0.003, 0.002])  # of a matched scan [m, m, rad]
@@ -112,15 +112,11 @@ def bound(drive: Simulated) -> Array:
 
 def main() -> int:
     """Print the error of each number over its bound, and how often the interval holds the truth."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--drives", type=int, default=200)
-    parser.add_argument("--minutes", type=float, default=5.0)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    chance = np.random.default_rng(options.seed)
+    given = options(__doc__, drives=200, minutes=5.0, seed=1)
+    chance = np.random.default_rng(given.seed)
     ours, theirs, inside = [], [], []
-    for _ in range(options.drives):
-        drive = simulated(options.minutes, chance)
+    for _ in range(given.drives):
+        drive = simulated(given.minutes, chance)
         fitted = calibrate_wheels(drive.time, drive.readings, NOMINAL, drive.motions)
         limits, truth = bound(drive), drive.truth
         values = np.array([single.value for single in fitted.quantities])
@@ -130,7 +126,7 @@ def main() -> int:
         reach = np.array([0.5 * (single.high - single.low) for single in fitted.quantities])
         inside.append(np.abs(error[0]) <= reach)
     ratios, peers = (np.sqrt((np.array(errors) ** 2).mean(axis=0)) for errors in (ours, theirs))
-    print(f"{options.drives} drives of {options.minutes:g} minutes; error over the Cramer-Rao bound")
+    print(f"{given.drives} drives of {given.minutes:g} minutes; error over the Cramer-Rao bound")
     for name, ratio, peer, part, limit in zip(
         NAMES, ratios, peers, np.mean(inside, axis=0), 1e3 * limits, strict=True
     ):

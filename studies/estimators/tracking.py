@@ -27,17 +27,14 @@ from omnimate.ipec.corrector import correct
 from omnimate.ipec.errors import LinkageChannelError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SIZES
-from studies.estimators import tracking_worlds
-from studies.estimators.tracking_made import made
 from studies.estimators.tracking_pictures import draw_errors, draw_nees, draw_states
 from studies.estimators.tracking_scores import errors_of, judge_of, nees, rms, squared
-from studies.estimators.tracking_worlds import SEED
+from studies.estimators.tracking_worlds import SEED, drives_of
 
 if TYPE_CHECKING:
     from omnimate.ipec.corrector import Method
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
-    from studies.estimators.tracking_worlds import Drives
 
 DATA = Path("../shared/data")
 RECORDED = tuple(str(DATA / name) for name in ("contact", "concealed", "concealed2"))
@@ -103,15 +100,6 @@ def measure(what: str, recording: Recording) -> Row:
     learned = first.slow.vector / scale
     time = judge.time - judge.time[0]
     return Row(what, errors, means, standing, learned, first.slow.sigma / scale, curves, time)
-
-
-def drives_of(world: str, folder: Path, seed: int = SEED) -> Drives:
-    """Return the drives of a world."""
-    if world == "made":
-        return made(seed)
-    if world in {"engine", "mujoco", "bullet", "wide"}:
-        return getattr(tracking_worlds, world)(folder / f"{world}-{seed}", seed)
-    return tracking_worlds.recorded(Path(world))
 
 
 def show(row: Row) -> None:

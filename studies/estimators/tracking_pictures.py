@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -11,13 +11,13 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from omnimate.vehicle.se2 import Array
+    from studies.estimators.tracking import Row
 
 ACROSS = 4  # panels in a row
 STYLES = {
@@ -29,24 +29,13 @@ STYLES = {
 }
 
 
-class Drawn(Protocol):
-    """What is drawn of a case; the attributes are those of `tracking.Row`."""
-
-    what: str
-    curves: Mapping[str, Array]
-    standing: Array
-    slow: Array
-    sigma: Array
-    time: Array
-
-
 STATES = (
     *("a.left", "a.right", "b.left", "b.right", "wheelbase a", "wheelbase b"),
     *("creep a", "creep b", "joint_a", "joint_b", "link"),
 )
 
 
-def draw_errors(rows: Sequence[Drawn], path: Path) -> None:
+def draw_errors(rows: Sequence[Row], path: Path) -> None:
     """Draw the distance from the truth along each drive, one panel for each case."""
     figure, axes = _panels(rows)
     for axis, row in zip(axes, rows, strict=False):
@@ -59,7 +48,7 @@ def draw_errors(rows: Sequence[Drawn], path: Path) -> None:
     _save(figure, path, "time [s]", "position error [mm]")
 
 
-def draw_nees(rows: Sequence[Drawn], path: Path, limits: tuple[float, float]) -> None:
+def draw_nees(rows: Sequence[Row], path: Path, limits: tuple[float, float]) -> None:
     """Draw NEES along each drive, and the limits between which it is consistent."""
     figure, axes = _panels(rows)
     for axis, row in zip(axes, rows, strict=False):
@@ -70,7 +59,7 @@ def draw_nees(rows: Sequence[Drawn], path: Path, limits: tuple[float, float]) ->
     _save(figure, path, "time [s]", "NEES; green: 95 % of a chi-squared variable, 3 degrees of freedom")
 
 
-def draw_states(rows: Sequence[Drawn], path: Path) -> None:
+def draw_states(rows: Sequence[Row], path: Path) -> None:
     """Draw what was learned of the encoders at the end of each drive, with two standard deviations."""
     figure, axes = _panels(rows)
     for axis, row in zip(axes, rows, strict=False):
@@ -82,7 +71,7 @@ def draw_states(rows: Sequence[Drawn], path: Path) -> None:
     _save(figure, path, "", "learned, in the largest size that is expected; bars: 2 standard deviations")
 
 
-def _panels(rows: Sequence[Drawn]) -> tuple[Figure, list[Axes]]:
+def _panels(rows: Sequence[Row]) -> tuple[Figure, list[Axes]]:
     """Return a figure with a panel for each case, with its name above it."""
     down = -(-len(rows) // ACROSS)
     figure, grid = plt.subplots(

@@ -7,77 +7,99 @@ simulator. Drives are kept in a folder, so that they are made a single time.
 from __future__ import annotations
 
 import json
+import math
 import shutil
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from omnimate.effects.floor_slope import FloorSlope
+from omnimate.effects.lateral_slip import LateralSlip
+from omnimate.effects.law import Law
+from omnimate.effects.radius_step import RadiusStep
+from omnimate.effects.traction_slip import TractionSlip
+from omnimate.effects.wheel_eccentricity import WheelEccentricity
+from omnimate.effects.wheel_misalignment import WheelMisalignment
 from omnimate.files.recordings.folder import load_recording
+from omnimate.motion.paths import rounded_rectangle
+from omnimate.motion.runner import Runner
+from omnimate.motion.stepping import step
+from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.bumps import bumps_under
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.onboard import odometry_of, see
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.recording import Poses, Recording
 from studies.mismatch.engines.cases import Case
 from studies.mismatch.engines.scene import scene
 from studies.mismatch.engines.vocabulary import VOCABULARY
 from studies.mismatch.engines.writing import Measuring, write
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
+    from omnimate.effects.effect import Effect
 
-    from omnimate.vehicle.recording import Recording
-    from studies.mismatch.engines.scene import Scene
-
-    Drives = Iterator[tuple[str, Recording]]
+Drives = Iterator[tuple[str, Recording]]
 
 EXACT = Measuring((1e-6, 1e-6, 1e-6), 0.05, both=False)
 SEED = 4  # of the worlds that were in view when the constants were chosen
 NO_SENSE = {"clock_drift"}  # of the poses, which judge here
 DRIVES = ("eights", "slalom", "squares")
+ROBOT = reference_vehicle()
+PROGRAM = rounded_rectangle(6.0, 3.25, ["ccw", "cw"])  # O 3
+JITTER = math.radians(0.3)  # of joints that scatter
+# Pushes of 10 mm to the side within 50 mm of the way, in m/m over the way of a truck.
+PUSHES = (5.0, 12.0, 20.0, 27.0, 33.0)
+STRIKE = 0.05  # [m]
 
 
-def engine(folder: Path, seed: int = SEED) -> Drives:
-    """Yield drives of `studies.mismatch.engines.engine`: each effect of its vocabulary, and healthy ones."""
-    names: list[tuple[tuple[str, str], ...]] = [()] * 3
-    names += [
-        ((effect, VOCABULARY[effect].components[0]),) for effect in VOCABULARY if effect not in NO_SENSE
-    ]
-    for number, effects in enumerate(names):
-        case = Case("single" if effects else "null", effects, DRIVES[number % 3], "mocap")
-        setting = scene(case, seed * 1000 + number)
-        what = " ".join(effects[0]) if effects else f"healthy {number + 1}"
-        yield what, _kept(folder / f"{number:02d}", partial(_driven, setting))
+class World(NamedTuple):
+    """A world whose drives are written into a folder.
+
+    Attributes:
+        cases: Function that returns the number and the content of each case, in order.
+        write: Function of folder, seed, number and content that writes a case and returns its label.
+        inside: Where the recording is in a case's folder.
+    """
+
+    cases: Callable[[], Iterable[tuple[int, Any]]]
+    write: Callable[[Path, int, int, Any], dict[str, Any]]
+    inside: str = "1"
 
 
-def _driven(setting: Scene, at: Path) -> None:
-    driven = setting.driven(setting.faults, setting.chance)
-    write(at, setting.robot, driven, EXACT, 0.0, setting.chance)
+def drives_of(world: str, folder: Path, seed: int = SEED) -> Drives:
+    """Yield name and recording of each drive of two trucks of a world.
+
+    Args:
+        world: `made`, a name of `WORLDS`, or a folder of recordings with `labels.json`.
+        folder: Folder that keeps what is written.
+        seed: Seed of all that is drawn.
+    """
+    if world == "made":
+        yield from made(seed)
+    elif world in WORLDS:
+        yield from _written(WORLDS[world], folder / f"{world}-{seed}", seed)
+    else:
+        yield from recorded(Path(world))
 
 
-def mujoco(folder: Path, seed: int = SEED) -> Drives:
-    """Yield drives of the contact physics in `engines/mujoco`: each fault in turn."""
-    from studies.mismatch.engines.mujoco import corpus
-
-    for number, name in enumerate(corpus.FAULTS):
-
-        def make(at: Path, name: str = name, number: int = number) -> None:
-            at.mkdir(parents=True)
-            (key,) = corpus.write(at, [name], seed * 1000 + number, poses="exact")
-            shutil.move(at / key / "1", at / "1")
-
-        yield name, _kept(folder / f"{number:02d}", make, inside="1")
-
-
-def bullet(folder: Path, seed: int = SEED) -> Drives:
-    """Yield drives of the linked pair in `engines/bullet`."""
-    from studies.mismatch.engines.bullet.cases import make
-
-    for number in range(2, 62, 5):  # every fifth robot is the pair
-        yield from _labelled(folder / f"{number:02d}", lambda at, k=number: make((at, seed, k), EXACT))
-
-
-def wide(folder: Path, seed: int = SEED) -> Drives:
-    """Yield drives of robots of all sizes in `engines/wide`."""
-    from studies.mismatch.engines.wide.cases import make
-
-    for number in range(24):
-        yield from _labelled(folder / f"{number:02d}", lambda at, k=number: make((at, seed, k), EXACT))
+def _written(world: World, folder: Path, seed: int) -> Drives:
+    for number, content in world.cases():
+        at = folder / f"{number:02d}"
+        if not at.exists():
+            unfinished = at.with_name(at.name + ".unfinished")
+            shutil.rmtree(unfinished, ignore_errors=True)
+            label = world.write(unfinished, seed, number, content)
+            (unfinished / "label.json").write_text(json.dumps(label), encoding="utf-8")
+            unfinished.rename(at)
+        recording = load_recording(at / world.inside)
+        if recording.vehicle.linkage is not None:
+            yield _name(json.loads((at / "label.json").read_text(encoding="utf-8"))), recording
 
 
 def recorded(folder: Path) -> Drives:
@@ -89,29 +111,144 @@ def recorded(folder: Path) -> Drives:
             and recording.poses is not None
             and len(recording.poses.of("a").time) > 1
         ):
-            effects = " and ".join(f"{each['effect']} {each['component']}" for each in label["effects"])
-            yield label.get("what") or label.get("drive") or effects or "healthy", recording
+            yield label.get("what") or label.get("drive") or _name(label), recording
 
 
-def _labelled(folder: Path, make: Callable[[Path], dict[str, object]]) -> Drives:
-    """Yield the recording of a case that labels itself, if it is of two trucks."""
-
-    def made(at: Path) -> None:
-        label = make(at)
-        (at / "label.json").write_text(json.dumps(label), encoding="utf-8")
-
-    recording = _kept(folder, made, inside="1")
-    label = json.loads((folder / "label.json").read_text(encoding="utf-8"))
-    if recording.vehicle.linkage is not None:
-        effects = " and ".join(f"{each['effect']} {each['component']}" for each in label["effects"])
-        yield effects or "healthy", recording
+def _name(label: dict[str, Any]) -> str:
+    effects = " and ".join(f"{each['effect']} {each['component']}" for each in label.get("effects", ()))
+    return label.get("name") or effects or "healthy"
 
 
-def _kept(folder: Path, make: Callable[[Path], None], inside: str = ".") -> Recording:
-    """Return the recording in a folder, which is made where it is absent."""
-    if not folder.exists():
-        unfinished = folder.with_name(folder.name + ".unfinished")
-        shutil.rmtree(unfinished, ignore_errors=True)
-        make(unfinished)
-        unfinished.rename(folder)
-    return load_recording(folder / inside)
+def _engine_cases() -> Iterable[tuple[int, Any]]:
+    """Return three healthy robots, and each effect of the engine's vocabulary."""
+    names: list[tuple[tuple[str, str], ...]] = [()] * 3
+    names += [
+        ((effect, VOCABULARY[effect].components[0]),) for effect in VOCABULARY if effect not in NO_SENSE
+    ]
+    return enumerate(names)
+
+
+def _write_engine(at: Path, seed: int, number: int, effects: tuple[tuple[str, str], ...]) -> dict[str, Any]:
+    case = Case("single" if effects else "null", effects, DRIVES[number % 3], "mocap")
+    setting = scene(case, seed * 1000 + number)
+    write(at, setting.robot, setting.driven(setting.faults, setting.chance), EXACT, 0.0, setting.chance)
+    return {"name": " ".join(effects[0]) if effects else f"healthy {number + 1}"}
+
+
+def _mujoco_cases() -> Iterable[tuple[int, Any]]:
+    """Return each fault of the contact physics."""
+    from studies.mismatch.engines.mujoco import corpus
+
+    return enumerate(corpus.FAULTS)
+
+
+def _write_mujoco(at: Path, seed: int, number: int, fault: str) -> dict[str, Any]:
+    from studies.mismatch.engines.mujoco import corpus
+
+    at.mkdir(parents=True)
+    (key,) = corpus.write(at, [fault], seed * 1000 + number, poses="exact")
+    shutil.move(at / key / "1", at / "1")
+    return {"name": fault}
+
+
+def _write_bullet(at: Path, seed: int, number: int, _content: None) -> dict[str, Any]:
+    from studies.mismatch.engines.bullet.cases import make
+
+    return make((at, seed, number), EXACT)
+
+
+def _write_wide(at: Path, seed: int, number: int, _content: None) -> dict[str, Any]:
+    from studies.mismatch.engines.wide.cases import make
+
+    return make((at, seed, number), EXACT)
+
+
+WORLDS = {
+    "engine": World(_engine_cases, _write_engine, "."),
+    "mujoco": World(_mujoco_cases, _write_mujoco),
+    "bullet": World(partial(dict.items, dict.fromkeys(range(2, 62, 5))), _write_bullet),  # the linked pairs
+    "wide": World(partial(enumerate, (None,) * 24), _write_wide),
+}
+
+
+def made(seed: int) -> Drives:
+    """Yield the cases of the project's own simulator: a single thing is wrong, all else scatters as usual."""
+    for number, (what, truth) in enumerate(_truths().items()):
+        recording = _drive(replace(truth, seed=seed + number))
+        yield what, _jittered(recording, seed) if what == "joint noise 0.3 degrees" else recording
+
+
+def _truths() -> dict[str, Truth]:
+    inside = bumps_under("a.left", 20, 1.0, 16.0, height=0.009)
+    both = bumps_under("a.left", 10, 1.0, 15.0) + bumps_under("b.right", 10, 1.0, 15.0)
+    plain = Truth(ROBOT, floor=Floor())
+
+    def sizes(base_a: float = 1.0, base_b: float = 1.0, ratio_a: float = 1.0, ratio_b: float = 1.0) -> Truth:
+        return Truth(with_errors(ROBOT, {"a": base_a, "b": base_b}, {"a": ratio_a, "b": ratio_b}))
+
+    def acting(*effects: Effect) -> Truth:
+        return replace(plain, effects=effects)
+
+    return {
+        "healthy": plain,
+        "diameter a +0.3 %": sizes(ratio_a=1.003),
+        "diameter b +1 %": sizes(ratio_b=1.01),
+        "diameters a and b +-0.3 %": sizes(ratio_a=1.003, ratio_b=1.0 / 1.003),
+        "wheelbase a -1 %": sizes(0.99),
+        "wheelbases off by 3 %": sizes(1.03, 0.97),
+        "as data sheets: U Fig. 11": sizes(336.17 / 340.0, 340.0 / 336.17, 1.00084, 1.0 / 1.00084),
+        "bumps inside a": replace(plain, floor=Floor(bumps=inside)),
+        "bumps a and b": replace(plain, floor=Floor(bumps=both)),
+        "joint a 0.5 degrees": acting(*linkage_biases(joint_a=math.radians(0.5))),
+        "joint b 0.5 degrees": acting(*linkage_biases(joint_b=math.radians(0.5))),
+        "link 5 mm": acting(*linkage_biases(link=0.005)),
+        "joint noise 0.3 degrees": replace(sizes(ratio_a=1.002), floor=Floor(bumps=inside)),
+        "axle b turned 0.3 degrees": acting(WheelMisalignment("b", math.radians(0.3))),
+        "eccentric wheel 0.5 mm": acting(WheelEccentricity("a.left", 5e-4, 0.3)),
+        "puncture": acting(RadiusStep("b.left", 0.995, 60.0)),
+        "floor sloping": acting(FloorSlope("a", 0.004, 0.7), FloorSlope("b", 0.004, 0.7)),
+        "lateral slip": acting(LateralSlip("a", 0.05), LateralSlip("b", 0.02)),
+        "traction slip": acting(TractionSlip("a", 0.1)),
+        "sideways pushes of 10 mm": acting(_pushes()),
+    }
+
+
+def _pushes() -> Law:
+    """Return pushes of truck a to the left and to the right in turn, each of 10 mm."""
+    knots, ordinates = [0.0], [0.0]
+    for number, place in enumerate(PUSHES):
+        strength = (-1.0) ** number * 0.01 / STRIKE
+        knots += [place - 1e-3, place, place + STRIKE, place + STRIKE + 1e-3]
+        ordinates += [0.0, strength, strength, 0.0]
+    return Law("a", "creep", over="way", knots=tuple(knots), ordinates=tuple(ordinates))
+
+
+def _drive(truth: Truth) -> Recording:
+    """Return the recording of the program, driven from odometry alone, with the true poses of truck a."""
+    plant, runner, odometry = Plant(truth, ROBOT), Runner(PROGRAM, ROBOT), odometry_of(ROBOT)[0]
+    command, period = np.zeros(4), ROBOT.bus.sync_period
+    counts, poses = [], []
+    lap = None
+    while not runner.done:
+        counts.append(plant.state["counts"][0].copy())
+        poses.append(plant.pose("a"))
+        pose, link = see(odometry, counts[-1])
+        step(runner.rows, runner.settings, runner.state, pose, link, command)
+        plant.advance(command, period)
+        if runner.lap != lap:
+            lap = runner.lap
+            plant.begin_lap(lap)
+    time = period * np.arange(len(counts), dtype=np.float64)
+    table = np.array(counts)
+    judge = Poses(time, np.full(len(time), "a"), np.array(poses), np.full((len(time), 3), 1e-6))
+    return Recording(ROBOT, time, table, np.ones(table.shape, np.bool_), poses=judge, source="simulation")
+
+
+def _jittered(recording: Recording, seed: int) -> Recording:
+    """Return a recording whose joints scatter from sample to sample."""
+    counts = recording.counts.copy()
+    for number, channel in enumerate(ROBOT.channels):
+        if channel.startswith("joint"):
+            jitter = np.random.default_rng([seed, number]).normal(size=len(counts)) * JITTER
+            counts[:, number] += np.rint(jitter / ROBOT.encoder(channel).scale).astype(np.int64)
+    return replace(recording, counts=counts)

@@ -16,6 +16,7 @@ import numpy as np
 from omnimate.calib.umbmark.bootstrap import bootstrap
 from omnimate.calib.umbmark.experiment import calibrate
 from omnimate.calib.umbmark.guards import advise
+from studies.benchmark import options
 from studies.papers.trials import (
     Trial,
     after_calibration,
@@ -32,6 +33,7 @@ TRIAL = Trial(*FIGURE_11, floor_covariance(0.025))
 
 
 def main() -> None:
+    options(__doc__)
     sizes = 1e3 * after_calibration(TRIAL, 4000)
     low, high = np.percentile(sizes, [5, 95])
     print(f'"after" with 25 mm of scatter: mean {sizes.mean():.1f} mm, 5 to 95 % {low:.1f} to {high:.1f} mm')

@@ -18,7 +18,6 @@ Usage: python -m studies.listen.accuracy [buses per EDS file] [first seed] [--ed
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter, defaultdict
 from pathlib import Path
@@ -26,6 +25,7 @@ from pathlib import Path
 from omnimate.driver.canopen.mapped_signals import mapped_signals
 from omnimate.files.logs.seen_mapping import seen_objects
 from omnimate.listen.learning import learn_bus
+from studies.benchmark import options
 from studies.listen.buses import make_bus
 from studies.listen.devices import described, eds_files
 from studies.listen.recorded import car, robots
@@ -37,13 +37,9 @@ RIGHT, SURE_AND_WRONG = 0.95, 0.01
 
 def main() -> int:
     """Print the tables; 1 where a figure is worse than what is wanted."""
-    parser = argparse.ArgumentParser(prog="python -m studies.listen.accuracy")
-    parser.add_argument("count", nargs="?", type=int, default=BUSES)
-    parser.add_argument("seed", nargs="?", type=int, default=SEED)
-    parser.add_argument("--eds", type=Path)
-    given_files = parser.parse_args()
-    count, seed = given_files.count, given_files.seed
-    files = eds_files() if given_files.eds is None else eds_files((given_files.eds,))
+    asked = options(__doc__, {"count": BUSES, "seed": SEED}, eds=None)
+    count, seed = asked.count, asked.seed
+    files = eds_files() if asked.eds is None else eds_files((Path(asked.eds),))
     groups: dict[str, Score] = defaultdict(Score)
     made: Counter[str] = Counter()
     given: Counter[str] = Counter()

@@ -19,7 +19,6 @@ Usage: python -m studies.papers.paper_bounds [robots]
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,6 +30,7 @@ from omnimate.ipec.filter.noise import FilterNoise
 from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import compose
+from studies.benchmark import options
 from studies.datasets.optiodom.drives import read_set
 from studies.datasets.optiodom.files import find_sets
 from studies.datasets.optiodom.scores import calibrate_squares, score
@@ -167,7 +167,7 @@ def show(what: str, printed: float, figures: Array, *, at_least: bool = False) -
 
 
 def main() -> None:
-    robots = int(sys.argv[1]) if len(sys.argv) > 1 else 10
+    robots = options(__doc__, {"robots": 10}).robots
     chance = np.random.default_rng(1)
     runs = [rectangle(seed, way, 2, 10) for seed in range(robots) for way in ("cw", "ccw")]
     sigmas = [bound(run, LEFT_BEHIND) for run in runs]
