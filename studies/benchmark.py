@@ -27,7 +27,7 @@ class Cost(NamedTuple):
 def options(
     doc: str | None,
     positional: Mapping[str, str | float] | None = None,
-    **named: str | float | None,
+    **named: str | float | bool | None,
 ) -> argparse.Namespace:
     """Return the options of the command line.
 
@@ -41,12 +41,12 @@ def options(
     )
     for name, default in (positional or {}).items():
         parser.add_argument(name, nargs="?", type=type(default), default=default)
-    for name, default in named.items():
+    for name, value in named.items():
         flag = "--" + name.replace("_", "-")
-        if default is False:
+        if isinstance(value, bool):
             parser.add_argument(flag, action="store_true")
         else:
-            parser.add_argument(flag, type=str if default is None else type(default), default=default)
+            parser.add_argument(flag, type=str if value is None else type(value), default=value)
     return parser.parse_args()
 
 

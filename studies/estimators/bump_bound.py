@@ -22,7 +22,8 @@ from omnimate.ipec.filter.step import follow_live, go_live
 from omnimate.ipec.readings import table_of
 from omnimate.vcan_sim.bumps import Bump, bumps_under
 from studies.benchmark import options
-from studies.estimators.ipec_accuracy import LEFT_BEHIND, lap, return_error, show
+from studies.estimators.ipec_accuracy import lap, return_error, show
+from studies.papers.robots import LEFT_BEHIND
 
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel

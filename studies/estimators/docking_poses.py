@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -113,8 +114,8 @@ def with_docks(recording: Recording, mean: Kinematics, between: Spread) -> Kinem
 
 def fitted_to(data: DriveSet, kinematics: Kinematics) -> Kinematics:
     """Return the kinematics that come closest to all poses of a set."""
-    start = np.zeros(len(kinematics.coordinates))
-    return kinematics.corrected(least_squares(lambda place: away(data, kinematics, place), start).x)
+    found = least_squares(partial(away, data, kinematics), np.zeros(len(kinematics.coordinates)))
+    return kinematics.corrected(found.x)
 
 
 def words_of(kinematics: Kinematics) -> str:

@@ -228,7 +228,7 @@ def outcome(
         name, found = robot.vehicle.name, first[robot.vehicle.name]
         change = None if found is None else next(c for c in nights[found] if c.robot == name)
         ill = robot.ills[0] if robot.ills else None
-        if change is not None and (ill is None or found < ill.day):
+        if found is not None and change is not None and (ill is None or found < ill.day):
             false.append((found, change))
         elif ill is not None and ill.kind not in SEEN:
             unseen[f"{name} {ill.kind}"] = change is not None

@@ -55,10 +55,10 @@ def drive(seed: int, program: Program, bumps: tuple[Bump, ...]) -> Recording:
         "a": 1.0 + chance.normal() * LEFT_BEHIND.ratio,
         "b": 1.0 + chance.normal() * LEFT_BEHIND.ratio,
     }
-    joints = chance.normal(size=2) * LEFT_BEHIND.joint
+    joint_a, joint_b = (chance.normal(size=2) * LEFT_BEHIND.joint).tolist()
     truth = Truth(
         with_errors(ROBOT, base, ratio),
-        effects=linkage_biases(*map(float, joints), link=chance.normal() * LEFT_BEHIND.link),
+        effects=linkage_biases(joint_a, joint_b, link=chance.normal() * LEFT_BEHIND.link),
         floor=Floor(bumps=bumps),
         sonar=Sonar(sigma=0.0),
         seed=seed,

@@ -67,7 +67,7 @@ def simulated(minutes: float, chance: np.random.Generator) -> Simulated:
     readings = np.concatenate([np.zeros((1, 2)), np.cumsum(travel / (0.5 * diameters), axis=0)])
     gone = travel + CONCRETE_ROUGHNESS * np.sqrt(np.abs(travel)) * chance.standard_normal(travel.shape)
     path = integrate(arc(gone[:, 0], gone[:, 1], truck.wheelbase))
-    time = SAMPLE * np.arange(count + 1)
+    time: Array = SAMPLE * np.arange(count + 1, dtype=np.float64)
     scans = np.arange(0, count + 1, round(SCAN / SAMPLE))
     seen = compose(path[scans], sensor)
     pose = compose(between(seen[:-1], seen[1:]), SIGMA * chance.standard_normal((len(scans) - 1, 3)))

@@ -34,6 +34,7 @@ class Judge:
 
 def judge_of(recording: Recording) -> Judge:
     """Return what judges a recording; the poses before it moves are averaged."""
+    assert recording.poses is not None
     poses = recording.poses.of("a")
     known = np.isfinite(poses.pose).all(axis=1)
     time, pose, sigma = poses.time[known], poses.pose[known], poses.sigma[known]

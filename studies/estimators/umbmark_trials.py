@@ -16,6 +16,7 @@ import numpy as np
 from omnimate.calib.umbmark.bootstrap import bootstrap
 from omnimate.calib.umbmark.experiment import calibrate
 from omnimate.calib.umbmark.guards import advise
+from omnimate.calib.umbmark.printed import Method
 from studies.benchmark import options
 from studies.papers.trials import (
     Trial,
@@ -29,6 +30,7 @@ from studies.papers.trials import (
 )
 
 FIGURE_11 = (0.98874, 1.00084)
+METHODS: tuple[Method, ...] = ("printed", "heading", "exact", "weighted")
 TRIAL = Trial(*FIGURE_11, floor_covariance(0.025))
 
 
@@ -46,11 +48,11 @@ def main() -> None:
     print("variance over bound, own weights, 5 + 5:", efficiency(plain, 100_000).round(3))
     print("variance over bound, own weights, 20 + 20:", efficiency(replace(plain, runs=20), 50_000).round(3))
     for runs in (2, 5):
-        for method in ("printed", "heading", "exact", "weighted"):
+        for method in METHODS:
             held = 100.0 * coverage(replace(TRIAL, runs=runs), 2000, method)
             print(f"95 % intervals, {runs} + {runs} runs, {method}, hold E_b, E_d in {held.round(1)} %")
     for factors, position in ((FIGURE_11, 0.003), ((0.95, 1.005), 0.022), ((0.90, 1.02), 0.022)):
-        for method in ("printed", "exact"):
+        for method in METHODS[::2]:
             held = 100.0 * coverage(Trial(*factors, floor_covariance(position)), 1000, method)
             where = f"{factors} with {1e3 * position:.0f} mm of scatter"
             print(f"95 % intervals at {where}, {method}, hold E_b, E_d in {held.round(1)} %")
