@@ -8,16 +8,16 @@ end half a metre beside it: the floor's random walk (Chong & Kleeman, 1997) is c
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.vehicle.arcs import travel_lever
 from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.compiled_se2 import roll
-from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+from omnimate.vehicle.floor import CONCRETE_ROUGHNESS, floor_covariance
 from omnimate.vehicle.odometry import truck_travel, wheels_of
 from omnimate.vehicle.se2 import wrap
 
@@ -194,9 +194,10 @@ def _way(rolled: Array, base: float, poses: Array, sigma: Array) -> _Way:
     """Return one way from the travel of its wheels `(N, 2)` [m] between two measured poses `(2, 3)`."""
     variance = CONCRETE_ROUGHNESS**2 * np.abs(rolled)
     lost = np.zeros_like(rolled)  # what the floor did to each wheel in each step, to the best of knowledge
-    path, gain, rough = np.empty((len(rolled) + 1, 3)), np.empty((len(rolled), 3, 2)), np.empty((3, 3))
+    path, gain = np.empty((len(rolled) + 1, 3)), np.empty((len(rolled), 3, 2))
     for _ in range(_ROUNDS):
-        _linearise(rolled, lost, base, poses[0], path, gain, rough)
+        _linearise(rolled, lost, base, poses[0], path, gain)
+        rough = floor_covariance(gain, rolled).sum(axis=0)
         lever = path[-1, :2] - path[0, :2]
         transport = np.array([[1.0, 0.0, -lever[1]], [0.0, 1.0, lever[0]], [0.0, 0.0, 1.0]])
         covariance = (
@@ -219,12 +220,8 @@ def _way(rolled: Array, base: float, poses: Array, sigma: Array) -> _Way:
 
 
 @compiled
-def _linearise(
-    rolled: Array, lost: Array, base: float, start: Array, path: Array, gain: Array, rough: Array
-) -> None:
+def _linearise(rolled: Array, lost: Array, base: float, start: Array, path: Array, gain: Array) -> None:
     """Fill the likeliest path of a way, and how its end depends on what the wheels roll.
-
-    A wheel's travel moves the truck forward by half of it, and turns it by one part in the wheelbase.
 
     Args:
         rolled: Travel of the wheels in each step [m], `(N, 2)`.
@@ -233,23 +230,16 @@ def _linearise(
         start: First pose, `(3,)`.
         path: Filled with the poses between the steps, `(N + 1, 3)`.
         gain: Filled with the derivative of the end by the travel of both wheels, `(N, 3, 2)`.
-        rough: Filled with the end's covariance for a roughness of 1 m/sqrt(m), `(3, 3)`.
     """
     path[0] = start
     for step in range(len(rolled)):
         path[step + 1] = path[step]
         roll(path[step + 1], rolled[step, 0] + lost[step, 0], rolled[step, 1] + lost[step, 1], base)
-    rough[:] = 0.0
     for step in range(len(rolled)):
         x = path[-1, 0] - 0.5 * (path[step, 0] + path[step + 1, 0])
         y = path[-1, 1] - 0.5 * (path[step, 1] + path[step + 1, 1])
         heading = 0.5 * (path[step, 2] + path[step + 1, 2])
         for wheel in range(2):
             turn = (2.0 * wheel - 1.0) / base
-            gain[step, 0, wheel] = 0.5 * math.cos(heading) - turn * y
-            gain[step, 1, wheel] = 0.5 * math.sin(heading) + turn * x
+            gain[step, 0, wheel], gain[step, 1, wheel] = travel_lever(heading, x, y, turn)
             gain[step, 2, wheel] = turn
-            for row in range(3):
-                for column in range(3):
-                    both = gain[step, row, wheel] * gain[step, column, wheel]
-                    rough[row, column] += abs(rolled[step, wheel]) * both

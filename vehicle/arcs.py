@@ -8,20 +8,19 @@ live stream; `compiled_se2` has the same for compiled code.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from omnimate.vehicle.se2 import rotate
+from omnimate.vehicle.se2 import Array, rotate
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from omnimate.vehicle.se2 import Array
-
 SMALL = 1e-6  # [rad] below this half angle sin(h)/h is 1 - h^2/6 to rounding
 SMALL_SLOPE = 1e-4  # [rad] likewise (cos(h) - sin(h)/h) / h, whose difference cancels, is -h/3
 
+Real = TypeVar("Real", float, Array)
 PoseTuple = tuple[float, float, float]
 
 
@@ -46,19 +45,78 @@ def sinc_slope(half: ArrayLike) -> Array:
     return np.asarray(np.where(small, -half / 3.0, slope), np.float64)
 
 
-def arc(left: ArrayLike, right: ArrayLike, wheelbase: float) -> Array:
+def arc(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Array:
     """Return the pose increments `(..., 3)` of a truck, in its own frame, along exact circular arcs.
 
     Args:
         left: Travel of the left wheel [m], shape `(...)`.
         right: Travel of the right wheel [m], shape `(...)`.
-        wheelbase: Distance between the contact points of the two drive wheels [m].
+        wheelbase: Distance between the contact points of the two drive wheels [m], one or `(...)`.
     """
     left, right = np.asarray(left, np.float64), np.asarray(right, np.float64)
-    turn = (right - left) / wheelbase
+    turn = (right - left) / np.asarray(wheelbase, np.float64)
     half = 0.5 * turn
     chord = 0.5 * (left + right) * sinc(half)
     return np.stack([chord * np.cos(half), chord * np.sin(half), turn], axis=-1)
+
+
+def arc_derivative(way: ArrayLike, turn: ArrayLike) -> Array:
+    """Return the derivatives `(..., 3, 2)` of arcs by their length [m] and turn [rad], body frame after them.
+
+    The chord way sinc(h) points along the mean heading, half a turn h = turn / 2 from either end.
+    """
+    way, half = np.asarray(way, np.float64), 0.5 * np.asarray(turn, np.float64)
+    ratio, slope = sinc(half), sinc_slope(half)
+    cos, sin = np.cos(half), np.sin(half)
+    along, across = 0.5 * way * slope, 0.5 * way * ratio
+    by_way = np.stack([ratio * cos, -ratio * sin, np.zeros_like(half)], axis=-1)
+    by_turn = np.stack([cos * along + sin * across, cos * across - sin * along, np.ones_like(half)], axis=-1)
+    return np.stack([by_way, by_turn], axis=-1)
+
+
+def arc_jacobian(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Array:
+    """Return the derivatives `(..., 3, 3)` of `arc` by left, right and wheelbase, in the body frame after it.
+
+    Args:
+        left: Travel of the left wheel [m], shape `(...)`.
+        right: Travel of the right wheel [m], shape `(...)`.
+        wheelbase: Wheelbase [m], shape `(...)` or one for all.
+    """
+    left, right = np.asarray(left, np.float64), np.asarray(right, np.float64)
+    base = np.asarray(wheelbase, np.float64)[..., np.newaxis]
+    turn = (right - left)[..., np.newaxis] / base
+    by_way, by_turn = np.moveaxis(arc_derivative(0.5 * (left + right), turn[..., 0]), -1, 0)
+    by_left, by_right = 0.5 * by_way - by_turn / base, 0.5 * by_way + by_turn / base
+    return np.stack([by_left, by_right, -turn / base * by_turn], axis=-1)
+
+
+def travel_lever(heading: Real, x: Real, y: Real, turn: float) -> tuple[Real, Real]:
+    """Return how much a later x and y change by a metre of a wheel's travel, in the frame of all poses.
+
+    It moves the truck forward by half of it, and turns it; compiled code calls this with floats.
+
+    Args:
+        heading: Heading while the wheel travels [rad].
+        x: Way from there to the later pose [m].
+        y: Likewise.
+        turn: Turn by a metre of travel: -1 / wheelbase of the left wheel, 1 / wheelbase of the right [rad/m].
+    """
+    return 0.5 * np.cos(heading) - turn * y, 0.5 * np.sin(heading) + turn * x
+
+
+def wheel_levers(heading: Array, way: Array, wheelbase: float) -> Array:
+    """Return the derivatives `(..., 3, 2)` of later poses by the travel of the left and the right wheel.
+
+    Args:
+        heading: Heading while the wheels travel [rad], shape `(...)`.
+        way: X and y of the later pose less those at that moment [m], shape `(..., 2)`.
+        wheelbase: Wheelbase [m].
+    """
+    columns = []
+    for turn in (-1.0 / wheelbase, 1.0 / wheelbase):
+        x, y = travel_lever(heading, way[..., 0], way[..., 1], turn)
+        columns.append(np.stack([x, y, np.full_like(x, turn)], axis=-1))
+    return np.stack(columns, axis=-1)
 
 
 def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

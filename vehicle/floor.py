@@ -1,11 +1,59 @@
-"""What is known of an ordinary floor.
+"""How a floor's roughness scatters odometry.
 
 A wheel's travel over a floor scatters with the square root of the way, independently for each wheel; the
 roughness is its standard deviation after one metre [m/sqrt(m)]. Source of the law: Chong & Kleeman, Accurate
 odometry and error modelling for a mobile robot, ICRA 1997.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.vehicle.arcs import arc, integrate, wheel_levers
+from omnimate.vehicle.se2 import compose
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from omnimate.vehicle.se2 import Array
+
 # [m/sqrt(m)] With a wheelbase of 340 mm it makes the return position of a 4 x 4 m square scatter by 25 mm in
 # x and in y, as U V reports: shown by `pytest tests/vcan_sim/test_floor.py`. The heading then scatters by
 # 0.54 degrees.
 CONCRETE_ROUGHNESS = 5.6e-4
+NODES = 24  # of the Gauss-Legendre rule along an arc: exact to rounding for turns of up to two revolutions
+
+
+def floor_covariance(levers: Array, travel: Array) -> Array:
+    """Return the covariances `(..., 3, 3)` of poses for a roughness of 1 m/sqrt(m).
+
+    Args:
+        levers: Derivatives of the poses by the travel of both wheels, shape `(..., 3, 2)`.
+        travel: Travel of the left and the right wheel [m], shape `(..., 2)`.
+    """
+    scattered = levers * np.sqrt(np.abs(travel))[..., np.newaxis, :]
+    return np.asarray(scattered @ np.swapaxes(scattered, -1, -2), np.float64)
+
+
+def path_covariance(left: ArrayLike, right: ArrayLike, wheelbase: float) -> Array:
+    """Return the covariance `(3, 3)` after a path of long arcs for a roughness of 1 m/sqrt(m).
+
+    It is that of x, y [m] and theta [rad] in the frame of the path's start. A straight line (left = right)
+    and a turn on the spot (left = -right) are arcs too.
+
+    Args:
+        left: Travel of the left wheel in each arc [m], shape `(N,)`.
+        right: Likewise of the right wheel.
+        wheelbase: Wheelbase of the truck [m].
+    """
+    travel = np.stack([np.asarray(left, np.float64), np.asarray(right, np.float64)], axis=-1)
+    node, weight = np.polynomial.legendre.leggauss(NODES)
+    share = 0.5 + 0.5 * node
+    corners = integrate(arc(travel[:, 0], travel[:, 1], wheelbase))
+    along = arc(np.outer(travel[:, 0], share), np.outer(travel[:, 1], share), wheelbase)
+    poses = compose(corners[:-1, np.newaxis], along)
+    levers = wheel_levers(poses[..., 2], corners[-1, :2] - poses[..., :2], wheelbase)
+    parts = travel[:, np.newaxis] * (0.5 * weight)[:, np.newaxis]
+    return np.asarray(floor_covariance(levers, parts).sum(axis=(0, 1)), np.float64)

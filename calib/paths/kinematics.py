@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
-from omnimate.vehicle.arcs import arc, sinc, sinc_slope
+from omnimate.vehicle.arcs import arc, arc_jacobian
+from omnimate.vehicle.floor import floor_covariance
 from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:
@@ -103,23 +104,17 @@ class Differential:
     def steps(self, readings: Array, coordinates: Array) -> Steps:
         """Return the steps between wheel angles `(G, 2)` [rad]; U (2.2) along exact arcs."""
         truck = self.truck_at(coordinates)
-        turned = np.diff(readings, axis=0)
-        left = turned[:, 0] * (0.5 * truck.wheel_diameter_left)
-        right = turned[:, 1] * (0.5 * truck.wheel_diameter_right)
-        way, turn = 0.5 * (left + right), (right - left) / truck.wheelbase
+        diameters = np.array([truck.wheel_diameter_left, truck.wheel_diameter_right])
+        travel = np.diff(readings, axis=0) * (0.5 * diameters)
+        left, right = travel.T
         ratio = truck.wheel_diameter_right / truck.wheel_diameter_left
-        change_left, change_right = -left * ratio / (ratio + 1.0), right / (ratio + 1.0)
-        zero = np.zeros(len(way))
-        ways = np.stack([zero, way, 0.5 * (change_left + change_right)], axis=-1)
-        turns = np.stack([-turn, turn, (change_right - change_left) / truck.wheelbase], axis=-1)
-        effect = arc_derivative(way, turn)
-        wheels = effect @ np.array([[0.5, 0.5], [-1.0 / truck.wheelbase, 1.0 / truck.wheelbase]])
-        scattered = wheels * np.sqrt(np.abs(np.stack([left, right], axis=-1)))[:, np.newaxis, :]
-        return Steps(
-            arc(left, right, truck.wheelbase),
-            effect @ np.stack([ways, turns], axis=1),
-            (scattered @ scattered.transpose(0, 2, 1))[:, np.newaxis],
-        )
+        changes = np.zeros((len(travel), 3, 3))  # of left, right and wheelbase by each coordinate
+        changes[:, 2, 0] = truck.wheelbase
+        changes[:, :2, 1] = travel
+        changes[:, 0, 2], changes[:, 1, 2] = -left * ratio / (ratio + 1.0), right / (ratio + 1.0)
+        jacobian = arc_jacobian(left, right, truck.wheelbase)
+        noise = floor_covariance(jacobian[..., :2], travel)[:, np.newaxis]
+        return Steps(arc(left, right, truck.wheelbase), jacobian @ changes, noise)
 
     def values(self, coordinates: Array) -> dict[str, float]:
         """Return wheelbase and wheel diameters [m]."""
@@ -129,18 +124,3 @@ class Differential:
             "left wheel diameter": truck.wheel_diameter_left,
             "right wheel diameter": truck.wheel_diameter_right,
         }
-
-
-def arc_derivative(way: Array, turn: Array) -> Array:
-    """Return the derivatives `(N, 3, 2)` of arcs by their length [m] and turn [rad], body frame after them.
-
-    The chord way sinc(h) points along the mean heading, half a turn h = turn / 2 from either end.
-    """
-    half = 0.5 * turn
-    ratio, slope = sinc(half), sinc_slope(half)
-    cos, sin = np.cos(half), np.sin(half)
-    along, across = 0.5 * way * slope, 0.5 * way * ratio
-    ones, zeros = np.ones(len(way)), np.zeros(len(way))
-    by_way = np.stack([ratio * cos, -ratio * sin, zeros], axis=-1)
-    by_turn = np.stack([cos * along + sin * across, cos * across - sin * along, ones], axis=-1)
-    return np.stack([by_way, by_turn], axis=-1)

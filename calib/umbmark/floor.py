@@ -6,11 +6,24 @@ import math
 from typing import TYPE_CHECKING
 
 from omnimate.calib.distributions import chi2_quantile
-from omnimate.calib.umbmark.roughness import Roughness, square_covariance
 from omnimate.calib.umbmark.uncertainty import Interval
+from omnimate.vehicle.floor import path_covariance
 
 if TYPE_CHECKING:
     from omnimate.calib.umbmark.return_errors import ReturnErrors
+    from omnimate.vehicle.se2 import Array
+
+
+def square_covariance(side: float, wheelbase: float, sign: float = 1.0) -> Array:
+    """Return the covariance `(3, 3)` of a square's return error for a roughness of 1 m/sqrt(m).
+
+    Args:
+        side: Length of each side [m].
+        wheelbase: Wheelbase of the truck [m].
+        sign: +1 ccw, -1 cw.
+    """
+    corner = 0.25 * sign * math.pi * wheelbase
+    return path_covariance([side, -corner] * 4, [side, corner] * 4, wheelbase)
 
 
 def floor_roughness(
@@ -27,7 +40,7 @@ def floor_roughness(
         fix_sigma: Standard deviation of x and of y of one absolute fix [m]; each run has two.
         confidence: Probability that the interval contains the roughness.
     """
-    unit = square_covariance(errors.side, wheelbase, Roughness(1.0, 1.0))
+    unit = square_covariance(errors.side, wheelbase)
     freedom = len(errors.cw) + len(errors.ccw) - 2
     variance = errors.scatter**2
     limits = (

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimate.vehicle.arcs import sinc, sinc_slope
+from omnimate.vehicle.arcs import arc, arc_jacobian
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,17 +64,13 @@ def square_ends(truck: Truck, side: float, scales: Array) -> tuple[Array, Array]
 
 def _arc(left: Array, right: Array, wheelbase: Array, go_left: Array, go_right: Array) -> _Arc:
     """Return the arc of wheels that believe to go so far, with the scales of their diameters."""
-    far_left, far_right = left * go_left, right * go_right
-    turn = (far_right - far_left) / wheelbase
-    half = 0.5 * turn
-    ratio = sinc(half)
-    mean, direction = 0.5 * (far_left + far_right), np.exp(1j * half)
-    by_turn = mean * direction * (0.5 * sinc_slope(half) + 0.5j * ratio)
-    by_mean = ratio * direction
-    turn_slopes = np.stack([-go_left / wheelbase, go_right / wheelbase, -turn / wheelbase], axis=-1)
-    mean_slopes = np.stack([0.5 * go_left, 0.5 * go_right, np.zeros_like(turn)], axis=-1)
-    chord_slopes = by_turn[..., None] * turn_slopes + by_mean[..., None] * mean_slopes
-    return _Arc(mean * by_mean, turn, chord_slopes, turn_slopes)
+    travel = left * go_left, right * go_right, wheelbase
+    moved, slopes = arc(*travel), arc_jacobian(*travel)
+    turn = moved[..., 2]
+    believed = np.stack([go_left, go_right, np.ones_like(turn)], axis=-1)
+    after = slopes[..., 0, :] + 1j * slopes[..., 1, :]  # in the frame at the arc's end
+    chord_slopes = np.exp(1j * turn)[..., None] * after * believed
+    return _Arc(moved[..., 0] + 1j * moved[..., 1], turn, chord_slopes, slopes[..., 2, :] * believed)
 
 
 def factor_scales(truck: Truck, logs: Array) -> tuple[Array, Array]:

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, expected_reading, grid
-from omnimate.vehicle.arcs import twists_along
+from omnimate.vehicle.arcs import twists_along, wheel_levers
 from omnimate.vehicle.compiled import IntArray, compiled
+from omnimate.vehicle.floor import floor_covariance
 from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
@@ -268,12 +269,8 @@ def _lever(signals: Signals, ends: NDArray[np.int64], states: int) -> Array:
     for truck in range(len(signals.trucks)):
         heading = path[middle, truck, 2]
         lag = path[ends[1:], truck, :2] - path[middle, truck, :2]
-        for side, sign in enumerate((-1.0, 1.0)):
-            turn = sign / block.wheelbase[truck]
-            own = lever[:, 2 * truck + side, 3 * truck : 3 * truck + 3]
-            own[:, 0] = 0.5 * np.cos(heading) - turn * lag[:, 1]
-            own[:, 1] = 0.5 * np.sin(heading) + turn * lag[:, 0]
-            own[:, 2] = turn
+        own, both = slice(3 * truck, 3 * truck + 3), slice(2 * truck, 2 * truck + 2)
+        lever[:, both, own] = wheel_levers(heading, lag, block.wheelbase[truck]).transpose(0, 2, 1)
     return lever
 
 
@@ -283,8 +280,7 @@ def _rough(rolled: Array, lever: Array) -> Array:
     covariance = np.zeros((len(lever), 3 * trucks, 3 * trucks))
     for truck in range(trucks):
         own, both = slice(3 * truck, 3 * truck + 3), slice(2 * truck, 2 * truck + 2)
-        push = lever[:, both, own]
-        covariance[:, own, own] = push.transpose(0, 2, 1) @ (rolled[:, both, None] * push)
+        covariance[:, own, own] = floor_covariance(lever[:, both, own].transpose(0, 2, 1), rolled[:, both])
     return covariance
 
 

@@ -15,8 +15,8 @@ from omnimate.calib.umbmark.bootstrap import weighted_factors
 from omnimate.calib.umbmark.bound import factor_bound
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.calib.umbmark.experiment import Experiment, calibrate
+from omnimate.calib.umbmark.floor import square_covariance
 from omnimate.calib.umbmark.return_errors import ReturnErrors
-from omnimate.calib.umbmark.roughness import Roughness, square_covariance
 from omnimate.calib.umbmark.scatter import MIRROR, weights_of
 from omnimate.calib.umbmark.square_fit import fit_factors
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
@@ -41,7 +41,7 @@ def plain_covariance(position: float, heading: float = HEADING) -> Array:
 
 def floor_covariance(position: float, truck: Truck = LABMATE, side: float = 4.0) -> Array:
     """Return the covariance `(3, 3)` on a floor so rough that x and y scatter by `position` [m]."""
-    unit = square_covariance(side, truck.wheelbase, Roughness(1.0, 1.0))
+    unit = square_covariance(side, truck.wheelbase)
     return np.asarray(unit * (position**2 / unit[0, 0]), np.float64)
 
 

@@ -11,12 +11,15 @@ from omnimate.vehicle.arcs import (
     SMALL_SLOPE,
     advance,
     arc,
+    arc_jacobian,
     integrate,
     integrate_twists,
     sinc,
     sinc_slope,
     twists_along,
+    wheel_levers,
 )
+from omnimate.vehicle.se2 import between
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.1, 2), st.integers(1, 40))
@@ -76,3 +79,23 @@ def test_the_slope_is_that_of_the_ratio(half):
     step = 1e-5
     slope = (float(sinc(half + step)) - float(sinc(half - step))) / (2.0 * step)
     assert math.isclose(float(sinc_slope(half)), slope, abs_tol=1e-9)
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-1.0, 1.0), st.sampled_from([1e-9, 1e-5, 1.0]))
+def test_the_jacobian_of_an_arc_holds_for_turns_of_any_size(way, turn, size):
+    wheels = np.array([way - 0.5 * size * turn, way + 0.5 * size * turn, 1.0])
+    for column, step in enumerate(1e-6 * np.eye(3)):
+        slope = between(arc(*(wheels - step)), arc(*(wheels + step))) / 2e-6
+        assert np.allclose(arc_jacobian(*wheels)[:, column], slope, rtol=0, atol=1e-5)
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3))
+def test_a_metre_of_travel_moves_a_later_pose_by_its_lever(heading, x, y):
+    """The wheel's own short arc turns the truck, and with it all that follows."""
+    levers = wheel_levers(np.array(heading), np.array([x, y]), 0.34)
+    way = between((0.0, 0.0, heading), (x, y, 0.0))
+    for column, wheels in enumerate(1e-6 * np.eye(2)):
+        there, back = (
+            integrate([arc(*(sign * wheels), 0.34), way], (0.0, 0.0, heading))[-1] for sign in (1, -1)
+        )
+        assert np.allclose(levers[:, column], (there - back) / 2e-6, rtol=0, atol=1e-7)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
-from omnimate.calib.paths.kinematics import ROUGHNESS, Steps, arc_derivative
-from omnimate.vehicle.arcs import arc
+from omnimate.calib.paths.kinematics import ROUGHNESS, Steps
+from omnimate.vehicle.arcs import arc, arc_derivative
 
 if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array

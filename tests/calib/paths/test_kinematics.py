@@ -4,10 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from omnimate.calib.paths.kinematics import Differential, arc_derivative
+from omnimate.calib.paths.kinematics import Differential
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import between
@@ -26,18 +24,6 @@ def test_derivatives_are_those_of_differences(model, coordinate):
     slope = between(behind, ahead) / 2e-6
     np.testing.assert_allclose(
         model.steps(READINGS, np.zeros(3)).jacobian[:, :, coordinate], slope, atol=1e-8
-    )
-
-
-@given(st.floats(-2.0, 2.0), st.floats(-1.0, 1.0), st.sampled_from([1e-9, 1e-5, 1.0]))
-def test_the_derivative_of_an_arc_holds_for_turns_of_any_size(way, turn, size):
-    turn *= size
-    step = 1e-6
-    wheels = [(way - turn / 2, way + turn / 2), (way - (turn + step) / 2, way + (turn + step) / 2)]
-    here, there = (arc(*pair, 1.0) for pair in wheels)
-    expected = between(here, there) / step
-    np.testing.assert_allclose(
-        arc_derivative(np.array([way]), np.array([turn]))[0, :, 1], expected, atol=2e-6
     )
 
 
