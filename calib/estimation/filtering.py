@@ -13,15 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from omnimate.calib.estimation.matrices import (
-    inverse,
-    product,
-    product_of_transposed,
-    sandwich,
-    sandwich_of_transposed,
-)
 from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.compiled_se2 import compose, rotate, rotation, transport, wrap
+from omnimate.vehicle.matrices import complement, invert_into, product, sandwich
 
 FAR = 10.0  # [m] standard deviation of the position at the begin of a chain, before its first fix
 AROUND = 3.0  # [rad] standard deviation of the heading at the begin of a chain, before its first fix
@@ -137,7 +131,7 @@ def forwards(
         sandwich(mine, turn, noise[k])
         spread[:] = mine
         sandwich(spread, observe, covariance)
-        inverse(precision[k], spread)
+        invert_into(precision[k], spread)
         compare(residual, measured[k], pose, lever)
         product(predicted, observe, sensed)
         predicted += effect[k]
@@ -145,8 +139,8 @@ def forwards(
             innovation[k, row, 0] = residual[row]
             for column in range(size):
                 innovation[k, row, 1 + column] = -predicted[row, column]
-        product_of_transposed(cross, observe.T, covariance)
-        product_of_transposed(gain[k], cross, precision[k])
+        product(cross, observe, covariance)
+        product(gain[k], cross.T, precision[k])
         for row in range(3):
             moved[row] = 0.0
             for inner in range(3):
@@ -154,10 +148,7 @@ def forwards(
         compose(pose, pose, moved)
         product(change, gain[k], predicted)
         sensed -= change
-        product(rest, gain[k], observe)
-        rest[:] = -rest
-        for row in range(3):
-            rest[row, row] += 1.0
+        complement(rest, gain[k], observe)
         before[:], covariance[:] = covariance, 0.0
         sandwich(covariance, rest, before)
         sandwich(covariance, gain[k], mine)
@@ -178,33 +169,30 @@ def backwards(
     for back in range(count):
         k = count - 1 - back
         product(fix[k], precision[k], innovation[k])
-        product_of_transposed(other, gain[k], later)
+        product(other, gain[k].T, later)
         fix_precision[k] = precision[k]
-        sandwich_of_transposed(fix_precision[k], gain[k], later_precision)
+        sandwich(fix_precision[k], gain[k].T, later_precision)
         # Information on the pose from this fix is added to that from later ones.
         for row in range(3):
             for column in range(columns):
                 fix[k, row, column] -= other[row, column]
-        product_of_transposed(other, observe, fix[k])
+        product(other, observe.T, fix[k])
         later += other
-        product(rest, gain[k], observe)
-        rest[:] = -rest
-        for row in range(3):
-            rest[row, row] += 1.0
+        complement(rest, gain[k], observe)
         spread = later_precision.copy()
         later_precision[:] = 0.0
-        sandwich_of_transposed(later_precision, rest, spread)
-        sandwich_of_transposed(later_precision, observe, precision[k])
+        sandwich(later_precision, rest.T, spread)
+        sandwich(later_precision, observe.T, precision[k])
         if first[k] > 0.0:
             later[:] = 0.0
             later_precision[:] = 0.0
         else:
             step[k], step_precision[k] = later, later_precision
-            product_of_transposed(other, carry[k], later)
+            product(other, carry[k].T, later)
             later[:] = other
             spread[:] = later_precision
             later_precision[:] = 0.0
-            sandwich_of_transposed(later_precision, carry[k], spread)
+            sandwich(later_precision, carry[k].T, spread)
     return fix, fix_precision, step, step_precision
 
 

@@ -14,7 +14,6 @@ import math
 
 import numpy as np
 
-from omnimate.ipec.filter.inverse import along, invert, multiply
 from omnimate.ipec.filter.poses import turn
 from omnimate.ipec.filter.records import (
     BELIEFS,
@@ -30,6 +29,7 @@ from omnimate.ipec.filter.records import (
     OpenFilter,
 )
 from omnimate.vehicle.compiled import Array, Record, compiled
+from omnimate.vehicle.matrices import invert, multiply, quadratic_form
 
 # More things wrong at once than that are less probable than physics that the model does not have.
 ADMITTED = 2
@@ -86,7 +86,7 @@ def choose(
         for row in range(SLOW):
             sparsity += direction[row] * drawn[row]
             quality += drawn[row] * mean[row]
-        odds, likely = chances(settings, number, sparsity - along(spread, drawn), quality)
+        odds, likely = chances(settings, number, sparsity - quadratic_form(spread, drawn), quality)
         if odds > best:
             chosen, best, variance = number, odds, likely
     return chosen, best, variance

@@ -8,7 +8,6 @@ linkage and the other inputs determine the estimate.
 
 import math
 
-from omnimate.ipec.filter.inverse import multiply
 from omnimate.ipec.filter.measurement import innovation, spread
 from omnimate.ipec.filter.prediction import add_input, level_of
 from omnimate.ipec.filter.records import (
@@ -21,6 +20,7 @@ from omnimate.ipec.filter.records import (
     OpenFilter,
 )
 from omnimate.vehicle.compiled import Array, compiled
+from omnimate.vehicle.matrices import invert_into, multiply
 
 STEP = 0.05  # [m] of a wheel's travel, after which the covariance is carried on and readings are taken
 AMBIGUOUS = 4.0  # [squared standard deviations] within which two inputs explain equally well
@@ -29,20 +29,6 @@ PUSHED = math.log(1e3)  # odds of a bump, one in a metre (O 3), against a push, 
 CLEARLY = 3.0  # times as much must be explained where it is not by a wheel
 BRAKES = 0.95  # of the speed in the step before, below which a wheel may slip on: 0.5 m/s^2 at 0.7 m/s
 FREEDOM = 4.0  # degrees of freedom of the heavy tails of innovations
-
-
-@compiled
-def invert_into(out: Array, matrix: Array) -> None:
-    """Fill the inverse of a symmetric positive matrix, both `(3, 3)`."""
-    a, b, c = matrix[0, 0], matrix[0, 1], matrix[0, 2]
-    d, e, f = matrix[1, 1], matrix[1, 2], matrix[2, 2]
-    out[0, 0], out[0, 1], out[0, 2] = d * f - e * e, c * e - b * f, b * e - c * d
-    out[1, 1], out[1, 2], out[2, 2] = a * f - c * c, b * c - a * e, a * d - b * b
-    determinant = a * out[0, 0] + b * out[0, 1] + c * out[0, 2]
-    for row in range(3):
-        for column in range(row, 3):
-            out[row, column] /= determinant
-            out[column, row] = out[row, column]
 
 
 @compiled

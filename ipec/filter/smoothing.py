@@ -17,7 +17,6 @@ from omnimate.ipec.filter.adjoint import Adjoint, undo_linkage, undo_step, undo_
 from omnimate.ipec.filter.belief import average
 from omnimate.ipec.filter.fixes import take_fixes
 from omnimate.ipec.filter.forms import move_by_error
-from omnimate.ipec.filter.inverse import invert, multiply
 from omnimate.ipec.filter.poses import look, turn
 from omnimate.ipec.filter.records import (
     BELIEFS,
@@ -33,6 +32,7 @@ from omnimate.ipec.filter.records import (
 )
 from omnimate.ipec.filter.step import advance
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
+from omnimate.vehicle.matrices import invert, multiply
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

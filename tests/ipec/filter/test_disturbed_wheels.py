@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.disturbed_wheels import explain, invert_into, learn, looked_at
+from omnimate.ipec.filter.disturbed_wheels import explain, learn, looked_at
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -47,15 +47,6 @@ def predicted(chance, travel=0.01):
     states["way"][0] = travel * np.sign(chance.normal(size=4))
     states["speed"] = states["speed_before"] = 0.3
     return states
-
-
-@many
-@given(seeds)
-def test_the_inverse_of_a_covariance_is_its_inverse_and_symmetric(seed):
-    matrix, inverse = positive(np.random.default_rng(seed)), np.empty((3, 3))
-    invert_into(inverse, matrix)
-    assert inverse @ matrix == pytest.approx(np.eye(3), abs=1e-8)
-    assert np.array_equal(inverse, inverse.T)
 
 
 @many
