@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.vehicle.arcs import travel_lever
+from omnimate.vehicle.arcs import roll, travel_lever
 from omnimate.vehicle.compiled import Array, compiled
-from omnimate.vehicle.compiled_se2 import roll
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS, floor_covariance
 from omnimate.vehicle.odometry import truck_travel, wheels_of
 from omnimate.vehicle.se2 import wrap

@@ -9,7 +9,8 @@ import math
 from omnimate.ipec.corrector_records import Settings, State
 from omnimate.ipec.tolerance import beyond
 from omnimate.vehicle.compiled import compiled
-from omnimate.vehicle.compiled_se2 import direction, follow, wrap
+from omnimate.vehicle.linkage import direction, follow
+from omnimate.vehicle.se2 import wrap_angle
 
 
 @compiled
@@ -18,7 +19,7 @@ def correct_clapper(settings: Settings, state: State) -> None:
     heading = direction(state.pose[0], state.pose[1])
     for truck in range(2):
         expected = state.pose[truck, 2] - heading
-        error = wrap(state.joint[truck] - expected)
+        error = wrap_angle(state.joint[truck] - expected)
         state.correction[truck] = beyond(error, settings.tolerance[truck])
         state.pose[truck, 2] += state.correction[truck]
     take_back(settings, state)

@@ -8,8 +8,9 @@ from omnimate.ipec.clapper import correct_clapper
 from omnimate.ipec.corrector_records import CLAPPER, OMNIMATE, Settings, State
 from omnimate.ipec.omnimate import correct_omnimate
 from omnimate.ipec.readings import sense
+from omnimate.vehicle.arcs import roll
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
-from omnimate.vehicle.compiled_se2 import follow, roll
+from omnimate.vehicle.linkage import follow
 
 if TYPE_CHECKING:
     import numpy as np

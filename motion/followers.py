@@ -8,7 +8,7 @@ import math
 
 from omnimate.motion.records import Settings, State
 from omnimate.vehicle.compiled import compiled
-from omnimate.vehicle.compiled_se2 import rotate, wrap
+from omnimate.vehicle.se2 import rotate_xy, wrap_angle
 
 LENGTH_GAIN = 1.0  # [1/s] slider error that is driven out per second
 FACING_GAIN = 2.0  # [1/s] turn rate per radian that b faces beside a, loosely
@@ -21,7 +21,7 @@ STEEPEST = 0.2  # cosine of joint_b below which b does not speed up any more
 def follow_like_car(speed: float, state: State, settings: Settings) -> tuple[float, float]:
     """Face the centre of truck a loosely and keep the link's length, O 3.2."""
     along = speed * math.cos(state.link[0]) + LENGTH_GAIN * (state.link[2] - settings.link_length)
-    behind = wrap(state.link[1])
+    behind = wrap_angle(state.link[1])
     return along / max(math.cos(behind), STEEPEST), -FACING_GAIN * behind
 
 
@@ -31,7 +31,7 @@ def keep_formation(speed: float, turn: float, state: State, settings: Settings) 
     cos, sin = math.cos(state.formation), math.sin(state.formation)
     east = state.pose[0, 0] - settings.link_length * cos - state.pose[1, 0]
     north = state.pose[0, 1] - settings.link_length * sin - state.pose[1, 1]
-    ahead, aside = rotate(-state.pose[1, 2], east, north)
-    off = wrap(state.link[0] - state.link[1])
+    ahead, aside = rotate_xy(-state.pose[1, 2], east, north)
+    off = wrap_angle(state.link[0] - state.link[1])
     rate = turn + HEADING_GAIN * off + ASIDE_GAIN * speed * aside
     return speed * math.cos(off) + LENGTH_GAIN * ahead, rate

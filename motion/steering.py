@@ -8,7 +8,7 @@ import math
 
 from omnimate.motion.records import Settings
 from omnimate.vehicle.compiled import compiled
-from omnimate.vehicle.compiled_se2 import rotate, wrap
+from omnimate.vehicle.se2 import rotate_xy, wrap_angle
 
 Steer = tuple[float, float, bool]
 
@@ -54,7 +54,7 @@ def follow(
         curvature: Curvature of the path [1/m].
         sharpest: Largest curvature that may be added [1/m].
     """
-    off = wrap(course - math.atan(aside / LOOKAHEAD) - travel_heading)
+    off = wrap_angle(course - math.atan(aside / LOOKAHEAD) - travel_heading)
     return max(speed, 0.0) * (curvature + clip(STIFFNESS * off, sharpest))
 
 
@@ -73,7 +73,7 @@ def steer_line(
     settings: Settings,
 ) -> Steer:
     """Drive along the line that ends at a point with a course [rad], front or back first, and stop there."""
-    remaining, aside = rotate(-course, end_x - x, end_y - y)
+    remaining, aside = rotate_xy(-course, end_x - x, end_y - y)
     ahead = approach(remaining, tolerance, speed, settings)
     travel_heading = heading + math.pi * reverse
     turn = follow(ahead, -aside, course, travel_heading, 0.0, sharpest)
@@ -124,7 +124,7 @@ def steer_past(
 ) -> Steer:
     """Aim at a via-point and slow down before it, until it is near enough [m] to go on, O 3.2."""
     way = math.hypot(via_x - x, via_y - y)
-    off = wrap(math.atan2(via_y - y, via_x - x) - heading)
+    off = wrap_angle(math.atan2(via_y - y, via_x - x) - heading)
     braking = 2.0 * RESERVE * settings.acceleration * max(way - near, 0.0)
     ahead = min(speed, math.sqrt(corner_speed * corner_speed + braking))
     if abs(off) > math.pi / 4.0:

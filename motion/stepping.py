@@ -8,7 +8,8 @@ from omnimate.motion.program import ARC, GOTO, HERE, LINE, PASS, REST, TURN, WOR
 from omnimate.motion.records import Settings, State
 from omnimate.motion.steering import Steer, steer_arc, steer_line, steer_past, steer_turn
 from omnimate.vehicle.compiled import Array, Record, compiled
-from omnimate.vehicle.compiled_se2 import follow, transform, wrap
+from omnimate.vehicle.linkage import follow
+from omnimate.vehicle.se2 import transform_xy, wrap_angle
 
 CLOSE = 0.005  # [m] from its goal a truck need not drive there
 
@@ -16,7 +17,7 @@ CLOSE = 0.005  # [m] from its goal a truck need not drive there
 @compiled
 def sense(x: float, y: float, theta: float, link: tuple[float, float, float], state: State) -> None:
     """Take in the pose of truck a and the linkage; place truck b by them, C (16)."""
-    state.heading += wrap(theta - state.heading)
+    state.heading += wrap_angle(theta - state.heading)
     state.pose[0, 0], state.pose[0, 1], state.pose[0, 2] = x, y, theta
     state.link[0], state.link[1], state.link[2] = link
     along = theta - link[0]
@@ -43,7 +44,7 @@ def enter(row: Row, state: State) -> None:
 @compiled
 def in_frame(row: Row, state: State) -> tuple[float, float]:
     """Return the row's place in the frame of the poses [m]."""
-    return transform(state.frame, row.x, row.y)
+    return transform_xy(state.frame, row.x, row.y)
 
 
 @compiled
@@ -62,7 +63,7 @@ def go_round(row: Row, state: State, settings: Settings) -> Steer:
     x, y, heading = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
     centre_x, centre_y = in_frame(row, state)
     bearing = math.atan2(y - centre_y, x - centre_x)
-    state.progress += wrap(bearing - state.bearing) / row.curvature
+    state.progress += wrap_angle(bearing - state.bearing) / row.curvature
     state.bearing = bearing
     remaining = row.length - state.progress
     tolerance = settings.tolerance[0]
@@ -79,7 +80,7 @@ def go_to(row: Row, state: State, settings: Settings) -> Steer:
     goal_x, goal_y = in_frame(row, state)
     if state.phase == 0:
         state.course = math.atan2(goal_y - y, goal_x - x)
-        state.backwards = 1 if abs(wrap(state.course - heading)) > math.pi / 2.0 else 0
+        state.backwards = 1 if abs(wrap_angle(state.course - heading)) > math.pi / 2.0 else 0
         close = max(CLOSE, 2.0 * settings.tolerance[truck])
         state.phase = 3 if math.hypot(goal_x - x, goal_y - y) < close else 1
     if state.phase == 2:
@@ -90,7 +91,7 @@ def go_to(row: Row, state: State, settings: Settings) -> Steer:
         state.phase += 1 if leg[2] and stopped(truck, state) else 0
         return leg[0], leg[1], False
     wanted = state.course + math.pi * state.backwards if state.phase == 1 else state.frame[2] + row.heading
-    turn = steer_turn(wrap(wanted - heading), row.speed, truck, settings)
+    turn = steer_turn(wrap_angle(wanted - heading), row.speed, truck, settings)
     if state.phase == 1:
         state.phase += 1 if turn[2] and stopped(truck, state) else 0
         return turn[0], turn[1], False

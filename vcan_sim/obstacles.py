@@ -8,7 +8,7 @@ import math
 
 from omnimate.vcan_sim.records import Constants, Obstacle, State
 from omnimate.vehicle.compiled import compiled
-from omnimate.vehicle.compiled_se2 import transform
+from omnimate.vehicle.se2 import transform_xy
 
 
 @compiled
@@ -20,7 +20,7 @@ def touches(obstacle: Obstacle, constants: Constants, state: State) -> bool:
         return bool(state.rolled[0, obstacle.wheel] >= obstacle.after)
     truck, right = obstacle.wheel // 2, obstacle.wheel % 2
     arm = constants.wheelbase[truck] * (0.5 - right)
-    x, y = transform(state.pose[truck], 0.0, arm)
+    x, y = transform_xy(state.pose[truck], 0.0, arm)
     return math.hypot(x - obstacle.x, y - obstacle.y) <= obstacle.size
 
 

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING, Annotated
 
+from omnimate.vehicle.arcs import roll
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, record
-from omnimate.vehicle.compiled_se2 import roll
 from omnimate.vehicle.parameters import CHANNELS
 
 if TYPE_CHECKING:

@@ -9,10 +9,11 @@ import math
 from omnimate.vcan_sim.noise import FLOOR, STREAMS, normal_pair
 from omnimate.vcan_sim.obstacles import lose_travel
 from omnimate.vcan_sim.records import Constants, State
+from omnimate.vehicle.arcs import glide as glide_pose
+from omnimate.vehicle.arcs import roll as roll_pose
 from omnimate.vehicle.compiled import Array, Record, compiled
-from omnimate.vehicle.compiled_se2 import direction, wrap
-from omnimate.vehicle.compiled_se2 import glide as glide_pose
-from omnimate.vehicle.compiled_se2 import roll as roll_pose
+from omnimate.vehicle.linkage import direction
+from omnimate.vehicle.se2 import wrap_angle
 
 
 @compiled
@@ -78,7 +79,7 @@ def couple(constants: Constants, state: State) -> None:
         return
     along = direction(state.pose[0], state.pose[1])
     for truck in range(2):
-        state.joint[truck] += wrap(state.pose[truck, 2] - along - state.joint[truck])
+        state.joint[truck] += wrap_angle(state.pose[truck, 2] - along - state.joint[truck])
     state.length = math.hypot(state.pose[0, 0] - state.pose[1, 0], state.pose[0, 1] - state.pose[1, 1])
     if not constants.shortest <= state.length <= constants.longest:
         state.end_stop = 1

@@ -2,25 +2,27 @@
 
 A truck that rolls to a chord of length c and turns by an angle on the way ends at c sinc(h) along its mean
 heading, where h is half of the turn. The array functions serve whole recordings, `advance` one step of a
-live stream; `compiled_se2` has the same for compiled code.
+live stream, and `roll` one of compiled code.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.vehicle.se2 import Array, rotate
+from omnimate.vehicle.compiled import Array, compiled
+from omnimate.vehicle.se2 import rotate, rotate_xy
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from omnimate.vehicle.se2 import Real
+
 SMALL = 1e-6  # [rad] below this half angle sin(h)/h is 1 - h^2/6 to rounding
 SMALL_SLOPE = 1e-4  # [rad] likewise (cos(h) - sin(h)/h) / h, whose difference cancels, is -h/3
 
-Real = TypeVar("Real", float, Array)
 PoseTuple = tuple[float, float, float]
 
 
@@ -33,7 +35,7 @@ def sinc(half: ArrayLike) -> Array:
 
 
 def sinc_of(half: float) -> float:
-    """Return sin(h)/h for one angle h [rad]: `sinc` for a plain float."""
+    """Return sin(h)/h for one angle h [rad]: `sinc` for plain floats and compiled code."""
     return 1.0 - half * half / 6.0 if abs(half) < SMALL else math.sin(half) / half
 
 
@@ -168,3 +170,20 @@ def advance(pose: PoseTuple, left: float, right: float, wheelbase: float) -> Pos
     chord = 0.5 * (left + right) * sinc_of(half)
     x, y, theta = pose
     return x + chord * math.cos(theta + half), y + chord * math.sin(theta + half), theta + turn
+
+
+@compiled
+def roll(pose: Array, left: float, right: float, wheelbase: float) -> None:
+    """Move a pose `(3,)` along the exact arc of its wheels' travel [m], in place."""
+    pose[0], pose[1], pose[2] = advance((pose[0], pose[1], pose[2]), left, right, wheelbase)
+
+
+@compiled
+def glide(pose: Array, forward: float, left: float, yaw: float) -> None:
+    """Move a pose `(3,)` forward and to the left [m] on the arc of its turn [rad], in place."""
+    half = 0.5 * yaw
+    chord = sinc_of(half)
+    x, y = rotate_xy(pose[2] + half, chord * forward, chord * left)
+    pose[0] += x
+    pose[1] += y
+    pose[2] += yaw

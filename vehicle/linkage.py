@@ -6,11 +6,13 @@ heading. Poses are `(..., 3)`: x [m], y [m], theta [rad].
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.vehicle.se2 import Array, wrap
+from omnimate.vehicle.compiled import Array, compiled
+from omnimate.vehicle.se2 import wrap
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -42,3 +44,16 @@ def leader(pose_b: ArrayLike, joint_a: ArrayLike, joint_b: ArrayLike, length: Ar
     x = b[..., 0] + length * np.cos(heading)
     y = b[..., 1] + length * np.sin(heading)
     return np.stack(np.broadcast_arrays(x, y, heading + np.asarray(joint_a, np.float64)), axis=-1)
+
+
+@compiled
+def direction(pose_a: Array, pose_b: Array) -> float:
+    """Return the heading of the link [rad], C (10), O (1), with the quadrant that their atan leaves open."""
+    return math.atan2(pose_a[1] - pose_b[1], pose_a[0] - pose_b[0])
+
+
+@compiled
+def follow(pose_b: Array, pose_a: Array, length: float, heading: float) -> None:
+    """Put truck b on the link of a length [m] and heading [rad] behind truck a, C (16), O (5), in place."""
+    pose_b[0] = pose_a[0] - length * math.cos(heading)
+    pose_b[1] = pose_a[1] - length * math.sin(heading)

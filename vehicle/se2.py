@@ -1,14 +1,30 @@
-"""Poses in the plane: the group SE(2) on arrays whose last axis is x [m], y [m], theta [rad].
+"""Poses in the plane: the group SE(2) on x [m], y [m], theta [rad].
 
-Every function takes one pose `(3,)` or many `(..., 3)`, broadcasts, and returns the same shape.
+A function of arrays takes one pose `(3,)` or many `(..., 3)`, broadcasts, and returns the same shape. Those
+with `_xy` take components, arrays or the floats of compiled code. Compiled code works on one pose `(3,)` at a
+time; what it writes goes into arrays that exist, because making one costs more than the arithmetic.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+import math
+from typing import TYPE_CHECKING, TypeVar
 
-Array = NDArray[np.float64]
+import numpy as np
+
+from omnimate.vehicle.compiled import Array as Array  # noqa: PLC0414 -- named with the poses, too
+from omnimate.vehicle.compiled import compiled
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+Real = TypeVar("Real", float, Array)
+
+
+def rotate_xy(angle: Real, x: Real, y: Real) -> tuple[Real, Real]:
+    """Return a vector [m] turned counter-clockwise by an angle [rad]."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return cos * x - sin * y, sin * x + cos * y
 
 
 def wrap(angle: ArrayLike) -> Array:
@@ -27,10 +43,7 @@ def compose(first: ArrayLike, second: ArrayLike) -> Array:
 def inverse(pose: ArrayLike) -> Array:
     """Return the pose that undoes `pose`, so that composing the two gives zero."""
     pose = np.asarray(pose, np.float64)
-    cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
-    x = -cos * pose[..., 0] - sin * pose[..., 1]
-    y = sin * pose[..., 0] - cos * pose[..., 1]
-    return np.stack([x, y, -pose[..., 2]], axis=-1)
+    return np.stack([*rotate_xy(-pose[..., 2], -pose[..., 0], -pose[..., 1]), -pose[..., 2]], axis=-1)
 
 
 def between(first: ArrayLike, second: ArrayLike) -> Array:
@@ -40,20 +53,14 @@ def between(first: ArrayLike, second: ArrayLike) -> Array:
 
 def transform(pose: ArrayLike, point: ArrayLike) -> Array:
     """Return points `(..., 2)` [m], given in the frame of `pose`, in the frame that holds `pose`."""
-    pose, point = np.asarray(pose, np.float64), np.asarray(point, np.float64)
-    cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
-    x = pose[..., 0] + cos * point[..., 0] - sin * point[..., 1]
-    y = pose[..., 1] + sin * point[..., 0] + cos * point[..., 1]
-    return np.stack([x, y], axis=-1)
+    pose = np.asarray(pose, np.float64)
+    return np.asarray(pose[..., :2] + rotate(pose[..., 2], point), np.float64)
 
 
 def rotate(angle: ArrayLike, vector: ArrayLike) -> Array:
     """Return vectors `(..., 2)` turned counter-clockwise by angles `(...)` [rad]."""
     angle, vector = np.asarray(angle, np.float64), np.asarray(vector, np.float64)
-    cos, sin = np.cos(angle), np.sin(angle)
-    x = cos * vector[..., 0] - sin * vector[..., 1]
-    y = sin * vector[..., 0] + cos * vector[..., 1]
-    return np.stack([x, y], axis=-1)
+    return np.stack(rotate_xy(angle, vector[..., 0], vector[..., 1]), axis=-1)
 
 
 def rotation(angle: ArrayLike) -> Array:
@@ -77,3 +84,41 @@ def transport(increment: ArrayLike) -> Array:
         -increment[..., 2], np.stack([-increment[..., 1], increment[..., 0]], axis=-1)
     )
     return matrix
+
+
+@compiled
+def wrap_angle(angle: float) -> float:
+    """Return the same angle [rad] in [-pi, pi): `wrap`, whose interval is (-pi, pi], for compiled code."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+@compiled
+def transform_xy(pose: Array, x: float, y: float) -> tuple[float, float]:
+    """Return a point [m], given in the frame of a pose `(3,)`, in the frame that holds the pose."""
+    turned_x, turned_y = rotate_xy(pose[2], x, y)
+    return pose[0] + turned_x, pose[1] + turned_y
+
+
+@compiled
+def write_composed(out: Array, first: Array, second: Array) -> None:
+    """Write first (+) second of two poses `(3,)`; `out` may be one of them."""
+    x, y = transform_xy(first, second[0], second[1])
+    out[2] = first[2] + second[2]
+    out[0], out[1] = x, y
+
+
+@compiled
+def write_rotation(out: Array, angle: float) -> None:
+    """Write the matrix `(3, 3)` of `rotation`."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    out[:] = 0.0
+    out[0, 0], out[0, 1] = cos, sin
+    out[1, 0], out[1, 1] = -sin, cos
+    out[2, 2] = 1.0
+
+
+@compiled
+def write_transport(out: Array, increment: Array) -> None:
+    """Write the matrix `(3, 3)` of `transport`."""
+    write_rotation(out, increment[2])
+    out[0, 2], out[1, 2] = rotate_xy(-increment[2], -increment[1], increment[0])

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from omnimate.vehicle.compiled import Array, compiled
-from omnimate.vehicle.compiled_se2 import compose, rotate, rotation, transport, wrap
 from omnimate.vehicle.matrices import complement, invert_into, product, sandwich
+from omnimate.vehicle.se2 import rotate_xy, wrap_angle, write_composed, write_rotation, write_transport
 
 FAR = 10.0  # [m] standard deviation of the position at the begin of a chain, before its first fix
 AROUND = 3.0  # [rad] standard deviation of the heading at the begin of a chain, before its first fix
@@ -61,9 +61,9 @@ class Smoothed(NamedTuple):
 @compiled
 def compare(out: Array, measured: Array, pose: Array, lever: Array) -> None:
     """Write a measured pose minus that of the reference, which `lever` puts on the robot; body frame."""
-    ahead, aside = rotate(-pose[2], measured[0] - pose[0], measured[1] - pose[1])
+    ahead, aside = rotate_xy(-pose[2], measured[0] - pose[0], measured[1] - pose[1])
     out[0], out[1] = ahead - lever[0], aside - lever[1]
-    out[2] = wrap(measured[2] - pose[2] - lever[2])
+    out[2] = wrap_angle(measured[2] - pose[2] - lever[2])
     for row in range(3):
         if math.isnan(out[row]):
             out[row] = 0.0
@@ -118,15 +118,15 @@ def forwards(
             covariance[0, 0] = covariance[1, 1] = FAR * FAR
             covariance[2, 2] = AROUND * AROUND
         else:
-            transport(carry[k], right[k])
-            compose(moved, left[k], pose)
-            compose(pose, moved, right[k])
+            write_transport(carry[k], right[k])
+            write_composed(moved, left[k], pose)
+            write_composed(pose, moved, right[k])
             before[:], covariance[:] = covariance, process[k]
             sandwich(covariance, carry[k], before)
             product(change, carry[k], sensed)
             sensed[:] = change + sensitivity[k]
         heading[k] = pose[2]
-        rotation(turn, pose[2])
+        write_rotation(turn, pose[2])
         mine[:] = 0.0
         sandwich(mine, turn, noise[k])
         spread[:] = mine
@@ -145,7 +145,7 @@ def forwards(
             moved[row] = 0.0
             for inner in range(3):
                 moved[row] += gain[k, row, inner] * residual[inner]
-        compose(pose, pose, moved)
+        write_composed(pose, pose, moved)
         product(change, gain[k], predicted)
         sensed -= change
         complement(rest, gain[k], observe)
@@ -220,8 +220,8 @@ def accumulate(
     carry, before, change = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, size))
     for k in range(count):
         for step in range(int(start[k]), int(end[k])):
-            transport(carry, increment[step])
-            compose(moved[k], moved[k], increment[step])
+            write_transport(carry, increment[step])
+            write_composed(moved[k], moved[k], increment[step])
             product(change, carry, sensitivity[k])
             for row in range(3):
                 for column in range(size):

@@ -9,7 +9,7 @@ import numpy as np
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.records import Constants, State
 from omnimate.vehicle.compiled import Array, Record, compiled, layout
-from omnimate.vehicle.compiled_se2 import transform
+from omnimate.vehicle.se2 import transform_xy
 
 PlaceKind = Literal["joint", "oil", "slope"]
 KINDS: tuple[PlaceKind, ...] = get_args(PlaceKind)
@@ -88,7 +88,7 @@ def lose_on_places(places: Record, sides: Array, constants: Constants, state: St
     """
     for wheel in range(2 * constants.trucks):
         truck = wheel // 2
-        x, y = transform(state.pose[truck], 0.0, constants.wheelbase[truck] * (0.5 - wheel % 2))
+        x, y = transform_xy(state.pose[truck], 0.0, constants.wheelbase[truck] * (0.5 - wheel % 2))
         for number in range(len(places)):
             place = places[number]
             from_x, from_y = x - place.x, y - place.y

@@ -13,7 +13,7 @@ from omnimate.ipec.filter.poses import fill_pose_rows, look
 from omnimate.ipec.filter.records import BELIEFS, STATES, FilterSettings, FilterState, OpenFilter
 from omnimate.ipec.filter.step import finish
 from omnimate.vehicle.compiled import Array, Record, compiled, layout
-from omnimate.vehicle.compiled_se2 import wrap
+from omnimate.vehicle.se2 import wrap_angle
 
 if TYPE_CHECKING:
     from omnimate.vehicle.recording import Poses, Recording
@@ -79,7 +79,7 @@ def fix_coordinate(
     if math.isnan(offset) or math.isnan(sigma):
         return
     if axis == 2:
-        offset = wrap(offset)
+        offset = wrap_angle(offset)
     for i in range(STATES):
         offset -= row[axis, i] * ahead[i]
     for i in range(STATES):

@@ -21,7 +21,7 @@ from omnimate.ipec.filter.records import (
     OpenFilter,
 )
 from omnimate.vehicle.compiled import Array, compiled
-from omnimate.vehicle.compiled_se2 import wrap
+from omnimate.vehicle.se2 import wrap_angle
 
 NOTHING_NEW = 0.9  # part inside of the step from which on a reading says nothing new
 FLOOR = 0.2  # of half a step: what no averaging removes, the encoder's errors within a step
@@ -77,7 +77,7 @@ def compare(state: FilterState, number: int) -> float:
     """Return reading minus estimate of joint_a (0), joint_b (1) or the link (2) [rad] or [m]."""
     expected = expected_reading(state.mean, number)
     if number < 2:
-        return wrap(state.joint[number] - expected)
+        return wrap_angle(state.joint[number] - expected)
     return state.length - expected
 
 

@@ -23,8 +23,8 @@ from omnimate.ipec.filter.records import (
     X,
     Y,
 )
+from omnimate.vehicle.arcs import sinc_of
 from omnimate.vehicle.compiled import Array, compiled
-from omnimate.vehicle.compiled_se2 import sinc
 
 
 @compiled
@@ -37,7 +37,7 @@ def rolled(
     travel_right = travel[right] * (1.0 + state.mean[WHEEL + right])
     wheelbase = settings.wheelbase[truck] * (1.0 + state.mean[WHEELBASE + truck])
     turn = (travel_right - travel_left) / wheelbase
-    return 0.5 * (travel_left + travel_right) * sinc(0.5 * turn), turn, wheelbase
+    return 0.5 * (travel_left + travel_right) * sinc_of(0.5 * turn), turn, wheelbase
 
 
 @compiled

@@ -12,8 +12,9 @@ import math
 
 import numpy as np
 
+from omnimate.vehicle.arcs import sinc_of
 from omnimate.vehicle.compiled import Array, IntArray, compiled
-from omnimate.vehicle.compiled_se2 import rotate, sinc, wrap
+from omnimate.vehicle.se2 import rotate_xy, wrap_angle
 
 FORGETTING = 1.0  # [s] within which the trajectory comes to what was measured: long against a sample's noise
 
@@ -51,7 +52,7 @@ def follow_poses(
                     now -= back * (path[step, axis] - path[step - 1, axis])
                 off = pose[measured, axis] - now
                 if axis == 2:
-                    off = wrap(off)
+                    off = wrap_angle(off)
                 since = pose_time[measured] - last[axis]
                 share = 1.0 - math.exp(-max(since, 0.0) / FORGETTING) if since < math.inf else 0.0
                 pull[axis] += share * (off - pull[axis])
@@ -78,14 +79,14 @@ def follow_linkage(lead: Array, twist: Array, time: Array, behind: Array) -> Arr
         share = 1.0 - math.exp(-(time[step] - time[step - 1]) / FORGETTING)
         path[step] += share * off
         off[:] = _placed(lead[step], behind[step]) - path[step]
-        off[2] = wrap(off[2])
+        off[2] = wrap_angle(off[2])
     return path
 
 
 @compiled
 def _placed(lead: Array, behind: Array) -> Array:
     """Return a pose that is given in the frame of another."""
-    x, y = rotate(lead[2], behind[0], behind[1])
+    x, y = rotate_xy(lead[2], behind[0], behind[1])
     return np.array([lead[0] + x, lead[1] + y, lead[2] + behind[2]])
 
 
@@ -93,6 +94,6 @@ def _placed(lead: Array, behind: Array) -> Array:
 def _advance(path: Array, twist: Array, step: int) -> None:
     """Write the pose after one exact arc with sideways motion."""
     half = 0.5 * twist[2]
-    x, y = rotate(path[step - 1, 2] + half, twist[0] * sinc(half), twist[1] * sinc(half))
+    x, y = rotate_xy(path[step - 1, 2] + half, twist[0] * sinc_of(half), twist[1] * sinc_of(half))
     path[step, 0], path[step, 1] = path[step - 1, 0] + x, path[step - 1, 1] + y
     path[step, 2] = path[step - 1, 2] + twist[2]

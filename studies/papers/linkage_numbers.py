@@ -17,7 +17,7 @@ from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
-from omnimate.vehicle.compiled_se2 import direction, follow
+from omnimate.vehicle.linkage import direction, follow
 from omnimate.vehicle.se2 import between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
 from studies.papers.bumps import bump_drive, bump_errors

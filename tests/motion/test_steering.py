@@ -15,7 +15,7 @@ from omnimate.motion.steering import (
     steer_line,
     steer_past,
     steer_turn,
-    wrap,
+    wrap_angle,
 )
 from omnimate.vehicle.compiled import record
 
@@ -30,9 +30,9 @@ def limits(period=0.015, acceleration=0.5):
 
 @given(st.floats(-50.0, 50.0))
 def test_wrapping_keeps_the_direction(angle):
-    assert math.cos(wrap(angle)) == pytest.approx(math.cos(angle), abs=1e-9)
-    assert math.sin(wrap(angle)) == pytest.approx(math.sin(angle), abs=1e-9)
-    assert -math.pi <= wrap(angle) < math.pi
+    assert math.cos(wrap_angle(angle)) == pytest.approx(math.cos(angle), abs=1e-9)
+    assert math.sin(wrap_angle(angle)) == pytest.approx(math.sin(angle), abs=1e-9)
+    assert -math.pi <= wrap_angle(angle) < math.pi
 
 
 def test_clipping_is_symmetric():

@@ -12,8 +12,10 @@ from omnimate.vehicle.arcs import (
     advance,
     arc,
     arc_jacobian,
+    glide,
     integrate,
     integrate_twists,
+    roll,
     sinc,
     sinc_slope,
     twists_along,
@@ -46,9 +48,16 @@ def test_a_tiny_turn_loses_no_precision():
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.1, 2), st.floats(-4, 4))
-def test_one_step_of_plain_floats_is_an_arc_of_the_array_functions(left, right, wheelbase, theta):
-    whole = integrate(arc(np.array([left]), np.array([right]), wheelbase), (0.3, -0.2, theta))[-1]
-    assert np.allclose(advance((0.3, -0.2, theta), left, right, wheelbase), whole, rtol=0, atol=1e-12)
+def test_single_steps_are_arcs_of_the_array_functions(left, right, wheelbase, theta):
+    start = np.array([0.3, -0.2, theta])
+    whole = integrate(arc(np.array([left]), np.array([right]), wheelbase), start)[-1]
+    assert np.allclose(advance(tuple(start), left, right, wheelbase), whole, rtol=0, atol=1e-12)
+    rolled, glided = start.copy(), start.copy()
+    roll(rolled, left, right, wheelbase)
+    assert np.allclose(rolled, whole, rtol=0, atol=1e-12)
+    glide(glided, left, right, wheelbase)
+    twist, heading = np.array([[left, right, wheelbase]]), np.array([theta, theta + wheelbase])
+    assert np.allclose(glided, integrate_twists(twist, heading, start)[-1], rtol=0, atol=1e-12)
 
 
 @given(st.integers(0, 2**32 - 1))

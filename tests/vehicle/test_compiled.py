@@ -98,9 +98,9 @@ def test_marking_a_function_twice_gives_one_compiled_function():
 def test_numba_is_imported_when_the_first_function_is_called():
     program = """
 import sys
-from omnimate.vehicle.compiled_se2 import wrap
+from omnimate.vehicle.se2 import wrap_angle
 assert not {"numba", "llvmlite"} & set(sys.modules)
-wrap(1.0)
+wrap_angle(1.0)
 assert "numba" in sys.modules
 """
     subprocess.run([sys.executable, "-c", program], check=True)
@@ -194,11 +194,11 @@ def test_processes_that_compile_at_the_same_time_all_compute_what_they_should(tm
     program = """
 import sys
 import numpy as np
-from omnimate.vehicle.compiled_se2 import transform
+from omnimate.vehicle.se2 import transform_xy
 kind = sys.argv[1]
 pose = np.array([1, 2, 0], dtype=kind)
-assert transform(pose, 0.5, 0.25) == (1.5, 2.25)
-assert transform(np.ones((3, 2), dtype=kind)[:, 0] - pose, 0.0, 0.0)[1] == -1.0
+assert transform_xy(pose, 0.5, 0.25) == (1.5, 2.25)
+assert transform_xy(np.ones((3, 2), dtype=kind)[:, 0] - pose, 0.0, 0.0)[1] == -1.0
 """
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     for _ in range(2):

@@ -1,9 +1,11 @@
-"""SE(2): the group laws."""
+"""SE(2): the group laws, and compiled code that agrees with the array functions."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.vehicle import se2
 from omnimate.vehicle.se2 import between, compose, inverse, rotation, transform, transport, wrap
 
 poses = st.tuples(st.floats(-50, 50), st.floats(-50, 50), st.floats(-10, 10)).map(np.array)
@@ -31,11 +33,11 @@ def test_a_transformed_point_keeps_its_distance(p, point):
 
 
 @given(st.floats(-1e4, 1e4))
-def test_wrap_stays_in_its_interval_and_keeps_the_direction(angle):
-    wrapped = float(wrap(angle))
-    assert -np.pi < wrapped <= np.pi
-    assert np.isclose(np.cos(wrapped), np.cos(angle), atol=1e-9)
-    assert np.isclose(np.sin(wrapped), np.sin(angle), atol=1e-9)
+def test_wrapped_angles_stay_in_their_intervals_and_keep_the_direction(angle):
+    whole, single = float(wrap(angle)), se2.wrap_angle(angle)
+    assert -np.pi < whole <= np.pi
+    assert -np.pi <= single < np.pi
+    assert np.exp(1j * np.array([whole, single])) == pytest.approx(np.exp(1j * angle), abs=1e-9)
 
 
 def test_half_a_turn_is_plus_pi():
@@ -55,3 +57,17 @@ def test_transport_carries_a_small_error_over_an_increment(increment, seed):
 def test_rotation_turns_the_world_into_a_frame():
     turned = rotation(0.3) @ [1.0, 2.0, 3.0]
     assert np.allclose(turned, [*between([0, 0, 0.3], [1.0, 2.0, 0])[:2], 3.0])
+
+
+@given(poses, poses)
+def test_compiled_code_agrees_with_arrays_and_may_overwrite_its_arguments(first, second):
+    x, y, _ = second
+    assert se2.rotate_xy(first[2], x, y) == pytest.approx(se2.rotate(first[2], [x, y]), abs=1e-11)
+    assert se2.transform_xy(first, x, y) == pytest.approx(transform(first, [x, y]), abs=1e-11)
+    matrix, expected = np.empty((3, 3)), compose(first, second)
+    se2.write_rotation(matrix, first[2])
+    assert matrix == pytest.approx(rotation(first[2]), abs=1e-11)
+    se2.write_transport(matrix, first)
+    assert matrix == pytest.approx(transport(first), abs=1e-11)
+    se2.write_composed(first, first, second)
+    assert first == pytest.approx(expected, abs=1e-11)
