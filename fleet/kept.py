@@ -83,10 +83,10 @@ def days_kept(files: Files) -> list[str]:
 
 def last_night(files: Files) -> str | None:
     """Return the date of the last night that was judged; None where there is none."""
-    if files.glob(_LATEST):  # the folders of all nights need not be listed
-        day: str = columns_of(files.read(_LATEST))["day"][0]
-        return day
-    return next(iter(days_kept(files)), None)  # results of an older version
+    if not files.glob(_LATEST):
+        return None
+    day: str = columns_of(files.read(_LATEST))["day"][0]
+    return day
 
 
 def read_morning(files: Files, day: str | None = None) -> Morning:
@@ -114,7 +114,7 @@ def read_morning(files: Files, day: str | None = None) -> Morning:
         tuple(sorted(on_list, key=lambda change: -change.log_e)),
         tuple(Asked(**row) for row in _rows(asked, _names(Asked))),
         _places(files, night),
-        _floors(files, night, summary),
+        _floors(files, night),
     )
 
 
@@ -135,7 +135,7 @@ def read_floor(files: Files, day: str, floor: str) -> Array:
     """Return the cells of a floor that were driven over before a night: x, y [m], how often, `(N, 3)`."""
     columns = _columns(files, "floor", day)
     cells = np.column_stack([columns["x"], columns["y"], columns["count"]])
-    on: Array = cells[np.array(columns.get("floor", [""] * len(cells)), str) == floor]
+    on: Array = cells[np.array(columns["floor"], str) == floor]
     return on
 
 
@@ -230,15 +230,12 @@ def _floor_columns(driven: Mapping[str, Array]) -> dict[str, Any]:
     }
 
 
-def _floors(files: Files, day: str, summary: dict[str, Any]) -> tuple[FloorSummary, ...]:
-    if not files.glob(_path("floors", day)):  # a night of an older version, which knew one floor
-        return (FloorSummary("", int(summary["recordings"][0]), float(summary["roughness"][0])),)
+def _floors(files: Files, day: str) -> tuple[FloorSummary, ...]:
     return tuple(FloorSummary(**row) for row in _rows(_columns(files, "floors", day), _FLOOR))
 
 
 def _places(files: Files, day: str) -> tuple[BadPlace, ...]:
     columns = _columns(files, "places", day)
-    columns.setdefault("floor", [""] * len(columns["effect"]))  # a night of an older version
     return tuple(
         BadPlace(
             row["effect"],

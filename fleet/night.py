@@ -163,8 +163,7 @@ def _result(files: Files, path: str, row: Mapping[str, Any]) -> Driven | None:
     places = [numbers["name"].index(name) for name in JOINT_NUMBERS if name in numbers["name"]]
     joints = Joints(numbers["value"][places], numbers["sigma"][places]) if places else NO_JOINTS
     robot, day = _part(path, "robot"), _part(path, "day")
-    floor = row["floor"][0] if "floor" in row else ""  # results of an older version know one floor
-    return Driven(robot, row["kind"][0], day, segments, crossings, joints, floor)
+    return Driven(robot, row["kind"][0], day, segments, crossings, joints, row["floor"][0])
 
 
 def _asked(rows: Sequence[tuple[str, Mapping[str, Any]]], but: set[str]) -> list[Asked]:

@@ -11,7 +11,6 @@ from omnimate.calib.estimation.filtering import Filtered, Smoothed, backwards, f
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
     from omnimate.vehicle.se2 import Array
 
 
@@ -101,3 +100,32 @@ def joined(chains: list[Chains], lever: Array) -> Chains:
         lever=lever,
         effect=np.concatenate([chain.effect for chain in chains]),
     )
+
+
+class Coordinate(NamedTuple):
+    """One parameter that a calibration may estimate.
+
+    Attributes:
+        name: Name for tables.
+        unit: Unit of the coordinate: "1" for the logarithm of a factor, else rad, m or s.
+        prior_sigma: Standard deviation to which the coordinate is known before any drive. A drive with a
+            larger bound adds no knowledge.
+    """
+
+    name: str
+    unit: str
+    prior_sigma: float
+
+
+class NoiseSource(NamedTuple):
+    """One source of noise whose standard deviation may be estimated.
+
+    Attributes:
+        name: Name for tables.
+        unit: Unit of the standard deviation.
+        guess: Standard deviation at which the estimation begins.
+    """
+
+    name: str
+    unit: str
+    guess: float

@@ -10,8 +10,8 @@ import numpy as np
 from omnimate.calib.distributions import student_quantile
 
 if TYPE_CHECKING:
+    from omnimate.calib.estimation.chains import Coordinate, NoiseSource
     from omnimate.calib.estimation.observability import Held
-    from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
     from omnimate.vehicle.se2 import Array
 
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from omnimate.calib.estimation.parameters import Coordinate
+    from omnimate.calib.estimation.chains import Coordinate
     from omnimate.vehicle.se2 import Array
 
 _UNIDENTIFIED = 1e3  # [prior standard deviations] a larger bound counts as infinite

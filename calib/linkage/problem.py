@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.calib.estimation.chains import Chains, joined
+from omnimate.calib.estimation.chains import Chains, Coordinate, NoiseSource, joined
 from omnimate.calib.estimation.filtering import accumulate
-from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
 from omnimate.calib.paths.kinematics import ROUGHNESS, Differential
 from omnimate.vehicle.linkage import follower
 from omnimate.vehicle.se2 import inverse, rotation, transport

@@ -18,7 +18,7 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.monitoring.channels import check_frozen
 from omnimate.calib.monitoring.cusum import drift_monitor, step
 from omnimate.calib.recordings import check_one_robot, has_fixes
-from omnimate.calib.umbmark.recordings import square_runs
+from omnimate.calib.umbmark.runs import square_runs
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.prior import WATCHED
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
+from omnimate.calib.estimation.chains import Coordinate, NoiseSource
 from omnimate.vehicle.arcs import arc, arc_jacobian
 from omnimate.vehicle.floor import floor_covariance
 from omnimate.vehicle.parameters import Truck

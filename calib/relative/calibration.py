@@ -17,9 +17,9 @@ import numpy as np
 from scipy.stats import chi2
 
 from omnimate.calib.errors import CalibrationError
+from omnimate.calib.estimation.chains import Coordinate
 from omnimate.calib.estimation.estimates import Estimate
 from omnimate.calib.estimation.observability import information_bound, unobservable
-from omnimate.calib.estimation.parameters import Coordinate
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.least_squares import quantities
 from omnimate.calib.relative.motions import degenerate

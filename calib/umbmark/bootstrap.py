@@ -17,7 +17,7 @@ import numpy as np
 from omnimate.calib.distributions import normal_probability, student_quantile
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.scatter import MIRROR, scatter_of, weights_of
-from omnimate.calib.umbmark.square_fit import fit_factors
+from omnimate.calib.umbmark.square import fit_factors
 from omnimate.calib.umbmark.uncertainty import Uncertainty, between_limits, factors_at
 
 if TYPE_CHECKING:

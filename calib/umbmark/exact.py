@@ -16,8 +16,7 @@ from omnimate.calib.apply import corrected_truck
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.printed import Correction
 from omnimate.calib.umbmark.scatter import scatter_of, weights_of
-from omnimate.calib.umbmark.square import square_ends
-from omnimate.calib.umbmark.square_fit import fit_factors
+from omnimate.calib.umbmark.square import fit_factors, square_ends
 
 if TYPE_CHECKING:
     from omnimate.calib.umbmark.return_errors import ReturnErrors

@@ -10,9 +10,8 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.recordings import check_one_robot
 from omnimate.calib.umbmark.exact import solve_exact, solve_weighted, square_returns
 from omnimate.calib.umbmark.printed import Correction, Method, solve_printed
-from omnimate.calib.umbmark.recordings import square_runs
 from omnimate.calib.umbmark.return_errors import ReturnErrors
-from omnimate.calib.umbmark.runs import SquareRun, return_errors
+from omnimate.calib.umbmark.runs import SquareRun, return_errors, square_runs
 from omnimate.calib.umbmark.table import read_table
 from omnimate.vehicle.se2 import wrap
 

@@ -17,7 +17,7 @@ from omnimate.calib.distributions import student_quantile
 from omnimate.calib.umbmark.exact import position_weights, scatter_weights
 from omnimate.calib.umbmark.printed import angles_of, factors_of
 from omnimate.calib.umbmark.scatter import scatter_of
-from omnimate.calib.umbmark.square_fit import fit_factors
+from omnimate.calib.umbmark.square import fit_factors
 
 if TYPE_CHECKING:
     from omnimate.calib.umbmark.experiment import Calibration, Experiment

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
+    from omnimate.calib.estimation.chains import Coordinate
     from omnimate.calib.estimation.estimates import DownWeighted, Estimate
-    from omnimate.calib.estimation.parameters import Coordinate
     from omnimate.calib.paths.least_squares import Quantity
 
 _SCREEN = {"1": ("%", 1e2), "rad": ("deg", math.degrees(1.0)), "m": ("mm", 1e3), "s": ("ms", 1e3)}

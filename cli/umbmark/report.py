@@ -12,7 +12,7 @@ from omnimate.calib.umbmark.bootstrap import RESAMPLES, bootstrap, can_bootstrap
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.calib.umbmark.extended import extended_umbmark
 from omnimate.calib.umbmark.floor import floor_roughness
-from omnimate.calib.umbmark.stop_rule import stop_rule
+from omnimate.calib.umbmark.return_errors import stop_rule
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.calib.umbmark.worksheet import worksheet
 from omnimate.cli.console import say

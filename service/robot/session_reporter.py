@@ -154,7 +154,7 @@ def _ends(recording: Recording) -> dict[TruckName, list[float]]:
 
 def _return_errors(recording: Recording, vehicle: VehicleParameters, side: float) -> dict[TruckName, Array]:
     """Return the return error `(3,)` of a lap for each truck."""
-    from omnimate.calib.umbmark.recordings import square_runs
+    from omnimate.calib.umbmark.runs import square_runs
 
     errors: dict[TruckName, Array] = {}
     for name, truck in vehicle.trucks.items():

@@ -85,7 +85,7 @@ def _squares(call: Call, session_id: str, recording_id: str) -> Squares:
         CalibrationError: a lap of the recording is no square, or has no fix before or after it.
     """
     from omnimate.calib.recordings import has_fixes
-    from omnimate.calib.umbmark.recordings import square_runs
+    from omnimate.calib.umbmark.runs import square_runs
 
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)

@@ -12,8 +12,7 @@ import numpy as np
 from omnimate.calib.errors import CalibrationError, MethodError
 from omnimate.calib.umbmark.assessment import Assessment, assess
 from omnimate.calib.umbmark.experiment import Calibration, Experiment, calibrate
-from omnimate.calib.umbmark.return_errors import ReturnErrors
-from omnimate.calib.umbmark.stop_rule import stop_rule
+from omnimate.calib.umbmark.return_errors import ReturnErrors, stop_rule
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.service.errors import InvalidValueError, StateError
 from omnimate.service.umbmark.models import (

@@ -12,13 +12,12 @@ from omnimate.calib.apply import corrected_truck
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.calib.umbmark.bootstrap import weighted_factors
-from omnimate.calib.umbmark.bound import factor_bound
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.calib.umbmark.experiment import Experiment, calibrate
 from omnimate.calib.umbmark.floor import square_covariance
 from omnimate.calib.umbmark.return_errors import ReturnErrors
 from omnimate.calib.umbmark.scatter import MIRROR, weights_of
-from omnimate.calib.umbmark.square_fit import fit_factors
+from omnimate.calib.umbmark.square import factor_scales, fit_factors, square_ends
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single
@@ -165,3 +164,27 @@ def free_coverage(trial: Trial, count: int, seed: int = 0) -> tuple[float, int]:
             continue
         held.append(fitted.low <= wheelbase <= fitted.high)
     return float(np.mean(held)), len(held)
+
+
+def factor_bound(
+    truck: Truck, factors: tuple[float, float], side: float, runs: tuple[int, int], covariance: Array
+) -> Array:
+    """Return the smallest covariance `(2, 2)` of E_b and E_d that an unbiased estimate can have.
+
+    Args:
+        truck: The nominal truck.
+        factors: The true E_b and E_d.
+        side: Length of each side of the square [m].
+        runs: Number of cw and of ccw runs.
+        covariance: Covariance of the return error x, y [m], theta [rad] of one ccw run, shape `(3, 3)`; that
+            of a cw run is its mirror image. An infinite variance means that the component is not measured.
+    """
+    logs = np.log(np.array(factors, np.float64))
+    scales, by_logs = factor_scales(truck, logs)
+    slopes = square_ends(truck, side, scales)[1] @ by_logs / np.exp(logs)
+    used = np.isfinite(np.diag(covariance))
+    information = np.zeros((2, 2))
+    for slope, count, mirror in zip(slopes, runs, (MIRROR, np.ones(3)), strict=True):
+        scatter = (np.outer(mirror, mirror) * covariance)[used][:, used]
+        information += count * slope[used].T @ np.linalg.solve(scatter, slope[used])
+    return np.asarray(np.linalg.inv(information), np.float64)

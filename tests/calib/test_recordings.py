@@ -10,7 +10,7 @@ from omnimate.calib.errors import CalibrationError, FixError
 from omnimate.calib.fixes import mean_pose
 from omnimate.calib.recordings import has_fixes
 from omnimate.calib.umbmark.exact import square_returns
-from omnimate.calib.umbmark.recordings import square_runs
+from omnimate.calib.umbmark.runs import square_runs
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses, Recording, Run
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.calib.estimation.parameters import Coordinate, NoiseSource
+from omnimate.calib.estimation.chains import Coordinate, NoiseSource
 from omnimate.calib.paths.kinematics import ROUGHNESS, Steps
 from omnimate.vehicle.arcs import arc, arc_derivative
 

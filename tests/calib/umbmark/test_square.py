@@ -1,4 +1,4 @@
-"""The square in closed form."""
+"""The square in closed form, and the fit of its factors to many squares at once."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.calib.apply import corrected_truck
-from omnimate.calib.umbmark.square import SIGNS, factor_scales, square_ends
+from omnimate.calib.umbmark.square import SIGNS, factor_scales, fit_factors, square_ends
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.parameters import Truck
 
 LOG = st.floats(-0.1, 0.1)
 SMALL_LOG = st.floats(-0.02, 0.02)
 DIAMETER = st.floats(0.14, 0.16)
+TRUCK = Truck(0.34, 0.15, 0.151)
+PLACES = np.array([[1.0, 1.0, 0.0]] * 2)
 
 
 @given(LOG, SMALL_LOG, DIAMETER)
@@ -53,3 +55,39 @@ def test_many_at_once_are_each_alone() -> None:
     assert (ends.shape, slopes.shape) == ((5, 4, 2, 3), (5, 4, 2, 3, 3))
     one, _ = square_ends(truck, 4.0, factor_scales(truck, logs[3, 2])[0])
     assert ends[3, 2] == pytest.approx(one, abs=1e-14)
+
+
+def test_truths_come_back_from_far_away() -> None:
+    """Noise-free, thousands of wild robots (E_b to 10 %, E_d to 2 %) are found to rounding from zero."""
+    truths = np.random.default_rng(1).uniform([-0.1, -0.02], [0.1, 0.02], (2000, 2))
+    centres, _ = square_ends(TRUCK, 4.0, factor_scales(TRUCK, truths)[0])
+    logs, converged = fit_factors(centres, PLACES, TRUCK, 4.0)
+    assert converged.all()
+    assert np.abs(logs - truths).max() < 1e-12
+
+
+def test_the_fit_is_the_least() -> None:
+    """With scatter, no neighbour fits better."""
+    chance = np.random.default_rng(2)
+    centres = square_ends(TRUCK, 4.0, factor_scales(TRUCK, np.array([-0.02, 0.001]))[0])[0]
+    centres = centres + chance.normal(0.0, 0.02, (50, 2, 3))
+    weights = np.array([[1.0, 1.0, 2.0]] * 2)
+    logs, converged = fit_factors(centres, weights, TRUCK, 4.0)
+    assert converged.all()
+
+    def cost(at: np.ndarray) -> np.ndarray:
+        ends, _ = square_ends(TRUCK, 4.0, factor_scales(TRUCK, at)[0])
+        return np.sum((weights * (ends - centres)) ** 2, axis=(-1, -2))
+
+    for nudge in (1e-5, 0.0), (-1e-5, 0.0), (0.0, 1e-6), (0.0, -1e-6):
+        assert (cost(logs + nudge) > cost(logs)).all()
+
+
+def test_what_has_no_weight_does_not_count() -> None:
+    """Not even where it is not a number; and a start beside the solution changes nothing."""
+    centres = square_ends(TRUCK, 4.0, factor_scales(TRUCK, np.array([-0.02, 0.001]))[0])[0]
+    blind = centres * [1.0, 1.0, np.nan]
+    logs, _ = fit_factors(blind, PLACES, TRUCK, 4.0)
+    assert logs == pytest.approx([-0.02, 0.001], abs=1e-12)
+    other, _ = fit_factors(blind, PLACES, TRUCK, 4.0, (0.05, -0.01))
+    assert other == pytest.approx(logs, abs=1e-11)

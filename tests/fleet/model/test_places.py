@@ -9,8 +9,8 @@ from omnimate.fleet.hall.ills import Ill
 from omnimate.fleet.hall.places import Place
 from omnimate.fleet.model.effects import effects_of, floors_of
 from omnimate.fleet.model.evidence import AllCrossings
+from omnimate.fleet.model.floor import roughness_of
 from omnimate.fleet.model.places import BadPlace, find_places
-from omnimate.fleet.model.roughness import roughness_of
 from omnimate.fleet.model.scores import REACH, grid_of, score_map
 from omnimate.fleet.segments import segments_of
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS

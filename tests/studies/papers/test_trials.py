@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.calib.umbmark.bound import factor_bound
 from studies.papers.trials import (
     LABMATE,
     Trial,
     after_calibration,
     efficiency,
+    factor_bound,
     floor_covariance,
     free_coverage,
     left_over,
