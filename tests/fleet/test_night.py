@@ -125,20 +125,6 @@ def test_robots_go_from_floor_to_floor_and_each_floor_has_its_own_places(night, 
     assert read.roughness == 6e-4
 
 
-def test_nights_of_an_older_version_have_one_floor(night, tmp_path):
-    _, judged = night
-    other = open_files(str(tmp_path))
-    keep_night(other, judged)
-    other.delete(f"floors/day={judged.day}/night.parquet")
-    for table in ("places", "floor"):
-        path = tmp_path / table / f"day={judged.day}" / "night.parquet"
-        parquet.write_table(parquet.read_table(path).drop_columns(["floor"]), path)
-    morning = read_morning(other)
-    assert [floor.floor for floor in morning.floors] == [""]
-    assert [place.floor for place in morning.places] == [place.floor for place in judged.places]
-    assert np.array_equal(read_floor(other, judged.day, ""), judged.driven[""])
-
-
 def test_a_robots_history_keeps_the_days_that_a_night_does_not_judge_anew(night, tmp_path):
     files, judged = night
     history = next(history for history in judged.histories if history.robot == "mule-0001")

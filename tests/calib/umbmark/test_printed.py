@@ -113,16 +113,6 @@ def test_angles_come_back_from_either_component(alpha: float, beta: float, side:
     assert angles_from_y(errors) == pytest.approx((alpha, beta), abs=1e-12)
 
 
-@given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(0.1, 10.0))
-def test_errors_twice_as_large_on_twice_the_side_mean_the_same_angles(
-    alpha: float, beta: float, factor: float
-) -> None:
-    """The angles depend on the ratio of errors and side alone."""
-    small = first_order(alpha, beta)
-    large = ReturnErrors(factor * small.cw, factor * small.ccw, factor * small.side)
-    assert angles_from_x(large) == pytest.approx(angles_from_x(small), abs=1e-12)
-
-
 def test_footnote_2_averages_the_factors() -> None:
     """E_b and E_d of x and of y are averaged, not the angles."""
     errors = returns(LABMATE, corrected_truck(LABMATE, 0.95, 1.005))

@@ -29,31 +29,25 @@ def test_a_square_is_accepted(direction: str) -> None:
     run(direction).check(TRUCK, 4.0)
 
 
-@pytest.mark.parametrize("direction", ["cw", "ccw"])
-def test_the_other_direction_is_refused(direction: str) -> None:
-    """Wheels that turned the other way round contradict the label."""
-    with pytest.raises(DirectionError, match="swapped"):
-        run(direction, driven="ccw" if direction == "cw" else "cw").check(TRUCK, 4.0)
+TWICE = SquareRun("ccw", np.zeros(3), np.vstack([run("ccw").wheel_angles] * 2), "twice")
 
 
-def test_a_missing_last_turn_is_refused() -> None:
-    """270 degrees are named for what they are."""
-    with pytest.raises(DirectionError, match="last turn"):
-        run("cw", corners=3).check(TRUCK, 4.0)
-
-
-def test_two_laps_are_refused() -> None:
-    """720 degrees are not one square."""
-    once = run("ccw")
-    twice = SquareRun("ccw", once.absolute, np.vstack([once.wheel_angles] * 2), "twice")
-    with pytest.raises(DirectionError, match="not one square"):
-        twice.check(TRUCK, 4.0)
-
-
-def test_the_whole_path_for_the_side_is_refused() -> None:
-    """16 m taken for the side does not fit the wheels' way."""
-    with pytest.raises(CalibrationError, match="whole path"):
-        run("cw").check(TRUCK, 16.0)
+@pytest.mark.parametrize(
+    ("drive", "side", "error", "words"),
+    [
+        (run("cw", driven="ccw"), 4.0, DirectionError, "swapped"),
+        (run("ccw", driven="cw"), 4.0, DirectionError, "swapped"),
+        (run("cw", corners=3), 4.0, DirectionError, "last turn"),
+        (TWICE, 4.0, DirectionError, "not one square"),
+        (run("cw"), 16.0, CalibrationError, "whole path"),
+    ],
+)
+def test_what_is_not_one_square_is_named(
+    drive: SquareRun, side: float, error: type[CalibrationError], words: str
+) -> None:
+    """The other direction, a turn too few, two laps, and the whole path for the side."""
+    with pytest.raises(error, match=words):
+        drive.check(TRUCK, side)
 
 
 def test_the_error_is_absolute_minus_calculated() -> None:

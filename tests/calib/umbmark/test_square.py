@@ -47,16 +47,6 @@ def test_the_slopes_are_those_of_the_ends(log_b: float, log_d: float, right: flo
         assert slopes[..., column] == pytest.approx(wanted, abs=1e-5 * np.abs(slopes).max())
 
 
-def test_many_at_once_are_each_alone() -> None:
-    """Leading axes are independent robots."""
-    truck = Truck(0.34, 0.15, 0.15)
-    logs = np.random.default_rng(0).normal(0.0, 0.01, (5, 4, 2))
-    ends, slopes = square_ends(truck, 4.0, factor_scales(truck, logs)[0])
-    assert (ends.shape, slopes.shape) == ((5, 4, 2, 3), (5, 4, 2, 3, 3))
-    one, _ = square_ends(truck, 4.0, factor_scales(truck, logs[3, 2])[0])
-    assert ends[3, 2] == pytest.approx(one, abs=1e-14)
-
-
 def test_truths_come_back_from_far_away() -> None:
     """Noise-free, thousands of wild robots (E_b to 10 %, E_d to 2 %) are found to rounding from zero."""
     truths = np.random.default_rng(1).uniform([-0.1, -0.02], [0.1, 0.02], (2000, 2))
