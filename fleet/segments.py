@@ -18,7 +18,7 @@ from omnimate.vehicle.arcs import roll, travel_lever
 from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS, floor_covariance
 from omnimate.vehicle.odometry import truck_travel, wheels_of
-from omnimate.vehicle.se2 import wrap
+from omnimate.vehicle.se2 import lever_matrix, wrap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,8 +66,7 @@ class Segments:
         Ways that follow each other share the error of the pose between them.
         """
         count = len(self)
-        transport = np.tile(np.eye(3), (count, 1, 1))
-        transport[:, 0, 2], transport[:, 1, 2] = -self.lever[:, 1], self.lever[:, 0]
+        transport = lever_matrix(self.lever)
         first, last = (self.sigma[:, end, :, np.newaxis] ** 2 * np.eye(3) for end in (0, 1))
         blocks = np.zeros((count, 3, count, 3))
         at = np.arange(count)
@@ -198,7 +197,7 @@ def _way(rolled: Array, base: float, poses: Array, sigma: Array) -> _Way:
         _linearise(rolled, lost, base, poses[0], path, gain)
         rough = floor_covariance(gain, rolled).sum(axis=0)
         lever = path[-1, :2] - path[0, :2]
-        transport = np.array([[1.0, 0.0, -lever[1]], [0.0, 1.0, lever[0]], [0.0, 0.0, 1.0]])
+        transport = lever_matrix(lever)
         covariance = (
             CONCRETE_ROUGHNESS**2 * rough + (transport * sigma[0] ** 2) @ transport.T + np.diag(sigma[1] ** 2)
         )

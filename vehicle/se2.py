@@ -73,6 +73,15 @@ def rotation(angle: ArrayLike) -> Array:
     return matrix
 
 
+def lever_matrix(way: ArrayLike) -> Array:
+    """Return how an error of x, y, theta becomes one `(..., 3, 3)` at a way `(..., 2)` [m] on, same axes."""
+    way = np.asarray(way, np.float64)
+    matrix = np.zeros((*way.shape[:-1], 3, 3))
+    matrix[...] = np.eye(3)
+    matrix[..., 0, 2], matrix[..., 1, 2] = -way[..., 1], way[..., 0]
+    return matrix
+
+
 def transport(increment: ArrayLike) -> Array:
     """Return how errors before increments `(..., 3)` become errors after them, `(..., 3, 3)`.
 

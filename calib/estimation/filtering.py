@@ -6,6 +6,9 @@ so that one pass gives whitened residuals and their Jacobian: generalised least 
 (the augmented filter of de Jong, 1991). A second pass, backwards, gives the auxiliary residual of each fix
 and of each movement (de Jong & Penzer, 1998; Koopman, 1993): its difference from the prediction by all
 others. From these follow the outliers and the score of every variance.
+
+This filter compares whole poses on SE(2); those of `ipec.filter` and `mismatch.noise.whitening` take one
+scalar reading after the other through sparse transitions of larger states, and share no step with it.
 """
 
 import math

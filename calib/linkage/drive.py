@@ -12,7 +12,7 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.estimation.residuals import turned
 from omnimate.vehicle.odometry import truck_travel
 from omnimate.vehicle.parameters import JOINTS, WHEELS
-from omnimate.vehicle.se2 import between
+from omnimate.vehicle.se2 import between, lever_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -169,10 +169,7 @@ def _chosen(poses: Poses, rows: NDArray[np.int64]) -> Poses:
 
 def closure_covariance(pose_a: Array, pose_b: Array, sigma_a: Array, sigma_b: Array) -> Array:
     """Return the covariance `(M, 3, 3)` of b seen from a, both measured from outside `(M, 3)`, frame of a."""
-    far = between(pose_a, pose_b)
-    lever = np.zeros((len(far), 3, 3))
-    lever[:] = np.eye(3)
-    lever[:, 0, 2], lever[:, 1, 2] = -far[:, 1], far[:, 0]
+    lever = lever_matrix(between(pose_a, pose_b)[:, :2])
     spread_a = turned(_diagonal(sigma_a), pose_a[:, 2])
     return lever @ spread_a @ lever.transpose(0, 2, 1) + turned(_diagonal(sigma_b), pose_a[:, 2])
 

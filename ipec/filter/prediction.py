@@ -1,4 +1,7 @@
-"""Prediction: two trucks that roll and creep sideways a little, seen from their link; how errors grow."""
+"""Prediction: two trucks that roll and creep sideways a little, seen from their link; how errors grow.
+
+The derivatives are by the link's heading and length and the joints, not by a pose as in `vehicle.arcs`.
+"""
 
 import math
 
