@@ -1,82 +1,167 @@
-"""Recording folders as zip files, which are checked while they are unpacked."""
+"""Uploaded zips of recordings, which are unpacked within limits on every layer of compression."""
 
 from __future__ import annotations
 
 import io
 import stat
 import zipfile
+from contextlib import contextmanager
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
+from omnimate.files.logs.formats.block_reader import BlockReader
+from omnimate.files.recordings.folder import LOG, VEHICLE
 from omnimate.service.errors import InvalidValueError, MediaTypeError, TooLargeError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
-MOST_FILES = 64  # in a zip
+MOST_FILES = 64  # in the zip of one recording
+MOST_LINES = 5_000_000  # of a log; reading one takes 210 bytes of memory
+LARGEST_FILE = 300_000_000  # [bytes]; a log of as many lines, each of 60 bytes, is not larger
 BLOCK = 1 << 20  # [bytes] that are unpacked at a time
+_LOGS = (LOG, f"{LOG}.gz")
+_ENTRY = b"PK\1\2"  # begins each entry of a zip's directory
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # zipfile unpacks all others without a limit
 
 
-def unpack(content: bytes, folder: Path, limit: int) -> Path:
-    """Unpack a zip into a folder; return the folder that holds the recording's files.
+class UploadedZip:
+    """An uploaded zip, of which no more is unpacked than its limit.
+
+    Attributes:
+        names: The names of its files.
+    """
+
+    def __init__(self, archive: zipfile.ZipFile, most_files: int, limit: int) -> None:
+        self._archive, self._left = archive, limit
+        self._members = {member.filename: member for member in archive.infolist() if not member.is_dir()}
+        self.names = list(self._members)
+        if len(self.names) > most_files:
+            raise TooLargeError(f"{len(self.names)} files; send {most_files} at most in one zip")
+        self._check_sizes()
+
+    def _check_sizes(self) -> None:
+        """Refuse a zip by what its directory says of it; `zipfile` unpacks no more than that."""
+        for member in self._members.values():
+            if member.compress_type not in _METHODS:
+                raise MediaTypeError(
+                    f"the zip cannot be read: {member.filename!r} is packed by method "
+                    f"{member.compress_type}; expected stored or deflated"
+                )
+            if member.file_size > LARGEST_FILE:
+                raise TooLargeError(
+                    f"{member.filename!r} has {member.file_size} bytes; at most {LARGEST_FILE}"
+                )
+        size = sum(member.file_size for member in self._members.values())
+        if size > self._left:
+            raise TooLargeError(f"{size} bytes when unpacked; at most {self._left} are accepted")
+
+    def is_link(self, name: str) -> bool:
+        """Return whether a file is a symbolic link."""
+        return stat.S_ISLNK(self._members[name].external_attr >> 16)
+
+    def extract(self, name: str, path: Path) -> None:
+        """Write a file of the zip to a path.
+
+        Raises:
+            TooLargeError: it is larger than what is left of the limit, or a log with too many lines.
+        """
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with self._archive.open(self._members[name]) as source, path.open("wb") as target:
+            while block := source.read(BLOCK):
+                self._take(len(block))
+                target.write(block)
+        if PurePosixPath(name).name in _LOGS:
+            self._check_log(name, path)
+
+    def _check_log(self, name: str, path: Path) -> None:
+        """Count what a log unpacks to, before anything of it is parsed."""
+        content, lines = BlockReader(path), 0
+        for block in content:
+            lines += block.count(b"\n")
+            if lines > MOST_LINES or content.passed > min(LARGEST_FILE, self._left + content.position):
+                raise TooLargeError(
+                    f"{name}: more than {MOST_LINES} lines, or {LARGEST_FILE} bytes when unpacked; "
+                    "cut the log into shorter ones"
+                )
+        self._take(max(0, content.passed - content.position))
+
+    def _take(self, count: int) -> None:
+        self._left -= count
+        if self._left < 0:
+            raise TooLargeError("the files in this zip are larger than the service accepts")
+
+
+@contextmanager
+def opened_zip(content: bytes, most_files: int, limit: int, expected: str) -> Iterator[UploadedZip]:
+    """Yield an uploaded zip.
 
     Args:
         content: The content of the zip.
-        folder: An empty folder.
+        most_files: The largest number of files.
         limit: The largest size of all unpacked files [bytes].
+        expected: What to zip, for messages.
+
+    Raises:
+        MediaTypeError: the content is not a zip, here or within the block.
+        TooLargeError: the zip holds too many files, or they are larger than the limit.
+    """
+    entries = content.count(_ENTRY)
+    if entries > 2 * most_files:  # files and folders
+        raise TooLargeError(f"{entries} files; send {most_files} at most in one zip")
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            yield UploadedZip(archive, most_files, limit)
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+        raise MediaTypeError(f"the zip cannot be read: {error}; zip {expected}") from error
+
+
+def unpack(content: bytes, folder: Path, limit: int) -> Path:
+    """Unpack the zip of a recording into a folder; return the folder that holds the recording's files.
 
     Raises:
         MediaTypeError: the content is not a zip.
-        InvalidValueError: a name in the zip leads out of the folder, or the zip holds no recording.
-        TooLargeError: the zip holds too many files, or they are larger than the limit.
+        InvalidValueError: a name in the zip leads out of the folder, or the zip does not hold one recording.
+        TooLargeError: the zip holds too many files, or they are larger than the limit [bytes].
     """
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            members = [member for member in archive.infolist() if not member.is_dir()]
-            if len(members) > MOST_FILES:
-                raise TooLargeError(f"{len(members)} files; a recording folder has {MOST_FILES} at most")
-            left = limit
-            for member in members:
-                left = _write(archive, member, folder / _name(member), left)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
-        raise MediaTypeError(f"the zip cannot be read: {error}; zip a recording folder") from error
-    return _within(folder)
+    with opened_zip(content, MOST_FILES, limit, "a recording folder") as archive:
+        paths = {name: _checked_path(archive, name) for name in archive.names}
+        inner = folder / _folder_of_recording(list(paths.values()))
+        for name, path in paths.items():
+            archive.extract(name, folder / path)
+    return inner
 
 
-def _name(member: zipfile.ZipInfo) -> PurePosixPath:
-    """Return the name of a member, which must not lead out of the folder."""
-    path = PurePosixPath(member.filename.replace("\\", "/"))
-    plain = not path.is_absolute() and ".." not in path.parts and ":" not in member.filename
-    plain = plain and "\0" not in member.filename and not stat.S_ISLNK(member.external_attr >> 16)
-    if not plain or len(path.parts) > 2:
+def _checked_path(archive: UploadedZip, name: str) -> PurePosixPath:
+    """Return the path of a file in the zip, which must not lead out of the folder."""
+    path = PurePosixPath(name.replace("\\", "/"))
+    plain = not path.is_absolute() and ".." not in path.parts and ":" not in name
+    if not plain or "\0" in name or archive.is_link(name) or not 1 <= len(path.parts) <= 2:
         raise InvalidValueError(
-            "zip",
-            f"{member.filename!r} leads out of the recording folder; expected a plain name such as can.log",
+            "zip", f"{name!r} leads out of the recording folder; expected a plain name such as can.log"
         )
     return path
 
 
-def _write(archive: zipfile.ZipFile, member: zipfile.ZipInfo, path: Path, left: int) -> int:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with archive.open(member) as source, path.open("wb") as target:
-        while block := source.read(BLOCK):
-            left -= len(block)
-            if left < 0:
-                raise TooLargeError("the files in this zip are larger than the service accepts")
-            target.write(block)
-    return left
-
-
-def _within(folder: Path) -> Path:
-    if (folder / "vehicle.toml").is_file():
-        return folder
-    inner = [path for path in folder.iterdir() if (path / "vehicle.toml").is_file()]
-    if len(inner) != 1:
+def _folder_of_recording(paths: list[PurePosixPath]) -> PurePosixPath:
+    """Return the folder of the one recording among the paths of a zip."""
+    described = sorted({path.parent for path in paths if path.name == VEHICLE})
+    if len(described) == 1 or PurePosixPath() in described:
+        return described[0]
+    if described:
+        names = ", ".join(map(str, described))
         raise InvalidValueError(
-            "zip",
-            "no recording in it; expected vehicle.toml, can.log and the other files of a recording folder",
+            "zip", f"{len(described)} recordings in it ({names}); send each in a zip of its own"
         )
-    return inner[0]
+    logs = [str(path) for path in paths if path.name in _LOGS]
+    if logs:
+        raise InvalidValueError(
+            "zip", f"no {VEHICLE} in it; put the robot's {VEHICLE} into the folder of {logs[0]}"
+        )
+    raise InvalidValueError(
+        "zip", f"no recording in it; expected {VEHICLE}, {LOG} and the other files of a recording folder"
+    )
 
 
 def pack(folder: Path) -> bytes:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import re
-import zipfile
 from datetime import date
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
-from omnimate.service.errors import InvalidValueError, MediaTypeError, TooLargeError
+from omnimate.service.errors import InvalidValueError
 from omnimate.service.fleets.models import PLAIN_PATTERN, Upload
+from omnimate.service.recording_zip import opened_zip
 
 if TYPE_CHECKING:
     from omnimate.fleet.batch.files import Files
@@ -37,31 +38,18 @@ def store_day(files: Files, content: bytes, limit: int) -> Upload:
         InvalidValueError: the zip holds something else.
         TooLargeError: the zip holds too many files, or they are larger than the limit.
     """
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            members = {member.filename: member for member in archive.infolist() if not member.is_dir()}
-            upload = _checked(list(members), sum(member.file_size for member in members.values()), limit)
-            left = limit
-            for name in sorted(members, key=lambda name: (name.endswith(VEHICLE), name)):
-                with archive.open(members[name]) as source:
-                    unpacked = source.read(left + 1)
-                left -= len(unpacked)
-                if left < 0:
-                    raise TooLargeError("the files in this zip are larger than the service accepts")
-                files.write(name, unpacked)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
-        raise MediaTypeError(
-            f"the zip cannot be read: {error}; zip folders robot=NAME/day=YYYY-MM-DD/RECORDING/"
-        ) from error
+    expected = "folders robot=NAME/day=YYYY-MM-DD/RECORDING/"
+    with opened_zip(content, MOST_FILES, limit, expected) as archive, TemporaryDirectory() as place:
+        upload = _checked(archive.names)
+        unpacked = Path(place) / "file"
+        for name in sorted(archive.names, key=lambda name: (name.endswith(VEHICLE), name)):
+            archive.extract(name, unpacked)
+            files.write(name, unpacked.read_bytes())
     return upload
 
 
-def _checked(names: list[str], size: int, limit: int) -> Upload:
+def _checked(names: list[str]) -> Upload:
     """Return what a zip holds."""
-    if len(names) > MOST_FILES:
-        raise TooLargeError(f"{len(names)} files; send {MOST_FILES} at most in one zip")
-    if size > limit:
-        raise TooLargeError("the files in this zip are larger than the service accepts")
     recordings: dict[tuple[str, str, str], set[str]] = {}
     for name in names:
         match = _MEMBER.fullmatch(name)

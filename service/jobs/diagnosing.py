@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 from contextlib import suppress
-from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from omnimate.service.errors import NotFoundError
@@ -16,6 +14,7 @@ from omnimate.service.store.tables import RecordingRow
 if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
+    from pathlib import Path
 
     from sqlalchemy.orm import Session
 
@@ -48,8 +47,9 @@ class Diagnosing:
             folder = place / row.id
             folder.mkdir()
             with suppress(NotFoundError):  # deleted meanwhile
-                folders.append((row.name, str(self._recordings.unpack(row, folder))))
-        return running("diagnosis", run_diagnosis, folders)
+                unpacked = self._recordings.unpack(row, folder)
+                folders.append((row.name, str(unpacked.relative_to(place))))
+        return running("diagnosis", run_diagnosis, str(place), folders)
 
     def store_result(self, _db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
         """Store the result of a job that is done."""
@@ -62,19 +62,20 @@ class Diagnosing:
 
 
 def run_diagnosis(
-    report_progress: Callable[[float, str], None], folders: list[tuple[str, str]]
+    report_progress: Callable[[float, str], None], place: str, folders: list[tuple[str, str]]
 ) -> dict[str, Any]:
     """Diagnose recordings; return the result's columns.
 
     Args:
         report_progress: Called with the part that is done and what is being done.
+        place: The folder in which the process works.
         folders: Name and folder of each recording.
     """
-    from omnimate.files.recordings.folder import load_recording
     from omnimate.mismatch import diagnose
     from omnimate.mismatch.report import render
+    from omnimate.service.store.recording_process import load_relative
 
-    recordings = [replace(load_recording(Path(folder)), source=name) for name, folder in folders]
+    recordings = [load_relative(place, folder, name) for name, folder in folders]
     diagnosis = diagnose(recordings, progress=lambda done, total, doing: report_progress(done / total, doing))
     return {
         "verdict": diagnosis.verdict,

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import delete, select
 
-from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.service.errors import NotFoundError
 from omnimate.service.recording_zip import unpack
+from omnimate.service.store.recording_process import read_in_process
 from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
 
 if TYPE_CHECKING:
@@ -64,13 +64,15 @@ class RecordingStore:
 
         Raises:
             MediaTypeError: the content is not a zip.
-            InvalidValueError: the zip is not one of a recording folder.
-            TooLargeError: the zip is larger than the limit when it is unpacked.
-            OmnimateError: the recording cannot be read.
+            InvalidValueError: the zip is not one of a recording folder, or the recording cannot be read.
+            TooLargeError: the recording is too large when it is unpacked or read.
         """
+        return self.add(name, content, self._read(content))
+
+    def _read(self, content: bytes) -> Recording:
         with tempfile.TemporaryDirectory() as place:
-            recording = load_recording(unpack(content, Path(place), self._limit))
-        return self.add(name, content, recording)
+            folder = unpack(content, Path(place) / "zip", self._limit)
+            return read_in_process(Path(place), folder)
 
     def content(self, row: RecordingRow) -> bytes:
         """Return the zip of a recording.
@@ -85,8 +87,7 @@ class RecordingStore:
 
     def load(self, row: RecordingRow) -> Recording:
         """Return a recording; NotFoundError where it was deleted meanwhile."""
-        with tempfile.TemporaryDirectory() as place:
-            return replace(load_recording(self.unpack(row, Path(place))), source=row.name)
+        return replace(self._read(self.content(row)), source=row.name)
 
     def unpack(self, row: RecordingRow, folder: Path) -> Path:
         """Unpack a recording into an empty folder; NotFoundError where it was deleted meanwhile."""

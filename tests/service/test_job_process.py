@@ -54,13 +54,13 @@ def test_a_process_that_ends_without_a_result_has_died(close):
 
 
 def test_a_folder_that_is_no_recording_is_an_error_with_its_reason(tmp_path):
-    with running("diagnosis", run_diagnosis, [("lap", str(tmp_path))]) as process:
+    with running("diagnosis", run_diagnosis, str(tmp_path), [("lap", "lap")]) as process:
         outcome = process.outcome(lambda _message: True)
-    assert "vehicle.toml" in outcome["error"]
+    assert outcome["error"] == "lap: no such folder; a recording is a folder with vehicle.toml and can.log"
 
 
 def test_a_process_ends_with_its_block(tmp_path):
     before = set(multiprocessing.active_children())
-    with running("diagnosis", run_diagnosis, [("lap", str(tmp_path))]):
+    with running("diagnosis", run_diagnosis, str(tmp_path), [("lap", "lap")]):
         assert len(set(multiprocessing.active_children()) - before) == 1
     assert set(multiprocessing.active_children()) == before

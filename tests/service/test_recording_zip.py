@@ -1,6 +1,8 @@
 """Recordings as zip files: kept whole, or refused before anything is written outside of their folder."""
 
+import gzip
 import io
+import os
 import tomllib
 import zipfile
 from pathlib import Path
@@ -13,6 +15,7 @@ from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
 from omnimate.service.recording_zip import MOST_FILES, pack, unpack
+from omnimate.service.store.recording_process import read_in_process
 from omnimate.service.store.recordings import RecordingStore
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
@@ -75,16 +78,45 @@ def test_a_zip_that_is_no_recording_is_refused_with_its_message(database, case, 
 
 def test_too_many_files_are_refused(tmp_path):
     members = [(f"{number}.txt", b"x") for number in range(MOST_FILES + 1)]
-    with pytest.raises(TooLargeError, match=r"65 files; a recording folder has 64 at most"):
+    with pytest.raises(TooLargeError, match=r"65 files; send 64 at most"):
         unpack(zipped(members), tmp_path, LIMIT)
 
 
-def test_a_zip_bomb_is_not_unpacked(tmp_path):
-    bomb = zipped([("can.log", bytes(10_000_000))])
+@pytest.mark.parametrize(
+    ("log", "says"),
+    [
+        (("can.log", bytes(10_000_000)), "10000001 bytes when unpacked; at most 1000000 are accepted"),
+        (("can.log.gz", gzip.compress(bytes(10_000_000))), "can.log.gz: more than 5000000 lines"),
+        (("can.log", gzip.compress(b"\n" * 10_000_000)), "can.log: more than 5000000 lines"),
+    ],
+    ids=["zip", "gz in zip", "lines"],
+)
+def test_a_bomb_is_refused_before_it_is_unpacked(log, says, tmp_path):
+    bomb = zipped([("vehicle.toml", b"x"), log])
     assert len(bomb) < 20_000
-    with pytest.raises(TooLargeError):
+    with pytest.raises(TooLargeError, match=says):
         unpack(bomb, tmp_path, 1_000_000)
-    assert (tmp_path / "can.log").stat().st_size <= 1_000_000
+    assert sum(path.stat().st_size for path in tmp_path.iterdir()) < 20_000
+
+
+def test_a_zip_is_refused_that_no_reader_unpacks_in_pieces(tmp_path):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_BZIP2) as archive:
+        archive.writestr("vehicle.toml", bytes(10_000))
+    with pytest.raises(MediaTypeError, match="packed by method 12; expected stored or deflated"):
+        unpack(buffer.getvalue(), tmp_path, LIMIT)
+
+
+def test_a_recording_that_takes_too_much_memory_is_refused(recording):
+    with pytest.raises(TooLargeError, match="takes more than 50 MB of memory"):
+        read_in_process(recording.parent, recording, memory=50_000_000)
+
+
+def test_a_recording_that_takes_too_long_is_refused(recording, tmp_path):
+    (tmp_path / "vehicle.toml").write_bytes((recording / "vehicle.toml").read_bytes())
+    os.mkfifo(tmp_path / "can.log")  # whoever reads it waits for ever
+    with pytest.raises(TooLargeError, match="was not read within 0 s"):
+        read_in_process(tmp_path.parent, tmp_path, patience=0.0)
 
 
 def test_a_link_in_a_zip_leads_nowhere(tmp_path):

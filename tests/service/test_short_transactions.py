@@ -5,16 +5,17 @@ from threading import Event
 
 import pytest
 
-from omnimate.files.recordings.folder import load_recording, save_recording
+from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.recording_zip import pack
+from omnimate.service.store.recording_process import read_in_process
 from omnimate.service.umbmark import result
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, uncalibrated
 
 PATIENCE = 60.0  # [s] after which a call counts as blocked
-LOADER = "omnimate.service.store.recordings.load_recording"
+LOADER = "omnimate.service.store.recordings.read_in_process"
 
 
 class Blocked:
@@ -63,7 +64,7 @@ def while_blocked(monkeypatch, threads, target, function, call, write):
 def test_others_write_while_a_recording_is_read(client, squares, started, threads, monkeypatch):
     path = started(client, how="recordings", side=2.0)
     first, second = while_blocked(
-        monkeypatch, threads, LOADER, load_recording,
+        monkeypatch, threads, LOADER, read_in_process,
         lambda: client.post(f"{path}/samples", json={"recording": squares}),
         lambda: client.post("/v1/umbmark/sessions", json={}),
     )  # fmt: skip
@@ -76,7 +77,7 @@ def test_a_session_that_ends_while_its_recording_is_read_takes_no_run(
 ):
     path = started(client, how="recordings", side=2.0)
     first, second = while_blocked(
-        monkeypatch, threads, LOADER, load_recording,
+        monkeypatch, threads, LOADER, read_in_process,
         lambda: client.post(f"{path}/samples", json={"recording": squares}),
         lambda: client.post(f"{path}/abort"),
     )  # fmt: skip
