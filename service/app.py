@@ -13,6 +13,7 @@ from fastapi.responses import FileResponse
 from fastapi.staticfiles import StaticFiles
 
 from omnimate.service import problems
+from omnimate.service.head_calls import HeadCalls
 from omnimate.service.limits import Limits
 from omnimate.service.metrics import CallDurations, CallTimer
 from omnimate.service.routes import (
@@ -66,6 +67,7 @@ def create_app(components: Components) -> FastAPI:
     app.state.components, app.state.durations = components, CallDurations()
     problems.install(app)
     app.add_middleware(CallTimer, durations=app.state.durations)
+    app.add_middleware(HeadCalls)
     app.add_middleware(Limits, settings=components.settings)
     for routes in ROUTES:
         app.include_router(routes.router)

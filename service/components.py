@@ -24,7 +24,7 @@ from omnimate.service.store.recordings import FleetStores, RecordingStore
 from omnimate.service.vda5050.factsheet import load_factsheet
 from omnimate.service.vda5050.publisher import BrokerError, Publisher
 from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vehicle.file import format_vehicle, load_vehicle
+from omnimate.vehicle.file import load_vehicle
 
 if TYPE_CHECKING:
     import asyncio
@@ -98,11 +98,14 @@ def make_components(settings: Settings) -> Components:
         FactsheetError: the factsheet cannot be used.
     """
     vehicle = reference_vehicle() if settings.vehicle is None else load_vehicle(settings.vehicle)
+    text = None  # in which EDS files are named as seen from the service, not from the file
+    if settings.vehicle is not None and not vehicle.eds_files:
+        text = settings.vehicle.read_text(encoding="utf-8-sig")
     database, events = Database(settings.database), EventStream()
     try:
-        first = _first_version(database, vehicle)
+        first = _first_version(database, vehicle, text)
     except IntegrityError:  # another service that starts at the same time was faster
-        first = _first_version(database, vehicle)
+        first = _first_version(database, vehicle, text)
     recordings = RecordingStore(database, settings.fleets, settings.unpacked)
     recordings.take_from_rows()
     recordings.delete_orphans(time.time())
@@ -144,15 +147,14 @@ def _publisher(settings: Settings, robot: RobotThread, reporter: SessionReporter
     return Publisher(settings.mqtt, load_factsheet(settings.factsheet), robot, reporter.vehicle)
 
 
-def _first_version(database: Database, vehicle: VehicleParameters) -> VehicleParameters:
+def _first_version(database: Database, vehicle: VehicleParameters, text: str | None) -> VehicleParameters:
     """Return the robot's first version, after adding a version where its file is new or has changed.
 
     A file that equals a former version adds none: the calibrations since then started from it.
     """
-    text = format_vehicle(vehicle)
     with database.writing() as db:
         if all(row.name != vehicle.name for row in vehicles.newest_of_all(db)):
-            vehicles.create(db, vehicle, "file")
-        elif all(row.toml != text for row in vehicles.versions(db, vehicle.name)):
-            vehicles.add_version(db, vehicle, "file", None)
+            vehicles.create(db, vehicle, "file", text)
+        elif all(vehicles.parameters_of(row) != vehicle for row in vehicles.versions(db, vehicle.name)):
+            vehicles.add_version(db, vehicle, "file", None, text)
         return vehicles.parameters_of(vehicles.version(db, vehicle.name, 1))

@@ -14,7 +14,8 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
-from omnimate.service.errors import InvalidValueError, ServiceError, StateError
+from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, StateError
+from omnimate.service.validation import wrong_values
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ class Detail(BaseModel):
     """A field of the request that is wrong."""
 
     where: str = Field(examples=["body.side"])
-    problem: str = Field(examples=["Input should be greater than or equal to 0.2"])
+    problem: str = Field(examples=["0.1; expected 0.2 or more"])
 
 
 class Problem(BaseModel):
@@ -100,17 +101,20 @@ async def _of_rooms(_request: Request, error: Exception) -> JSONResponse:
     return problem_response(422, "Not usable", str(error))
 
 
-async def _of_validation(_request: Request, error: Exception) -> JSONResponse:
+async def _of_validation(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
-    errors = [
-        {"where": ".".join(str(part) for part in invalid["loc"]), "problem": str(invalid["msg"])}
-        for invalid in error.errors()[:20]
-    ]
     missing = {invalid["loc"] for invalid in error.errors() if invalid["type"] == "missing"}
+    kind = request.headers.get("content-type")
+    if any(isinstance(invalid["input"], bytes) for invalid in error.errors()):  # a body that was not parsed
+        sent = "no Content-Type" if kind is None else f"content type {kind!r}"
+        return await _of_service(
+            request, MediaTypeError(f"{sent}; send the header Content-Type: application/json with the body")
+        )
     if ("header", "if-match") in missing:
         return problem_response(
             428, "If-Match is missing", "send If-Match with the ETag of what you saw, or * for any version"
         )
+    errors = wrong_values(error.errors())
     detail = "; ".join(f"{wrong['where']}: {wrong['problem']}" for wrong in errors)
     return problem_response(422, "Not as expected", detail[:1000], errors=errors)
 
@@ -134,7 +138,8 @@ def _allowed(request: Request) -> str:
     """Return all methods that the OpenAPI document lists for a path."""
     paths = request.app.openapi()["paths"].items()
     matching = (calls for path, calls in paths if compile_path(path)[0].match(request.url.path))
-    return ", ".join(sorted({method.upper() for calls in matching for method in calls}))
+    methods = {method.upper() for calls in matching for method in calls}
+    return ", ".join(sorted(methods | {"HEAD"} if "GET" in methods else methods))
 
 
 async def _of_database(_request: Request, error: Exception) -> JSONResponse:

@@ -65,7 +65,8 @@ def _check_zip(request: Request) -> None:
     kind = request.headers.get("content-type", ZIP_TYPES[0]).partition(";")[0].strip().lower()
     if kind not in ZIP_TYPES:
         raise MediaTypeError(
-            f"content type {kind!r}; expected application/zip, the zip of a recording folder"
+            f"content type {kind!r}; send the header Content-Type: application/zip with the zip of a "
+            "recording folder (curl --data-binary)"
         )
 
 

@@ -76,10 +76,10 @@ def list_vehicles(call: Reading) -> list[Vehicle]:
 async def create(request: Request, call: Operating) -> Response:
     """Add a vehicle. The body is the text of its vehicle.toml."""
     content = await request.body()
-    vehicle = _parsed(request, content)
+    vehicle, text = _parsed(request, content)
 
     def act(db: Db) -> Answer:
-        row = vehicles.create(db, vehicle, "sent")
+        row = vehicles.create(db, vehicle, "sent", text)
         return Answer(vehicle_view(row), 201, {"Location": f"{PREFIX}/{row.name}", "ETag": etag(row.version)})
 
     return await run_in_threadpool(call.change, content, act)
@@ -105,14 +105,15 @@ async def change(name: VehicleName, request: Request, call: Operating, if_match:
     """Add a version of a vehicle. The former versions stay."""
     expected = expected_version(if_match)
     content = await request.body()
-    vehicle = _parsed(request, content)
+    vehicle, text = _parsed(request, content)
     if vehicle.name != name:
         raise InvalidValueError("body.name", f"{vehicle.name!r}; expected {name!r}, the name in the path")
     if expected is not None and not (expected.isascii() and expected.isdigit()):
         raise ModifiedError(f"If-Match {expected!r} is no version of a vehicle; GET the vehicle for its ETag")
 
     def act(db: Db) -> Answer:
-        row = vehicles.add_version(db, vehicle, "sent", None if expected is None else int(expected))
+        version = None if expected is None else int(expected)
+        row = vehicles.add_version(db, vehicle, "sent", version, text)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
     response = await run_in_threadpool(call.change, content, act)
@@ -121,20 +122,24 @@ async def change(name: VehicleName, request: Request, call: Operating, if_match:
     return response
 
 
-def _parsed(request: Request, content: bytes) -> VehicleParameters:
-    """Return the vehicle of a request's body, the text of a vehicle.toml."""
+def _parsed(request: Request, content: bytes) -> tuple[VehicleParameters, str]:
+    """Return the vehicle of a request's body, and the body, the text of a vehicle.toml."""
     kind = request.headers.get("content-type", "application/toml").partition(";")[0].strip().lower()
     if kind not in TOML_TYPES:
-        raise MediaTypeError(f"content type {kind!r}; expected application/toml, the text of a vehicle.toml")
+        raise MediaTypeError(
+            f"content type {kind!r}; send the header Content-Type: application/toml with the text of a "
+            "vehicle.toml (curl --data-binary)"
+        )
     try:
-        vehicle = parse_vehicle(content.decode(), "vehicle.toml as it was sent")
+        text = content.decode()
+        vehicle = parse_vehicle(text, "vehicle.toml as it was sent")
     except UnicodeDecodeError as error:
         raise InvalidValueError("body", f"not UTF-8: {error}") from error
     if re.fullmatch(NAME_PATTERN, vehicle.name) is None:
         raise InvalidValueError(
             "body.name", f"{vehicle.name[:120]!r}; expected 1 to 100 characters, no slash"
         )
-    return vehicle
+    return vehicle, text
 
 
 @router.get(

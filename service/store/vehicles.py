@@ -69,18 +69,20 @@ def newest_of_all(db: Session) -> Sequence[VehicleRow]:
     ).all()
 
 
-def create(db: Session, vehicle: VehicleParameters, origin: str) -> VehicleRow:
-    """Add the first version of a vehicle.
+def create(db: Session, vehicle: VehicleParameters, origin: str, text: str | None = None) -> VehicleRow:
+    """Add the first version of a vehicle; `text` is its vehicle.toml as a person wrote it.
 
     Raises:
         StateError: there is a vehicle of this name already.
     """
     if db.get(VehicleRow, (vehicle.name, 1)) is not None:
         raise StateError(f"a vehicle {vehicle.name!r} exists already; PUT a new version of it")
-    return _insert(db, vehicle, 1, origin)
+    return _insert(db, vehicle, 1, origin, text)
 
 
-def add_version(db: Session, vehicle: VehicleParameters, origin: str, expected: int | None) -> VehicleRow:
+def add_version(
+    db: Session, vehicle: VehicleParameters, origin: str, expected: int | None, text: str | None = None
+) -> VehicleRow:
     """Add a version of a vehicle.
 
     Args:
@@ -88,6 +90,7 @@ def add_version(db: Session, vehicle: VehicleParameters, origin: str, expected: 
         vehicle: The parameters of the new version.
         origin: Where the parameters come from, in words.
         expected: The version that the caller believes to be the newest; None accepts any version.
+        text: Its vehicle.toml as a person wrote it; None where nobody did.
 
     Raises:
         NotFoundError: there is no vehicle of this name.
@@ -99,7 +102,7 @@ def add_version(db: Session, vehicle: VehicleParameters, origin: str, expected: 
             f"vehicle {vehicle.name!r} is at version {last.version}, not {expected}; "
             "look at what changed, then try again"
         )
-    return _insert(db, vehicle, last.version + 1, origin)
+    return _insert(db, vehicle, last.version + 1, origin, text)
 
 
 def parameters_of(row: VehicleRow) -> VehicleParameters:
@@ -112,10 +115,11 @@ def _parsed(toml: str, source: str) -> VehicleParameters:
     return parse_vehicle(toml, source)
 
 
-def _insert(db: Session, vehicle: VehicleParameters, number: int, origin: str) -> VehicleRow:
-    row = VehicleRow(
-        name=vehicle.name, version=number, toml=format_vehicle(vehicle), origin=origin, created=time.time()
-    )
+def _insert(
+    db: Session, vehicle: VehicleParameters, number: int, origin: str, text: str | None
+) -> VehicleRow:
+    toml = format_vehicle(vehicle) if text is None else text
+    row = VehicleRow(name=vehicle.name, version=number, toml=toml, origin=origin, created=time.time())
     db.add(row)
     db.flush()
     return row

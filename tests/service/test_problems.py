@@ -65,7 +65,16 @@ def test_a_refused_request_is_answered_with_its_problem_detail(client, sessions,
 
 
 def test_a_method_that_a_path_does_not_have_is_answered_with_those_that_it_has(client):
-    assert client.patch("/v1/vehicles").headers["allow"] == "GET, POST"
+    assert client.patch("/v1/vehicles").headers["allow"] == "GET, HEAD, POST"
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/healthz", "/v1/vehicles", "/v1/robot/stream", "/v1/nothing", "/page/dom.js"]
+)
+def test_head_is_answered_by_the_headers_of_get(client, path):
+    answer = client.head(path)
+    assert (answer.status_code, answer.content) == (404 if path.endswith("nothing") else 200, b"")
+    assert int(answer.headers.get("Content-Length", "1")) > 0
 
 
 def answer_to(error):

@@ -10,6 +10,7 @@ from omnimate.service.errors import ModifiedError, NotFoundError, StateError
 from omnimate.service.store import vehicles
 from omnimate.service.store.tables import VehicleRow
 from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.file import format_vehicle
 
 ROBOT = replace(reference_vehicle(), name="robot")
 
@@ -65,3 +66,14 @@ def test_what_is_not_there_is_not_found(database):
                 find(db, "none")
         with pytest.raises(NotFoundError, match="version of vehicle omnimate: '9'"):
             vehicles.version(db, "omnimate", 9)
+
+
+def test_what_a_person_wrote_stays_as_it_was_written(client):
+    text = format_vehicle(replace(ROBOT, name="written")).replace("cob_id = 391", "cob_id = 0x187")
+    text = "# measured on a cold morning\n" + text
+    headers = {"Content-Type": "application/toml", "If-Match": "*"}
+    made = client.post("/v1/vehicles", content=text, headers=headers)
+    assert (made.status_code, made.json()["toml"]) == (201, text)
+    text = text.replace("cold", "warm")
+    client.put("/v1/vehicles/written", content=text, headers=headers)
+    assert client.get("/v1/vehicles/written/exports/toml").text == text
