@@ -15,7 +15,6 @@ from omnimate.service.errors import StateError
 from omnimate.service.idempotency import Answer
 from omnimate.service.jobs.models import DiagnosisStart, Job
 from omnimate.service.jobs.queue import add_job, cancel_job, find_job, job_view
-from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Limit, Page
 from omnimate.service.store.rows import read_page
 from omnimate.service.store.tables import JobRow
@@ -29,9 +28,7 @@ REPORT_HEADERS = {
 }
 
 
-@router.post(
-    "", operation_id="startDiagnosis", status_code=202, response_model=Job, responses=documented(404)
-)
+@router.post("", operation_id="startDiagnosis", status_code=202, response_model=Job)
 def start(body: DiagnosisStart, call: Operating) -> Response:
     """Start a diagnosis of recordings, which are all of one robot."""
 
@@ -44,7 +41,7 @@ def start(body: DiagnosisStart, call: Operating) -> Response:
     return response
 
 
-@router.get("", operation_id="listDiagnoses", response_model=Page[Job], responses=documented(404))
+@router.get("", operation_id="listDiagnoses")
 def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Page[Job]:
     """Return the diagnoses, newest first."""
     with call.components.database.reading() as db:
@@ -52,19 +49,14 @@ def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Pag
         return Page(items=[job_view(row) for row in rows], next=next_page)
 
 
-@router.get("/{diagnosis_id}", operation_id="getDiagnosis", response_model=Job, responses=documented(404))
+@router.get("/{diagnosis_id}", operation_id="getDiagnosis")
 def get_diagnosis(diagnosis_id: DiagnosisId, call: Reading) -> Job:
     """Return the state and the progress of a diagnosis."""
     with call.components.database.reading() as db:
         return job_view(find_job(db, diagnosis_id))
 
 
-@router.get(
-    "/{diagnosis_id}/result",
-    operation_id="getDiagnosisResult",
-    response_model=dict[str, Any],
-    responses=documented(404),
-)
+@router.get("/{diagnosis_id}/result", operation_id="getDiagnosisResult", response_model=dict[str, Any])
 def result(diagnosis_id: DiagnosisId, call: Reading) -> Response:
     """Return the diagnosis as JSON, as `omnimate diagnose --json` writes it."""
     with call.components.database.reading() as db:
@@ -72,12 +64,7 @@ def result(diagnosis_id: DiagnosisId, call: Reading) -> Response:
         return JSONResponse(json.loads(_require_done(row, row.result)))
 
 
-@router.get(
-    "/{diagnosis_id}/report",
-    operation_id="getDiagnosisReport",
-    response_class=HTMLResponse,
-    responses=documented(404),
-)
+@router.get("/{diagnosis_id}/report", operation_id="getDiagnosisReport", response_class=HTMLResponse)
 def report(diagnosis_id: DiagnosisId, call: Reading) -> Response:
     """Return the report as an HTML page that needs no other file."""
     with call.components.database.reading() as db:
@@ -92,12 +79,7 @@ def _require_done(row: JobRow, content: str | None) -> str:
     return content
 
 
-@router.post(
-    "/{diagnosis_id}/cancel",
-    operation_id="cancelDiagnosis",
-    response_model=Job,
-    responses=documented(404),
-)
+@router.post("/{diagnosis_id}/cancel", operation_id="cancelDiagnosis", response_model=Job)
 def cancel(diagnosis_id: DiagnosisId, call: Operating) -> Response:
     """Cancel a diagnosis that has not ended."""
     return call.change(None, lambda db: Answer(job_view(cancel_job(db, diagnosis_id))))

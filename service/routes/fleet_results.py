@@ -34,7 +34,6 @@ from omnimate.service.fleets.results import (
     robot_view,
     robots_view,
 )
-from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.diagnoses import REPORT_HEADERS
 from omnimate.service.routes.fleets import PREFIX, FleetName
@@ -49,27 +48,20 @@ RobotName = Annotated[PlainName, PathParameter(description="The name of the robo
 Robots = Annotated[int, Query(ge=1, le=2000, description="The largest number of items of the page.")]
 
 
-@router.get("/{fleet}/nights", operation_id="listNights", response_model=Page[str], responses=documented(404))
+@router.get("/{fleet}/nights", operation_id="listNights")
 def list_nights(fleet: FleetName, call: Reading, limit: Limit = 50, after: Day | None = None) -> Page[str]:
     """Return the dates of the nights that were judged, newest first."""
     days = [day for day in days_kept(_results(call, fleet)) if after is None or day < after]
     return Page(items=days[:limit], next=days[limit - 1] if len(days) > limit else None)
 
 
-@router.get(
-    "/{fleet}/nights/{day}", operation_id="getNight", response_model=FleetNight, responses=documented(404)
-)
+@router.get("/{fleet}/nights/{day}", operation_id="getNight")
 def get_night(fleet: FleetName, day: Night, call: Reading) -> FleetNight:
     """Return a night's list: sick robots, bad places, and what could not be worked on."""
     return night_view(morning_of(_results(call, fleet), day))
 
 
-@router.get(
-    "/{fleet}/nights/{day}/floor",
-    operation_id="getFloor",
-    response_model=FleetFloor,
-    responses=documented(404),
-)
+@router.get("/{fleet}/nights/{day}/floor", operation_id="getFloor")
 def get_floor(
     fleet: FleetName,
     day: Night,
@@ -86,12 +78,7 @@ def get_floor(
     return floor_view(results, morning_of(results, day), floor)
 
 
-@router.get(
-    "/{fleet}/robots",
-    operation_id="listRobots",
-    response_model=Page[FleetRobot],
-    responses=documented(404),
-)
+@router.get("/{fleet}/robots", operation_id="listRobots")
 def list_robots(
     fleet: FleetName,
     call: Reading,
@@ -109,34 +96,19 @@ def list_robots(
     return Page(items=robots[:limit], next=robots[limit - 1].robot if len(robots) > limit else None)
 
 
-@router.get(
-    "/{fleet}/robots/{robot}",
-    operation_id="getFleetRobot",
-    response_model=FleetRobot,
-    responses=documented(404),
-)
+@router.get("/{fleet}/robots/{robot}", operation_id="getFleetRobot")
 def get_robot(fleet: FleetName, robot: RobotName, call: Reading) -> FleetRobot:
     """Return a robot as of the last night."""
     return robot_view(_results(call, fleet), robot)
 
 
-@router.get(
-    "/{fleet}/robots/{robot}/history",
-    operation_id="getHistory",
-    response_model=FleetHistory,
-    responses=documented(404),
-)
+@router.get("/{fleet}/robots/{robot}/history", operation_id="getHistory")
 def get_history(fleet: FleetName, robot: RobotName, call: Reading) -> FleetHistory:
     """Return a robot's numbers day by day, without what bad places did."""
     return history_view(_results(call, fleet), robot)
 
 
-@router.get(
-    "/{fleet}/robots/{robot}/recordings",
-    operation_id="listRobotRecordings",
-    response_model=Page[FleetRecording],
-    responses=documented(404),
-)
+@router.get("/{fleet}/robots/{robot}/recordings", operation_id="listRobotRecordings")
 def list_recordings(
     fleet: FleetName,
     robot: RobotName,
@@ -151,12 +123,7 @@ def list_recordings(
     return Page(items=items, next=next_page)
 
 
-@router.get(
-    "/{fleet}/robots/{robot}/report",
-    operation_id="getRobotReport",
-    response_class=HTMLResponse,
-    responses=documented(404),
-)
+@router.get("/{fleet}/robots/{robot}/report", operation_id="getRobotReport", response_class=HTMLResponse)
 def get_report(fleet: FleetName, robot: RobotName, call: Reading) -> Response:
     """Return the finding's report as an HTML page that needs no other file."""
     from omnimate.service.fleets.report import render

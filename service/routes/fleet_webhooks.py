@@ -19,7 +19,6 @@ from omnimate.service.fleets.webhooks import (
     webhook_view,
 )
 from omnimate.service.idempotency import Answer
-from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.routes.fleets import PREFIX, FleetName
 from omnimate.service.store.rows import find_row, read_page
@@ -31,12 +30,7 @@ WebhookId = Annotated[Id, PathParameter(description="The id of the webhook.")]
 MESSAGE = r"^msg_[0-9a-f]{24}$"
 
 
-@router.get(
-    "/{fleet}/findings",
-    operation_id="listFindings",
-    response_model=Page[Finding],
-    responses=documented(404),
-)
+@router.get("/{fleet}/findings", operation_id="listFindings")
 def list_findings(
     fleet: FleetName,
     call: Reading,
@@ -52,13 +46,7 @@ def list_findings(
         return Page(items=[finding_view(row) for row in rows], next=next_page)
 
 
-@router.post(
-    "/{fleet}/webhooks",
-    operation_id="createWebhook",
-    status_code=201,
-    response_model=Webhook,
-    responses=documented(404),
-)
+@router.post("/{fleet}/webhooks", operation_id="createWebhook", status_code=201, response_model=Webhook)
 def create(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
     """Have findings sent to an address. The answer holds the secret that signs them, this once."""
 
@@ -71,9 +59,7 @@ def create(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
     return call.change(body, act)
 
 
-@router.get(
-    "/{fleet}/webhooks", operation_id="listWebhooks", response_model=Page[Webhook], responses=documented(404)
-)
+@router.get("/{fleet}/webhooks", operation_id="listWebhooks")
 def list_webhooks(fleet: FleetName, call: Reading, limit: Limit = 50, after: After = None) -> Page[Webhook]:
     """Return the webhooks of a fleet, newest first."""
     with call.components.database.reading() as db:
@@ -82,24 +68,14 @@ def list_webhooks(fleet: FleetName, call: Reading, limit: Limit = 50, after: Aft
         return Page(items=[webhook_view(row) for row in rows], next=next_page)
 
 
-@router.get(
-    "/{fleet}/webhooks/{webhook_id}",
-    operation_id="getWebhook",
-    response_model=Webhook,
-    responses=documented(404),
-)
+@router.get("/{fleet}/webhooks/{webhook_id}", operation_id="getWebhook")
 def get_webhook(fleet: FleetName, webhook_id: WebhookId, call: Reading) -> Webhook:
     """Return a webhook without its secret."""
     with call.components.database.reading() as db:
         return webhook_view(find_row(db, WebhookRow, webhook_id, fleet=fleet))
 
 
-@router.delete(
-    "/{fleet}/webhooks/{webhook_id}",
-    operation_id="deleteWebhook",
-    response_model=Done,
-    responses=documented(404),
-)
+@router.delete("/{fleet}/webhooks/{webhook_id}", operation_id="deleteWebhook", response_model=Done)
 def delete(fleet: FleetName, webhook_id: WebhookId, call: Operating) -> Response:
     """Remove a webhook; messages that wait for it are given up."""
 
@@ -110,12 +86,7 @@ def delete(fleet: FleetName, webhook_id: WebhookId, call: Operating) -> Response
     return call.change(None, act)
 
 
-@router.get(
-    "/{fleet}/webhooks/{webhook_id}/deliveries",
-    operation_id="listDeliveries",
-    response_model=Page[Delivery],
-    responses=documented(404),
-)
+@router.get("/{fleet}/webhooks/{webhook_id}/deliveries", operation_id="listDeliveries")
 def list_deliveries(
     fleet: FleetName,
     webhook_id: WebhookId,

@@ -46,7 +46,7 @@ def create(body: FleetStart, call: Operating) -> Response:
     return call.compute_and_change(body, lambda: fleet_view(row, results), act)
 
 
-@router.get("", operation_id="listFleets", response_model=Page[Fleet], responses=documented(404))
+@router.get("", operation_id="listFleets")
 def list_fleets(call: Reading, limit: Limit = 50, after: PlainName | None = None) -> Page[Fleet]:
     """Return the fleets, newest first."""
     with call.components.database.reading() as db:
@@ -55,7 +55,7 @@ def list_fleets(call: Reading, limit: Limit = 50, after: PlainName | None = None
     return Page(items=[fleet_view(row, stores.results_of(row.id)) for row in rows], next=next_page)
 
 
-@router.get("/{fleet}", operation_id="getFleet", response_model=Fleet, responses=documented(404))
+@router.get("/{fleet}", operation_id="getFleet")
 def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
     """Return a fleet, with its robots by their state after the last night."""
     with call.components.database.reading() as db:
@@ -68,7 +68,7 @@ def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
     operation_id="uploadDay",
     status_code=201,
     response_model=Upload,
-    responses=documented(404, 415),
+    responses=documented(415),
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
 def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:
@@ -83,13 +83,7 @@ def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:
     return call.compute_and_change(content, store, lambda _db, stored: Answer(stored, 201))
 
 
-@router.post(
-    "/{fleet}/batches",
-    operation_id="startBatch",
-    status_code=202,
-    response_model=Batch,
-    responses=documented(404),
-)
+@router.post("/{fleet}/batches", operation_id="startBatch", status_code=202, response_model=Batch)
 def start(fleet: FleetName, body: BatchStart, call: Operating) -> Response:
     """Start a batch: results of all recordings that are not known yet, and the night's list."""
 
@@ -102,12 +96,7 @@ def start(fleet: FleetName, body: BatchStart, call: Operating) -> Response:
     return response
 
 
-@router.get(
-    "/{fleet}/batches",
-    operation_id="listBatches",
-    response_model=Page[Batch],
-    responses=documented(404),
-)
+@router.get("/{fleet}/batches", operation_id="listBatches")
 def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id | None = None) -> Page[Batch]:
     """Return the batches of a fleet, newest first."""
     with call.components.database.reading() as db:
@@ -116,9 +105,7 @@ def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id |
         return Page(items=[batch_view(row) for row in rows], next=next_page)
 
 
-@router.get(
-    "/{fleet}/batches/{batch_id}", operation_id="getBatch", response_model=Batch, responses=documented(404)
-)
+@router.get("/{fleet}/batches/{batch_id}", operation_id="getBatch")
 def get_batch(fleet: FleetName, batch_id: BatchId, call: Reading) -> Batch:
     """Return the state and the progress of a batch."""
     with call.components.database.reading() as db:
@@ -126,12 +113,7 @@ def get_batch(fleet: FleetName, batch_id: BatchId, call: Reading) -> Batch:
         return batch_view(find_job(db, batch_id, "batch"))
 
 
-@router.post(
-    "/{fleet}/batches/{batch_id}/cancel",
-    operation_id="cancelBatch",
-    response_model=Batch,
-    responses=documented(404),
-)
+@router.post("/{fleet}/batches/{batch_id}/cancel", operation_id="cancelBatch", response_model=Batch)
 def cancel(fleet: FleetName, batch_id: BatchId, call: Operating) -> Response:
     """Cancel a batch that has not ended. The results that it has made stay."""
 

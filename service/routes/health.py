@@ -20,13 +20,13 @@ class Health(BaseModel):
     status: str = "ok"
 
 
-@router.get("/healthz", operation_id="getHealth", response_model=Health)
+@router.get("/healthz", operation_id="getHealth")
 async def health() -> Health:
     """Return ok as long as the process is alive."""
     return Health()
 
 
-@router.get("/readyz", operation_id="getReadiness", response_model=Health, responses=documented(503))
+@router.get("/readyz", operation_id="getReadiness", responses=documented(503))
 def readiness(request: Request) -> Health:
     """Return ok if the database answers, the bus is read, and every encoder sends its heartbeat."""
     components: Components = request.app.state.components

@@ -31,7 +31,7 @@ Uncalibrated = Annotated[
 ]
 
 
-@router.get("/robot/learned", operation_id="getLearned", response_model=Learned)
+@router.get("/robot/learned", operation_id="getLearned")
 def get_learned(call: Reading) -> Learned:
     """Return what the filter has learned of the robot on the bus since its parameters were taken."""
     tracker = _tracker(call)
@@ -43,7 +43,7 @@ def get_learned(call: Reading) -> Learned:
     "/robot/learned/accept",
     operation_id="acceptLearned",
     response_model=Vehicle,
-    responses=documented(404, 412, 428),
+    responses=documented(412, 428),
 )
 def accept(call: Operating, if_match: IfMatch) -> Response:
     """Make what was learned of the robot on the bus the newest version of its vehicle."""
@@ -59,12 +59,7 @@ def accept(call: Operating, if_match: IfMatch) -> Response:
     return response
 
 
-@router.get(
-    "/recordings/{recording_id}/learned",
-    operation_id="getLearnedOfRecording",
-    response_model=Learned,
-    responses=documented(404),
-)
+@router.get("/recordings/{recording_id}/learned", operation_id="getLearnedOfRecording")
 def get_learned_of_recording(
     recording_id: RecordingId, call: Reading, uncalibrated: Uncalibrated = False
 ) -> Learned:
@@ -78,7 +73,7 @@ def get_learned_of_recording(
     "/recordings/{recording_id}/learned/accept",
     operation_id="acceptLearnedOfRecording",
     response_model=Vehicle,
-    responses=documented(404, 412, 428),
+    responses=documented(412, 428),
 )
 def accept_of_recording(
     recording_id: RecordingId, call: Operating, if_match: IfMatch, uncalibrated: Uncalibrated = False

@@ -96,7 +96,7 @@ def upload(
     return call.compute_and_change(content, lambda: store.add_upload(name or "uploaded", content), act)
 
 
-@router.get("", operation_id="listRecordings", response_model=Page[Recording], responses=documented(404))
+@router.get("", operation_id="listRecordings")
 def list_recordings(call: Reading, limit: Limit = 50, after: After = None) -> Page[Recording]:
     """Return the recordings, newest first."""
     with call.components.database.reading() as db:
@@ -104,9 +104,7 @@ def list_recordings(call: Reading, limit: Limit = 50, after: After = None) -> Pa
         return Page(items=[recording_view(row) for row in rows], next=next_page)
 
 
-@router.get(
-    "/{recording_id}", operation_id="getRecording", response_model=Recording, responses=documented(404)
-)
+@router.get("/{recording_id}", operation_id="getRecording")
 def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
     """Return a recording without its content."""
     with call.components.database.reading() as db:
@@ -117,7 +115,7 @@ def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
     "/{recording_id}/download",
     operation_id="downloadRecording",
     response_class=Response,
-    responses={**documented(404), 200: {"content": {"application/zip": BINARY}}},
+    responses={200: {"content": {"application/zip": BINARY}}},
 )
 def download(recording_id: RecordingId, call: Reading) -> Response:
     """Return the zip of the recording folder."""
@@ -128,9 +126,7 @@ def download(recording_id: RecordingId, call: Reading) -> Response:
     return Response(content, media_type="application/zip", headers=headers)
 
 
-@router.delete(
-    "/{recording_id}", operation_id="deleteRecording", response_model=Done, responses=documented(404)
-)
+@router.delete("/{recording_id}", operation_id="deleteRecording", response_model=Done)
 def delete(recording_id: RecordingId, call: Operating) -> Response:
     """Delete a recording."""
     deleted = []

@@ -48,7 +48,7 @@ class Bus(BaseModel):
     strangers: list[dict[str, Any]]
 
 
-@router.get("/robot", operation_id="getRobot", response_model=Robot)
+@router.get("/robot", operation_id="getRobot")
 async def robot(call: Reading) -> Robot:
     """Return which robot is on the bus, where it is, and for which session it drives."""
     robot = call.components.robot
@@ -63,7 +63,7 @@ async def robot(call: Reading) -> Robot:
     )
 
 
-@router.post("/robot/stop", operation_id="stopRobot", response_model=Done)
+@router.post("/robot/stop", operation_id="stopRobot")
 async def stop(call: Reading) -> Done:
     """Stop the wheels at the next sample. A session that is driven is interrupted. Every key may stop."""
     call.components.robot.reservation.stop("a client stopped the robot")
@@ -82,7 +82,7 @@ async def stream(call: Reading) -> StreamingResponse:
     )
 
 
-@router.get("/robot/errors", operation_id="getErrors", response_model=dict[str, Any])
+@router.get("/robot/errors", operation_id="getErrors")
 async def errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") -> dict[str, Any]:  # noqa: A002
     """Return the present faults as VDA 5050 `errors` or Open-RMF `issues`."""
     robot = call.components.robot

@@ -26,10 +26,7 @@ router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
 
 @router.post(
-    "/{session_id}/solve",
-    operation_id="solveSession",
-    response_model=Result,
-    responses=documented(404, 410),
+    "/{session_id}/solve", operation_id="solveSession", response_model=Result, responses=documented(410)
 )
 def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> Response:
     """Solve the session with the runs that it has. More runs may be added, and the session solved again."""
@@ -55,9 +52,7 @@ def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> 
     return response
 
 
-@router.get(
-    "/{session_id}/result", operation_id="getResult", response_model=Result, responses=documented(404)
-)
+@router.get("/{session_id}/result", operation_id="getResult")
 def get_result(session_id: SessionId, call: Reading, response: Response) -> Result:
     """Return the result of the last solve."""
     with call.components.database.reading() as db:
@@ -71,7 +66,6 @@ def get_result(session_id: SessionId, call: Reading, response: Response) -> Resu
     operation_id="getPlot",
     response_class=Response,
     responses={
-        **documented(404),
         200: {"content": {"image/svg+xml": {"schema": {"type": "string"}}, "image/png": {}}},
     },
 )
@@ -95,7 +89,7 @@ def plot(
     "/{session_id}/accept",
     operation_id="acceptResult",
     response_model=Session,
-    responses=documented(404, 410, 412, 428),
+    responses=documented(410, 412, 428),
 )
 def accept(session_id: SessionId, call: Operating, if_match: IfMatch, body: Accept | None = None) -> Response:
     """Make the result the newest version of the vehicle. The former versions stay."""

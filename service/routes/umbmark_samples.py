@@ -36,7 +36,7 @@ router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
     operation_id="addSample",
     status_code=201,
     response_model=Sample,
-    responses=documented(404, 410),
+    responses=documented(410),
 )
 def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
     """Add a run by its fixes, or all runs of a recording. A run that was answered with 201 is not lost."""
@@ -113,7 +113,7 @@ def _squares(call: Call, session_id: str, recording_id: str) -> Squares:
     "/{session_id}/samples/{number}",
     operation_id="removeSample",
     response_model=Done,
-    responses=documented(404, 410),
+    responses=documented(410),
 )
 def remove(
     session_id: SessionId, number: Annotated[int, PathParameter(ge=1, le=1_000_000)], call: Operating

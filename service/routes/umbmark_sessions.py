@@ -25,9 +25,7 @@ SessionId = Annotated[Id, PathParameter(description="The id of the session.")]
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
 
-@router.post(
-    "", operation_id="startSession", status_code=201, response_model=Session, responses=documented(404)
-)
+@router.post("", operation_id="startSession", status_code=201, response_model=Session)
 def start(body: SessionStart, call: Operating) -> Response:
     """Start a session. With `how: drive` the robot begins to drive."""
     components, drives = call.components, SessionDrives(call.components)
@@ -42,7 +40,7 @@ def start(body: SessionStart, call: Operating) -> Response:
     return drives.begin_after(lambda: call.change(body, act))
 
 
-@router.get("", operation_id="listSessions", response_model=Page[Session], responses=documented(404))
+@router.get("", operation_id="listSessions")
 def list_sessions(
     call: Reading, limit: Limit = 50, after: After = None, state: Annotated[State | None, Query()] = None
 ) -> Page[Session]:
@@ -54,7 +52,7 @@ def list_sessions(
         return Page(items=[session_view(row, counts[row.id]) for row in rows], next=next_page)
 
 
-@router.get("/{session_id}", operation_id="getSession", response_model=Session, responses=documented(404))
+@router.get("/{session_id}", operation_id="getSession")
 def get_session(session_id: SessionId, call: Reading) -> Session:
     """Return a session with its samples."""
     call.components.robot.reservation.note_client(session_id)
@@ -63,10 +61,7 @@ def get_session(session_id: SessionId, call: Reading) -> Session:
 
 
 @router.post(
-    "/{session_id}/resume",
-    operation_id="resumeSession",
-    response_model=Session,
-    responses=documented(404, 410),
+    "/{session_id}/resume", operation_id="resumeSession", response_model=Session, responses=documented(410)
 )
 def resume(session_id: SessionId, call: Operating) -> Response:
     """Drive the runs that are still missing, after an interruption."""
@@ -82,10 +77,7 @@ def resume(session_id: SessionId, call: Operating) -> Response:
 
 
 @router.post(
-    "/{session_id}/abort",
-    operation_id="abortSession",
-    response_model=Session,
-    responses=documented(404, 410),
+    "/{session_id}/abort", operation_id="abortSession", response_model=Session, responses=documented(410)
 )
 def abort(session_id: SessionId, call: Operating) -> Response:
     """End a session. A robot that drives for this session stops."""

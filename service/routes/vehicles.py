@@ -58,7 +58,7 @@ def vehicle_view(row: VehicleRow, *, whole: bool = True) -> Vehicle:
     )
 
 
-@router.get("", operation_id="listVehicles", response_model=list[Vehicle])
+@router.get("", operation_id="listVehicles")
 def list_vehicles(call: Reading) -> list[Vehicle]:
     """Return the newest version of every vehicle."""
     with call.components.database.reading() as db:
@@ -85,7 +85,7 @@ async def create(request: Request, call: Operating) -> Response:
     return await run_in_threadpool(call.change, content, act)
 
 
-@router.get("/{name}", operation_id="getVehicle", response_model=Vehicle, responses=documented(404))
+@router.get("/{name}", operation_id="getVehicle")
 def get_vehicle(name: VehicleName, call: Reading, response: Response) -> Vehicle:
     """Return the newest version of a vehicle."""
     with call.components.database.reading() as db:
@@ -98,7 +98,7 @@ def get_vehicle(name: VehicleName, call: Reading, response: Response) -> Vehicle
     "/{name}",
     operation_id="changeVehicle",
     response_model=Vehicle,
-    responses=documented(404, 412, 415, 428),
+    responses=documented(412, 415, 428),
     openapi_extra=BODY,
 )
 async def change(name: VehicleName, request: Request, call: Operating, if_match: IfMatch) -> Response:
@@ -142,21 +142,14 @@ def _parsed(request: Request, content: bytes) -> tuple[VehicleParameters, str]:
     return vehicle, text
 
 
-@router.get(
-    "/{name}/versions", operation_id="listVersions", response_model=list[Vehicle], responses=documented(404)
-)
+@router.get("/{name}/versions", operation_id="listVersions")
 def list_versions(name: VehicleName, call: Reading) -> list[Vehicle]:
     """Return all versions of a vehicle, newest first."""
     with call.components.database.reading() as db:
         return [vehicle_view(row, whole=False) for row in vehicles.versions(db, name)]
 
 
-@router.get(
-    "/{name}/versions/{version}",
-    operation_id="getVersion",
-    response_model=Vehicle,
-    responses=documented(404),
-)
+@router.get("/{name}/versions/{version}", operation_id="getVersion")
 def get_version(
     name: VehicleName, version: Annotated[int, PathParameter(ge=1, le=1_000_000_000)], call: Reading
 ) -> Vehicle:
@@ -176,7 +169,7 @@ EXPORT_TYPES: dict[str, Any] = {
     "/{name}/exports/{format}",
     operation_id="exportVehicle",
     response_class=Response,
-    responses={**documented(404), 200: {"content": EXPORT_TYPES}},
+    responses={200: {"content": EXPORT_TYPES}},
 )
 def export(
     name: VehicleName,
