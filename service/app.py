@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +11,9 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.responses import FileResponse
 from fastapi.staticfiles import StaticFiles
+from starlette.requests import ClientDisconnect
 
 from omnimate.service import problems
-from omnimate.service.head_calls import HeadCalls
 from omnimate.service.limits import Limits
 from omnimate.service.metrics import CallDurations, CallTimer
 from omnimate.service.routes import (
@@ -34,7 +34,10 @@ from omnimate.service.routes import (
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
     from omnimate.service.components import Components
+
 
 PAGE = Path(__file__).with_name("page")
 ROUTES = (
@@ -115,3 +118,26 @@ def _openapi(app: FastAPI) -> dict[str, Any]:
         document["security"] = [{"key": []}, {}]
         app.openapi_schema = document
     return app.openapi_schema
+
+
+class HeadCalls:
+    """An ASGI application in front of another one, which answers HEAD by the headers of GET."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Hand a call on; HEAD as GET."""
+        if scope["type"] != "http" or scope["method"] != "HEAD":
+            await self.app(scope, receive, send)
+            return
+
+        async def send_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                await send(message)
+                await send({"type": "http.response.body", "body": b""})
+            elif message.get("more_body"):  # a stream, which might never end
+                raise ClientDisconnect
+
+        with suppress(ClientDisconnect):
+            await self.app({**scope, "method": "GET"}, receive, send_headers)

@@ -11,7 +11,7 @@ from sqlalchemy.exc import IntegrityError
 from omnimate.service.access import Callers
 from omnimate.service.event_stream import EventStream
 from omnimate.service.fleets.batches import Batches
-from omnimate.service.fleets.deliverer import Deliverer
+from omnimate.service.fleets.webhooks import Deliverer
 from omnimate.service.jobs.diagnosing import Diagnosing
 from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
 from omnimate.service.jobs.worker import Worker

@@ -28,11 +28,6 @@ if TYPE_CHECKING:
     from omnimate.fleet.morning import BadPlace, Morning
 
 
-def finding_view(row: FindingRow) -> Finding:
-    """Return a finding as clients see it."""
-    return Finding.model_validate(row, from_attributes=True)
-
-
 def note_findings(db: Session, fleet: str, morning: Morning) -> None:
     """Open, prolong and close findings by a night's list; nothing where a later night was noted before."""
     row = find_row(db, FleetRow, fleet, for_change=True)
@@ -57,7 +52,7 @@ def note_findings(db: Session, fleet: str, morning: Morning) -> None:
 def _queue_messages(db: Session, what: str, finding: FindingRow, night: str) -> None:
     """Queue a message to the fleet's webhooks about a finding that a night opened or closed."""
     db.flush()
-    view = finding_view(finding).model_dump()
+    view = Finding.of(finding).model_dump()
     queue_message(db, finding.fleet, {"type": what, "timestamp": night, "data": view})
 
 

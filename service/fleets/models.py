@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from omnimate.service.jobs.models import JobState
-from omnimate.service.umbmark.models import RequestModel
+from omnimate.service.jobs.queue import JobState
+from omnimate.service.umbmark.models import RequestModel, RowModel
 
 # Names are folders of a store, and parts of URLs: nothing in them is special to either.
 PLAIN_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
@@ -90,7 +90,7 @@ class Batch(BaseModel):
     changed: float
 
 
-class Change(BaseModel):
+class Change(RowModel):
     """What a robot's history shows; sizes are relative to vehicle.toml [1], or of a joint [rad]."""
 
     name: str
@@ -130,7 +130,7 @@ class Place(BaseModel):
     crossings: int
 
 
-class RobotAsked(BaseModel):
+class RobotAsked(RowModel):
     """A robot for which triage keeps asking for the same diagnosis."""
 
     robot: str
@@ -147,7 +147,7 @@ class RecordingFailed(BaseModel):
     problem: str
 
 
-class FloorAbout(BaseModel):
+class FloorAbout(RowModel):
     """One of a fleet's floors."""
 
     floor: str = Field(description="Its name, by `run.toml`; empty for the only one.")
@@ -211,7 +211,7 @@ class FleetRecording(BaseModel):
     problem: str | None
 
 
-class Finding(BaseModel):
+class Finding(RowModel):
     """A robot or a place that a night's list names."""
 
     id: str
@@ -246,7 +246,7 @@ class Webhook(BaseModel):
     created: float
 
 
-class Delivery(BaseModel):
+class Delivery(RowModel):
     """A message to a webhook."""
 
     id: str

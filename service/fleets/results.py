@@ -85,13 +85,10 @@ def night_view(morning: Morning) -> FleetNight:
         recordings=morning.recordings,
         judged=len(morning.changes),
         roughness=morning.roughness,
-        floors=[FloorAbout.model_validate(floor, from_attributes=True) for floor in morning.floors],
+        floors=[FloorAbout.of(floor) for floor in morning.floors],
         sick=[listed[change.robot] for change in morning.sick],
         places=[place_view(place) for place in morning.places],
-        asked=[
-            RobotAsked(robot=asked.robot, effect=asked.effect, component=asked.component, since=asked.since)
-            for asked in morning.asked
-        ],
+        asked=[RobotAsked.of(asked) for asked in morning.asked],
         failed=[
             RecordingFailed(robot=robot, recording=recording, problem=why)
             for robot, recording, why in morning.errors
@@ -221,5 +218,5 @@ def _robot_view(judged: Judged) -> FleetRobot:
         kind=change.kind,
         state=judged.state,
         says=says,
-        change=Change.model_validate(change, from_attributes=True),
+        change=Change.of(change),
     )

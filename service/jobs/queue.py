@@ -4,18 +4,47 @@ from __future__ import annotations
 
 import secrets
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from pydantic import Field
 from sqlalchemy import select
 
 from omnimate.service.errors import NotFoundError, StateError
-from omnimate.service.jobs.models import Job, JobKind
 from omnimate.service.store.tables import JobRow, RecordingRow
+from omnimate.service.umbmark.models import Id, RequestModel, RowModel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sqlalchemy.orm import Session
+
+
+JobKind = Literal["diagnose", "batch"]
+JobState = Literal["queued", "running", "done", "failed", "cancelled"]
+
+
+class DiagnosisStart(RequestModel):
+    """The recordings that are diagnosed together; they are all of one robot."""
+
+    recordings: Annotated[list[Id], Field(min_length=1, max_length=50)]
+
+
+class Job(RowModel):
+    """A diagnosis that waits, is running, or has ended."""
+
+    id: str
+    kind: Literal["diagnose"] = "diagnose"
+    recordings: list[str]
+    state: JobState
+    progress: float
+    doing: str
+    verdict: str | None
+    says: str | None
+    error: str | None
+    attempts: int
+    created: float
+    changed: float
+
 
 LEASE = 20.0  # [s] after which a service that does not renew its lease is considered dead
 MOST_ATTEMPTS = 3
@@ -76,11 +105,6 @@ def cancel_job(db: Session, job_id: str, kind: JobKind = "diagnose") -> JobRow:
         raise StateError(f"{WORDS[kind]} {job_id} is {row.state} already")
     row.state, row.doing, row.changed = "cancelled", "", time.time()
     return row
-
-
-def job_view(row: JobRow) -> Job:
-    """Return a job as clients see it."""
-    return Job.model_validate(row, from_attributes=True)
 
 
 def has_queued(db: Session, kind: JobKind = "diagnose") -> bool:

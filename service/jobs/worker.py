@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from omnimate.service.event_stream import EventStream
-    from omnimate.service.jobs.models import JobKind
     from omnimate.service.jobs.process import JobProcess
+    from omnimate.service.jobs.queue import JobKind
     from omnimate.service.store.database import Database
     from omnimate.service.store.tables import JobRow
 

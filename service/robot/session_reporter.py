@@ -11,9 +11,8 @@ from omnimate.service.recording_zip import pack
 from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
-from omnimate.service.umbmark.samples import add_sample
-from omnimate.service.umbmark.session_views import count_samples, session_view
-from omnimate.service.umbmark.sessions import drives_for, end_lease, renew_lease
+from omnimate.service.umbmark.samples import add_sample, squares_of
+from omnimate.service.umbmark.sessions import count_samples, drives_for, end_lease, renew_lease, session_view
 from omnimate.service.umbmark.solving import vehicle_of
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.odometry import dead_reckon
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from omnimate.service.umbmark.models import Direction
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
 
 MEASURE = "one {} square is driven: measure where the robot stands, and post it as a sample"
 
@@ -88,7 +86,9 @@ class SessionReporter:
             self._require_driving(row)
             vehicle = vehicle_of(db, row)
         measured = recording.poses is not None
-        errors = _return_errors(recording, vehicle, row.side) if measured else {}
+        squares = squares_of(recording, vehicle, row.side) if measured else []
+        if measured and not squares:
+            raise LapError("the lap has no fixes before and after it")
         ends = {} if measured else _ends(recording)
         stored = self._recordings.add(f"session {session}, {direction}", pack(folder), recording)
         with self._database.writing() as db:
@@ -96,7 +96,7 @@ class SessionReporter:
             self._require_driving(row)
             db.add(stored)
             if measured:
-                add_sample(db, row, direction, errors, "driven", stored.id)
+                add_sample(db, row, direction, squares[-1][1], "driven", stored.id)
             else:
                 row.pending = {"direction": direction, "calculated": ends}
                 end_lease(row, "measuring", MEASURE.format(direction))
@@ -150,17 +150,3 @@ def _ends(recording: Recording) -> dict[TruckName, list[float]]:
         path = dead_reckon(recording, truck)[inside]
         ends[truck] = between(path[0], path[-1]).tolist()
     return ends
-
-
-def _return_errors(recording: Recording, vehicle: VehicleParameters, side: float) -> dict[TruckName, Array]:
-    """Return the return error `(3,)` of a lap for each truck."""
-    from omnimate.calib.umbmark.runs import square_runs
-
-    errors: dict[TruckName, Array] = {}
-    for name, truck in vehicle.trucks.items():
-        for run in square_runs(recording, name)[-1:]:
-            run.check(truck, side)
-            errors[name] = run.return_error(truck)
-    if not errors:
-        raise LapError("the lap has no fixes before and after it")
-    return errors

@@ -10,11 +10,9 @@ from fastapi import Path as PathParameter
 from fastapi.responses import HTMLResponse, JSONResponse, Response
 from sqlalchemy.orm import Session as Db
 
-from omnimate.service.calls import Operating, Reading
+from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import StateError
-from omnimate.service.idempotency import Answer
-from omnimate.service.jobs.models import DiagnosisStart, Job
-from omnimate.service.jobs.queue import add_job, cancel_job, find_job, job_view
+from omnimate.service.jobs.queue import DiagnosisStart, Job, add_job, cancel_job, find_job
 from omnimate.service.routes.common import ALWAYS, After, Limit, Page
 from omnimate.service.store.rows import read_page
 from omnimate.service.store.tables import JobRow
@@ -34,7 +32,7 @@ def start(body: DiagnosisStart, call: Operating) -> Response:
 
     def act(db: Db) -> Answer:
         row = add_job(db, body.recordings)
-        return Answer(job_view(row), 202, {"Location": f"{router.prefix}/{row.id}"})
+        return Answer(Job.of(row), 202, {"Location": f"{router.prefix}/{row.id}"})
 
     response = call.change(body, act)
     call.components.worker.wake()
@@ -46,14 +44,14 @@ def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Pag
     """Return the diagnoses, newest first."""
     with call.components.database.reading() as db:
         rows, next_page = read_page(db, JobRow, limit, after, JobRow.kind == "diagnose")
-        return Page(items=[job_view(row) for row in rows], next=next_page)
+        return Page(items=[Job.of(row) for row in rows], next=next_page)
 
 
 @router.get("/{diagnosis_id}", operation_id="getDiagnosis")
 def get_diagnosis(diagnosis_id: DiagnosisId, call: Reading) -> Job:
     """Return the state and the progress of a diagnosis."""
     with call.components.database.reading() as db:
-        return job_view(find_job(db, diagnosis_id))
+        return Job.of(find_job(db, diagnosis_id))
 
 
 @router.get("/{diagnosis_id}/result", operation_id="getDiagnosisResult", response_model=dict[str, Any])
@@ -82,4 +80,4 @@ def _require_done(row: JobRow, content: str | None) -> str:
 @router.post("/{diagnosis_id}/cancel", operation_id="cancelDiagnosis", response_model=Job)
 def cancel(diagnosis_id: DiagnosisId, call: Operating) -> Response:
     """Cancel a diagnosis that has not ended."""
-    return call.change(None, lambda db: Answer(job_view(cancel_job(db, diagnosis_id))))
+    return call.change(None, lambda db: Answer(Job.of(cancel_job(db, diagnosis_id))))

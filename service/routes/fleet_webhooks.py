@@ -9,16 +9,13 @@ from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
-from omnimate.service.calls import Operating, Reading
-from omnimate.service.fleets.findings import finding_view
+from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.fleets.models import Delivery, Finding, FindingState, Webhook, WebhookStart
 from omnimate.service.fleets.webhooks import (
     add_webhook,
-    delivery_view,
     remove_webhook,
     webhook_view,
 )
-from omnimate.service.idempotency import Answer
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.routes.fleets import PREFIX, FleetName
 from omnimate.service.store.rows import find_row, read_page
@@ -43,7 +40,7 @@ def list_findings(
     with call.components.database.reading() as db:
         find_row(db, FleetRow, fleet)
         rows, next_page = read_page(db, FindingRow, limit, after, *where)
-        return Page(items=[finding_view(row) for row in rows], next=next_page)
+        return Page(items=[Finding.of(row) for row in rows], next=next_page)
 
 
 @router.post("/{fleet}/webhooks", operation_id="createWebhook", status_code=201, response_model=Webhook)
@@ -98,4 +95,4 @@ def list_deliveries(
     with call.components.database.reading() as db:
         find_row(db, WebhookRow, webhook_id, fleet=fleet)
         rows, next_page = read_page(db, DeliveryRow, limit, after, DeliveryRow.webhook == webhook_id)
-        return Page(items=[delivery_view(row) for row in rows], next=next_page)
+        return Page(items=[Delivery.of(row) for row in rows], next=next_page)

@@ -10,13 +10,12 @@ from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
-from omnimate.service.calls import Operating, Reading
+from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import StateError
 from omnimate.service.fleets.batches import add_batch, batch_view
 from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, PlainName, Upload
 from omnimate.service.fleets.results import fleet_view
 from omnimate.service.fleets.upload import store_day
-from omnimate.service.idempotency import Answer
 from omnimate.service.jobs.queue import cancel_job, find_job
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Limit, Page

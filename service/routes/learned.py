@@ -2,28 +2,127 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from fastapi import APIRouter, Query
 from fastapi.responses import Response
+from pydantic import BaseModel, Field
 
-from omnimate.service.calls import Call, Operating, Reading
-from omnimate.service.errors import UnavailableError
-from omnimate.service.idempotency import Answer
-from omnimate.service.learned import Learned, accept_learned, learned_view
+from omnimate.calib.linkage.learned import advice_of, learned_values, learned_vehicle
+from omnimate.service.calls import Answer, Call, Operating, Reading
+from omnimate.service.errors import ModifiedError, NotFoundError, StateError, UnavailableError
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.routes.recordings import RecordingId
 from omnimate.service.routes.vehicles import Vehicle, vehicle_view
+from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import RecordingRow
+from omnimate.service.umbmark.models import Advice
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
 
+    from omnimate.ipec.filter.findings import Findings
     from omnimate.ipec.filter.forward import Estimate
+    from omnimate.ipec.filter.slow_parameters import SlowParameters
     from omnimate.ipec.tracker import Tracker
+    from omnimate.service.store.tables import VehicleRow
+    from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
+
+
+class LearnedValue(BaseModel):
+    """A value of the robot that the filter has learned."""
+
+    name: str
+    unit: Literal["m", "s", "rad"]
+    described: Annotated[float, Field(description="The value of the vehicle's version.")]
+    value: Annotated[float, Field(description="The value that was learned.")]
+    sigma: Annotated[float, Field(description="Its standard deviation.")]
+
+
+class Probable(BaseModel):
+    """What is probably wrong with a robot, and its probability."""
+
+    name: str
+    probability: float
+
+
+class Learned(BaseModel):
+    """What the filter has learned of a robot from its encoders alone."""
+
+    vehicle: str
+    vehicle_version: Annotated[
+        int | None,
+        Field(description="The version by which the robot drove; null where the service does not have it."),
+    ]
+    values: list[LearnedValue]
+    suspects: Annotated[list[Probable], Field(description="What is probably wrong in the vehicle's version.")]
+    misread: Annotated[list[Probable], Field(description="What reads more than an angle and a bias.")]
+    untold: Annotated[list[str], Field(description="What this drive does not tell.")]
+    advice: list[Advice]
+
+
+def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, said: Findings) -> Learned:
+    """Return what was learned of a vehicle as clients see it."""
+    described = _version_of(db, vehicle)
+    return Learned(
+        vehicle=vehicle.name,
+        vehicle_version=None if described is None else described.version,
+        values=[LearnedValue(**asdict(value)) for value in learned_values(vehicle, slow)],
+        suspects=[Probable(name=name, probability=value) for name, value in said.suspects],
+        misread=[Probable(name=name, probability=value) for name, value in said.misread],
+        untold=list(said.untold),
+        advice=[Advice(**asdict(advice)) for advice in advice_of(said)],
+    )
+
+
+def accept_learned(
+    db: Db, vehicle: VehicleParameters, slow: SlowParameters, origin: str, expected: str | None
+) -> VehicleRow:
+    """Make what was learned of a vehicle its newest version.
+
+    Args:
+        db: The open transaction.
+        vehicle: The vehicle as the robot drove by it.
+        slow: What was learned of it.
+        origin: Where it was learned, in words.
+        expected: The version that the caller believes to be the newest; None accepts any version.
+
+    Raises:
+        StateError: the service has no version with these parameters.
+        ModifiedError: the version by which the robot drove is not the expected one, or not the newest.
+    """
+    described = _version_of(db, vehicle)
+    if described is None:
+        raise StateError(
+            f"vehicle {vehicle.name!r} has no version with the parameters by which the robot drove; "
+            "POST or PUT its vehicle.toml, then try again"
+        )
+    if expected is not None and expected != str(described.version):
+        raise ModifiedError(
+            f"the robot drove by version {described.version} of vehicle {vehicle.name!r}, not {expected}; "
+            "look at what was learned again"
+        )
+    learned = learned_vehicle(vehicles.parameters_of(described), slow)
+    return vehicles.add_version(db, learned, origin, described.version)
+
+
+def _version_of(db: Db, vehicle: VehicleParameters) -> VehicleRow | None:
+    """Return the newest version with the same sizes and encoders; None where there is none."""
+    try:
+        rows = vehicles.versions(db, vehicle.name)
+    except NotFoundError:
+        return None
+    return next((row for row in rows if _measures(vehicles.parameters_of(row)) == _measures(vehicle)), None)
+
+
+def _measures(vehicle: VehicleParameters) -> tuple[object, ...]:
+    """Return what decides how counts become a pose; a recording has its EDS files elsewhere."""
+    return vehicle.trucks, vehicle.linkage, [replace(encoder, eds=None) for encoder in vehicle.encoders]
+
 
 router = APIRouter(prefix="/v1", tags=["learned"], responses=ALWAYS)
 Uncalibrated = Annotated[

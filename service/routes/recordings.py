@@ -9,17 +9,15 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
-from pydantic import BaseModel
 from sqlalchemy.orm import Session as Db
 
-from omnimate.service.calls import Operating, Reading
+from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import MediaTypeError
-from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.store.rows import find_row, read_page
 from omnimate.service.store.tables import RecordingFileRow, RecordingRow
-from omnimate.service.umbmark.models import Id, Name
+from omnimate.service.umbmark.models import Id, Name, RowModel
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], responses=ALWAYS)
 RecordingId = Annotated[Id, PathParameter(description="The id of the recording.")]
@@ -28,7 +26,7 @@ IN_MEMORY = 4_000_000  # [bytes] of an upload; a larger one is kept on the disk 
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 
 
-class Recording(BaseModel):
+class Recording(RowModel):
     """A stored recording."""
 
     id: str
@@ -40,11 +38,6 @@ class Recording(BaseModel):
     poses: int
     size: int
     created: float
-
-
-def recording_view(row: RecordingRow) -> Recording:
-    """Return a recording as clients see it."""
-    return Recording.model_validate(row, from_attributes=True)
 
 
 async def zip_of(request: Request) -> bytes:
@@ -90,7 +83,7 @@ def upload(
 
     def act(db: Db, row: RecordingRow) -> Answer:
         db.add(row)
-        return Answer(recording_view(row), 201, {"Location": f"{router.prefix}/{row.id}"})
+        return Answer(Recording.of(row), 201, {"Location": f"{router.prefix}/{row.id}"})
 
     store = call.components.recordings
     return call.compute_and_change(content, lambda: store.add_upload(name or "uploaded", content), act)
@@ -101,14 +94,14 @@ def list_recordings(call: Reading, limit: Limit = 50, after: After = None) -> Pa
     """Return the recordings, newest first."""
     with call.components.database.reading() as db:
         rows, next_page = read_page(db, RecordingRow, limit, after)
-        return Page(items=[recording_view(row) for row in rows], next=next_page)
+        return Page(items=[Recording.of(row) for row in rows], next=next_page)
 
 
 @router.get("/{recording_id}", operation_id="getRecording")
 def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
     """Return a recording without its content."""
     with call.components.database.reading() as db:
-        return recording_view(find_row(db, RecordingRow, recording_id))
+        return Recording.of(find_row(db, RecordingRow, recording_id))
 
 
 @router.get(

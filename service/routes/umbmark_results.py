@@ -10,16 +10,20 @@ from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
-from omnimate.service.calls import Operating, Reading
-from omnimate.service.idempotency import Answer
+from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.models import Accept, Result, Sample, Session, Solve
-from omnimate.service.umbmark.session_views import samples_of, session_with_samples
-from omnimate.service.umbmark.sessions import extend_lifetime, require_call, session_for
+from omnimate.service.umbmark.sessions import (
+    extend_lifetime,
+    require_call,
+    samples_of,
+    session_for,
+    session_with_samples,
+)
 from omnimate.service.umbmark.solving import accept_result, last_result, store_result, vehicle_of
 
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)

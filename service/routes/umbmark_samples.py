@@ -3,31 +3,33 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from fastapi import APIRouter
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
-from omnimate.service.calls import Call, Operating
+from omnimate.service.calls import Answer, Call, Operating
 from omnimate.service.errors import InvalidValueError
-from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Done
-from omnimate.service.routes.session_drives import SessionDrives
-from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
+from omnimate.service.routes.umbmark_sessions import PREFIX, SessionDrives, SessionId
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import RecordingRow, SessionRow
-from omnimate.service.umbmark.models import Direction, Sample, SampleGiven, SampleOfFixes
-from omnimate.service.umbmark.samples import add_measured_sample, add_sample, remove_sample
-from omnimate.service.umbmark.session_views import count_samples, sample_view
-from omnimate.service.umbmark.sessions import extend_lifetime, require_call, session_for
+from omnimate.service.umbmark.models import Sample, SampleGiven, SampleOfFixes
+from omnimate.service.umbmark.samples import add_measured_sample, add_sample, remove_sample, squares_of
+from omnimate.service.umbmark.sessions import (
+    count_samples,
+    extend_lifetime,
+    require_call,
+    session_for,
+)
 from omnimate.service.umbmark.solving import vehicle_of
-from omnimate.vehicle.parameters import TruckName
-from omnimate.vehicle.se2 import Array
 
-Squares = list[tuple[Direction, dict[TruckName, Array]]]  # with the return error `(3,)` of each truck
+if TYPE_CHECKING:
+    from omnimate.service.umbmark.samples import Squares
+
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
 
@@ -60,7 +62,7 @@ def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
         if was_measuring:
             _continue_driving(db, row, drives)
         location = f"{PREFIX}/{session_id}/samples/{sample.number}"
-        return Answer(sample_view(sample), 201, {"Location": location})
+        return Answer(Sample.of(sample), 201, {"Location": location})
 
     response = drives.begin_after(lambda: call.compute_and_change(body, compute, act))
     call.components.reporter.announce(session_id)
@@ -84,9 +86,6 @@ def _squares(call: Call, session_id: str, recording_id: str) -> Squares:
         InvalidValueError: the recording is of another robot, or holds no square.
         CalibrationError: a lap of the recording is no square, or has no fix before or after it.
     """
-    from omnimate.calib.recordings import has_fixes
-    from omnimate.calib.umbmark.runs import square_runs
-
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)
         require_call(row, "sample", time.time())
@@ -97,13 +96,7 @@ def _squares(call: Call, session_id: str, recording_id: str) -> Squares:
             "recording", f"it is of the robot {stored.vehicle!r}; this session is of {row.vehicle!r}"
         )
     recording = call.components.recordings.load(stored)
-    squares: Squares = []
-    for name, truck in vehicle.trucks.items():
-        for number, run in enumerate(square_runs(recording, name) if has_fixes(recording, name) else ()):
-            run.check(truck, row.side)
-            if number == len(squares):
-                squares.append((run.direction, {}))
-            squares[number][1][name] = run.return_error(truck)
+    squares = squares_of(recording, vehicle, row.side)
     if not squares:
         raise InvalidValueError("recording", "no square with fixes before and after it (run.toml, poses.csv)")
     return squares

@@ -2,23 +2,76 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from fastapi import APIRouter, Query
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
-from omnimate.service.calls import Operating, Reading
-from omnimate.service.idempotency import Answer
+from omnimate.service.calls import Answer, Operating, Reading
+from omnimate.service.errors import InvalidValueError
 from omnimate.service.problems import documented
+from omnimate.service.robot.reservation import DriveOrder
 from omnimate.service.routes.common import ALWAYS, After, Limit, Page
-from omnimate.service.routes.session_drives import SessionDrives
 from omnimate.service.store.rows import find_row, read_page
 from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.models import Id, Session, SessionStart, State
-from omnimate.service.umbmark.session_views import count_samples, session_view, session_with_samples
-from omnimate.service.umbmark.sessions import end_lease, extend_lifetime, session_for, start_session
+from omnimate.service.umbmark.sessions import (
+    count_samples,
+    end_lease,
+    extend_lifetime,
+    session_for,
+    session_view,
+    session_with_samples,
+    start_session,
+    take_lease,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from omnimate.service.components import Components
+
+
+class SessionDrives:
+    """The drives that a call prepares."""
+
+    def __init__(self, components: Components) -> None:
+        self._components = components
+        self._orders: list[DriveOrder] = []
+
+    def prepare(self, row: SessionRow) -> None:
+        """Reserve the robot on the bus for a session.
+
+        Raises:
+            InvalidValueError: the session is of another vehicle.
+            UnavailableError: the robot cannot drive now.
+            StateError: the robot drives for another session.
+        """
+        components = self._components
+        if row.vehicle != components.vehicle:
+            raise InvalidValueError(
+                "vehicle", f"{row.vehicle!r} is not on the bus; only {components.vehicle!r} can drive"
+            )
+        components.robot.reservation.reserve(row.id)
+        take_lease(row, components.settings.instance)
+        self._orders.append(DriveOrder(row.id, row.side, row.speed, row.lifeline))
+
+    def begin_after(self, commit: Callable[[], Response]) -> Response:
+        """Commit the session, then let the robot drive; it does not drive where the commit fails."""
+        reservation = self._components.robot.reservation
+        try:
+            response = commit()
+        except BaseException:
+            for order in self._orders:
+                reservation.release(order.session)
+            raise
+        for order in self._orders:
+            reservation.begin(order)
+            self._components.reporter.announce(order.session)
+        return response
+
 
 PREFIX = "/v1/umbmark/sessions"
 SessionId = Annotated[Id, PathParameter(description="The id of the session.")]

@@ -14,9 +14,8 @@ from sqlalchemy.orm import Session as Db
 from starlette.concurrency import run_in_threadpool
 
 from omnimate.calib.exports import ros2_yaml, vda5050_json
-from omnimate.service.calls import Operating, Reading
+from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ModifiedError
-from omnimate.service.idempotency import Answer
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.store import vehicles

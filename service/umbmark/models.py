@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -36,6 +36,15 @@ class RequestModel(BaseModel):
     """The body of a request; a field that is not known is refused."""
 
     model_config = ConfigDict(extra="forbid", str_strip_whitespace=True)
+
+
+class RowModel(BaseModel):
+    """An answer whose fields are columns of a table, or attributes of a dataclass."""
+
+    @classmethod
+    def of(cls, row: object) -> Self:
+        """Return the answer that shows a row."""
+        return cls.model_validate(row, from_attributes=True)
 
 
 class Geometry(RequestModel):
@@ -169,7 +178,7 @@ class ReturnError(BaseModel):
         return cls(x=x, y=y, theta=theta if math.isfinite(theta) else None)
 
 
-class Sample(BaseModel):
+class Sample(RowModel):
     """One run of a session."""
 
     number: int

@@ -24,8 +24,11 @@ if TYPE_CHECKING:
 
     from omnimate.service.store.tables import SessionRow
     from omnimate.service.umbmark.models import Direction, Fix, SampleOfFixes, Walls
-    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
+
+    Squares = list[tuple[Direction, dict[TruckName, Array]]]  # with the return error `(3,)` of each truck
 
 MOST_SAMPLES = 1000
 
@@ -118,6 +121,25 @@ def _check_size(row: SessionRow, truck: TruckName, error: Array) -> None:
             f"the return error of truck {truck} would be {size:.3g} m, which is no error of odometry in a "
             f"square of {row.side:g} m; check that all lengths are metres and both poses are in one frame",
         )
+
+
+def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) -> Squares:
+    """Return the squares of a recording in order; none where it has no fixes.
+
+    Raises:
+        CalibrationError: a lap is no square of this side [m], or has no fix before or after it.
+    """
+    from omnimate.calib.recordings import has_fixes
+    from omnimate.calib.umbmark.recordings import square_runs
+
+    squares: Squares = []
+    for name, truck in vehicle.trucks.items():
+        for number, run in enumerate(square_runs(recording, name) if has_fixes(recording, name) else ()):
+            run.check(truck, side)
+            if number == len(squares):
+                squares.append((run.direction, {}))
+            squares[number][1][name] = run.return_error(truck)
+    return squares
 
 
 def remove_sample(db: Db, row: SessionRow, number: int) -> None:

@@ -9,8 +9,7 @@ from omnimate.calib.apply import corrected_vehicle
 from omnimate.service.errors import ModifiedError, StateError
 from omnimate.service.store import vehicles
 from omnimate.service.umbmark.models import Result
-from omnimate.service.umbmark.session_views import samples_of
-from omnimate.service.umbmark.sessions import possible_calls
+from omnimate.service.umbmark.sessions import possible_calls, samples_of
 from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:

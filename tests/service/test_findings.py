@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.service.fleets.deliverer import deliver_due, send_message
 from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.webhooks import (
     LEASE,
@@ -21,7 +20,9 @@ from omnimate.service.fleets.webhooks import (
     Message,
     add_webhook,
     claim_message,
+    deliver_due,
     remove_webhook,
+    send_message,
     settle,
     signed_headers,
 )

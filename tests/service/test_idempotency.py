@@ -5,8 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
-from omnimate.service.errors import StateError
-from omnimate.service.idempotency import (
+from omnimate.service.calls import (
     LONGEST_KEY,
     Answer,
     IdempotentRequest,
@@ -14,6 +13,7 @@ from omnimate.service.idempotency import (
     digest_of,
     storable_key,
 )
+from omnimate.service.errors import StateError
 from omnimate.service.store.tables import AnswerRow
 
 

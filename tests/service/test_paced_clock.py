@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.service.robot import paced_clock
-from omnimate.service.robot.paced_clock import LARGEST_DELAY, PacedClock
+from omnimate.service.robot import connection as paced_clock
+from omnimate.service.robot.connection import LARGEST_DELAY, PacedClock
 
 PERIOD = 0.015
 

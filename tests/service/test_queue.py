@@ -17,7 +17,6 @@ from omnimate.service.jobs.queue import (
     finish_job,
     has_queued,
     job_of,
-    job_view,
 )
 from omnimate.service.store.tables import JobRow, RecordingRow
 
@@ -54,7 +53,7 @@ def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
         with empty.writing() as db:
             assert claim_job(db, "this") == job_id
             finish_job(job_of(db, job_id, "this"), {"died": "its process ended with code -9"})
-            view = job_view(find_job(db, job_id))
+            view = Job.of(find_job(db, job_id))
         assert view.attempts == attempt
     assert view.state == "failed"
     assert view.error == "given up after 3 attempts: its process ended with code -9"
@@ -129,7 +128,7 @@ class Queue(RuleBasedStateMachine):
     def every_job_is_consistent(self):
         with self.database.reading() as db:
             rows = list(db.query(JobRow))
-            views = [job_view(row) for row in rows]
+            views = [Job.of(row) for row in rows]
         assert {view.id for view in views if view.state == "running"} == set(self.claimed)
         for view in views:
             assert view.attempts <= MOST_ATTEMPTS

@@ -15,7 +15,6 @@ from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.models import Call, Coordinates, SampleOfFixes, SessionStart, State
 from omnimate.service.umbmark.result import make_result
 from omnimate.service.umbmark.samples import add_measured_sample, remove_sample
-from omnimate.service.umbmark.session_views import samples_of, session_with_samples
 from omnimate.service.umbmark.sessions import (
     OPEN_STATES,
     drives_for,
@@ -23,7 +22,9 @@ from omnimate.service.umbmark.sessions import (
     interrupt_orphans,
     possible_calls,
     require_call,
+    samples_of,
     session_for,
+    session_with_samples,
     start_session,
     state_of,
     take_lease,
