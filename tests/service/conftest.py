@@ -4,6 +4,7 @@ import math
 import secrets
 import time
 from contextlib import contextmanager
+from functools import lru_cache
 from tempfile import TemporaryDirectory
 
 import numpy as np
@@ -13,16 +14,18 @@ from fastapi.testclient import TestClient
 from sqlalchemy.exc import OperationalError
 
 from omnimate.calib.umbmark.exact import square_returns
+from omnimate.files.recordings.folder import save_recording
 from omnimate.ipec.tracker import track_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.app import create_app
 from omnimate.service.components import make_components
+from omnimate.service.recording_zip import pack
 from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles
 from omnimate.service.store.database import Database
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth
+from omnimate.vcan_sim.truth import Truth, uncalibrated
 from omnimate.vehicle.parameters import Truck
 
 SERVER = "postgresql+psycopg://postgres@127.0.0.1:5432/postgres"
@@ -116,6 +119,33 @@ def until(true, pause=0.02):
         assert time.monotonic() < end, "the condition did not come true"
         time.sleep(pause)
     return result
+
+
+@pytest.fixture(scope="session")
+def drive_zip(tmp_path_factory):
+    """Return a function that simulates a square of a side each way, and returns its recording as a zip."""
+
+    @lru_cache
+    def make(side, *, calibrated=False):
+        vehicle = reference_vehicle()
+        program = umbmark(side, 1, speed=0.4, link_length=vehicle.linkage.length)
+        truth = Truth(vehicle if calibrated else uncalibrated(vehicle), seed=3)
+        folder = tmp_path_factory.mktemp("drive") / "drive"
+        save_recording(simulate(vehicle, truth, program), folder)
+        return pack(folder)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def uploaded(drive_zip):
+    """Return a function that uploads such a recording, and returns its id."""
+
+    def upload(client, side, **options):
+        headers = {"Content-Type": "application/zip"}
+        return client.post("/v1/recordings", content=drive_zip(side, **options), headers=headers).json()["id"]
+
+    return upload
 
 
 @pytest.fixture(scope="session", name="until")

@@ -1,10 +1,8 @@
 """Lists that are read page by page: every row once, newest first, whatever the size of the pages."""
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.service.errors import NotFoundError
 from omnimate.service.store.rows import read_page
 from omnimate.service.store.tables import JobRow
 
@@ -40,8 +38,3 @@ def test_a_condition_leaves_rows_out(database):
     with database.reading() as db:
         rows, after = read_page(db, JobRow, 10, None, JobRow.state == "done")
     assert ([row.id for row in rows], after) == (["job2", "job0"], None)
-
-
-def test_a_cursor_of_no_row_is_not_found(database):
-    with database.reading() as db, pytest.raises(NotFoundError, match="row of the cursor 'none'"):
-        read_page(db, JobRow, 10, "none")

@@ -10,6 +10,7 @@ from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
 from omnimate.service.jobs.queue import (
     ENDED_STATES,
     MOST_ATTEMPTS,
+    Job,
     add_job,
     cancel_job,
     claim_job,

@@ -5,25 +5,14 @@ import zipfile
 
 import pytest
 
-from omnimate.files.recordings.folder import save_recording
-from omnimate.motion.paths import umbmark
-from omnimate.service.recording_zip import pack
-from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth, uncalibrated
-
 PATH = "/v1/recordings"
 ZIP = {"Content-Type": "application/zip"}
 
 
 @pytest.fixture(scope="module")
-def squares(tmp_path_factory):
+def squares(drive_zip):
     """A simulated recording of one square each way, as a zip."""
-    vehicle = reference_vehicle()
-    program = umbmark(2.0, 1, speed=0.4, link_length=vehicle.linkage.length)
-    folder = tmp_path_factory.mktemp("squares") / "drive"
-    save_recording(simulate(vehicle, Truth(uncalibrated(vehicle), seed=3), program), folder)
-    return pack(folder)
+    return drive_zip(2.0)
 
 
 def zipped(**members):

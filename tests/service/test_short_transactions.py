@@ -5,14 +5,8 @@ from threading import Event
 
 import pytest
 
-from omnimate.files.recordings.folder import save_recording
-from omnimate.motion.paths import umbmark
-from omnimate.service.recording_zip import pack
 from omnimate.service.store.recording_process import read_in_process
 from omnimate.service.umbmark import result
-from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth, uncalibrated
 
 PATIENCE = 60.0  # [s] after which a call counts as blocked
 LOADER = "omnimate.service.store.recordings.read_in_process"
@@ -38,14 +32,9 @@ def threads():
 
 
 @pytest.fixture(scope="module")
-def squares(client, tmp_path_factory):
+def squares(client, uploaded):
     """The id of a recording of one square each way."""
-    vehicle = reference_vehicle()
-    program = umbmark(2.0, 1, speed=0.4, link_length=vehicle.linkage.length)
-    folder = tmp_path_factory.mktemp("squares") / "drive"
-    save_recording(simulate(vehicle, Truth(uncalibrated(vehicle), seed=3), program), folder)
-    headers = {"Content-Type": "application/zip"}
-    return client.post("/v1/recordings", content=pack(folder), headers=headers).json()["id"]
+    return uploaded(client, 2.0)
 
 
 def while_blocked(monkeypatch, threads, target, function, call, write):

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.service.errors import ModifiedError, NotFoundError, StateError
+from omnimate.service.errors import ModifiedError, StateError
 from omnimate.service.store import vehicles
 from omnimate.service.store.tables import VehicleRow
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -57,15 +57,6 @@ def test_the_newest_versions_of_all_vehicles_are_in_the_order_of_their_names(dat
     with database.reading() as db:
         rows = [(row.name, row.version) for row in vehicles.newest_of_all(db) if row.name != "robot"]
     assert rows == [("ant", 2), ("omnimate", 1), ("zebra", 1)]
-
-
-def test_what_is_not_there_is_not_found(database):
-    with database.reading() as db:
-        for find in (vehicles.newest, vehicles.versions):
-            with pytest.raises(NotFoundError, match="vehicle 'none'"):
-                find(db, "none")
-        with pytest.raises(NotFoundError, match="version of vehicle omnimate: '9'"):
-            vehicles.version(db, "omnimate", 9)
 
 
 def test_what_a_person_wrote_stays_as_it_was_written(client):

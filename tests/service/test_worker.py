@@ -5,27 +5,16 @@ import time
 
 import pytest
 
-from omnimate.files.recordings.folder import save_recording
-from omnimate.motion.paths import umbmark
-from omnimate.service.recording_zip import pack
 from omnimate.service.store.tables import JobRow
-from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth
 
 PATH = "/v1/diagnoses"
 ENDED = {"done", "failed", "cancelled"}
 
 
 @pytest.fixture(scope="module")
-def recording(client, tmp_path_factory):
+def recording(client, uploaded):
     """The id of a short recording, which is too little to diagnose anything from."""
-    vehicle = reference_vehicle()
-    program = umbmark(0.5, 1, speed=0.4, link_length=vehicle.linkage.length)
-    folder = tmp_path_factory.mktemp("short") / "drive"
-    save_recording(simulate(vehicle, Truth(vehicle, seed=3), program), folder)
-    sent = client.post("/v1/recordings", content=pack(folder), headers={"Content-Type": "application/zip"})
-    return sent.json()["id"]
+    return uploaded(client, 0.5, calibrated=True)
 
 
 def test_a_diagnosis_is_done_and_can_be_read(client, recording, until):
@@ -76,8 +65,3 @@ def test_a_cancelled_diagnosis_ends(client, recording, until):
     assert client.post(f"{location}/cancel").status_code == 409
     until(lambda: not multiprocessing.active_children())
     assert client.get(location).json()["state"] == "cancelled"
-
-
-def test_recordings_that_are_not_there_are_not_diagnosed(client):
-    assert client.post(PATH, json={"recordings": ["none"]}).status_code == 404
-    assert client.post(PATH, json={"recordings": []}).status_code == 422
