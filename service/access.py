@@ -99,11 +99,7 @@ def caller_of(db: Session, authorization: str | None, *, keyless_allowed: bool) 
 
 
 class Callers:
-    """The callers of the last second, who need not be looked up; a revoked key works for that long.
-
-    Args:
-        keyless_allowed: Whether no key is needed as long as the database has never held a key.
-    """
+    """The callers of the last second, who need not be looked up; a revoked key works for that long."""
 
     def __init__(self, *, keyless_allowed: bool) -> None:
         self._keyless_allowed = keyless_allowed

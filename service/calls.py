@@ -32,13 +32,7 @@ LONGEST_KEY = 200
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The answer to a request that changes something.
-
-    Attributes:
-        content: The body, as JSON.
-        status: The HTTP status.
-        headers: Further headers.
-    """
+    """The answer to a request that changes something."""
 
     content: BaseModel
     status: int = 200

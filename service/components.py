@@ -35,23 +35,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Components:
-    """The components of the application.
-
-    Attributes:
-        settings: The settings by which the components were made.
-        database: The database.
-        events: The event stream.
-        vehicle: The name of the robot on the bus.
-        reporter: Writes to the database what the robot's thread reports.
-        robot: The robot on the bus.
-        worker: Works on the queued diagnoses.
-        batch_worker: Works on the queued batches of fleets.
-        deliverer: Sends messages to webhooks.
-        recordings: The store of uploaded and driven recordings.
-        stores: The stores of the fleets.
-        publisher: Publishes the robot by VDA 5050; None where no broker is given.
-        callers: The callers of the last second.
-    """
+    """The components of the application."""
 
     settings: Settings
     database: Database

@@ -6,13 +6,7 @@ from omnimate.vehicle.errors import OmnimateError
 
 
 class ServiceError(OmnimateError):
-    """A request that the service cannot fulfil.
-
-    Attributes:
-        status: The HTTP status of the answer.
-        title: The title of the problem detail.
-        headers: Further headers of the answer.
-    """
+    """A request that the service cannot fulfil."""
 
     status = 500
     title = "The service cannot do this"
@@ -56,12 +50,7 @@ class ModifiedError(ServiceError):
 
 
 class InvalidValueError(ServiceError):
-    """A value that is well-formed, but impossible for a robot.
-
-    Attributes:
-        where: The field that holds the value.
-        problem: What is wrong with it.
-    """
+    """A value that is well-formed, but impossible for a robot."""
 
     status, title = 422, "Not usable"
 

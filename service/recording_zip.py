@@ -27,11 +27,7 @@ _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # zipfile unpacks all oth
 
 
 class UploadedZip:
-    """An uploaded zip, of which no more is unpacked than its limit.
-
-    Attributes:
-        names: The names of its files.
-    """
+    """An uploaded zip, of which no more is unpacked than its limit."""
 
     def __init__(self, archive: zipfile.ZipFile, most_files: int, limit: int) -> None:
         self._archive, self._left = archive, limit

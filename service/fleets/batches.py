@@ -56,13 +56,7 @@ def batch_view(row: JobRow) -> Batch:
 
 
 class Batches:
-    """The batches among the jobs.
-
-    Args:
-        stores: The stores of the fleets.
-        jobs: Processes that work on a batch on this machine.
-        scheduler: Address of the Dask scheduler that works on batches; None for this machine.
-    """
+    """The batches among the jobs."""
 
     kind: Final = "batch"
 

@@ -28,13 +28,7 @@ HOW_TO_READ = (
 
 
 def render(fleet: str, history: FleetHistory, recordings: Sequence[FleetRecording]) -> str:
-    """Return the report of a robot.
-
-    Args:
-        fleet: Name of the fleet.
-        history: Of the robot.
-        recordings: What its last recordings say, newest first.
-    """
+    """Return the report of a robot."""
     robot = history.robot
     name = escape(robot.robot)
     head = (

@@ -26,12 +26,7 @@ def store_day(files: Files, content: bytes, limit: int) -> Upload:
     """Write the recordings of a zip into a store; those that are there already are replaced.
 
     A recording's vehicle.toml is written last: a recording without it is none, so a half stored upload shows
-    nothing that is not whole, and may be sent again.
-
-    Args:
-        files: The store.
-        content: The content of the zip.
-        limit: The largest size of all unpacked files [bytes].
+    nothing that is not whole, and may be sent again. The limit is that of all unpacked files [bytes].
 
     Raises:
         MediaTypeError: the content is not a zip.

@@ -46,15 +46,7 @@ GONE = 410  # the status by which a receiver says that it wants no more
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A message that is to be sent now.
-
-    Attributes:
-        id: Its id, the same in each attempt.
-        attempt: Number of the attempt, from 1.
-        url: The receiver's address.
-        secret: The webhook's secret.
-        body: The body, JSON.
-    """
+    """A message that is to be sent now."""
 
     id: str
     attempt: int
@@ -121,15 +113,7 @@ def claim_message(db: Session, now: float) -> Message | None:
 
 
 def settle(db: Session, message: Message, status: int | None, answer: str, now: float) -> None:
-    """Note how an attempt ended.
-
-    Args:
-        db: The open transaction.
-        message: The message of the attempt.
-        status: The HTTP status of the answer; None where there was none.
-        answer: The answer in words.
-        now: Time of the answer.
-    """
+    """Note how an attempt ended."""
     row = db.get(DeliveryRow, message.id, with_for_update=True)
     if row is None or row.state != "waiting" or row.attempts != message.attempt:
         return  # another service has taken it over, or the webhook was removed

@@ -26,11 +26,7 @@ if TYPE_CHECKING:
 
 
 class Diagnosing:
-    """The diagnoses among the jobs.
-
-    Args:
-        recordings: The store of the recordings.
-    """
+    """The diagnoses among the jobs."""
 
     kind: Final = "diagnose"
 
@@ -64,13 +60,7 @@ class Diagnosing:
 def run_diagnosis(
     report_progress: Callable[[float, str], None], place: str, folders: list[tuple[str, str]]
 ) -> dict[str, Any]:
-    """Diagnose recordings; return the result's columns.
-
-    Args:
-        report_progress: Called with the part that is done and what is being done.
-        place: The folder in which the process works.
-        folders: Name and folder of each recording.
-    """
+    """Diagnose recordings; return the result's columns."""
     from omnimate.mismatch import diagnose
     from omnimate.mismatch.report import render
     from omnimate.service.store.recording_process import load_relative

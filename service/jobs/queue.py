@@ -140,12 +140,7 @@ def job_of(db: Session, job_id: str, instance: str) -> JobRow | None:
 
 
 def finish_job(row: JobRow, outcome: dict[str, Any] | None) -> bool:
-    """Note how a job ended; return whether it is done, so that its result has to be stored.
-
-    Args:
-        row: The job.
-        outcome: What `JobProcess.outcome` returned.
-    """
+    """Note how a job ended; return whether it is done, so that its result has to be stored."""
     row.changed = time.time()
     if outcome is None:
         give_back(row, "the service was stopped")

@@ -49,15 +49,7 @@ class Jobs(Protocol):
 
 
 class Worker:
-    """The thread of one service; several services may share a database and its queue.
-
-    Args:
-        database: The database.
-        events: The event stream.
-        instance: The id of this service.
-        jobs: The jobs that it works on.
-        regularly: What it does before each look at the queue.
-    """
+    """The thread of one service; several services may share a database and its queue."""
 
     def __init__(
         self,

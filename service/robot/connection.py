@@ -92,12 +92,6 @@ def connected(
 ) -> Iterator[RobotConnection]:
     """Open the robot's bus, configure its encoders, and close the bus with the block.
 
-    Args:
-        vehicle: The parameters of the robot.
-        bus: The URL of the robot's bus; None for a simulated robot.
-        plant: The simulated robot; None for a real one.
-        frame_feed: Receives every frame of the bus.
-
     Raises:
         DriverError: the bus cannot be opened, or a node cannot be configured.
     """

@@ -18,38 +18,28 @@ def vda5050(problem: str | None, report: DriverReport | None) -> dict[str, Any]:
         problem: Why the robot cannot be read; None where it can.
         report: The driver's last report of the bus; None before the first one.
     """
-    errors: list[dict[str, Any]] = []
+    errors = []
     if problem is not None:
-        errors.append(
-            {
-                "errorType": "odometryBusLost",
-                "errorLevel": "FATAL",
-                "errorDescription": problem,
-                "errorHint": "check the adapter, the cable and the supply of the bus",
-                "errorReferences": [],
-            }
-        )
-    errors += [
-        {
-            "errorType": "wheelsStopped",
-            "errorLevel": "FATAL",
-            "errorDescription": trouble.what,
-            "errorHint": "the next session enables the drives again; see docs/reference/stopping.md",
-            "errorReferences": _node_reference(trouble.node),
-        }
-        for trouble in _troubles(report)
-    ]
+        hint = "check the adapter, the cable and the supply of the bus"
+        errors.append(_error("odometryBusLost", "FATAL", problem, hint, None))
+    for trouble in _troubles(report):
+        hint = "the next session enables the drives again; see docs/reference/stopping.md"
+        errors.append(_error("wheelsStopped", "FATAL", trouble.what, hint, trouble.node))
     for node, description in _faulty_nodes(report):
-        errors.append(
-            {
-                "errorType": "encoderNode",
-                "errorLevel": "WARNING",
-                "errorDescription": description,
-                "errorHint": f"check node {node}; GET /v1/bus lists what happened to it",
-                "errorReferences": _node_reference(node),
-            }
-        )
+        hint = f"check node {node}; GET /v1/bus lists what happened to it"
+        errors.append(_error("encoderNode", "WARNING", description, hint, node))
     return {"errors": errors}
+
+
+def _error(kind: str, level: str, description: str, hint: str, node: int | None) -> dict[str, Any]:
+    references = [] if node is None else [{"referenceKey": "nodeId", "referenceValue": str(node)}]
+    return {
+        "errorType": kind,
+        "errorLevel": level,
+        "errorDescription": description,
+        "errorHint": hint,
+        "errorReferences": references,
+    }
 
 
 def open_rmf(problem: str | None, report: DriverReport | None) -> dict[str, Any]:
@@ -66,10 +56,6 @@ def open_rmf(problem: str | None, report: DriverReport | None) -> dict[str, Any]
 
 def _troubles(report: DriverReport | None) -> tuple[Trouble, ...]:
     return () if report is None else report.troubles
-
-
-def _node_reference(node: int | None) -> list[dict[str, str]]:
-    return [] if node is None else [{"referenceKey": "nodeId", "referenceValue": str(node)}]
 
 
 def _faulty_nodes(report: DriverReport | None) -> Iterator[tuple[int, str]]:

@@ -21,12 +21,7 @@ QUEUED_LINES = 5000  # that a slow reader may be behind; it misses what comes af
 
 
 class FrameFeed:
-    """Stands in the place of the driver's recorder.
-
-    Attributes:
-        recorder: The recorder of the lap that is being driven; None between laps.
-        frames: The number of frames so far.
-    """
+    """Stands in the place of the driver's recorder."""
 
     def __init__(self) -> None:
         self.recorder: Recorder | None = None

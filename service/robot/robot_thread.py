@@ -27,14 +27,7 @@ COMPILING = 90.0  # [s] at most, for which a new machine compiles what a robot c
 
 
 class RobotThread:
-    """The robot on the bus; its methods may be called from any thread.
-
-    Attributes:
-        mode: "simulated" or "bus".
-        reservation: The session that the robot drives for.
-        observer: What was seen of the robot and its bus.
-        frame_feed: Every frame of the bus.
-    """
+    """The robot on the bus; its methods may be called from any thread."""
 
     def __init__(
         self,

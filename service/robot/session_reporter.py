@@ -36,15 +36,7 @@ class LapError(OmnimateError):
 
 
 class SessionReporter:
-    """Reports on the sessions that this service's robot drives for; each call is one transaction.
-
-    Args:
-        database: The database of the sessions.
-        events: Publishes each change of a session.
-        vehicle: The name of the robot on the bus.
-        instance: The id of this service among those that share the database.
-        recordings: Stores the recordings of laps.
-    """
+    """Reports on the sessions that this service's robot drives for; each call is one transaction."""
 
     def __init__(
         self, database: Database, events: EventStream, vehicle: str, instance: str, recordings: RecordingStore

@@ -82,14 +82,7 @@ def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, said:
 def accept_learned(
     db: Db, vehicle: VehicleParameters, slow: SlowParameters, origin: str, expected: str | None
 ) -> VehicleRow:
-    """Make what was learned of a vehicle its newest version.
-
-    Args:
-        db: The open transaction.
-        vehicle: The vehicle as the robot drove by it.
-        slow: What was learned of it.
-        origin: Where it was learned, in words.
-        expected: The version that the caller believes to be the newest; None accepts any version.
+    """Make what was learned of a vehicle its newest version; `expected` is None where it may be any.
 
     Raises:
         StateError: the service has no version with these parameters.

@@ -45,11 +45,7 @@ class DatabaseError(ServiceError):
 
 
 class Database:
-    """A database with its tables as this version of the service needs them.
-
-    Attributes:
-        engine: The engine of SQLAlchemy.
-    """
+    """A database with its tables as this version of the service needs them."""
 
     def __init__(self, url: str) -> None:
         """Connect and bring the tables up to date.

@@ -27,14 +27,9 @@ DAY = 86400.0  # [s]
 
 
 class RecordingStore:
-    """The recordings that were uploaded, or driven for a session: one zip each.
+    """The recordings that were uploaded, or driven for a session: one zip each, of limited size [bytes].
 
     A file is written before its row is committed, and deleted after its row: a row always has its file.
-
-    Args:
-        database: The database of the recordings.
-        root: The folder or URL of all stores.
-        limit: The largest recording after it was unpacked [bytes].
     """
 
     def __init__(self, database: Database, root: str, limit: int) -> None:
@@ -126,11 +121,7 @@ class RecordingStore:
 
 
 class FleetStores:
-    """The folder or URL under which each fleet has its store.
-
-    Args:
-        root: The folder or URL.
-    """
+    """The folder or URL under which each fleet has its store."""
 
     def __init__(self, root: str) -> None:
         self._root = root.rstrip("/")

@@ -35,14 +35,9 @@ _NOUNS: dict[type, str] = {
 def find_row(
     db: Session, table: type[Found], key: str, *, for_change: bool = False, **having: object
 ) -> Found:
-    """Return the row of a table with a key; `for_change` locks it until the end of the transaction.
+    """Return the row of a table with a key, and with the values that it is `having`.
 
-    Args:
-        db: The open transaction.
-        table: The table.
-        key: The row's key.
-        for_change: Whether the row is locked.
-        **having: Values that columns of the row have, such as the fleet of a webhook.
+    `for_change` locks it until the end of the transaction.
 
     Raises:
         NotFoundError: there is no such row.
@@ -61,12 +56,7 @@ def read_page(
 ) -> tuple[list[Listed], str | None]:
     """Return a page of rows and the cursor of the next page, which is None after the last one.
 
-    Args:
-        db: The open transaction.
-        table: The table that is listed.
-        limit: The largest number of rows of the page.
-        after: The cursor: id of the row before the page; None for the first page.
-        *where: The conditions that listed rows fulfil.
+    `after` is the cursor, the id of the row before the page; None for the first page.
 
     Raises:
         NotFoundError: there is no row with the cursor's id.

@@ -65,13 +65,7 @@ def require_call(row: SessionRow, call: Call, now: float) -> None:
 
 
 def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) -> SessionRow:
-    """Start a session with the newest version of a vehicle.
-
-    Args:
-        db: The open transaction.
-        request: The square that is going to be driven.
-        vehicle: The name of the vehicle.
-        lifetime: The time after which an unused session expires [s].
+    """Start a session with the newest version of a vehicle; unused for its lifetime [s], it expires.
 
     Raises:
         NotFoundError: there is no such vehicle.

@@ -50,11 +50,8 @@ def last_result(row: SessionRow) -> Result:
 def accept_result(db: Db, row: SessionRow, revision: str | None, *, force: bool) -> VehicleRow:
     """Make a session's result the newest version of its vehicle.
 
-    Args:
-        db: The open transaction.
-        row: The session.
-        revision: The revision of the result that the caller has seen; None accepts any revision.
-        force: Whether to accept a result of which a check reports an error.
+    The revision is the one that the caller has seen, None for any; `force` accepts a result of which a check
+    reports an error.
 
     Raises:
         ModifiedError: the result has another revision, or the vehicle has a newer version.

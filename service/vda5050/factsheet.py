@@ -31,11 +31,7 @@ REQUIRED = {
 
 
 class FactsheetError(ServiceError):
-    """A factsheet that cannot be used.
-
-    Attributes:
-        path: The file.
-    """
+    """A factsheet that cannot be used."""
 
     def __init__(self, path: Path, problem: str) -> None:
         super().__init__(f"{path}: {problem}")

@@ -29,13 +29,7 @@ ConnectionState = Literal["ONLINE", "OFFLINE", "CONNECTIONBROKEN"]
 
 @dataclass(slots=True)
 class Sender:
-    """One robot's headers: its topics, and the number of messages sent on each.
-
-    Attributes:
-        manufacturer: Part of the topic.
-        serial: Serial number, part of the topic.
-        sent: Messages by topic.
-    """
+    """One robot's headers: its topics, and the number of messages sent on each."""
 
     manufacturer: str
     serial: str
@@ -46,13 +40,7 @@ class Sender:
         return f"{INTERFACE}/{self.manufacturer}/{self.serial}/{name}"
 
     def message(self, name: str, content: dict[str, Any], now: float) -> dict[str, Any]:
-        """Return a message with its header.
-
-        Args:
-            name: Topic.
-            content: The message without its header.
-            now: Time [s] since 1970.
-        """
+        """Return a message with its header."""
         number = self.sent.get(name, 0)
         self.sent[name] = number + 1
         stamp = datetime.fromtimestamp(now, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -41,14 +41,7 @@ class BrokerError(ServiceError):
 
 
 class Publisher:
-    """A robot's connection to a broker, which is made again whenever it is lost.
-
-    Args:
-        url: URL of the broker.
-        sheet: The robot's factsheet.
-        robot: The robot on the bus.
-        vehicle: Returns the robot's newest parameters.
-    """
+    """A robot's connection to a broker, which is made again whenever it is lost."""
 
     def __init__(
         self, url: str, sheet: Factsheet, robot: RobotThread, vehicle: Callable[[], VehicleParameters]
