@@ -26,7 +26,7 @@ def store_day(files: Files, content: bytes, limit: int) -> Upload:
     """Write the recordings of a zip into a store; those that are there already are replaced.
 
     A recording's vehicle.toml is written last: a recording without it is none, so a half stored upload shows
-    nothing that is not whole, and may be sent again. The limit is that of all unpacked files [bytes].
+    nothing that is not whole, and may be sent again. Nothing is stored before all of the zip was unpacked. The limit is that of all unpacked files [bytes].
 
     Raises:
         MediaTypeError: the content is not a zip.
@@ -36,10 +36,10 @@ def store_day(files: Files, content: bytes, limit: int) -> Upload:
     expected = "folders robot=NAME/day=YYYY-MM-DD/RECORDING/"
     with opened_zip(content, MOST_FILES, limit, expected) as archive, TemporaryDirectory() as place:
         upload = _checked(archive.names)
-        unpacked = Path(place) / "file"
+        for name in archive.names:
+            archive.extract(name, Path(place) / name)
         for name in sorted(archive.names, key=lambda name: (name.endswith(VEHICLE), name)):
-            archive.extract(name, unpacked)
-            files.write(name, unpacked.read_bytes())
+            files.write(name, (Path(place) / name).read_bytes())
     return upload
 
 

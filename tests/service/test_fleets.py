@@ -1,5 +1,6 @@
 """Fleets over REST: uploads, batches, nights, robots, floors, histories, reports."""
 
+import gzip
 import io
 import zipfile
 
@@ -127,6 +128,17 @@ def test_a_zip_of_something_else_is_refused_and_nothing_of_it_is_kept(client, ha
     answer = client.post(f"{hall}/recordings", content=zipped(members), headers=ZIP)
     assert answer.status_code == 422
     assert words in answer.json()["detail"]
+    assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
+
+
+def test_a_day_with_a_log_that_unpacks_too_far_is_refused_whole(client, hall):
+    one, other = "robot=a/day=2026-03-02/x", "robot=b/day=2026-03-02/x"
+    bomb = gzip.compress(b"\n" * 6_000_000)
+    members = {f"{one}/can.log": b"", f"{one}/vehicle.toml": b"", f"{other}/vehicle.toml": b""}
+    answer = client.post(
+        f"{hall}/recordings", content=zipped(members | {f"{other}/can.log.gz": bomb}), headers=ZIP
+    )
+    assert (answer.status_code, answer.json()["title"]) == (413, "Too large")
     assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
 
 
