@@ -25,8 +25,9 @@ _MEMBER = re.compile(rf"robot=({_PLAIN})/day=([0-9-]{{10}})/({_PLAIN})/({_FILES}
 def store_day(files: Files, content: bytes, limit: int) -> Upload:
     """Write the recordings of a zip into a store; those that are there already are replaced.
 
-    A recording's vehicle.toml is written last: a recording without it is none, so a half stored upload shows
-    nothing that is not whole, and may be sent again. Nothing is stored before all of the zip was unpacked. The limit is that of all unpacked files [bytes].
+    Nothing is stored before all of the zip was unpacked, which is limited [bytes]. A vehicle.toml is written
+    last: a recording without it is none, so a half stored upload shows nothing that is not whole, and may be
+    sent again.
 
     Raises:
         MediaTypeError: the content is not a zip.
