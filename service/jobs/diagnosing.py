@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from omnimate.service.errors import NotFoundError
 from omnimate.service.jobs.process import running
-from omnimate.service.jobs.queue import find_job
+from omnimate.service.jobs.queue import Job, find_job
 from omnimate.service.store.tables import RecordingRow
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from omnimate.service.jobs.process import JobProcess
-    from omnimate.service.jobs.queue import Job
     from omnimate.service.store.database import Database
     from omnimate.service.store.recordings import RecordingStore
     from omnimate.service.store.tables import JobRow
