@@ -12,7 +12,7 @@ from omnimate.service.umbmark.models import Id
 
 T = TypeVar("T")
 
-ALWAYS = documented(400, 401, 403, 404, 409, 413, 422, 429, 503)
+ALWAYS = documented(400, 401, 403, 404, 409, 413, 415, 422, 429, 503)
 Limit = Annotated[int, Query(ge=1, le=200, description="The largest number of items of the page.")]
 After = Annotated[Id | None, Query(description="The value of `next` in the page before this one.")]
 IfMatch = Annotated[str, Header(description="The ETag of the version that is changed, or * for any version.")]

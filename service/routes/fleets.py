@@ -17,7 +17,6 @@ from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart,
 from omnimate.service.fleets.results import fleet_view
 from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import cancel_job, find_job
-from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.recordings import BINARY, Zip
 from omnimate.service.store.rows import find_row, read_page
@@ -67,7 +66,6 @@ def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
     operation_id="uploadDay",
     status_code=201,
     response_model=Upload,
-    responses=documented(415),
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
 def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:

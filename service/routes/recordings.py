@@ -13,7 +13,6 @@ from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import MediaTypeError
-from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.store.rows import find_row, read_page
 from omnimate.service.store.tables import RecordingFileRow, RecordingRow
@@ -71,7 +70,6 @@ Zip = Annotated[bytes, Depends(zip_of)]
     operation_id="uploadRecording",
     status_code=201,
     response_model=Recording,
-    responses=documented(415),
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
 def upload(

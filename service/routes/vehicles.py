@@ -69,7 +69,6 @@ def list_vehicles(call: Reading) -> list[Vehicle]:
     operation_id="createVehicle",
     status_code=201,
     response_model=Vehicle,
-    responses=documented(415),
     openapi_extra=BODY,
 )
 async def create(request: Request, call: Operating) -> Response:
@@ -97,7 +96,7 @@ def get_vehicle(name: VehicleName, call: Reading, response: Response) -> Vehicle
     "/{name}",
     operation_id="changeVehicle",
     response_model=Vehicle,
-    responses=documented(412, 415, 428),
+    responses=documented(412, 428),
     openapi_extra=BODY,
 )
 async def change(name: VehicleName, request: Request, call: Operating, if_match: IfMatch) -> Response:
