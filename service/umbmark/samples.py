@@ -130,7 +130,7 @@ def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) ->
         CalibrationError: a lap is no square of this side [m], or has no fix before or after it.
     """
     from omnimate.calib.recordings import has_fixes
-    from omnimate.calib.umbmark.recordings import square_runs
+    from omnimate.calib.umbmark.runs import square_runs
 
     squares: Squares = []
     for name, truck in vehicle.trucks.items():
