@@ -27,21 +27,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RobotRow:
-    """One robot that is described wrongly: as it is described, and as the first look corrects it.
+    """One robot that is described wrongly: as it is described, and as the first look corrects it."""
 
-    Attributes:
-        name: Name of the data.
-        recordings: The recordings with the robot as described.
-        corrected: The recordings with the robot as the first look corrects it.
-        first: Diagnosis of the robot as described.
-        second: Diagnosis of the corrected robot.
-    """
-
-    name: str
-    recordings: Sequence[Recording]
-    corrected: Sequence[Recording]
-    first: Diagnosis
-    second: Diagnosis
+    name: str  # name of the data
+    recordings: Sequence[Recording]  # the recordings with the robot as described
+    corrected: Sequence[Recording]  # the recordings with the robot as the first look corrects it
+    first: Diagnosis  # diagnosis of the robot as described
+    second: Diagnosis  # diagnosis of the corrected robot
 
 
 def robot_row(folder: Path, every: int = 1) -> RobotRow:

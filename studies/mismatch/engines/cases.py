@@ -19,23 +19,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One case of the corpus.
+    """One case of the corpus."""
 
-    Attributes:
-        kind: Kind of the case: null, single, multi, masked, unknown or insufficient.
-        effects: Effects that are concealed, as (effect, component).
-        drive: Kind of the drive: squares, one way, eights, slalom or shuttle.
-        poses: Kind of absolute poses: none, sonar or mocap.
-        trucks: Number of trucks, 1 or 2.
-        note: Name of what is special about the case; empty for nothing.
-    """
-
-    kind: str
-    effects: tuple[tuple[str, str], ...]
-    drive: str
-    poses: str
-    trucks: int = 2
-    note: str = ""
+    kind: str  # kind of the case: null, single, multi, masked, unknown or insufficient
+    effects: tuple[tuple[str, str], ...]  # effects that are concealed, as (effect, component)
+    drive: str  # kind of the drive: squares, one way, eights, slalom or shuttle
+    poses: str  # kind of absolute poses: none, sonar or mocap
+    trucks: int = 2  # number of trucks, 1 or 2
+    note: str = ""  # name of what is special about the case; empty for nothing
 
 
 def seed_of(seed: int, number: int) -> int:

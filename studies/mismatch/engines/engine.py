@@ -33,32 +33,20 @@ HOLD = 0.4  # [1/s], gain with which truck b keeps the link's length
 
 @dataclass(frozen=True, slots=True)
 class Floor:
-    """A floor, by how the distance of a wheel scatters on it.
+    """A floor, by how the distance of a wheel scatters on it."""
 
-    Attributes:
-        roughness: Scatter of the distance [m/sqrt(m)].
-        wave: Length over which the scatter is correlated [m]; 0 for none.
-    """
-
-    roughness: float
-    wave: float
+    roughness: float  # scatter of the distance [m/sqrt(m)]
+    wave: float  # length over which the scatter is correlated [m]; 0 for none
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A drive as it was recorded, and its true poses.
+    """A drive as it was recorded, and its true poses."""
 
-    Attributes:
-        time: Time of each sample [s], shape `(N,)`.
-        counts: Raw counts of each device, unwrapped, shape `(N, C)`.
-        poses: True poses of each truck [m, m, rad], shape `(N, T, 3)`.
-        laps: Laps as (direction, start [s], end [s]).
-    """
-
-    time: Array
-    counts: NDArray[np.int64]
-    poses: Array
-    laps: list[tuple[str, float, float]]
+    time: Array  # time of each sample [s], shape `(N,)`
+    counts: NDArray[np.int64]  # raw counts of each device, unwrapped, shape `(N, C)`
+    poses: Array  # true poses of each truck [m, m, rad], shape `(N, T, 3)`
+    laps: list[tuple[str, float, float]]  # laps as (direction, start [s], end [s])
 
 
 def drive(

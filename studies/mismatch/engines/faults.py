@@ -23,18 +23,12 @@ Ground = tuple[str, float, float]  # a wheel, and its place on the floor [m]
 
 @dataclass(slots=True)
 class ConcealedFault:
-    """A fault in a robot, with its state.
+    """A fault in a robot, with its state."""
 
-    Attributes:
-        effect: Name of the effect in the vocabulary, or "unknown".
-        component: Component on which it acts.
-        parameters: Parameters of the effect, by name.
-        memory: State that the fault keeps from step to step; empty at the start of a drive.
-    """
-
-    effect: str
-    component: str
-    parameters: dict[str, Any]
+    effect: str  # name of the effect in the vocabulary, or "unknown"
+    component: str  # component on which it acts
+    parameters: dict[str, Any]  # parameters of the effect, by name
+    # state that the fault keeps from step to step; empty at the start of a drive
     memory: dict[str, Any] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:  # noqa: ANN401  numbers or lists of them

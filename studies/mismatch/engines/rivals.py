@@ -150,19 +150,12 @@ LARGEST = {
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """What is injected.
+    """What is injected."""
 
-    Attributes:
-        effect: Name of the effect in the vocabulary.
-        component: Component on which it acts.
-        size: Its size, with its sign.
-        more: Its other parameters, by name.
-    """
-
-    effect: str
-    component: str
-    size: float
-    more: dict[str, Any]
+    effect: str  # name of the effect in the vocabulary
+    component: str  # component on which it acts
+    size: float  # its size, with its sign
+    more: dict[str, Any]  # its other parameters, by name
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -180,17 +173,12 @@ class Injection:
 
 @dataclass(frozen=True, slots=True)
 class Strong:
-    """An injection, measured.
+    """An injection, measured."""
 
-    Attributes:
-        injection: What is injected.
-        strength: Standard deviations by which it stands above the noise, nuisances estimated beside it.
-        alike: Other effects by (effect, component), and the standard deviations that tell them from it; those
-            that this drive cannot tell apart.
-    """
-
-    injection: Injection
-    strength: float
+    injection: Injection  # what is injected
+    strength: float  # standard deviations by which it stands above the noise, nuisances estimated beside it
+    # other effects by (effect, component), and the standard deviations that tell them from it; those that
+    # this drive cannot tell apart
     alike: dict[tuple[str, str], float]
 
     def label(self) -> dict[str, Any]:

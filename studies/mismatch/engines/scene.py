@@ -30,25 +30,15 @@ SEEDS = 1_000_000  # seeds with different start times: the time in a log has ten
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A robot on a floor before it is driven.
+    """A robot on a floor before it is driven."""
 
-    Attributes:
-        robot: The robot as its owner believes it to be.
-        laps: Laps of its programme.
-        faults: Faults that it has.
-        labels: Labels of the faults.
-        floor: The floor under its wheels.
-        start: Time of the first sample [s].
-        chance: Source of the floor's scatter and of the sensors' noise.
-    """
-
-    robot: Robot
-    laps: list[Lap]
-    faults: tuple[ConcealedFault, ...]
-    labels: tuple[dict[str, Any], ...]
-    floor: Floor
-    start: float
-    chance: Generator
+    robot: Robot  # the robot as its owner believes it to be
+    laps: list[Lap]  # laps of its programme
+    faults: tuple[ConcealedFault, ...]  # faults that it has
+    labels: tuple[dict[str, Any], ...]  # labels of the faults
+    floor: Floor  # the floor under its wheels
+    start: float  # time of the first sample [s]
+    chance: Generator  # source of the floor's scatter and of the sensors' noise
 
     def fault(self, effect: str, component: str, parameters: dict[str, Any]) -> ConcealedFault:
         """Return a fault of this robot, with the robot's radius and start time beside its parameters."""

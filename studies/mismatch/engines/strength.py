@@ -36,43 +36,28 @@ SMOOTHING = 0.2  # [s] over which speeds are taken; a count of 0.1 mm is then 0.
 
 @dataclass(frozen=True, slots=True)
 class Poses:
-    """Measured poses of one truck.
+    """Measured poses of one truck."""
 
-    Attributes:
-        time: Stamp of each pose [s], shape `(M,)`.
-        pose: Measured x [m], y [m] and heading [rad], the heading unwrapped, shape `(M, 3)`.
-    """
-
-    time: Array
-    pose: Array
+    time: Array  # stamp of each pose [s], shape `(M,)`
+    pose: Array  # measured x [m], y [m] and heading [rad], the heading unwrapped, shape `(M, 3)`
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One recording of a robot with T trucks and W = 2 T wheels.
+    """One recording of a robot with T trucks and W = 2 T wheels."""
 
-    Attributes:
-        time: Time of each sample [s], shape `(N,)`.
-        way: Way of each wheel by its counter, from the counter's zero [m], shape `(N, W)`.
-        count: Way of one count of each wheel [m], shape `(W,)`.
-        radius: Radius of each wheel [m], shape `(W,)`.
-        wheelbase: Distance between the wheels of each truck [m], shape `(T,)`.
-        reading: Readings of joint_a [rad], joint_b [rad] and the link's length [m], shape `(N, 3)`; no
-            columns with a single truck.
-        rest: Length at which the link reads its zero [m].
-        poses: Measured poses of each truck, by its number; trucks without any are absent.
-        more: Motion of each truck that its wheels do not make, in its own frame: forward [m], left [m], yaw
-            [rad] in each step, shape `(N - 1, T, 3)`; or None for none.
-    """
-
-    time: Array
-    way: Array
-    count: Array
-    radius: Array
-    wheelbase: Array
+    time: Array  # time of each sample [s], shape `(N,)`
+    way: Array  # way of each wheel by its counter, from the counter's zero [m], shape `(N, W)`
+    count: Array  # way of one count of each wheel [m], shape `(W,)`
+    radius: Array  # radius of each wheel [m], shape `(W,)`
+    wheelbase: Array  # distance between the wheels of each truck [m], shape `(T,)`
+    # readings of joint_a [rad], joint_b [rad] and the link's length [m], shape `(N, 3)`; no columns with a
+    # single truck
     reading: Array
-    rest: float
-    poses: dict[int, Poses]
+    rest: float  # length at which the link reads its zero [m]
+    poses: dict[int, Poses]  # measured poses of each truck, by its number; trucks without any are absent
+    # motion of each truck that its wheels do not make, in its own frame: forward [m], left [m], yaw [rad] in
+    # each step, shape `(N - 1, T, 3)`; or None for none
     more: Array | None = None
 
     @property
@@ -199,13 +184,10 @@ FEW = 40  # values in which no correlation can be seen
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """The noise of some recordings of one robot.
+    """The noise of some recordings of one robot."""
 
-    Attributes:
-        spectra: Frequency in cycles per value, and power spectrum, of each column of each part of the
-            residual, both ascending.
-    """
-
+    # frequency in cycles per value, and power spectrum, of each column of each part of the residual, both
+    # ascending
     spectra: Mapping[tuple[str, int], tuple[Array, Array]]
 
     @classmethod
@@ -253,15 +235,10 @@ def _spectrum(series: Sequence[Array]) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, slots=True)
 class Ruler:
-    """Measures how strong changes of some recordings are.
+    """Measures how strong changes of some recordings are."""
 
-    Attributes:
-        noise: Noise of the untouched recordings.
-        untouched: Their residuals.
-    """
-
-    noise: Noise
-    untouched: tuple[Residual, ...]
+    noise: Noise  # noise of the untouched recordings
+    untouched: tuple[Residual, ...]  # their residuals
 
     @classmethod
     def of(cls, drives: Sequence[Drive]) -> Ruler:

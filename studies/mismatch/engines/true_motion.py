@@ -20,38 +20,24 @@ WINDOW = 33  # rows of a stretch: about half a second
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What happened in a drive, with a row for each SYNC.
+    """What happened in a drive, with a row for each SYNC."""
 
-    Attributes:
-        time: Time since the first SYNC [s], shape `(N,)`.
-        wheels: Angles of the wheels [rad], shape `(N, 2 T)`.
-        joints: Angles of both joints [rad], shape `(N, 2)`; zeros without a linkage.
-        link: Length of the link [m], shape `(N,)`; zeros without a linkage.
-        poses: True poses of the trucks [m, m, rad], shape `(N, T, 3)`.
-        crossings: Contacts with obstacles, each as (obstacle, first row, last row).
-    """
-
-    time: NDArray[np.float64]
-    wheels: NDArray[np.float64]
-    joints: NDArray[np.float64]
-    link: NDArray[np.float64]
-    poses: NDArray[np.float64]
+    time: NDArray[np.float64]  # time since the first SYNC [s], shape `(N,)`
+    wheels: NDArray[np.float64]  # angles of the wheels [rad], shape `(N, 2 T)`
+    joints: NDArray[np.float64]  # angles of both joints [rad], shape `(N, 2)`; zeros without a linkage
+    link: NDArray[np.float64]  # length of the link [m], shape `(N,)`; zeros without a linkage
+    poses: NDArray[np.float64]  # true poses of the trucks [m, m, rad], shape `(N, T, 3)`
+    # contacts with obstacles, each as (obstacle, first row, last row)
     crossings: tuple[tuple[int, int, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Nominal:
-    """The robot as its `vehicle.toml` describes it.
+    """The robot as its `vehicle.toml` describes it."""
 
-    Attributes:
-        radii: Rolling radii in the order of WHEELS [m], shape `(2 T,)`.
-        tracks: Track of each truck [m], shape `(T,)`.
-        link: Length of the linkage at rest [m]; 0 without one.
-    """
-
-    radii: NDArray[np.float64]
-    tracks: NDArray[np.float64]
-    link: float
+    radii: NDArray[np.float64]  # rolling radii in the order of WHEELS [m], shape `(2 T,)`
+    tracks: NDArray[np.float64]  # track of each truck [m], shape `(T,)`
+    link: float  # length of the linkage at rest [m]; 0 without one
 
 
 def motion(drive: Drive, rows: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -20,22 +20,14 @@ TRUCKS = ("a", "b")
 
 
 class Effect(NamedTuple):
-    """An effect of the vocabulary, by the parameter that is its size.
+    """An effect of the vocabulary, by the parameter that is its size."""
 
-    Attributes:
-        components: Components on which it acts.
-        parameter: Name of the parameter; a "ratio" is 1 without the effect, every other parameter 0.
-        unit: Unit of the parameter.
-        concealed: Bounds of the sizes that the own engine conceals: as robots in use show them, far enough
-            above the noise.
-        usual: A usual size, as step of numerical differences.
-    """
-
-    components: tuple[str, ...]
-    parameter: str
-    unit: str
+    components: tuple[str, ...]  # components on which it acts
+    parameter: str  # name of the parameter; a "ratio" is 1 without the effect, every other parameter 0
+    unit: str  # unit of the parameter
+    # bounds of the sizes that the own engine conceals: as robots in use show them, far enough above the noise
     concealed: tuple[float, float]
-    usual: float
+    usual: float  # A usual size, as step of numerical differences
 
     def sized(self, size: float, others: Mapping[str, Any]) -> dict[str, Any]:
         """Return all parameters of the effect in a size, with its sign, by name."""

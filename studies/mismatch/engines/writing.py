@@ -23,57 +23,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Device:
-    """One encoder: where its counts are on the bus, and what a count is.
+    """One encoder: where its counts are on the bus, and what a count is."""
 
-    Attributes:
-        channel: Channel that it measures.
-        node: CANopen node id.
-        cob_id: COB-ID of its PDO.
-        start_bit: First bit of the counts in the PDO.
-        bits: Width of the counts.
-        signed: Whether the counts are in two's complement.
-        sign: +1 or -1, the direction in which it counts.
-        resolution: Counts per turn; per metre for the link.
-        zero: Counts at angle 0, or at the link's length at rest.
-    """
-
-    channel: str
-    node: int
-    cob_id: int
-    start_bit: int
-    bits: int
-    signed: bool
-    sign: int
-    resolution: int
-    zero: int
+    channel: str  # channel that it measures
+    node: int  # CANopen node id
+    cob_id: int  # COB-ID of its PDO
+    start_bit: int  # first bit of the counts in the PDO
+    bits: int  # width of the counts
+    signed: bool  # whether the counts are in two's complement
+    sign: int  # +1 or -1, the direction in which it counts
+    resolution: int  # counts per turn; per metre for the link
+    zero: int  # counts at angle 0, or at the link's length at rest
 
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """A robot as its owner believes it to be.
+    """A robot as its owner believes it to be."""
 
-    Attributes:
-        name: Name of the robot.
-        trucks: Number of trucks, 1 or 2.
-        wheelbase: Wheelbase of each truck [m].
-        radius: Radius of each wheel [m].
-        length: Length of the link at rest [m].
-        period: Period of SYNC [s].
-        devices: Encoders of the robot.
-        jitter: Scatter of the linkage's readings beside their rounding [counts].
-        servo: Most acceleration [m/s^2] and turn acceleration [rad/s^2].
-        steady: Gain with which truck a, driving backwards, turns into the link [1/m]; else it leaves it.
-    """
-
-    name: str
-    trucks: int
-    wheelbase: tuple[float, ...]
-    radius: tuple[float, ...]
-    length: float
-    period: float
-    devices: tuple[Device, ...]
-    jitter: float = 0.2
-    servo: tuple[float, float] = (0.5, 1.2)
+    name: str  # name of the robot
+    trucks: int  # number of trucks, 1 or 2
+    wheelbase: tuple[float, ...]  # wheelbase of each truck [m]
+    radius: tuple[float, ...]  # radius of each wheel [m]
+    length: float  # length of the link at rest [m]
+    period: float  # period of SYNC [s]
+    devices: tuple[Device, ...]  # encoders of the robot
+    jitter: float = 0.2  # scatter of the linkage's readings beside their rounding [counts]
+    servo: tuple[float, float] = (0.5, 1.2)  # most acceleration [m/s^2] and turn acceleration [rad/s^2]
+    # gain with which truck a, driving backwards, turns into the link [1/m]; else it leaves it
     steady: float = 0.0
 
     @property
@@ -156,27 +132,17 @@ def toml_of(robot: Robot) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Measuring:
-    """How poses are measured from outside.
+    """How poses are measured from outside."""
 
-    Attributes:
-        sigma: Standard deviations that are stated: x, y [m] and heading [rad].
-        period: Time between two poses [s]; 0 for poses at the stops alone.
-        both: Whether every truck is measured, or truck a alone.
-        noise: Factor by which they scatter more than they state.
-        lever: Place of the markers on the truck, which is believed to be its centre: forward and left [m].
-        delay: Time by which the stamps are late [s].
-        fast: Rate by which the clock of the stamps runs fast.
-        outliers: Share of poses that are ten times as far off.
-    """
-
-    sigma: tuple[float, float, float]
-    period: float
-    both: bool
-    noise: float = 1.0
+    sigma: tuple[float, float, float]  # standard deviations that are stated: x, y [m] and heading [rad]
+    period: float  # time between two poses [s]; 0 for poses at the stops alone
+    both: bool  # whether every truck is measured, or truck a alone
+    noise: float = 1.0  # factor by which they scatter more than they state
+    # place of the markers on the truck, which is believed to be its centre: forward and left [m]
     lever: tuple[float, float] = (0.0, 0.0)
-    delay: float = 0.0
-    fast: float = 0.0
-    outliers: float = 0.0
+    delay: float = 0.0  # time by which the stamps are late [s]
+    fast: float = 0.0  # rate by which the clock of the stamps runs fast
+    outliers: float = 0.0  # share of poses that are ten times as far off
 
 
 SONAR = Measuring((0.002, 0.002, 0.004), 0.0, both=False)

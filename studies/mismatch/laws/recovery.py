@@ -49,17 +49,11 @@ QUICK = ("wheelbase", "radius_vs_speed", "joint_eccentricity")  # effects of the
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two drives of a robot along the same programme; floor and sensors scatter anew in each.
+    """Two drives of a robot along the same programme; floor and sensors scatter anew in each."""
 
-    Attributes:
-        effect: The effect that is concealed in both, as the library describes it.
-        seen: The drive to learn from.
-        unseen: The drive that no fit sees.
-    """
-
-    effect: Effect
-    seen: Recording
-    unseen: Recording
+    effect: Effect  # the effect that is concealed in both, as the library describes it
+    seen: Recording  # the drive to learn from
+    unseen: Recording  # the drive that no fit sees
 
 
 def wanted(count: int, seed: int, *, quick: bool = False) -> Iterator[tuple[Case, int]]:

@@ -31,42 +31,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What to audit.
+    """What to audit."""
 
-    Attributes:
-        name: Name of the case.
-        case: The case.
-        seed: Seed of the case.
-        reported: Findings that an answer asserts.
-        right: Whether the answer counts as right.
-    """
-
-    name: str
-    case: Case
-    seed: int
-    reported: Sequence[Mapping[str, Any]]
-    right: bool
+    name: str  # name of the case
+    case: Case  # the case
+    seed: int  # seed of the case
+    reported: Sequence[Mapping[str, Any]]  # findings that an answer asserts
+    right: bool  # whether the answer counts as right
 
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """Distances between drives, over that of two healthy drives; up to 1.0 no recording can show them.
+    """Distances between drives, over that of two healthy drives; up to 1.0 no recording can show them."""
 
-    Attributes:
-        name: Name of the case.
-        truth: Effect and component of the true fault.
-        reported: Effects and components that were reported.
-        right: Whether the answer counts as right.
-        truth_alone: Distance of the drive with the true fault from the healthy one.
-        left: Distance of the drive with the true fault from that with the reported effects.
-    """
-
-    name: str
-    truth: str
-    reported: str
-    right: bool
-    truth_alone: float
-    left: float
+    name: str  # name of the case
+    truth: str  # effect and component of the true fault
+    reported: str  # effects and components that were reported
+    right: bool  # whether the answer counts as right
+    truth_alone: float  # distance of the drive with the true fault from the healthy one
+    left: float  # distance of the drive with the true fault from that with the reported effects
 
 
 def questions(

@@ -26,19 +26,12 @@ FLAT = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Efficiency:
-    """The efficiency of a tool, as a logistic function of the logarithm of the strength.
+    """The efficiency of a tool, as a logistic function of the logarithm of the strength."""
 
-    Attributes:
-        strength: Strength of each injection, in standard deviations of its bound, shape `(N,)`.
-        found: Whether each was found, shape `(N,)`.
-        offset: Log odds at a strength of 1.
-        slope: Growth of the log odds by a factor e of strength.
-    """
-
-    strength: Array
-    found: NDArray[np.bool_]
-    offset: float
-    slope: float
+    strength: Array  # strength of each injection, in standard deviations of its bound, shape `(N,)`
+    found: NDArray[np.bool_]  # whether each was found, shape `(N,)`
+    offset: float  # log odds at a strength of 1
+    slope: float  # growth of the log odds by a factor e of strength
 
     @property
     def half(self) -> float:

@@ -19,15 +19,10 @@ OUTCOMES: tuple[Outcome, ...] = ("unknown", "acceptable", "wrong name", "nothing
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """One line of the table.
+    """One line of the table."""
 
-    Attributes:
-        effect: Effect that was left out of the library.
-        outcomes: Number of cases with each outcome.
-    """
-
-    effect: str
-    outcomes: Mapping[Outcome, int]
+    effect: str  # effect that was left out of the library
+    outcomes: Mapping[Outcome, int]  # number of cases with each outcome
 
     @property
     def cases(self) -> int:

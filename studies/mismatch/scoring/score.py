@@ -54,17 +54,11 @@ EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Bin:
-    """Findings of about the same probability.
+    """Findings of about the same probability."""
 
-    Attributes:
-        said: Mean of their probabilities.
-        right: Number of those that are right.
-        of: Number of all.
-    """
-
-    said: float
-    right: int
-    of: int
+    said: float  # mean of their probabilities
+    right: int  # number of those that are right
+    of: int  # number of all
 
     @property
     def share(self) -> float:
@@ -105,22 +99,14 @@ STRONG = 10.0  # standard deviations from which an injected effect is expected t
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A figure of the score: a share of cases, or a size such as a ratio of two errors.
+    """A figure of the score: a share of cases, or a size such as a ratio of two errors."""
 
-    Attributes:
-        name: Name of the figure.
-        value: Its value; nan where nothing gives it.
-        target: Value that is wanted; None for no target.
-        most: Whether the target is an upper bound.
-        note: What stands in the table in place of a size.
-        counted: Of a share, in how many cases it was so, and in how many it could have been so.
-    """
-
-    name: str
-    value: float
-    target: float | None = None
-    most: bool = True
-    note: str = ""
+    name: str  # name of the figure
+    value: float  # its value; nan where nothing gives it
+    target: float | None = None  # value that is wanted; None for no target
+    most: bool = True  # whether the target is an upper bound
+    note: str = ""  # what stands in the table in place of a size
+    # of a share, in how many cases it was so, and in how many it could have been so
     counted: tuple[int, int] | None = None
 
     @property
@@ -267,23 +253,14 @@ def _mean(values: Sequence[float]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What a tool's answers about a world are worth.
+    """What a tool's answers about a world are worth."""
 
-    Attributes:
-        name: Name of the world.
-        title: What tables call it.
-        cases: Number of cases.
-        digest: SHA-256 of the labels; empty where worlds are pooled.
-        lines: The lines of the table, the same in every world.
-        reliability: What was said against what is right.
-    """
-
-    name: str
-    title: str
-    cases: int
-    digest: str
-    lines: Sequence[Line]
-    reliability: Sequence[Bin]
+    name: str  # name of the world
+    title: str  # what tables call it
+    cases: int  # number of cases
+    digest: str  # SHA-256 of the labels; empty where worlds are pooled
+    lines: Sequence[Line]  # the lines of the table, the same in every world
+    reliability: Sequence[Bin]  # what was said against what is right
 
     def as_json(self) -> dict[str, Any]:
         """Return the score as an object."""

@@ -27,31 +27,21 @@ class AbsentError(OmnimateError):
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """How much of a world is asked for.
+    """How much of a world is asked for."""
 
-    Attributes:
-        seed: Seed of everything that is drawn by chance.
-        cases: Number of cases, drawn by chance where the world has more; None for all that it has.
-        quick: Whether a small part is enough, as CI runs it.
-    """
-
-    seed: int = 1
+    seed: int = 1  # seed of everything that is drawn by chance
+    # number of cases, drawn by chance where the world has more; None for all that it has
     cases: int | None = None
-    quick: bool = False
+    quick: bool = False  # whether a small part is enough, as CI runs it
 
 
 @dataclass(frozen=True, slots=True)
 class Corpus:
-    """Labelled recordings of one world.
+    """Labelled recordings of one world."""
 
-    Attributes:
-        world: The world.
-        folder: Holds a folder for each case, in which its recordings are.
-        labels: The label of each case, by its name; `recordings` in it names the recordings' folders.
-    """
-
-    world: World
-    folder: Path
+    world: World  # the world
+    folder: Path  # holds a folder for each case, in which its recordings are
+    # the label of each case, by its name; `recordings` in it names the recordings' folders
     labels: Mapping[str, Label]
 
     @property
@@ -66,18 +56,13 @@ class Corpus:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """Where recordings with a known truth come from.
+    """Where recordings with a known truth come from."""
 
-    Attributes:
-        name: Name by which the world is asked for.
-        title: What tables call it.
-        foreign: Whether others than the project made it; the pooled column counts those.
-        ask: Answers the question about one case.
-    """
-
-    name: str
-    title: str
+    name: str  # name by which the world is asked for
+    title: str  # what tables call it
+    # whether others than the project made it; the pooled column counts those
     foreign: bool = field(default=False, kw_only=True)
+    # answers the question about one case
     ask: Callable[[Question], Answer] = field(default=answered, kw_only=True)
 
     def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:
@@ -98,13 +83,9 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class LabelledWorld(World):
-    """Recordings that are there already, with a `labels.json` beside them.
+    """Recordings that are there already, with a `labels.json` beside them."""
 
-    Attributes:
-        folder: Folder of both.
-    """
-
-    folder: Path
+    folder: Path  # folder of both
 
     def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:  # noqa: ARG002
         """Return what is there, or a sample of it by the seed."""
@@ -118,13 +99,10 @@ class LabelledWorld(World):
 
 @dataclass(frozen=True, slots=True)
 class WrittenWorld(World):
-    """Recordings that are made for the study.
+    """Recordings that are made for the study."""
 
-    Attributes:
-        write: Writes the cases of a request into a folder, each a folder with recordings; returns labels.
-            It goes on where it was stopped, and raises AbsentError where something that it needs is not here.
-    """
-
+    # writes the cases of a request into a folder, each a folder with recordings; returns labels. It goes on
+    # where it was stopped, and raises AbsentError where something that it needs is not here
     write: Callable[[Path, Request, int, Report], Mapping[str, Label]]
 
     def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:

@@ -40,54 +40,33 @@ FRONT = 2000.0, 60.0  # [N/m], [N s/m] of the racecar's front tyres: on stiff on
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """Wheels that one encoder counts: one, or those of one side of a robot that steers by skidding.
+    """Wheels that one encoder counts: one, or those of one side of a robot that steers by skidding."""
 
-    Attributes:
-        joints: Joints of the wheels; the encoder sits on the first.
-        links: Links of the wheels.
-        radius: Radius of the treads [m].
-        axis: Axis of the joints in the wheels' frame: 1 for y, 2 for z.
-    """
-
-    joints: tuple[str, ...]
-    links: tuple[str, ...]
-    radius: float
-    axis: int
+    joints: tuple[str, ...]  # joints of the wheels; the encoder sits on the first
+    links: tuple[str, ...]  # links of the wheels
+    radius: float  # radius of the treads [m]
+    axis: int  # axis of the joints in the wheels' frame: 1 for y, 2 for z
 
 
 @dataclass(frozen=True, slots=True)
 class Chassis:
-    """A robot as it is built.
+    """A robot as it is built."""
 
-    Attributes:
-        name: Name of the robot.
-        urdf: Text of its URDF.
-        wheels: Driven wheels, by channel.
-        tracks: Distance between the wheels of each truck [m].
-        height: Height of the base's frame above the floor [m].
-        force: Most torque of a motor [N m].
-        aside: Direction to the left in the frame of the base.
-        rolls: +1 or -1, the sense in which the wheels turn when they roll ahead.
-        feet: Friction of links that slide on the floor without a drive.
-        grip: Friction of its tyres.
-        creep: Slip at which its tyres have 0.7 of their grip [m/s]; None for tyres that hold.
-        free: Joints that nothing holds.
-        link: Length of the linkage at rest [m]; 0 without one.
-    """
-
-    name: str
-    urdf: str
-    wheels: Mapping[str, Wheel]
-    tracks: tuple[float, ...]
-    height: float
-    force: float
-    aside: Place = (0.0, 1.0, 0.0)
-    rolls: float = 1.0
+    name: str  # name of the robot
+    urdf: str  # text of its URDF
+    wheels: Mapping[str, Wheel]  # driven wheels, by channel
+    tracks: tuple[float, ...]  # distance between the wheels of each truck [m]
+    height: float  # height of the base's frame above the floor [m]
+    force: float  # most torque of a motor [N m]
+    aside: Place = (0.0, 1.0, 0.0)  # direction to the left in the frame of the base
+    rolls: float = 1.0  # +1 or -1, the sense in which the wheels turn when they roll ahead
+    # friction of links that slide on the floor without a drive
     feet: Mapping[str, float] = field(default_factory=dict)
-    grip: float = 0.9
+    grip: float = 0.9  # friction of its tyres
+    # slip at which its tyres have 0.7 of their grip [m/s]; None for tyres that hold
     creep: float | None = None
-    free: tuple[str, ...] = ()
-    link: float = 0.0
+    free: tuple[str, ...] = ()  # joints that nothing holds
+    link: float = 0.0  # length of the linkage at rest [m]; 0 without one
 
     @property
     def skids(self) -> bool:

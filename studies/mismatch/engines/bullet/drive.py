@@ -35,34 +35,22 @@ GRIP = 1.0  # friction of the floor; that of a contact is the product of both
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A flat box on the floor, under the path of one wheel.
+    """A flat box on the floor, under the path of one wheel."""
 
-    Attributes:
-        wheel: Wheel that meets it; others pass through it.
-        place: Its middle [m].
-        heading: Direction in which it is crossed [rad].
-        size: Its length along this direction, its width and its height above the floor [m].
-    """
-
-    wheel: str
-    place: tuple[float, float]
-    heading: float
+    wheel: str  # wheel that meets it; others pass through it
+    place: tuple[float, float]  # its middle [m]
+    heading: float  # direction in which it is crossed [rad]
+    # its length along this direction, its width and its height above the floor [m]
     size: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Floor:
-    """A floor.
+    """A floor."""
 
-    Attributes:
-        slope: Rms slope of its surface in any direction; 0 for a plane.
-        seed: Seed of the surface.
-        boxes: Boxes on it.
-    """
-
-    slope: float
-    seed: int = 0
-    boxes: tuple[Box, ...] = ()
+    slope: float  # rms slope of its surface in any direction; 0 for a plane
+    seed: int = 0  # seed of the surface
+    boxes: tuple[Box, ...] = ()  # boxes on it
 
     def lay(self, path: NDArray[np.float64]) -> tuple[int, float]:
         """Lay the surface under a path `(N, 2)` [m]; return its number and the height of its top [m]."""
@@ -104,15 +92,10 @@ def lay_box(box: Box) -> int:
 
 @dataclass(slots=True)
 class Tyres:
-    """The tyres of one robot.
+    """The tyres of one robot."""
 
-    Attributes:
-        grip: Friction of each wheel's tyre, by the number of its link.
-        creep: Slip at which a tyre has 0.7 of its grip [m/s].
-    """
-
-    grip: dict[int, float]
-    creep: float
+    grip: dict[int, float]  # friction of each wheel's tyre, by the number of its link
+    creep: float  # slip at which a tyre has 0.7 of its grip [m/s]
 
     def push(self, body: int) -> None:
         """Apply the forces of all tyres for one step of the simulation."""
@@ -174,19 +157,12 @@ class TippedError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What is driven.
+    """What is driven."""
 
-    Attributes:
-        commands: Speed [m/s] and turn rate [rad/s] of the leading truck in each period, shape `(N, 2)`.
-        laps: Laps as (direction, first row, last row).
-        period: Period of SYNC [s].
-        angles: Angles of the wheels that the counters show at the start [rad], shape `(2 T,)`.
-    """
-
-    commands: Array
-    laps: Sequence[tuple[str, int, int]]
-    period: float
-    angles: Array
+    commands: Array  # speed [m/s] and turn rate [rad/s] of the leading truck in each period, shape `(N, 2)`
+    laps: Sequence[tuple[str, int, int]]  # laps as (direction, first row, last row)
+    period: float  # period of SYNC [s]
+    angles: Array  # angles of the wheels that the counters show at the start [rad], shape `(2 T,)`
 
     def path(self) -> Array:
         """Return where the commands lead from the origin [m], shape `(N + 1, 2)`."""
@@ -198,22 +174,14 @@ class Course:
 
 @dataclass(slots=True)
 class Scene:
-    """The running world, which hooks may change in the middle of a drive.
+    """The running world, which hooks may change in the middle of a drive."""
 
-    Attributes:
-        body: Number of the robot.
-        floor: Number of the floor.
-        links: Number of each link, by its name.
-        joints: Number of each joint, by its name.
-        tyres: Tyres that creep; None where they hold.
-        base: Frame of the base as its centre of mass sees it: place [m] and quaternion.
-    """
-
-    body: int
-    floor: int
-    links: dict[str, int]
-    joints: dict[str, int]
-    tyres: Tyres | None
+    body: int  # number of the robot
+    floor: int  # number of the floor
+    links: dict[str, int]  # number of each link, by its name
+    joints: dict[str, int]  # number of each joint, by its name
+    tyres: Tyres | None  # tyres that creep; None where they hold
+    # frame of the base as its centre of mass sees it: place [m] and quaternion
     base: tuple[Sequence[float], Sequence[float]]
 
     def grip(self, link: str, friction: float) -> None:

@@ -37,21 +37,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a fault is built into.
+    """What a fault is built into."""
 
-    Attributes:
-        chance: Source of all that is drawn.
-        chassis: The healthy robot.
-        nominal: The robot as `vehicle.toml` describes it.
-        healthy: The healthy robot's drive of the course on a plane.
-        start: Time of the first SYNC [s].
-    """
-
-    chance: np.random.Generator
-    chassis: Chassis
-    nominal: Nominal
-    healthy: Drive
-    start: float
+    chance: np.random.Generator  # source of all that is drawn
+    chassis: Chassis  # the healthy robot
+    nominal: Nominal  # the robot as `vehicle.toml` describes it
+    healthy: Drive  # the healthy robot's drive of the course on a plane
+    start: float  # time of the first SYNC [s]
 
     def sign(self) -> float:
         """Return +1 or -1, drawn at random."""
@@ -76,26 +68,17 @@ def _unchanged(chassis: Chassis) -> Chassis:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A fault of a robot.
+    """A fault of a robot."""
 
-    Attributes:
-        effect: Its name in the vocabulary, or "unknown".
-        component: Component on which it acts.
-        measure: Function that returns its parameters, as a drive with the fault on a plane shows them.
-        build: Function that builds it into a robot.
-        boxes: Boxes that it lays on the floor.
-        hooks: Functions that change the world during the drive.
-        sensed: Parameters of a fault of an encoder; None where it acts on the motion.
-        intervals: Function that returns the intervals in which it acts [s], of the drive that is recorded.
-    """
-
-    effect: str
-    component: str
+    effect: str  # its name in the vocabulary, or "unknown"
+    component: str  # component on which it acts
+    # function that returns its parameters, as a drive with the fault on a plane shows them
     measure: Callable[[Drive], Parameters]
-    build: Callable[[Chassis], Chassis] = _unchanged
-    boxes: tuple[Box, ...] = ()
-    hooks: tuple[Hook, ...] = ()
-    sensed: Parameters | None = None
+    build: Callable[[Chassis], Chassis] = _unchanged  # function that builds it into a robot
+    boxes: tuple[Box, ...] = ()  # boxes that it lays on the floor
+    hooks: tuple[Hook, ...] = ()  # functions that change the world during the drive
+    sensed: Parameters | None = None  # parameters of a fault of an encoder; None where it acts on the motion
+    # function that returns the intervals in which it acts [s], of the drive that is recorded
     intervals: Callable[[Drive], list[list[float]]] | None = None
 
 

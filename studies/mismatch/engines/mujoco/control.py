@@ -25,23 +25,14 @@ EIGHT = 2.404825557695773  # first zero of the Bessel function J0: the eight clo
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What to drive, with a row for each control period.
+    """What to drive, with a row for each control period."""
 
-    Attributes:
-        protocol: Name of the protocol in `run.toml`.
-        side: Side of UMBmark's square [m]; None for other drives.
-        v: Speed of the leading truck [m/s], shape `(N,)`.
-        w: Turn rate of the leading truck [rad/s], shape `(N,)`.
-        leader: Truck that leads, "a" or "b", shape `(N,)`.
-        laps: Laps as (direction, first row, last row).
-    """
-
-    protocol: str
-    side: float | None
-    v: NDArray[np.float64]
-    w: NDArray[np.float64]
-    leader: NDArray[np.str_]
-    laps: tuple[tuple[str, int, int], ...]
+    protocol: str  # name of the protocol in `run.toml`
+    side: float | None  # side of UMBmark's square [m]; None for other drives
+    v: NDArray[np.float64]  # speed of the leading truck [m/s], shape `(N,)`
+    w: NDArray[np.float64]  # turn rate of the leading truck [rad/s], shape `(N,)`
+    leader: NDArray[np.str_]  # truck that leads, "a" or "b", shape `(N,)`
+    laps: tuple[tuple[str, int, int], ...]  # laps as (direction, first row, last row)
 
     def first(self, laps: int) -> Program:
         """Return the program up to the end of its first laps."""
@@ -150,24 +141,17 @@ KX, KY, KTHETA, KLINK, KJOINT = 1.0, 6.0, 2.5, 1.5, 1.5
 
 @dataclass(slots=True)
 class Controller:
-    """Odometry of both trucks and the wheel speeds that keep them on their path.
+    """Odometry of both trucks and the wheel speeds that keep them on their path."""
 
-    Attributes:
-        nominal: The robot as it is described.
-        dt: Control period [s].
-        weave: Amplitude with which the following truck swings about the link [rad].
-        time: Time driven so far, without the stops [s].
-        goal: Pose of the leading truck that the program asks for [m, m, rad], shape `(3,)`.
-        pose: Poses of both trucks by odometry, shape `(2, 3)`.
-        wheels: Last wheel angles [rad], shape `(4,)`; None before the first step.
-    """
-
-    nominal: Nominal
-    dt: float
-    weave: float = 0.0
-    time: float = 0.0
+    nominal: Nominal  # the robot as it is described
+    dt: float  # control period [s]
+    weave: float = 0.0  # amplitude with which the following truck swings about the link [rad]
+    time: float = 0.0  # time driven so far, without the stops [s]
+    # pose of the leading truck that the program asks for [m, m, rad], shape `(3,)`
     goal: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    # poses of both trucks by odometry, shape `(2, 3)`
     pose: NDArray[np.float64] = field(default_factory=lambda: np.zeros((2, 3)))
+    # last wheel angles [rad], shape `(4,)`; None before the first step
     wheels: NDArray[np.float64] | None = None
 
     def speeds(

@@ -66,20 +66,13 @@ RESOLUTION = 1.5e-4  # of the readings that the controller sees [rad, m]
 
 @dataclass(slots=True)
 class Scene:
-    """The running world, which hooks may change in the middle of a drive.
+    """The running world, which hooks may change in the middle of a drive."""
 
-    Attributes:
-        model: MuJoCo's model.
-        data: MuJoCo's state.
-        feet: Geoms of FEET, the wheels and castors.
-        grip: Friction of each contact pair at the start.
-        notes: Numbers that a hook keeps from step to step, by name.
-    """
-
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    feet: NDArray[np.int64]
-    grip: NDArray[np.float64]
+    model: mujoco.MjModel  # muJoCo's model
+    data: mujoco.MjData  # muJoCo's state
+    feet: NDArray[np.int64]  # geoms of FEET, the wheels and castors
+    grip: NDArray[np.float64]  # friction of each contact pair at the start
+    # numbers that a hook keeps from step to step, by name
     notes: dict[str, list[float]] = field(default_factory=dict)
 
     def pair(self, foot: str) -> int:

@@ -30,23 +30,14 @@ def _unchanged(values: Values) -> Values:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a fault is built into.
+    """What a fault is built into."""
 
-    Attributes:
-        rng: Source of all that is drawn.
-        robot: The healthy robot.
-        healthy: The healthy robot's drive of the same program.
-        nominal: The robot as `vehicle.toml` describes it.
-        encoders: Encoders on the bus.
-        start: Time of the first SYNC [s].
-    """
-
-    rng: np.random.Generator
-    robot: Robot
-    healthy: Drive
-    nominal: Nominal
-    encoders: tuple[Encoder, ...]
-    start: float
+    rng: np.random.Generator  # source of all that is drawn
+    robot: Robot  # the healthy robot
+    healthy: Drive  # the healthy robot's drive of the same program
+    nominal: Nominal  # the robot as `vehicle.toml` describes it
+    encoders: tuple[Encoder, ...]  # encoders on the bus
+    start: float  # time of the first SYNC [s]
 
     def sign(self) -> float:
         """Return +1 or -1, drawn at random."""
@@ -68,21 +59,13 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class FaultyRobot:
-    """A robot with a fault.
+    """A robot with a fault."""
 
-    Attributes:
-        robot: The robot as it is built.
-        labels_of: Function that returns the labels of a drive of this robot.
-        hooks: Functions that change the world during the drive.
-        sense: Function that changes what the sensors read.
-        kind: Kind of the case: null, single, multi, unknown or insufficient.
-    """
-
-    robot: Robot
-    labels_of: Labels
-    hooks: tuple[Hook, ...] = ()
-    sense: Callable[[Values], Values] = _unchanged
-    kind: str = "single"
+    robot: Robot  # the robot as it is built
+    labels_of: Labels  # function that returns the labels of a drive of this robot
+    hooks: tuple[Hook, ...] = ()  # functions that change the world during the drive
+    sense: Callable[[Values], Values] = _unchanged  # function that changes what the sensors read
+    kind: str = "single"  # kind of the case: null, single, multi, unknown or insufficient
 
 
 def with_tyre(robot: Robot, wheel: str, **changes: float) -> Robot:

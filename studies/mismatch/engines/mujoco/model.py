@@ -20,92 +20,53 @@ FEET = (*WHEELS, "a.castor", "b.castor")
 
 @dataclass(frozen=True, slots=True)
 class Tyre:
-    """One driven wheel.
+    """One driven wheel."""
 
-    Attributes:
-        radius: Radius of the tread [m].
-        eccentricity: Distance of the tread's centre from the axle [m].
-        phase: Phase of the eccentricity at wheel angle 0 [rad].
-        softness: Time constant of the contact [s].
-        creep: Time constant of the friction [s]; None for as stiff as the time step allows.
-        impedance: Impedance of the contact in MuJoCo's sense; a lower one yields to forces.
-    """
-
-    radius: float
-    eccentricity: float = 0.0
-    phase: float = 0.0
-    softness: float = 0.006
-    creep: float | None = None
-    impedance: float = 0.95
+    radius: float  # radius of the tread [m]
+    eccentricity: float = 0.0  # distance of the tread's centre from the axle [m]
+    phase: float = 0.0  # phase of the eccentricity at wheel angle 0 [rad]
+    softness: float = 0.006  # time constant of the contact [s]
+    creep: float | None = None  # time constant of the friction [s]; None for as stiff as the time step allows
+    impedance: float = 0.95  # impedance of the contact in MuJoCo's sense; a lower one yields to forces
 
 
 @dataclass(frozen=True, slots=True)
 class Truck:
-    """One truck.
+    """One truck."""
 
-    Attributes:
-        track: Distance between the wheels' contact points [m].
-        mass: Mass without wheels and payload [kg].
-        castor: Place of the castor ahead of the axle [m].
-        toe: Angle by which the axle is turned in the truck [rad].
-        trail: Trail of the castor [m]; 0 for a ball.
-        payload: Mass of a payload that can move sideways [kg].
-    """
-
-    track: float
-    mass: float
-    castor: float
-    toe: float = 0.0
-    trail: float = 0.0
-    payload: float = 0.0
+    track: float  # distance between the wheels' contact points [m]
+    mass: float  # mass without wheels and payload [kg]
+    castor: float  # place of the castor ahead of the axle [m]
+    toe: float = 0.0  # angle by which the axle is turned in the truck [rad]
+    trail: float = 0.0  # trail of the castor [m]; 0 for a ball
+    payload: float = 0.0  # mass of a payload that can move sideways [kg]
 
 
 @dataclass(frozen=True, slots=True)
 class Cable:
-    """A round cable on the floor that one wheel meets.
+    """A round cable on the floor that one wheel meets."""
 
-    Attributes:
-        wheel: Wheel that meets it.
-        x: Place of its middle [m].
-        y: Place of its middle [m].
-        direction: Direction in which it lies [rad].
-        height: Diameter of the cable [m].
-        length: Length of the cable [m].
-    """
-
-    wheel: str
-    x: float
-    y: float
-    direction: float
-    height: float
-    length: float = 0.12
+    wheel: str  # wheel that meets it
+    x: float  # place of its middle [m]
+    y: float  # place of its middle [m]
+    direction: float  # direction in which it lies [rad]
+    height: float  # diameter of the cable [m]
+    length: float = 0.12  # length of the cable [m]
 
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """Everything that the physics is built from.
+    """Everything that the physics is built from."""
 
-    Attributes:
-        tyres: The driven wheels, by channel.
-        trucks: The trucks, by name.
-        link: Length of the linkage at rest [m].
-        spring: Stiffness of the slider [N/m].
-        damper: Damping of the slider [N s/m].
-        timestep: Step of the integration [s].
-        cables: Cables on the floor.
-        tilt: Slopes of the floor along x and y.
-        impratio: Stiffness of friction over that of the normal force.
-    """
-
-    tyres: dict[str, Tyre]
-    trucks: dict[str, Truck]
-    link: float
-    spring: float
-    damper: float
-    timestep: float = 0.0015
-    cables: tuple[Cable, ...] = field(default=())
-    tilt: tuple[float, float] = (0.0, 0.0)
-    impratio: float = 10.0
+    tyres: dict[str, Tyre]  # the driven wheels, by channel
+    trucks: dict[str, Truck]  # the trucks, by name
+    link: float  # length of the linkage at rest [m]
+    spring: float  # stiffness of the slider [N/m]
+    damper: float  # damping of the slider [N s/m]
+    timestep: float = 0.0015  # step of the integration [s]
+    cables: tuple[Cable, ...] = field(default=())  # cables on the floor
+    tilt: tuple[float, float] = (0.0, 0.0)  # slopes of the floor along x and y
+    impratio: float = 10.0  # stiffness of friction over that of the normal force
 
 
 def random_robot(rng: np.random.Generator) -> Robot:

@@ -25,27 +25,16 @@ GROUPS = (("a.left", "a.right"), ("b.left", "b.right"), ("joint_a", "joint_b"), 
 
 @dataclass(frozen=True, slots=True)
 class Encoder:
-    """One encoder on the bus.
+    """One encoder on the bus."""
 
-    Attributes:
-        channel: Channel that it measures.
-        node: CANopen node id.
-        start_bit: First bit in its PDO.
-        bits: Width of its counter.
-        sign: +1 or -1, the direction in which it counts.
-        counts: Counts per turn; per metre for the link.
-        start: Raw count at angle 0, or at the link's length at rest.
-        noise: Standard deviation of its reading [rad, m].
-    """
-
-    channel: str
-    node: int
-    start_bit: int
-    bits: int
-    sign: int
-    counts: int
-    start: int
-    noise: float
+    channel: str  # channel that it measures
+    node: int  # CANopen node id
+    start_bit: int  # first bit in its PDO
+    bits: int  # width of its counter
+    sign: int  # +1 or -1, the direction in which it counts
+    counts: int  # counts per turn; per metre for the link
+    start: int  # raw count at angle 0, or at the link's length at rest
+    noise: float  # standard deviation of its reading [rad, m]
 
     @property
     def per_unit(self) -> float:

@@ -72,16 +72,11 @@ class _Hidden:
 
 @dataclass(frozen=True, slots=True)
 class _Healthy:
-    """The drive of a healthy robot.
+    """The drive of a healthy robot."""
 
-    Attributes:
-        drive: The drive as recorded, with the poses as they are.
-        ruler: The ruler of it, with the noise of the poses.
-        smooth: Its residual on a smooth floor; empty where none of the faults is without a law.
-    """
-
-    drive: Drive
-    ruler: Ruler
+    drive: Drive  # the drive as recorded, with the poses as they are
+    ruler: Ruler  # the ruler of it, with the noise of the poses
+    # its residual on a smooth floor; empty where none of the faults is without a law
     smooth: Mapping[str, Array]
 
 
