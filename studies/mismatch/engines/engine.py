@@ -15,6 +15,7 @@ import numpy as np
 from studies.mismatch.engines.faults import felt, moved, shown, touches, travelled
 from studies.mismatch.engines.programmes import commands
 from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
+from studies.mismatch.engines.writing import Log
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -39,19 +40,9 @@ class Floor:
     wave: float  # length over which the scatter is correlated [m]; 0 for none
 
 
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """A drive as it was recorded, and its true poses."""
-
-    time: Array  # time of each sample [s], shape `(N,)`
-    counts: NDArray[np.int64]  # raw counts of each device, unwrapped, shape `(N, C)`
-    poses: Array  # true poses of each truck [m, m, rad], shape `(N, T, 3)`
-    laps: list[tuple[str, float, float]]  # laps as (direction, start [s], end [s])
-
-
 def drive(
     robot: Robot, laps: list[Lap], faults: list[ConcealedFault], floor: Floor, start: float, chance: Generator
-) -> Drive:
+) -> Log:
     """Return one drive of a robot with faults on a floor.
 
     Args:
@@ -65,14 +56,20 @@ def drive(
     wanted, spans = commands(laps, robot.period, robot.servo)
     engine = _Engine(robot, faults, floor, chance)
     count = len(wanted)
-    counts, poses = np.zeros((count, len(robot.devices)), np.int64), np.zeros((count, robot.trucks, 3))
+    shape = count, len(robot.devices)
+    readings, scatter, poses = np.zeros(shape), np.zeros(shape), np.zeros((count, robot.trucks, 3))
     times = start + robot.period * np.arange(count, dtype=np.float64)
     for sample in range(count):
         if sample:
             engine.advance(wanted[sample], float(times[sample - 1]))
-        counts[sample], poses[sample] = engine.read(), engine.pose
+        readings[sample], poses[sample] = engine.read(), engine.pose
+        scatter[sample] = robot.jitter * chance.normal(size=len(robot.devices))
+    counts = [
+        device.counted(readings[:, at], scatter[:, at] * (device.channel in LINKAGE))
+        for at, device in enumerate(robot.devices)
+    ]
     times_of = [(direction, float(times[first]), float(times[last])) for direction, first, last in spans]
-    return Drive(times, _aged(robot, counts, times, faults), poses, times_of)
+    return Log(times, _aged(robot, np.stack(counts, axis=1), times, faults), poses, times_of)
 
 
 class _Engine:
@@ -186,8 +183,8 @@ class _Engine:
         self.pose[truck, 1] += twist[0] * math.sin(middle) + twist[1] * math.cos(middle)
         self.pose[truck, 2] += twist[2]
 
-    def read(self) -> list[int]:
-        """Return the counts of every device."""
+    def read(self) -> list[float]:
+        """Return the reading of every device [rad, m], the link's from its length at rest."""
         values = {WHEELS[number]: float(angle) for number, angle in enumerate(self.counted)}
         if self.robot.trucks == 2:
             true = dict(zip(LINKAGE, self._linkage(), strict=True))
@@ -197,22 +194,8 @@ class _Engine:
                     if fault.component == channel:
                         reading = shown(fault, reading, self.robot.length, true["joint_a"], other)  # noqa: PLW2901
                 values[channel] = reading
-        counts = []
-        for device in self.robot.devices:
-            value = values[device.channel]
-            if device.channel == "link":
-                value -= self.robot.length
-                count = device.resolution * value
-            else:
-                count = device.resolution * value / (2.0 * math.pi)
-            counts.append(
-                device.zero
-                + device.sign
-                * math.floor(
-                    count + 0.5 + self.robot.jitter * self.chance.normal() * (device.channel in LINKAGE)
-                )
-            )
-        return counts
+            values["link"] -= self.robot.length
+        return [values[channel] for channel in self.robot.channels]
 
 
 def _aged(

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
     from studies.mismatch.engines.cases import Case
-    from studies.mismatch.engines.engine import Drive
     from studies.mismatch.engines.programmes import Lap
-    from studies.mismatch.engines.writing import Robot
+    from studies.mismatch.engines.writing import Log, Robot
 
 START = 1_763_000_000.0
 SEEDS = 1_000_000  # seeds with different start times: the time in a log has ten digits before the point
@@ -46,7 +45,7 @@ class Scene:
             effect, component, {**parameters, "radius": self.robot.radius[0], "start": self.start}
         )
 
-    def driven(self, faults: Sequence[ConcealedFault], chance: Generator | None = None) -> Drive:
+    def driven(self, faults: Sequence[ConcealedFault], chance: Generator | None = None) -> Log:
         """Return a drive with faults; every call draws the same random numbers, unless `chance` is given."""
         fresh = [replace(fault, memory={}) for fault in faults]
         return drive(self.robot, self.laps, fresh, self.floor, self.start, chance or deepcopy(self.chance))

@@ -7,18 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from studies.mismatch.engines.strength import Drive as Seen
+from studies.mismatch.engines.strength import Poses
 from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from numpy.random import Generator
     from numpy.typing import NDArray
 
-    from studies.mismatch.engines.engine import Drive
-
     Array = NDArray[np.float64]
+    Pose = tuple[float, int, Array]  # stamp [s], number of the truck, x [m], y [m] and heading [rad]
+
+ARRIVAL = 2e-4  # [s] from SYNC to the first frame, and from each frame to the next
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,20 @@ class Device:
     sign: int  # +1 or -1, the direction in which it counts
     resolution: int  # counts per turn; per metre for the link
     zero: int  # counts at angle 0, or at the link's length at rest
+
+    @property
+    def unit(self) -> float:
+        """What `resolution` counts are: a turn [rad], or a metre."""
+        return 1.0 if self.channel == "link" else 2.0 * np.pi
+
+    def counted(self, value: Array, scatter: Array | float = 0.0) -> NDArray[np.int64]:
+        """Return the counts of readings [rad, m], the link's from its length at rest, and scatter."""
+        counts = self.resolution * value / self.unit
+        return np.asarray(self.zero + self.sign * np.floor(counts + 0.5 + scatter).astype(np.int64))
+
+    def reading(self, counts: NDArray[np.int64]) -> Array:
+        """Return the readings of counts [rad, m]."""
+        return np.asarray(self.sign * (counts - self.zero) / self.resolution * self.unit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +68,25 @@ class Robot:
     servo: tuple[float, float] = (0.5, 1.2)  # most acceleration [m/s^2] and turn acceleration [rad/s^2]
     # gain with which truck a, driving backwards, turns into the link [1/m]; else it leaves it
     steady: float = 0.0
+    sync_scatter: float = 0.0  # standard deviation of the stamps of SYNC on the bus [s]
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Channels of the encoders, in the order of `devices`."""
         return tuple(device.channel for device in self.devices)
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """A drive as it is recorded, sample by sample, and where the robot really was."""
+
+    time: Array  # time of each sample [s], shape `(N,)`
+    counts: NDArray[np.int64]  # counts of each device, shape `(N, D)`
+    poses: Array  # true pose of each truck: x [m], y [m], heading [rad] that never wraps, shape `(N, T, 3)`
+    laps: Sequence[tuple[str, float, float]]  # direction, start [s] and end [s]
+    stops: Sequence[float] | None = None  # when poses are measured at rest [s]; None for the ends of the laps
+    protocol: str = "free"
+    side: float | None = None  # of UMBmark's square [m]
 
 
 def random_robot(chance: Generator, trucks: int) -> Robot:
@@ -125,7 +156,7 @@ def toml_of(robot: Robot) -> str:
             f"sign = {device.sign}",
             f"{kind} = {device.resolution}",
         ]
-        if device.zero:
+        if device.zero and device.channel in LINKAGE:  # a wheel has no zero
             lines.append(f"zero = {device.zero}")
     return "\n".join(lines) + "\n"
 
@@ -151,69 +182,80 @@ MEASURING = {"none": None, "sonar": SONAR, "mocap": MOCAP}
 
 
 def write(
-    folder: Path, robot: Robot, drive: Drive, measuring: Measuring | None, dropped: float, chance: Generator
+    folder: Path, robot: Robot, log: Log, measuring: Measuring | None, dropped: float, chance: Generator
 ) -> None:
     """Write one recording.
 
     Args:
         folder: Folder of the recording, which must not exist yet.
         robot: The robot that drove.
-        drive: What it drove.
+        log: What it drove.
         measuring: How its poses are measured; None for not at all.
         dropped: Share of frames that are lost.
         chance: Source of the poses' noise and of lost frames.
     """
     folder.mkdir(parents=True)
     (folder / "vehicle.toml").write_text(toml_of(robot), encoding="utf-8")
+    (folder / "can.log").write_text(_frames(robot, log, dropped, chance), encoding="utf-8")
+    run = [f'protocol = "{log.protocol}"', *([] if log.side is None else [f"side = {log.side}"])]
+    for name, start, end in log.laps:
+        run += ["[[lap]]", f'direction = "{name}"', f"start = {start:.6f}", f"end = {end:.6f}"]
+    (folder / "run.toml").write_text("\n".join(run) + "\n", encoding="utf-8")
+    if measuring is not None:
+        (folder / "poses.csv").write_text(_poses(robot, log, measuring, chance), encoding="utf-8")
+
+
+def _frames(robot: Robot, log: Log, dropped: float, chance: Generator) -> str:
+    """Return the text of can.log: SYNC, then a frame of every node."""
+    frames: dict[int, list[tuple[int, Device]]] = {}
+    for column, device in enumerate(robot.devices):
+        frames.setdefault(device.cob_id, []).append((column, device))
+    stamps = _stamps(log.time, robot.sync_scatter, len(frames), chance)
     lines = []
-    for sample, time in enumerate(drive.time):
-        lines.append(f"({time:.6f}) can0 080#")
-        for column, device in enumerate(robot.devices):
+    for row, counts in zip(stamps.tolist(), log.counts.tolist(), strict=True):
+        lines.append(f"({row[0]:.6f}) can0 080#")
+        for time, (cob_id, devices) in zip(row[1:], frames.items(), strict=True):
             if dropped and chance.random() < dropped:
                 continue
-            raw = int(drive.counts[sample, column]) % (1 << device.bits)
-            data = raw.to_bytes(device.bits // 8, "little").hex().upper()
-            lines.append(f"({time + 0.0002 * (column + 1):.6f}) can0 {device.cob_id:03X}#{data}")
-    (folder / "can.log").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    laps = [
-        f'[[lap]]\ndirection = "{name}"\nstart = {start:.6f}\nend = {end:.6f}\n'
-        for name, start, end in drive.laps
-    ]
-    (folder / "run.toml").write_text('protocol = "free"\n' + "".join(laps), encoding="utf-8")
-    if measuring is not None:
-        (folder / "poses.csv").write_text(_poses(robot, drive, measuring, chance), encoding="utf-8")
+            word = sum(counts[column] % (1 << each.bits) << each.start_bit for column, each in devices)
+            size = max(each.start_bit + each.bits for _, each in devices) // 8
+            lines.append(f"({time:.6f}) can0 {cob_id:03X}#{word.to_bytes(size, 'little').hex().upper()}")
+    return "\n".join(lines) + "\n"
 
 
-def _poses(robot: Robot, drive: Drive, measuring: Measuring, chance: Generator) -> str:
+def _stamps(time: Array, scatter: float, frames: int, chance: Generator) -> Array:
+    """Return the stamps of SYNC and of each frame after it [s], shape `(N, 1 + frames)`."""
+    if not scatter:
+        return np.asarray(time[:, None] + ARRIVAL * np.arange(1 + frames))
+    sync = time + chance.normal(0.0, scatter, len(time)).clip(-4.0 * scatter, 4.0 * scatter)
+    late = [1.3e-4 * place + chance.uniform(0.0, scatter, len(time)) for place in range(1, 1 + frames)]
+    return np.asarray(sync[:, None] + np.stack([np.zeros(len(time)), *late], axis=1))
+
+
+def _poses(robot: Robot, log: Log, measuring: Measuring, chance: Generator) -> str:
     rows, stated = ["t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"], ",".join(map(str, measuring.sigma))
-    for time, truck, pose in measured(robot, drive, measuring, chance):
+    for time, truck, pose in measured(robot, log, measuring, chance):
         heading = (pose[2] + np.pi) % (2.0 * np.pi) - np.pi
         rows.append(f"{time:.6f},{'ab'[truck]},{pose[0]:.6f},{pose[1]:.6f},{heading:.6f},{stated}")
     return "\n".join(rows) + "\n"
 
 
-def measured(
-    robot: Robot, drive: Drive, measuring: Measuring, chance: Generator | None
-) -> Iterator[tuple[float, int, Array]]:
-    """Yield the stamp [s], the truck's number and the pose `(3,)` of each measurement, in order of time.
-
-    Args:
-        robot: The robot that drove.
-        drive: What it drove.
-        measuring: How its poses are measured.
-        chance: Source of the poses' noise; None for none.
-    """
-    sigma, start = np.array(measuring.sigma), float(drive.time[0])
+def measured(robot: Robot, log: Log, measuring: Measuring | None, chance: Generator | None) -> Iterator[Pose]:
+    """Yield each measured pose in order of time; `chance` is the source of noise, None for none."""
+    if measuring is None:
+        return
+    sigma, start, end = np.array(measuring.sigma), float(log.time[0]), float(log.time[-1])
     if measuring.period == 0.0:
-        times = [start + 0.3, *(end for _, _, end in drive.laps)]
+        times = [start + 0.3, *(end for _, _, end in log.laps)] if log.stops is None else list(log.stops)
     else:
-        last = float(drive.time[-1]) - measuring.delay - 2.0 * abs(measuring.fast) * (drive.time[-1] - start)
+        last = end - measuring.delay - 2.0 * abs(measuring.fast) * (end - start)
         times = list(np.arange(start, last, measuring.period))
     for time in times:
         stamp = start + (time - start) / (1.0 - measuring.fast) + measuring.delay
         for truck in range(robot.trucks if measuring.both else 1):
-            pose = np.array([np.interp(time, drive.time, drive.poses[:, truck, axis]) for axis in range(3)])
-            pose[:2] += _turned(measuring.lever, pose[2])
+            pose = np.array([np.interp(time, log.time, log.poses[:, truck, axis]) for axis in range(3)])
+            cosine, sine, (ahead, left) = np.cos(pose[2]), np.sin(pose[2]), measuring.lever
+            pose[:2] += cosine * ahead - sine * left, sine * ahead + cosine * left
             if chance is not None:
                 off = measuring.noise * sigma * chance.normal(size=3)
                 outlier = measuring.outliers and chance.random() < measuring.outliers
@@ -221,6 +263,37 @@ def measured(
             yield stamp, truck, pose
 
 
-def _turned(lever: tuple[float, float], heading: float) -> tuple[float, float]:
-    cosine, sine = np.cos(heading), np.sin(heading)
-    return cosine * lever[0] - sine * lever[1], sine * lever[0] + cosine * lever[1]
+def seen(robot: Robot, log: Log, measuring: Measuring | None, chance: Generator | None) -> Seen:
+    """Return a drive as a reader of its recording sees it; `chance` as in `measured`."""
+    read = {device.channel: device.reading(log.counts[:, at]) for at, device in enumerate(robot.devices)}
+    wheels = np.stack([read[wheel] for wheel in WHEELS[: 2 * robot.trucks]], axis=1)
+    if robot.trucks == 1:
+        linkage = np.zeros((len(log.time), 0))
+    else:
+        joints = (np.unwrap(read[joint]) for joint in LINKAGE[:2])
+        linkage = np.stack([*joints, robot.length + read["link"]], axis=1)
+    return seen_exactly(robot, log.time, wheels, linkage, measured(robot, log, measuring, chance))
+
+
+def seen_exactly(robot: Robot, time: Array, wheels: Array, linkage: Array, poses: Iterator[Pose]) -> Seen:
+    """Return a drive by the readings of its sensors.
+
+    Args:
+        robot: The robot as its owner believes it to be.
+        time: Time of each sample [s], shape `(N,)`.
+        wheels: Angles of the wheels [rad], shape `(N, 2 T)`.
+        linkage: joint_a [rad], joint_b [rad] and the link's length [m], shape `(N, 3)`, or `(N, 0)`.
+        poses: Measured poses, in order of time.
+    """
+    rows: dict[int, list[tuple[float, Array]]] = {}
+    for stamp, truck, pose in poses:
+        rows.setdefault(truck, []).append((stamp, pose))
+    measurements = {}
+    for truck, own in rows.items():
+        pose = np.stack([each for _, each in own])
+        pose[:, 2] = np.unwrap(pose[:, 2])
+        measurements[truck] = Poses(np.array([stamp for stamp, _ in own]), pose)
+    radius = np.array(robot.radius)
+    turn = np.array([device.resolution for device in robot.devices if device.channel in WHEELS])
+    count, base = 2.0 * np.pi * radius / turn, np.array(robot.wheelbase)
+    return Seen(time, radius * wheels, count, radius, base, linkage, robot.length, measurements)

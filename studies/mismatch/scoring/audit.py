@@ -14,7 +14,7 @@ import numpy as np
 
 from studies.mismatch.engines.cases import seed_of
 from studies.mismatch.engines.scene import scene
-from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
+from studies.mismatch.engines.writing import seen
 from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
 
 if TYPE_CHECKING:
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from studies.mismatch.engines.cases import Case
-    from studies.mismatch.engines.engine import Drive
-    from studies.mismatch.engines.writing import Robot
+    from studies.mismatch.engines.writing import Log, Robot
 
     Array = NDArray[np.float64]
 
@@ -106,51 +105,20 @@ def _largest(difference: Array, usual: Array) -> float:
     return float(np.max(np.sqrt(np.mean(difference**2, axis=0)) / usual))
 
 
-def _missed(robot: Robot, drive: Drive, poses: str) -> Array:
-    """Return the errors of plain odometry against the linkage's readings and measured poses, shape `(N, K)`.
+def _missed(robot: Robot, log: Log, poses: str) -> Array:
+    """Return the errors of plain odometry against the linkage's readings and the true poses, shape `(N, K)`.
 
-    They come from counts and measured poses alone, as a reader of the recording sees them [rad, m].
+    Poses are compared only where a reader of the recording sees some [rad, m].
     """
-    turned = {
-        device.channel: device.sign * (drive.counts[:, number] - device.zero) / device.resolution
-        for number, device in enumerate(robot.devices)
-    }
-    reckoned = _reckoned(robot, turned)
+    view = seen(robot, log, None, None)
+    reckoned = np.stack([view.path(truck) for truck in range(robot.trucks)], axis=1)
     missed = []
     if robot.trucks == 2:
+        reckoned[:, 1, 0] -= robot.length
         gap = reckoned[:, 0, :2] - reckoned[:, 1, :2]
-        along = np.arctan2(gap[:, 1], gap[:, 0])
-        joints = [
-            _wrapped(2.0 * np.pi * turned[channel] - (reckoned[:, truck, 2] - along))
-            for truck, channel in enumerate(LINKAGE[:2])
-        ]
-        missed += [*joints, turned["link"] + robot.length - np.hypot(gap[:, 0], gap[:, 1])]
-    measured = {"none": 0, "sonar": 1}.get(poses, robot.trucks)
-    for truck in range(measured):
-        missed += list((drive.poses[:, truck] - reckoned[:, truck]).T)
+        turned = view.reading[:, :2] - (reckoned[:, :, 2] - np.arctan2(gap[:, 1], gap[:, 0])[:, None])
+        wrapped = (turned + np.pi) % (2.0 * np.pi) - np.pi
+        missed = [*wrapped.T, view.reading[:, 2] - np.hypot(gap[:, 0], gap[:, 1])]
+    for truck in range({"none": 0, "sonar": 1}.get(poses, robot.trucks)):
+        missed += list((log.poses[:, truck] - reckoned[:, truck]).T)
     return np.stack(missed, axis=1)
-
-
-def _reckoned(robot: Robot, turned: Mapping[str, Array]) -> Array:
-    """Return poses `(N, T, 3)` by odometry with the nominal robot, from turns of each channel `(N,)`."""
-    count = len(next(iter(turned.values())))
-    poses = np.zeros((count, robot.trucks, 3))
-    for truck in range(robot.trucks):
-        left, right = (
-            2.0 * np.pi * robot.radius[wheel] * np.diff(turned[WHEELS[wheel]])
-            for wheel in (2 * truck, 2 * truck + 1)
-        )
-        yaw = (right - left) / robot.wheelbase[truck]
-        heading = np.concatenate(([0.0], np.cumsum(yaw)))
-        middle = heading[:-1] + 0.5 * yaw
-        way = 0.5 * (left + right)
-        poses[1:, truck, 0] = np.cumsum(way * np.cos(middle))
-        poses[1:, truck, 1] = np.cumsum(way * np.sin(middle))
-        poses[:, truck, 2] = heading
-    if robot.trucks == 2:
-        poses[:, 1, 0] -= robot.length
-    return poses
-
-
-def _wrapped(angle: Array) -> Array:
-    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)

@@ -17,18 +17,16 @@ from studies.mismatch.engines.bullet import faults
 from studies.mismatch.engines.bullet.chassis import ROBOTS, Chassis
 from studies.mismatch.engines.bullet.drive import Course, Floor, TippedError, drive
 from studies.mismatch.engines.bullet.faults import Fault, Setting, axle_ahead
-from studies.mismatch.engines.engine import Drive as Recorded
 from studies.mismatch.engines.laws import altered
 from studies.mismatch.engines.programmes import PROGRAMMES, commands
 from studies.mismatch.engines.rivals import SEPARATE, rivals
 from studies.mismatch.engines.scene import SEEDS, START
 from studies.mismatch.engines.strength import Drive as Seen
-from studies.mismatch.engines.strength import Noise, Poses, Ruler, left_of, residual
+from studies.mismatch.engines.strength import Noise, Ruler, left_of, residual
 from studies.mismatch.engines.true_motion import Nominal, calibrate
-from studies.mismatch.engines.vocabulary import WHEELS, label
-from studies.mismatch.engines.wide.cases import seen as as_recorded
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, label
 from studies.mismatch.engines.wide.robots import COUNTS, JOINTS, METRES, within
-from studies.mismatch.engines.writing import Measuring, Robot, measured, write
+from studies.mismatch.engines.writing import Log, Measuring, Robot, measured, seen, seen_exactly, write
 from studies.mismatch.engines.writing import encoders as drawn_encoders
 
 if TYPE_CHECKING:
@@ -110,69 +108,6 @@ def everyday(healthy: Seen, ruler: Ruler, missed: Array) -> list[dict[str, Any]]
     return found
 
 
-Laps = list[tuple[str, float, float]]
-
-
-def seen(robot: Robot, drive: Drive, start: float, laps: Laps, measuring: Measuring | None) -> Seen:
-    """Return a drive as sensors without any error see it, and poses as they are.
-
-    Args:
-        robot: The robot as its owner believes it to be.
-        drive: What happened.
-        start: Time of the first SYNC [s].
-        laps: Laps as (direction, start [s], end [s]).
-        measuring: How poses are measured; None for not at all.
-    """
-    radius = np.array(robot.radius)
-    wheels = [device for device in robot.devices if device.channel in WHEELS]
-    count = np.array([2.0 * np.pi / device.resolution for device in wheels]) * radius
-    reading = (
-        np.column_stack([drive.joints, drive.link]) if robot.trucks == 2 else np.zeros((len(drive.time), 0))
-    )
-    happened = Recorded(drive.time + start, np.zeros((0, 0), np.int64), drive.poses, laps)
-    rows = [] if measuring is None else list(measured(robot, happened, measuring, None))
-    poses = {
-        truck: Poses(*(np.array([row[item] for row in rows if row[1] == truck]) for item in (0, 2)))
-        for truck in sorted({truck for _, truck, _ in rows})
-    }
-    return Seen(
-        drive.time + start,
-        drive.wheels * radius,
-        count,
-        radius,
-        np.array(robot.wheelbase),
-        reading,
-        robot.length,
-        poses,
-    )
-
-
-def recorded(robot: Robot, ways: Seen, drive: Drive, laps: Laps, chance: np.random.Generator) -> Recorded:
-    """Return a drive as it is recorded: the ways and readings that sensors see, in counts.
-
-    Args:
-        robot: The robot as its owner believes it to be.
-        ways: What its sensors see.
-        drive: What happened.
-        laps: Laps as (direction, start [s], end [s]).
-        chance: Source of the scatter of the linkage's readings.
-    """
-    counts = []
-    for device in robot.devices:
-        if device.channel in WHEELS:
-            column = WHEELS.index(device.channel)
-            turns = ways.way[:, column] / (2.0 * np.pi * robot.radius[column])
-        elif device.channel == "link":
-            turns = ways.reading[:, 2] - robot.length
-        else:
-            turns = ways.reading[:, ("joint_a", "joint_b").index(device.channel)] / (2.0 * np.pi)
-        jitter = 0.0 if device.channel in WHEELS else robot.jitter * chance.normal(size=len(turns))
-        counts.append(
-            device.zero + device.sign * np.rint(turns * device.resolution + jitter).astype(np.int64)
-        )
-    return Recorded(ways.time, np.stack(counts, axis=1), drive.poses, laps)
-
-
 KINDS = {"null": 0.25, "single": 0.6, "multi": 0.15}  # shares of the cases; single ones may have no name
 ROLLING: tuple[Build, ...] = (
     faults.wheel_diameter,
@@ -242,13 +177,39 @@ class _Case:
         hooks = [hook for fault in hidden for hook in fault.hooks]
         return _at(drive(chassis, floor, self.course, self.setting.nominal, hooks), self.ahead)
 
+    def log(self, driven: Drive, counts: NDArray[np.int64] | None = None) -> Log:
+        """Return a drive as it is recorded; without counts, for what needs none."""
+        counts = np.zeros((len(driven.time), 0), np.int64) if counts is None else counts
+        return Log(driven.time + self.setting.start, counts, driven.poses, self.laps)
+
     def seen(self, driven: Drive, hidden: Sequence[Fault]) -> Seen:
-        """Return a drive as sensors with these faults, and no other error, see it."""
-        view = seen(self.robot, driven, self.setting.start, self.laps, self.measuring)
+        """Return a drive as sensors with these faults, and no other error, see it; poses as they are."""
+        linkage = np.column_stack([driven.joints, driven.link])[:, : 3 * (self.robot.trucks - 1)]
+        log = self.log(driven)
+        poses = measured(self.robot, log, self.measuring, None)
+        view = seen_exactly(self.robot, log.time, driven.wheels, linkage, poses)
         for fault in hidden:
             if fault.sensed is not None:
                 view = altered(view, fault.effect, fault.component, fault.sensed)
         return view
+
+    def recorded(self, driven: Drive, hidden: Sequence[Fault], chance: Generator) -> Log:
+        """Return a drive with faults as it is recorded, in counts; the linkage's readings scatter."""
+        robot, view = self.robot, self.seen(driven, hidden)
+        values = dict(zip(WHEELS, (view.way / view.radius).T, strict=False))
+        values |= (
+            dict(zip(LINKAGE, (view.reading - (0.0, 0.0, robot.length)).T, strict=True))
+            if robot.length
+            else {}
+        )
+        counts = [
+            device.counted(
+                values[device.channel],
+                robot.jitter * chance.normal(size=len(view.time)) if device.channel in LINKAGE else 0.0,
+            )
+            for device in robot.devices
+        ]
+        return self.log(driven, np.stack(counts, axis=1))
 
 
 def make(wanted: tuple[Path, int, int], measuring: Measuring | None = None) -> dict[str, Any]:
@@ -402,12 +363,12 @@ def _written(
         driven: The drive with all of them.
     """
     chance, robot, measuring = case.setting.chance, case.robot, case.measuring
-    log = recorded(robot, case.seen(driven, hidden), driven, case.laps, chance)
+    log = case.recorded(driven, hidden, chance)
     write(folder, robot, log, measuring, 0.0, chance)
     healthy = case.seen(case.setting.healthy, [])
     untouched = residual(healthy)
     changed = [residual(case.seen(one, [fault])) for one, fault in zip(alone, hidden, strict=True)]
-    noisy = residual(as_recorded(robot, log, measuring, chance))
+    noisy = residual(seen(robot, log, measuring, chance))
     smooth = {part: sum((each[part] - own for each in changed), own) for part, own in untouched.items()}
     ruler = Ruler(Noise.of([{part: noisy[part] - smooth[part] for part in noisy}]), (untouched,))
     labels = [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ from studies.mismatch.engines.laws import altered
 from studies.mismatch.engines.programmes import PROGRAMMES, wide_programme
 from studies.mismatch.engines.rivals import alike, separations
 from studies.mismatch.engines.scene import SEEDS, START, Scene, drawn_parameters
-from studies.mismatch.engines.strength import Drive, Noise, Poses, Ruler, left_of, rates, residual
+from studies.mismatch.engines.strength import Drive, Noise, Ruler, left_of, rates, residual
 from studies.mismatch.engines.vocabulary import (
     JOINTS,
     LINKAGE,
@@ -25,7 +24,7 @@ from studies.mismatch.engines.vocabulary import (
     set_bump_times,
 )
 from studies.mismatch.engines.wide.robots import secondary, wide_measuring, wide_robot, within
-from studies.mismatch.engines.writing import Measuring, Robot, measured, write
+from studies.mismatch.engines.writing import Log, Measuring, Robot, seen, write
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
     from numpy.typing import NDArray
-
-    from studies.mismatch.engines import engine
 
     Array = NDArray[np.float64]
 
@@ -134,7 +131,7 @@ def make(wanted: tuple[Path, int, int], measuring: Measuring | None = None) -> d
     }  # fmt: skip
 
 
-def _healthy(setting: _Setting, driven: engine.Drive, chance: Generator, kind: str) -> _Healthy:
+def _healthy(setting: _Setting, driven: Log, chance: Generator, kind: str) -> _Healthy:
     noisy, drive = (seen(setting.robot, driven, setting.measuring, each) for each in (chance, None))
     ruler = Ruler(Noise.of([residual(noisy)]), (residual(drive),))
     return _Healthy(drive, ruler, _smooth(setting, []) if kind == "unknown" else {})
@@ -216,7 +213,7 @@ def _aged(measuring: Measuring | None, hidden: list[Fault]) -> Measuring | None:
     return measuring
 
 
-def _is_driveable(robot: Robot, driven: engine.Drive) -> bool:
+def _is_driveable(robot: Robot, driven: Log) -> bool:
     """Say whether the trucks stayed in line, and no link was torn."""
     if robot.trucks == 1:
         return True
@@ -242,7 +239,7 @@ def _change(fault: Fault, setting: _Setting, healthy: _Healthy) -> Array:
     return healthy.ruler.noise.whitened([{part: with_it[part] - without[part] for part in without}])
 
 
-def _label(hidden: _Hidden, setting: _Setting, driven: engine.Drive, healthy: _Healthy) -> dict[str, Any]:
+def _label(hidden: _Hidden, setting: _Setting, driven: Log, healthy: _Healthy) -> dict[str, Any]:
     """Return the label of a fault, with its strength and what this drive cannot tell from it."""
     effect, component, parameters = hidden.fault
     own = label(effect, component, parameters)
@@ -255,35 +252,6 @@ def _label(hidden: _Hidden, setting: _Setting, driven: engine.Drive, healthy: _H
     if effect == "bump":
         set_bump_times(own, driven.time, driven.counts[:, setting.robot.channels.index(component)])
     return own
-
-
-def seen(robot: Robot, drive: engine.Drive, measuring: Measuring | None, chance: Generator | None) -> Drive:
-    """Return a drive as its recording shows it; `chance` is the source of the poses' noise, None for none."""
-    turned = {
-        device.channel: device.sign * (drive.counts[:, number] - device.zero) / device.resolution
-        for number, device in enumerate(robot.devices)
-    }
-    wheels = WHEELS[: 2 * robot.trucks]
-    around, radius = 2.0 * math.pi * np.array(robot.radius), np.array(robot.radius)
-    reading = [2.0 * math.pi * turned[joint] for joint in LINKAGE[:2] if joint in turned]
-    if robot.trucks == 2:
-        reading = [np.unwrap(each) for each in reading] + [robot.length + turned["link"]]
-    poses: dict[int, Poses] = {}
-    rows = [] if measuring is None else list(measured(robot, drive, measuring, chance))
-    for truck in sorted({truck for _, truck, _ in rows}):
-        pose = np.stack([pose for _, other, pose in rows if other == truck])
-        pose[:, 2] = np.unwrap(pose[:, 2])
-        poses[truck] = Poses(np.array([time for time, other, _ in rows if other == truck]), pose)
-    return Drive(
-        drive.time,
-        np.stack([around[number] * turned[wheel] for number, wheel in enumerate(wheels)], axis=1),
-        around / np.array([device.resolution for device in robot.devices if device.channel in wheels]),
-        radius,
-        np.array(robot.wheelbase),
-        np.stack(reading, axis=1) if reading else np.zeros((len(drive.time), 0)),
-        robot.length,
-        poses,
-    )
 
 
 KNOTS = 7  # of a curve, evenly spaced in the quantity's quantiles
