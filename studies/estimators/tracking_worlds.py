@@ -137,30 +137,28 @@ def _write_engine(at: Path, seed: int, number: int, effects: tuple[tuple[str, st
 
 def _mujoco_cases() -> Iterable[tuple[int, Any]]:
     """Return each fault of the contact physics."""
-    from studies.mismatch.engines.mujoco import corpus
+    from studies.mismatch.engines.mujoco.cases import FAULTS
 
-    return enumerate(corpus.FAULTS)
+    return enumerate(FAULTS)
 
 
 def _write_mujoco(at: Path, seed: int, number: int, fault: str) -> dict[str, Any]:
-    from studies.mismatch.engines.mujoco import corpus
+    from studies.mismatch.engines.mujoco.cases import make
 
-    at.mkdir(parents=True)
-    (key,) = corpus.write(at, [fault], seed * 1000 + number, poses="exact")
-    shutil.move(at / key / "1", at / "1")
-    return {"name": fault}
+    exact = replace(EXACT, period=0.03, both=True)
+    return {**make(at, seed * 1000 + number, 0, exact, fault), "name": fault}
 
 
 def _write_bullet(at: Path, seed: int, number: int, _content: None) -> dict[str, Any]:
     from studies.mismatch.engines.bullet.cases import make
 
-    return make((at, seed, number), EXACT)
+    return make(at, seed, number, EXACT)
 
 
 def _write_wide(at: Path, seed: int, number: int, _content: None) -> dict[str, Any]:
     from studies.mismatch.engines.wide.cases import make
 
-    return make((at, seed, number), EXACT)
+    return make(at, seed, number, EXACT)
 
 
 WORLDS = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -142,11 +141,3 @@ def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
         "kind": case.kind, "verdict": verdict, "poses": case.poses, "recordings": ["1"], "effects": labels,
         "engine": "own", "drive": case.drive, "note": case.note,
     }  # fmt: skip
-
-
-def write_case(wanted: tuple[Path, Case, int]) -> dict[str, Any]:
-    """Do as `make`, in one argument and over what an earlier run left unfinished."""
-    folder, case, seed = wanted
-    if folder.exists():
-        shutil.rmtree(folder)
-    return make(folder, case, seed)

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.mismatch.engines.vocabulary import WHEELS
+from studies.mismatch.engines.vocabulary import JOINTS, TRUCKS, WHEELS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 WINDOW = 33  # rows of a stretch: about half a second
 
@@ -22,11 +24,11 @@ WINDOW = 33  # rows of a stretch: about half a second
 class Drive:
     """What happened in a drive, with a row for each SYNC."""
 
-    time: NDArray[np.float64]  # time since the first SYNC [s], shape `(N,)`
-    wheels: NDArray[np.float64]  # angles of the wheels [rad], shape `(N, 2 T)`
-    joints: NDArray[np.float64]  # angles of both joints [rad], shape `(N, 2)`; zeros without a linkage
-    link: NDArray[np.float64]  # length of the link [m], shape `(N,)`; zeros without a linkage
-    poses: NDArray[np.float64]  # true poses of the trucks [m, m, rad], shape `(N, T, 3)`
+    time: Array  # time since the first SYNC [s], shape `(N,)`
+    wheels: Array  # angles of the wheels [rad], shape `(N, 2 T)`
+    joints: Array  # angles of both joints [rad], shape `(N, 2)`; zeros without a linkage
+    link: Array  # length of the link [m], shape `(N,)`; zeros without a linkage
+    poses: Array  # true poses of the trucks [m, m, rad], shape `(N, T, 3)`
     # contacts with obstacles, each as (obstacle, first row, last row)
     crossings: tuple[tuple[int, int, int], ...]
 
@@ -35,12 +37,12 @@ class Drive:
 class Nominal:
     """The robot as its `vehicle.toml` describes it."""
 
-    radii: NDArray[np.float64]  # rolling radii in the order of WHEELS [m], shape `(2 T,)`
-    tracks: NDArray[np.float64]  # track of each truck [m], shape `(T,)`
+    radii: Array  # rolling radii in the order of WHEELS [m], shape `(2 T,)`
+    tracks: Array  # track of each truck [m], shape `(T,)`
     link: float  # length of the linkage at rest [m]; 0 without one
 
 
-def motion(drive: Drive, rows: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def motion(drive: Drive, rows: int = 1) -> tuple[Array, Array]:
     """Return how each truck moved over each stretch of rows, in the truck's frame.
 
     Args:
@@ -91,7 +93,7 @@ def calibrate(drive: Drive, rest: float) -> Nominal:
     return Nominal(radii, tracks, float(rest + np.mean(np.hypot(*apart.T) - drive.link)))
 
 
-def residuals(drive: Drive, nominal: Nominal, rows: int = WINDOW) -> NDArray[np.float64]:
+def residuals(drive: Drive, nominal: Nominal, rows: int = WINDOW) -> Array:
     """Return what the nominal robot does not explain over stretches of rows, shape `(N, 9)`.
 
     The columns are the distance travelled minus the distance rolled of the four wheels [m], the sideways
@@ -113,9 +115,7 @@ def residuals(drive: Drive, nominal: Nominal, rows: int = WINDOW) -> NDArray[np.
     return np.column_stack([ways, moved[..., 1], linkage.reshape(-1, rows, 3).mean(axis=1)])
 
 
-def above_noise(
-    fault: NDArray[np.float64], healthy: NDArray[np.float64], floor: NDArray[np.float64]
-) -> float:
+def above_noise(fault: Array, healthy: Array, floor: Array) -> float:
     """Return by how many standard deviations a fault's residuals differ from the healthy robot's.
 
     Args:
@@ -160,30 +160,16 @@ def crossings(
     return times, [float(left[max(0, a - 14) : b + 14].sum()) for a, b in spans]
 
 
-def lost_in(drive: Drive, nominal: Nominal, wheel: str, span: tuple[float, float]) -> tuple[float, float]:
-    """Return the distances [m] that a wheel rolled and lost in a span of the drive's time [s]."""
-    rows = (drive.time[1:] >= span[0]) & (drive.time[1:] < span[1])
-    column = WHEELS.index(wheel)
-    left = -residuals(drive, nominal, 1)[rows, column]
-    rolled = motion(drive)[1][rows, column] * nominal.radii[column]
-    return float(np.abs(rolled).sum()), float(left.sum())
-
-
 def rolling_ratios(drive: Drive, nominal: Nominal, wheel: str, time: float) -> tuple[float, float]:
-    """Return a wheel's rolling radius before and after a time, each over its nominal radius."""
-    moved, wheels = motion(drive, 66)
-    column = WHEELS.index(wheel)
-    truck, side = column // 2, 1 if column % 2 else -1
-    way = moved[:, truck, 0] + side * moved[:, truck, 2] * nominal.tracks[truck] / 2
-    rolled, late = wheels[:, column], (np.arange(len(way)) + 0.5) * 66 * drive.time[1] > time
+    """Return a wheel's rolling radius before and after a time [s], each over its nominal radius."""
     before, after = (
-        float(way[at] @ rolled[at] / (rolled[at] @ rolled[at]) / nominal.radii[column])
-        for at in (~late, late)
+        rolling_radius(drive, nominal, wheel, rows) / float(nominal.radii[WHEELS.index(wheel)])
+        for rows in before_and_after(time, drive)
     )
     return before, after
 
 
-def creep(drive: Drive) -> NDArray[np.float64]:
+def creep(drive: Drive) -> Array:
     """Return each truck's sideways speed over its centripetal acceleration [s], shape `(2,)`."""
     moved, _ = motion(drive, 33)
     seconds = 33 * drive.time[1]
@@ -198,7 +184,7 @@ def downhill(drive: Drive, nominal: Nominal, healthy: Drive) -> float:
     return float(drift / np.abs(moved[:, 0, 0]).sum())
 
 
-def _reckoned(drive: Drive, nominal: Nominal) -> NDArray[np.float64]:
+def _reckoned(drive: Drive, nominal: Nominal) -> Array:
     """Return the sum of truck a's true steps less what its wheels rolled along its true heading."""
     theta = drive.poses[:-1, 0, 2] + np.diff(np.unwrap(drive.poses[:, 0, 2])) / 2
     rolled = (motion(drive)[1][:, :2] * nominal.radii[:2]).mean(axis=1)
@@ -206,7 +192,7 @@ def _reckoned(drive: Drive, nominal: Nominal) -> NDArray[np.float64]:
     return np.asarray((step - rolled[:, None] * np.stack([np.cos(theta), np.sin(theta)], axis=1)).sum(axis=0))
 
 
-def kicks(drive: Drive, nominal: Nominal, truck: int) -> NDArray[np.float64]:
+def kicks(drive: Drive, nominal: Nominal, truck: int) -> Array:
     """Return a truck's yaw in 1.5 s after each reversal, less that of its wheels [rad], shape `(R,)`."""
     left = residuals(drive, nominal, 1)[:, 2 * truck : 2 * truck + 2]
     yaw = np.concatenate([[0.0], np.cumsum(left[:, 1] - left[:, 0]) / nominal.tracks[truck]])
@@ -215,3 +201,96 @@ def kicks(drive: Drive, nominal: Nominal, truck: int) -> NDArray[np.float64]:
     turned = np.flatnonzero(np.diff(np.sign(rate[moving])))
     after = moving[turned + 1]
     return np.asarray(yaw[np.minimum(after + 100, len(yaw) - 1)] - yaw[after])
+
+
+def rolling_radius(drive: Drive, nominal: Nominal, wheel: str, rows: slice = slice(None)) -> float:
+    """Return the radius on which a wheel rolled [m], in some of the windows of a drive."""
+    column = WHEELS.index(wheel)
+    turned = motion(drive, WINDOW)[1][rows, column]
+    travelled = residuals(drive, nominal)[rows, column] + turned * nominal.radii[column]
+    return float(travelled @ turned / (turned @ turned))
+
+
+def before_and_after(time: float, drive: Drive) -> tuple[slice, slice]:
+    """Return the windows of a drive that end before a time [s], and those that begin after it."""
+    row = time / (drive.time[1] * WINDOW)
+    return slice(int(row)), slice(int(np.ceil(row)), None)
+
+
+def turning_base(drive: Drive, nominal: Nominal, truck: int) -> float:
+    """Return the wheelbase on which a truck turned [m]."""
+    moved, turned = motion(drive, WINDOW)
+    left, right = (turned * nominal.radii)[:, 2 * truck : 2 * truck + 2].T
+    yaw = moved[:, truck, 2]
+    return float((right - left) @ yaw / (yaw @ yaw))
+
+
+def travel_angle(drive: Drive, truck: int) -> float:
+    """Return the angle of a truck's travel to its own straight ahead, where it does not turn [rad]."""
+    forward, aside, yaw = motion(drive, WINDOW)[0][:, truck].T
+    straight = np.abs(yaw) < np.quantile(np.abs(yaw), 0.5) + 1e-9
+    return float(aside[straight] @ forward[straight] / (forward[straight] @ forward[straight]))
+
+
+def wave(drive: Drive, nominal: Nominal, wheel: str) -> tuple[float, float]:
+    """Return amplitude [m] and phase [rad] of a wheel's rolling radius over its angle."""
+    column = WHEELS.index(wheel)
+    turned = np.diff(drive.wheels[:, column])
+    angle = drive.wheels[:-1, column] + 0.5 * turned
+    columns = turned[:, None] * np.stack([np.cos(angle), -np.sin(angle), np.ones_like(angle)], axis=1)
+    even, odd, _ = np.linalg.lstsq(columns, residuals(drive, nominal, 1)[:, column], rcond=None)[0]
+    return float(np.hypot(even, odd)), float(np.arctan2(odd, even))
+
+
+def lost(drive: Drive, nominal: Nominal, wheel: str, inside: NDArray[np.bool_]) -> float:
+    """Return the share of the rolled way that a wheel lost in some rows; 0 where it did not roll."""
+    column = WHEELS.index(wheel)
+    rows = inside[1:]
+    rolled = motion(drive)[1][rows, column] * nominal.radii[column]
+    missed = -residuals(drive, nominal, 1)[rows, column] * np.sign(rolled)
+    whole = float(np.abs(rolled).sum())
+    return float(missed.sum()) / whole if whole else 0.0
+
+
+def axle_ahead(drive: Drive) -> Array:
+    """Return how far ahead of each truck's origin it turns without moving sideways [m], shape `(T,)`."""
+    _, aside, yaw = np.moveaxis(motion(drive, WINDOW)[0], -1, 0)
+    return np.asarray(-(aside * yaw).sum(axis=0) / np.maximum((yaw**2).sum(axis=0), 1e-12))
+
+
+def path_of(drive: Drive, tracks: Array, wheel: str) -> Array:
+    """Return where a wheel is on the floor [m], shape `(N, 2)`."""
+    truck = WHEELS.index(wheel) // 2
+    x, y, heading = drive.poses[:, truck].T
+    half = 0.5 * tracks[truck] * (1.0 if wheel.endswith("left") else -1.0)
+    return np.stack([x - half * np.sin(heading), y + half * np.cos(heading)], axis=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """What a fault is drawn for: a robot with contacts, and its healthy drive of the programme."""
+
+    chance: np.random.Generator  # source of all that is drawn
+    nominal: Nominal  # the robot as `vehicle.toml` describes it
+    healthy: Drive  # the healthy robot's drive
+    start: float  # time of the first SYNC [s]
+
+    def sign(self) -> float:
+        """Return +1 or -1, drawn at random."""
+        return float(self.chance.choice([-1.0, 1.0]))
+
+    def wheel(self) -> str:
+        """Return a wheel, drawn at random."""
+        return str(self.chance.choice(WHEELS[: len(self.nominal.radii)]))
+
+    def truck(self) -> str:
+        """Return a truck, drawn at random."""
+        return str(self.chance.choice(TRUCKS[: len(self.nominal.tracks)]))
+
+    def joint(self) -> str:
+        """Return a joint, drawn at random."""
+        return str(self.chance.choice(JOINTS))
+
+    def moment(self, first: float, last: float) -> float:
+        """Return a time of the drive [s] between two shares of its duration, drawn at random."""
+        return float(self.healthy.time[-1] * self.chance.uniform(first, last))

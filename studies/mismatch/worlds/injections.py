@@ -16,11 +16,10 @@ import numpy as np
 from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.files.recordings.folder import save_recording
 from studies.datasets.optiodom.recordings import differential_sets, recordings_of
-from studies.mismatch import run
 from studies.mismatch.engines.rivals import draw
 from studies.mismatch.engines.strength import Drive, Poses, Ruler
 from studies.mismatch.worlds.optiodom import in_sequence
-from studies.mismatch.worlds.world import AbsentError, Label, Request
+from studies.mismatch.worlds.world import AbsentError, Label, Request, write_all
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,14 +47,12 @@ def write_injections(
         f"injected-{number:04d}": (folder / f"injected-{number:04d}", sets, request.seed, number)
         for number in range(count)
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    pairs = run.ask_all(write_pair, wanted, jobs, report, folder / "labels.jsonl")
+    pairs = write_all(write_pair, wanted, folder, jobs, report)
     return {name: label for number in pairs for name, label in pairs[number].items()}
 
 
-def write_pair(wanted: tuple[Path, Sequence[Path], int, int]) -> dict[str, Label]:
+def write_pair(folder: Path, sets: Sequence[Path], seed: int, number: int) -> dict[str, Label]:
     """Write one injected case and its twin, drawn by seed and number; return the labels of both."""
-    folder, sets, seed, number = wanted
     chance = np.random.default_rng([seed, number])
     while True:
         place = sets[int(chance.integers(len(sets)))]

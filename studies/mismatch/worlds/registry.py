@@ -9,11 +9,18 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from omnimate.vehicle.errors import OmnimateError
-from studies.mismatch import run
-from studies.mismatch.engines.cases import cases, seed_of, write_case
+from studies.mismatch.engines.cases import cases, make, seed_of
 from studies.mismatch.worlds.injections import write_injections
 from studies.mismatch.worlds.optiodom import diagnosed_and_driven, write_optiodom
-from studies.mismatch.worlds.world import AbsentError, Label, LabelledWorld, Request, World, WrittenWorld
+from studies.mismatch.worlds.world import (
+    AbsentError,
+    Label,
+    LabelledWorld,
+    Request,
+    World,
+    WrittenWorld,
+    write_all,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -33,8 +40,7 @@ def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> M
         f"own-{number:04d}": (folder / f"own-{number:04d}", wanted[number], seed_of(request.seed, number))
         for number in numbers
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    return run.ask_all(write_case, made, jobs, report, folder / "labels.jsonl")
+    return write_all(make, made, folder, jobs, report)
 
 
 def write_drawn(
@@ -57,29 +63,17 @@ def write_drawn(
         jobs: How many processes work at once.
         report: Is told how many cases are written.
     """
-    _check_installed(library, folder.name)
-    make = import_module(f"studies.mismatch.engines.{module}").make
+    if find_spec(library) is None:
+        raise AbsentError(
+            f"{library} is not installed (the extra `{folder.name}`): {folder.name} is left out"
+        )
     count = request.cases or counts[0 if request.quick else 1]
     made = {
         f"{folder.name}-{number:04d}": (folder / f"{folder.name}-{number:04d}", request.seed, number)
         for number in range(count)
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    return run.ask_all(make, made, jobs, report, folder / "labels.jsonl")
-
-
-def write_mujoco(folder: Path, request: Request, _jobs: int, _report: Report) -> Mapping[str, Label]:
-    """Write the cases of the two-truck robot in MuJoCo."""
-    _check_installed("mujoco", folder.name)
-    corpus = import_module("studies.mismatch.engines.mujoco.corpus")
-    count = request.cases or CONTACTS[0 if request.quick else 1]
-    labels: Mapping[str, Label] = corpus.write(folder, corpus.corpus(count), request.seed)
-    return labels
-
-
-def _check_installed(library: str, extra: str) -> None:
-    if find_spec(library) is None:
-        raise AbsentError(f"{library} is not installed (the extra `{extra}`): {extra} is left out")
+    write_one = import_module(f"studies.mismatch.engines.{module}").make
+    return write_all(write_one, made, folder, jobs, report)
 
 
 def worlds(data: Path) -> dict[str, World]:
@@ -87,7 +81,7 @@ def worlds(data: Path) -> dict[str, World]:
     every: tuple[World, ...] = (
         WrittenWorld("engine", "own engine", write_engine),
         WrittenWorld("wide", "own engine, wide", partial(write_drawn, "wide.cases", WIDE, "numpy")),
-        WrittenWorld("mujoco", "MuJoCo", write_mujoco),
+        WrittenWorld("mujoco", "MuJoCo", partial(write_drawn, "mujoco.cases", CONTACTS, "mujoco")),
         LabelledWorld("concealed", "concealed", data / "concealed", foreign=True),
         LabelledWorld("concealed2", "concealed2", data / "concealed2", foreign=True),
         LabelledWorld("contact", "contact", data / "contact", foreign=True),

@@ -5,10 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import random
+import shutil
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from omnimate.vehicle.errors import OmnimateError
+from studies.mismatch import run
 from studies.mismatch.run import answered
 
 if TYPE_CHECKING:
@@ -18,6 +21,7 @@ if TYPE_CHECKING:
     from studies.mismatch.run import Answer, Progress, Question, Report
 
 Label = dict[str, Any]
+Reply = TypeVar("Reply")
 FEW = 3  # cases of a labelled set, where a small part is enough
 
 
@@ -124,6 +128,32 @@ class WrittenWorld(World):
                 raise
         kept.write_text(_text({"request": wanted, "labels": labels}), encoding="utf-8")
         return Corpus(self, folder, labels)
+
+
+def write_all(
+    write: Callable[..., Reply],
+    wanted: Mapping[str, tuple[Any, ...]],
+    folder: Path,
+    jobs: int,
+    report: Report,
+) -> dict[str, Reply]:
+    """Return the labels of cases, by name; what was written before a stop is not written again.
+
+    Args:
+        write: Writes one case into a folder, its first argument, and returns its label.
+        wanted: Arguments of `write`, by the name of the case.
+        folder: Folder of the world.
+        jobs: How many processes work at once.
+        report: Is called with how much is done, and of how much.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    return run.ask_all(partial(_write_anew, write), wanted, jobs, report, folder / "labels.jsonl")
+
+
+def _write_anew(write: Callable[..., Reply], wanted: tuple[Any, ...]) -> Reply:
+    """Write a case over what an earlier run left unfinished."""
+    shutil.rmtree(wanted[0], ignore_errors=True)
+    return write(*wanted)
 
 
 def _check(known: object, wanted: object, folder: Path) -> None:

@@ -143,7 +143,7 @@ def test_a_case_and_its_twin_are_the_same_runs_of_a_real_robot_with_and_without_
         for place in differential_sets(shared_data / "real/optiodom")[0]
         if place.parent.name == "ivanjko"
     ]
-    labels = write_pair((tmp_path / "injected-0000", sets[:1], 1, 0))
+    labels = write_pair(tmp_path / "injected-0000", sets[:1], 1, 0)
     case, twin = labels["injected-0000"], labels["injected-0000-twin"]
     assert case["twin"] == "injected-0000-twin"
     assert case["recordings"] == twin["recordings"]

@@ -7,7 +7,6 @@ recording (`engines.strength`), and compared with what each effect of the vocabu
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,14 +15,14 @@ import numpy as np
 from studies.mismatch.engines.bullet import faults
 from studies.mismatch.engines.bullet.chassis import ROBOTS, Chassis
 from studies.mismatch.engines.bullet.drive import Course, Floor, TippedError, drive
-from studies.mismatch.engines.bullet.faults import Fault, Setting, axle_ahead
+from studies.mismatch.engines.bullet.faults import Fault, Setting
 from studies.mismatch.engines.laws import altered
 from studies.mismatch.engines.programmes import PROGRAMMES, commands
 from studies.mismatch.engines.rivals import SEPARATE, rivals
 from studies.mismatch.engines.scene import SEEDS, START
 from studies.mismatch.engines.strength import Drive as Seen
 from studies.mismatch.engines.strength import Noise, Ruler, left_of, residual
-from studies.mismatch.engines.true_motion import Nominal, calibrate
+from studies.mismatch.engines.true_motion import Nominal, axle_ahead, calibrate
 from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, label
 from studies.mismatch.engines.wide.robots import COUNTS, JOINTS, METRES, within
 from studies.mismatch.engines.writing import Log, Measuring, Robot, measured, seen, seen_exactly, write
@@ -212,16 +211,15 @@ class _Case:
         return self.log(driven, np.stack(counts, axis=1))
 
 
-def make(wanted: tuple[Path, int, int], measuring: Measuring | None = None) -> dict[str, Any]:
+def make(folder: Path, seed: int, number: int, measuring: Measuring | None = None) -> dict[str, Any]:
     """Write the recording of a case into a folder, and return its label.
 
     Args:
-        wanted: Folder, seed and number of the case.
+        folder: Folder of the case.
+        seed: Seed of the corpus.
+        number: Number of the case, on which and on the seed alone it depends.
         measuring: How poses are measured; None to draw it, too.
     """
-    folder, seed, number = wanted
-    if folder.exists():
-        shutil.rmtree(folder)
     chance = np.random.default_rng([seed, number, 8])
     kind = str(chance.choice(list(KINDS), p=list(KINDS.values())))
     while True:
@@ -261,7 +259,7 @@ def _case(chance: Generator, name: str, seed: int, number: int) -> _Case:
         raise TippedError("the trucks folded")
     floor = Floor(within(chance, SMOOTH if chassis.skids else SLOPES), number)
     return _Case(
-        Setting(chance, chassis, nominal, healthy, start),
+        Setting(chance, nominal, healthy, start, chassis),
         _robot(chance, chassis, nominal, course.period),
         course,
         _measuring(chance, chassis.trucks),

@@ -18,7 +18,17 @@ from studies.mismatch.engines.bullet.urdf import (
     with_moved,
     with_tread,
 )
-from studies.mismatch.engines.true_motion import WINDOW, crossings, motion, residuals
+from studies.mismatch.engines.true_motion import (
+    Draws,
+    before_and_after,
+    crossings,
+    lost,
+    path_of,
+    rolling_radius,
+    travel_angle,
+    turning_base,
+    wave,
+)
 from studies.mismatch.engines.vocabulary import WHEELS
 
 if TYPE_CHECKING:
@@ -29,37 +39,17 @@ if TYPE_CHECKING:
     from studies.mismatch.engines.bullet.chassis import Chassis
     from studies.mismatch.engines.bullet.drive import Hook, Scene
     from studies.mismatch.engines.bullet.urdf import Place
-    from studies.mismatch.engines.true_motion import Drive, Nominal
+    from studies.mismatch.engines.true_motion import Drive
 
     Parameters = dict[str, Any]
     Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
-    """What a fault is built into."""
+class Setting(Draws):
+    """What a fault is built into; the healthy robot drives the course on a plane."""
 
-    chance: np.random.Generator  # source of all that is drawn
     chassis: Chassis  # the healthy robot
-    nominal: Nominal  # the robot as `vehicle.toml` describes it
-    healthy: Drive  # the healthy robot's drive of the course on a plane
-    start: float  # time of the first SYNC [s]
-
-    def sign(self) -> float:
-        """Return +1 or -1, drawn at random."""
-        return float(self.chance.choice([-1.0, 1.0]))
-
-    def wheel(self) -> str:
-        """Return a wheel, drawn at random."""
-        return str(self.chance.choice(list(self.chassis.wheels)))
-
-    def truck(self) -> str:
-        """Return a truck, drawn at random."""
-        return str(self.chance.choice(list("ab"[: self.chassis.trucks])))
-
-    def moment(self, first: float, last: float) -> float:
-        """Return a time of the drive [s] between two shares of its duration, drawn at random."""
-        return float(self.healthy.time[-1] * self.chance.uniform(first, last))
 
 
 def _unchanged(chassis: Chassis) -> Chassis:
@@ -94,61 +84,6 @@ def with_treads(
     for name in links or chassis.wheels[channel].links:
         urdf = with_tread(urdf, name, radius, off_axle)
     return replace(chassis, urdf=urdf)
-
-
-def rolling_radius(drive: Drive, nominal: Nominal, wheel: str, rows: slice = slice(None)) -> float:
-    """Return the radius on which a wheel rolled [m], in some of the windows of a drive."""
-    column = WHEELS.index(wheel)
-    turned = motion(drive, WINDOW)[1][rows, column]
-    travelled = residuals(drive, nominal)[rows, column] + turned * nominal.radii[column]
-    return float(travelled @ turned / (turned @ turned))
-
-
-def before_and_after(time: float, drive: Drive) -> tuple[slice, slice]:
-    """Return the windows of a drive that end before a time [s], and those that begin after it."""
-    row = time / (drive.time[1] * WINDOW)
-    return slice(int(row)), slice(int(np.ceil(row)), None)
-
-
-def turning_base(drive: Drive, nominal: Nominal, truck: int) -> float:
-    """Return the wheelbase on which a truck turned [m]."""
-    moved, turned = motion(drive, WINDOW)
-    left, right = (turned * nominal.radii)[:, 2 * truck : 2 * truck + 2].T
-    yaw = moved[:, truck, 2]
-    return float((right - left) @ yaw / (yaw @ yaw))
-
-
-def travel_angle(drive: Drive, truck: int) -> float:
-    """Return the angle of a truck's travel to its own straight ahead, where it does not turn [rad]."""
-    forward, aside, yaw = motion(drive, WINDOW)[0][:, truck].T
-    straight = np.abs(yaw) < np.quantile(np.abs(yaw), 0.5) + 1e-9
-    return float(aside[straight] @ forward[straight] / (forward[straight] @ forward[straight]))
-
-
-def wave(drive: Drive, nominal: Nominal, wheel: str) -> tuple[float, float]:
-    """Return amplitude [m] and phase [rad] of a wheel's rolling radius over its angle."""
-    column = WHEELS.index(wheel)
-    turned = np.diff(drive.wheels[:, column])
-    angle = drive.wheels[:-1, column] + 0.5 * turned
-    columns = turned[:, None] * np.stack([np.cos(angle), -np.sin(angle), np.ones_like(angle)], axis=1)
-    even, odd, _ = np.linalg.lstsq(columns, residuals(drive, nominal, 1)[:, column], rcond=None)[0]
-    return float(np.hypot(even, odd)), float(np.arctan2(odd, even))
-
-
-def lost(drive: Drive, nominal: Nominal, wheel: str, inside: NDArray[np.bool_]) -> float:
-    """Return the share of the rolled way that a wheel lost in some rows; 0 where it did not roll."""
-    column = WHEELS.index(wheel)
-    rows = inside[1:]
-    rolled = motion(drive)[1][rows, column] * nominal.radii[column]
-    missed = -residuals(drive, nominal, 1)[rows, column] * np.sign(rolled)
-    whole = float(np.abs(rolled).sum())
-    return float(missed.sum()) / whole if whole else 0.0
-
-
-def axle_ahead(drive: Drive) -> Array:
-    """Return how far ahead of each truck's origin it turns without moving sideways [m], shape `(T,)`."""
-    _, aside, yaw = np.moveaxis(motion(drive, WINDOW)[0], -1, 0)
-    return np.asarray(-(aside * yaw).sum(axis=0) / np.maximum((yaw**2).sum(axis=0), 1e-12))
 
 
 OILY = (0.02, 0.05)  # share of its grip that a tyre keeps on oil
@@ -302,7 +237,10 @@ def bump(at: Setting) -> Fault:
 
 def _places(at: Setting, wheel: str, count: int) -> list[tuple[float, float, float]]:
     """Return places on a wheel's path where it rolls steadily [m], and its direction there [rad]."""
-    path, heading = _path(at.healthy, at.nominal.tracks, wheel), at.healthy.poses[:, _truck(wheel), 2]
+    path, heading = (
+        path_of(at.healthy, at.nominal.tracks, wheel),
+        at.healthy.poses[:, WHEELS.index(wheel) // 2, 2],
+    )
     period = float(at.healthy.time[1])
     speed = np.abs(np.diff(at.healthy.wheels[:, WHEELS.index(wheel)])) * at.nominal.radii[0] / period
     turning = np.abs(np.diff(heading)) / period
@@ -311,17 +249,6 @@ def _places(at: Setting, wheel: str, count: int) -> list[tuple[float, float, flo
     steady = straight if len(straight) > count else fast
     rows = steady[np.linspace(0, len(steady) - 1, count + 2).astype(int)[1:-1]]
     return [(float(path[row, 0]), float(path[row, 1]), float(heading[row])) for row in rows]
-
-
-def _truck(wheel: str) -> int:
-    return "ab".index(wheel[0])
-
-
-def _path(drive: Drive, tracks: Array, wheel: str) -> Array:
-    """Return where a wheel is on the floor [m], shape `(N, 2)`."""
-    x, y, heading = drive.poses[:, _truck(wheel)].T
-    half = 0.5 * tracks[_truck(wheel)] * (1.0 if wheel.endswith("left") else -1.0)
-    return np.stack([x - half * np.sin(heading), y + half * np.cos(heading)], axis=1)
 
 
 def slippery(at: Setting) -> Fault:
@@ -339,7 +266,7 @@ def slippery(at: Setting) -> Fault:
 
     def inside(drive: Drive) -> NDArray[np.bool_]:
         tracks = np.array(at.chassis.tracks)
-        return np.asarray(np.hypot(*(_path(drive, tracks, wheel) - (x, y)).T) < radius)
+        return np.asarray(np.hypot(*(path_of(drive, tracks, wheel) - (x, y)).T) < radius)
 
     def measure(drive: Drive) -> dict[str, Any]:
         own, healthy = (lost(each, at.nominal, wheel, inside(drive)) for each in (drive, at.healthy))
@@ -398,18 +325,18 @@ def dragging(at: Setting) -> Fault:
 
 def joint_bias(at: Setting) -> Fault:
     """Return a joint encoder that is mounted at an angle."""
-    return _sensed("joint_bias", _joint(at), bias=at.sign() * at.chance.uniform(0.003, 0.01))
+    return _sensed("joint_bias", at.joint(), bias=at.sign() * at.chance.uniform(0.003, 0.01))
 
 
 def joint_eccentricity(at: Setting) -> Fault:
     """Return a joint encoder whose disc is off the joint's centre."""
     amplitude, phase = at.chance.uniform(0.004, 0.015), at.chance.uniform(-np.pi, np.pi)
-    return _sensed("joint_eccentricity", _joint(at), amplitude=amplitude, phase=phase)
+    return _sensed("joint_eccentricity", at.joint(), amplitude=amplitude, phase=phase)
 
 
 def joint_backlash(at: Setting) -> Fault:
     """Return a joint encoder with play."""
-    return _sensed("joint_backlash", _joint(at), width=at.chance.uniform(0.01, 0.03))
+    return _sensed("joint_backlash", at.joint(), width=at.chance.uniform(0.01, 0.03))
 
 
 def link_bias(at: Setting) -> Fault:
@@ -430,10 +357,6 @@ def latency(at: Setting) -> Fault:
     """Return an encoder whose samples are old."""
     channels = [*at.chassis.wheels, *(("joint_a", "joint_b") if at.chassis.link else ())]
     return _sensed("latency", str(at.chance.choice(channels)), delay=at.chance.uniform(0.03, 0.09))
-
-
-def _joint(at: Setting) -> str:
-    return str(at.chance.choice(["joint_a", "joint_b"]))
 
 
 def _sensed(effect: str, component: str, **parameters: float) -> Fault:

@@ -138,7 +138,9 @@ def drive(
     table = np.array(rows, dtype=np.float64)
     time = np.arange(len(rows), dtype=np.float64) * dt
     crossed = contacts(np.array(touches).reshape(len(rows), -1), WINDOW)
-    return Drive(time, table[:, :4], table[:, 4:6], table[:, 6], np.array(poses), crossed)
+    path = np.array(poses)
+    path[:, :, 2] = np.unwrap(path[:, :, 2], axis=0)
+    return Drive(time, table[:, :4], table[:, 4:6], table[:, 6], path, crossed)
 
 
 def _scene(robot: Robot) -> Scene:

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from studies.mismatch.engines.mujoco.model import HOLD, Cable, Robot
-from studies.mismatch.engines.true_motion import creep, crossings, downhill, kicks, lost_in, rolling_ratios
+from studies.mismatch.engines.true_motion import (
+    Draws,
+    creep,
+    crossings,
+    downhill,
+    kicks,
+    lost,
+    path_of,
+    rolling_ratios,
+)
 from studies.mismatch.engines.vocabulary import WHEELS, label
 
 if TYPE_CHECKING:
@@ -17,8 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from studies.mismatch.engines.mujoco.drive import Hook, Scene
-    from studies.mismatch.engines.mujoco.recording import Encoder
-    from studies.mismatch.engines.true_motion import Drive, Nominal
+    from studies.mismatch.engines.true_motion import Drive
+    from studies.mismatch.engines.writing import Device
 
     Values = dict[str, NDArray[np.float64]]
     Labels = Callable[[Drive], list[dict[str, Any]]]
@@ -29,32 +38,16 @@ def _unchanged(values: Values) -> Values:
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class Setting(Draws):
     """What a fault is built into."""
 
-    rng: np.random.Generator  # source of all that is drawn
     robot: Robot  # the healthy robot
-    healthy: Drive  # the healthy robot's drive of the same program
-    nominal: Nominal  # the robot as `vehicle.toml` describes it
-    encoders: tuple[Encoder, ...]  # encoders on the bus
-    start: float  # time of the first SYNC [s]
-
-    def sign(self) -> float:
-        """Return +1 or -1, drawn at random."""
-        return float(self.rng.choice([-1.0, 1.0]))
-
-    def wheel(self) -> str:
-        """Return a wheel, drawn at random."""
-        return str(self.rng.choice(WHEELS))
-
-    def truck(self) -> str:
-        """Return a truck, drawn at random."""
-        return str(self.rng.choice(["a", "b"]))
+    devices: tuple[Device, ...]  # encoders on the bus
 
     def zero_angle(self, wheel: str) -> float:
         """Return the angle [rad] that a wheel's counter shows where the simulated angle is zero."""
-        encoder = next(e for e in self.encoders if e.channel == wheel)
-        return encoder.sign * encoder.start / encoder.per_unit
+        device = next(each for each in self.devices if each.channel == wheel)
+        return device.sign * device.zero * device.unit / device.resolution
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +99,7 @@ def healthy(at: Setting) -> FaultyRobot:
 
 def wheel_diameter(at: Setting) -> FaultyRobot:
     """Return a robot with a wheel of another diameter."""
-    wheel, ratio = at.wheel(), 1 + at.sign() * at.rng.uniform(0.002, 0.008)
+    wheel, ratio = at.wheel(), 1 + at.sign() * at.chance.uniform(0.002, 0.008)
     likes = (("count_loss", wheel), ("radius_vs_speed", wheel))  # at one speed they are the same
     robot = with_tyre(at.robot, wheel, radius=at.robot.tyres[wheel].radius * ratio)
     return FaultyRobot(robot, lambda _: [label("wheel_diameter", wheel, {"ratio": ratio}, likes)])
@@ -123,7 +116,7 @@ def hardly(at: Setting) -> FaultyRobot:
 
 def wheel_eccentricity(at: Setting) -> FaultyRobot:
     """Return a robot with a wheel whose axle is off its centre."""
-    wheel, amplitude, phase = at.wheel(), at.rng.uniform(3e-4, 1e-3), at.rng.uniform(-np.pi, np.pi)
+    wheel, amplitude, phase = at.wheel(), at.chance.uniform(3e-4, 1e-3), at.chance.uniform(-np.pi, np.pi)
     robot = with_tyre(at.robot, wheel, eccentricity=amplitude, phase=phase)
     seen = amplitude * nodding(at.robot, wheel) * np.exp(1j * (phase - at.zero_angle(wheel)))
     values = {"amplitude": float(np.abs(seen)), "phase": float(np.angle(seen))}
@@ -142,7 +135,7 @@ def nodding(robot: Robot, wheel: str) -> complex:
 
 def wheelbase(at: Setting) -> FaultyRobot:
     """Return a robot with another track on one truck."""
-    truck, ratio = at.truck(), 1 + at.sign() * at.rng.uniform(0.008, 0.03)
+    truck, ratio = at.truck(), 1 + at.sign() * at.chance.uniform(0.008, 0.03)
     robot = with_truck(at.robot, truck, track=at.robot.trucks[truck].track * ratio)
     return FaultyRobot(
         robot, lambda _: [label("wheelbase", truck, {"ratio": ratio}, (("turn_scrub", truck),))]
@@ -151,7 +144,7 @@ def wheelbase(at: Setting) -> FaultyRobot:
 
 def wheel_misalignment(at: Setting) -> FaultyRobot:
     """Return a robot with an axle that is turned in its truck."""
-    truck, angle = at.truck(), at.sign() * at.rng.uniform(0.005, 0.015)
+    truck, angle = at.truck(), at.sign() * at.chance.uniform(0.005, 0.015)
     robot = with_truck(at.robot, truck, toe=angle)
     other = ("joint_bias", f"joint_{truck}")
     return FaultyRobot(robot, lambda _: [label("wheel_misalignment", truck, {"angle": angle}, (other,))])
@@ -159,7 +152,7 @@ def wheel_misalignment(at: Setting) -> FaultyRobot:
 
 def bump(at: Setting) -> FaultyRobot:
     """Return a robot that meets cables under one wheel in every lap."""
-    wheel, height = at.wheel(), at.rng.uniform(0.005, 0.009)
+    wheel, height = at.wheel(), at.chance.uniform(0.005, 0.009)
     robot = replace(
         at.robot, cables=tuple(Cable(wheel, *place, height, 0.3) for place in _places(at, wheel, 4))
     )
@@ -174,17 +167,15 @@ def bump(at: Setting) -> FaultyRobot:
 
 def _places(at: Setting, wheel: str, count: int) -> list[tuple[float, float, float]]:
     """Return places on a wheel's path where it rolls steadily [m], and directions across the path [rad]."""
-    truck, side = WHEELS.index(wheel) // 2, 1 if wheel.endswith("left") else -1
-    pose = at.healthy.poses[:, truck]
-    half = side * at.nominal.tracks[truck] / 2
-    x, y = pose[:, 0] - half * np.sin(pose[:, 2]), pose[:, 1] + half * np.cos(pose[:, 2])
+    pose = at.healthy.poses[:, WHEELS.index(wheel) // 2]
+    x, y = path_of(at.healthy, at.nominal.tracks, wheel).T
     speed = np.diff(at.healthy.wheels[:, WHEELS.index(wheel)]) * at.nominal.radii[0] / at.healthy.time[1]
     yaw = np.diff(np.unwrap(pose[:, 2])) / at.healthy.time[1]
     rolling = (speed > 0.15) & (np.abs(yaw) < 0.35)
     steady = np.flatnonzero(np.convolve(~rolling, np.ones(121), "same") < 0.5)  # also 0.9 s before and after
     steady = steady if len(steady) > 500 else np.flatnonzero(rolling)
     rows = steady[
-        np.linspace(0, len(steady) - 1, count + 2).astype(int)[1:-1] + at.rng.integers(-20, 20, count)
+        np.linspace(0, len(steady) - 1, count + 2).astype(int)[1:-1] + at.chance.integers(-20, 20, count)
     ]
     return [(float(x[row]), float(y[row]), float(pose[row, 2] + np.pi / 2)) for row in rows]
 
@@ -209,7 +200,7 @@ def round_and_cables(at: Setting) -> FaultyRobot:
 
 def joint_bias(at: Setting) -> FaultyRobot:
     """Return a robot with a joint encoder that is mounted at an angle."""
-    joint, bias = str(at.rng.choice(["joint_a", "joint_b"])), at.sign() * at.rng.uniform(0.002, 0.008)
+    joint, bias = at.joint(), at.sign() * at.chance.uniform(0.002, 0.008)
     other = ("wheel_misalignment", joint[-1])
     return FaultyRobot(
         at.robot,
@@ -220,7 +211,7 @@ def joint_bias(at: Setting) -> FaultyRobot:
 
 def joint_eccentricity(at: Setting) -> FaultyRobot:
     """Return a robot with the disc of a joint encoder off the joint's centre."""
-    offset, bearing = at.rng.uniform(0.003, 0.01), at.rng.uniform(-np.pi, np.pi)
+    offset, bearing = at.chance.uniform(0.003, 0.01), at.chance.uniform(-np.pi, np.pi)
 
     def sense(values: Values) -> Values:
         angle = values["joint_a"]
@@ -238,7 +229,7 @@ def joint_eccentricity(at: Setting) -> FaultyRobot:
 
 def link_bias(at: Setting) -> FaultyRobot:
     """Return a robot with a linear encoder that is not mounted where `vehicle.toml` says."""
-    bias = at.sign() * at.rng.uniform(0.002, 0.006)
+    bias = at.sign() * at.chance.uniform(0.002, 0.006)
     sense = lambda values: values | {"link": values["link"] + bias}  # noqa: E731  # short enough for one line
     return FaultyRobot(at.robot, lambda _: [label("link_bias", "link", {"bias": bias}, ())], sense=sense)
 
@@ -249,8 +240,8 @@ CREEPING = 3e-4
 
 def tyre_loses_air(at: Setting) -> FaultyRobot:
     """Return a robot whose tyre goes soft at one moment: its wheel then rolls on a smaller radius."""
-    wheel, time = at.wheel(), float(at.healthy.time[-1] * at.rng.uniform(0.35, 0.65))
-    softness = at.rng.uniform(0.035, 0.055)
+    wheel, time = at.wheel(), at.moment(0.35, 0.65)
+    softness = at.chance.uniform(0.035, 0.055)
 
     def hook(scene: Scene, now: float) -> None:
         if now >= time:
@@ -261,8 +252,8 @@ def tyre_loses_air(at: Setting) -> FaultyRobot:
 
 def payload_moves(at: Setting) -> FaultyRobot:
     """Return a robot with a payload that slides across a truck with one soft tyre."""
-    truck, side = at.truck(), str(at.rng.choice(["left", "right"]))
-    wheel, time = f"{truck}.{side}", float(at.healthy.time[-1] * at.rng.uniform(0.35, 0.65))
+    truck, side = at.truck(), str(at.chance.choice(["left", "right"]))
+    wheel, time = f"{truck}.{side}", at.moment(0.35, 0.65)
     way = at.sign() * 0.12
     robot = with_truck(with_tyre(at.robot, wheel, softness=0.03), truck, payload=25.0)
 
@@ -286,9 +277,9 @@ def _step(at: Setting, drive: Drive, wheel: str, time: float) -> dict[str, Any]:
 
 def slippery(at: Setting) -> FaultyRobot:
     """Return a robot with oil under one wheel while the truck drags a load on that side: the wheel slips."""
-    wheel, mid = at.wheel(), float(at.healthy.time[-1] * at.rng.uniform(0.3, 0.6))
-    span = (mid, mid + at.rng.uniform(4, 8))
-    side, force = 1 if wheel.endswith("left") else -1, at.rng.uniform(10, 25)
+    wheel, mid = at.wheel(), at.moment(0.3, 0.6)
+    span = (mid, mid + at.chance.uniform(4, 8))
+    side, force = 1 if wheel.endswith("left") else -1, at.chance.uniform(10, 25)
     robot = at.robot
 
     def hook(scene: Scene, now: float) -> None:
@@ -299,8 +290,9 @@ def slippery(at: Setting) -> FaultyRobot:
         pull(scene, wheel[0], force if inside else 0.0, side)
 
     def labels_of(drive: Drive) -> list[dict[str, Any]]:
-        rolled, lost = lost_in(drive, at.nominal, wheel, span)
-        values = {"fraction": lost / rolled if rolled else None}
+        values = {
+            "fraction": lost(drive, at.nominal, wheel, (drive.time >= span[0]) & (drive.time < span[1]))
+        }
         interval = [[span[0] + at.start, span[1] + at.start]]
         others = (("bump", wheel), ("unknown", wheel), ("unknown", wheel[0]))
         return [label("slip_patch", wheel, values, others, interval)]
@@ -310,7 +302,7 @@ def slippery(at: Setting) -> FaultyRobot:
 
 def spongy_tyres(at: Setting) -> FaultyRobot:
     """Return a robot whose tyres of one truck yield to every force: the truck creeps outwards in bends."""
-    truck, tau = at.truck(), at.rng.uniform(0.001, 0.004)
+    truck, tau = at.truck(), at.chance.uniform(0.001, 0.004)
     robot = yielding(at.robot, tau, truck)
 
     def labels_of(drive: Drive) -> list[dict[str, Any]]:
@@ -327,7 +319,7 @@ def spongy_tyres(at: Setting) -> FaultyRobot:
 
 def floor_slope(at: Setting) -> FaultyRobot:
     """Return the robot on a tilted floor; its tyres are of the kind that yields (`corpus.PREPARED`)."""
-    tilt, direction = at.rng.uniform(0.03, 0.06), at.rng.uniform(-np.pi, np.pi)
+    tilt, direction = at.chance.uniform(0.03, 0.06), at.chance.uniform(-np.pi, np.pi)
     robot = replace(at.robot, tilt=(tilt * np.cos(direction), tilt * np.sin(direction)))
 
     def labels_of(drive: Drive) -> list[dict[str, Any]]:
@@ -356,8 +348,8 @@ def castor_kick(at: Setting) -> FaultyRobot:
 def pushed(at: Setting) -> FaultyRobot:
     """Return a robot with a truck that is pushed aside twice for a moment, harder than its tyres hold."""
     truck, length = at.truck(), 0.2
-    times = [float(at.healthy.time[-1] * share) for share in at.rng.uniform(0.25, 0.45, 1)] + [
-        float(at.healthy.time[-1] * share) for share in at.rng.uniform(0.6, 0.85, 1)
+    times = [float(at.healthy.time[-1] * share) for share in at.chance.uniform(0.25, 0.45, 1)] + [
+        float(at.healthy.time[-1] * share) for share in at.chance.uniform(0.6, 0.85, 1)
     ]
     force = at.sign() * (1.15 * 9.81 * (at.robot.trucks[truck].mass + 2.5))
 
@@ -373,7 +365,7 @@ def pushed(at: Setting) -> FaultyRobot:
 
 def wedged_slider(at: Setting) -> FaultyRobot:
     """Return a robot with a slider that jams for a while: the trucks push or pull each other."""
-    first = float(at.healthy.time[-1] * at.rng.uniform(0.3, 0.5))
+    first = at.moment(0.3, 0.5)
     last, wedge = first + float(at.healthy.time[-1] * 0.2), at.sign() * 0.02
 
     def hook(scene: Scene, now: float) -> None:
@@ -387,8 +379,8 @@ def wedged_slider(at: Setting) -> FaultyRobot:
 
 def dragging(at: Setting) -> FaultyRobot:
     """Return a robot with yielding tyres that drags a cable on one side of truck b for a while."""
-    first = float(at.healthy.time[-1] * at.rng.uniform(0.3, 0.6))
-    span, side, force = (first, first + 6.0), at.sign(), at.rng.uniform(50, 90)
+    first = at.moment(0.3, 0.6)
+    span, side, force = (first, first + 6.0), at.sign(), at.chance.uniform(50, 90)
 
     def hook(scene: Scene, now: float) -> None:
         scene.data.body("b").xfrc_applied[:] = 0

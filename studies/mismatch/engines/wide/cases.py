@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -95,16 +94,15 @@ class _Setting:
         return sum(duration for _, _, duration in legs) + 2.4 * len(self.scene.laps)
 
 
-def make(wanted: tuple[Path, int, int], measuring: Measuring | None = None) -> dict[str, Any]:
+def make(folder: Path, seed: int, number: int, measuring: Measuring | None = None) -> dict[str, Any]:
     """Write the recording of a case into a folder, and return its label.
 
     Args:
-        wanted: Folder, seed and number of the case.
+        folder: Folder of the case.
+        seed: Seed of the corpus.
+        number: Number of the case, on which and on the seed alone it depends.
         measuring: How poses are measured; None to draw it, too.
     """
-    folder, seed, number = wanted
-    if folder.exists():
-        shutil.rmtree(folder)
     chance = np.random.default_rng([seed, number, 5])
     kind = str(chance.choice(list(KINDS), p=list(KINDS.values())))
     while True:

@@ -46,7 +46,7 @@ def healthy(tug):
 
 @pytest.fixture
 def setting(tug, healthy):
-    return Setting(np.random.default_rng(4), tug, by_geometry(tug), healthy, 1000.0)
+    return Setting(np.random.default_rng(4), by_geometry(tug), healthy, 1000.0, tug)
 
 
 def test_a_robot_that_rolls_moves_as_its_geometry_says(tug, healthy):
@@ -139,7 +139,7 @@ def test_a_change_that_the_law_of_its_fault_does_not_explain_has_no_name(short):
 
 @pytest.mark.parametrize("number", [2])
 def test_a_case_depends_on_its_seed_and_number_alone_and_its_recording_loads(tmp_path, short, number):
-    first, again = (cases.make((tmp_path / name, 5, number)) for name in ("first", "again"))
+    first, again = (cases.make(tmp_path / name, 5, number) for name in ("first", "again"))
     assert json.loads(json.dumps(first)) == json.loads(json.dumps(again))
     logs = [(tmp_path / name / "1" / "can.log").read_bytes() for name in ("first", "again")]
     assert logs[0] == logs[1]

@@ -1,6 +1,5 @@
 """The MuJoCo robot: what a healthy one, a cable, a larger and an eccentric wheel do, and the folders."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +8,12 @@ import pytest
 pytest.importorskip("mujoco", reason="mujoco is not installed: the extra `mujoco`")
 
 from omnimate.files.recordings.folder import load_recording
+from studies.mismatch.engines.mujoco.cases import make, nominal_by_geometry
 from studies.mismatch.engines.mujoco.control import Pace, eight, rounded, shuttle, square
-from studies.mismatch.engines.mujoco.corpus import FAULTS, corpus, nominal_by_geometry, write
 from studies.mismatch.engines.mujoco.drive import Floor, drive
 from studies.mismatch.engines.mujoco.faults import nodding
 from studies.mismatch.engines.mujoco.model import Cable, random_robot
 from studies.mismatch.engines.true_motion import calibrate, crossings, motion, residuals
-from studies.mismatch.engines.vocabulary import WHEELS
 
 PACE = Pace(0.015, 0.3)
 FLAT = Floor(np.random.default_rng(0), 0.0)
@@ -90,29 +88,17 @@ def test_an_eccentric_wheel_rolls_its_radius_plus_a_cosine_turned_by_the_nodding
     assert even + 1j * odd == pytest.approx(expected, rel=0.03)
 
 
-def test_every_fault_of_the_corpus_is_drawn_in_turn():
-    assert set(corpus(len(FAULTS))) == set(FAULTS)
-    assert corpus(3) == list(FAULTS)[:3]
-
-
 def test_recordings_load_and_their_labels_say_what_was_done(tmp_path):
-    labels = write(tmp_path, ["joint_bias"], 1)
-    assert labels == json.loads((tmp_path / "labels.json").read_text())
-    [(key, entry)] = labels.items()
-    recording = load_recording(tmp_path / key / "1")
+    entry = make(tmp_path, 1, 7)
+    recording = load_recording(tmp_path / "1")
     assert entry["engine"] == "mujoco"
     assert entry["effects"][0]["effect"] == "joint_bias"
     assert len(recording.run.laps) >= 4
     assert len(recording.time) * 0.015 == pytest.approx(entry["seconds_of_driving"], abs=0.1)
 
 
-def test_a_case_depends_on_the_seed_and_its_place_alone(tmp_path):
-    first, again = (write(tmp_path / name, ["healthy"], 2) for name in ("first", "again"))
-    [key] = first
-    assert [*again] == [key]
-    logs = [(tmp_path / name / key / "1" / "can.log").read_bytes() for name in ("first", "again")]
+def test_a_case_depends_on_the_seed_and_its_number_alone(tmp_path):
+    first, again = (make(tmp_path / name, 2, 0, fault="healthy") for name in ("first", "again"))
+    assert first == again
+    logs = [(tmp_path / name / "1" / "can.log").read_bytes() for name in ("first", "again")]
     assert logs[0] == logs[1]
-
-
-def test_the_wheels_are_those_of_the_recording_format():
-    assert WHEELS == ("a.left", "a.right", "b.left", "b.right")

@@ -195,7 +195,7 @@ def test_a_link_goes_on_swinging_after_the_robot_has_stopped():
 
 
 def test_a_case_is_the_same_for_the_same_seed_and_says_how_strong_it_is(tmp_path):
-    labels = [cases.make((tmp_path / name, 1, 1)) for name in ("first", "second")]
+    labels = [cases.make(tmp_path / name, 1, 1) for name in ("first", "second")]
     assert labels[0] == labels[1]
     (effect,) = labels[0]["effects"]
     assert effect["sigmas_above_noise"] > 0.0

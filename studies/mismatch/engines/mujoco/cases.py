@@ -1,11 +1,8 @@
-"""Recordings of the MuJoCo robot with faults built into it, and labels that say what was built in."""
+"""The cases of the MuJoCo robot: faults built into it in turn, and labels that say what was built in."""
 
 from __future__ import annotations
 
-import json
-import time
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,12 +12,14 @@ from studies.mismatch.engines.mujoco.control import Pace, eight, rounded, shuttl
 from studies.mismatch.engines.mujoco.drive import Floor, drive
 from studies.mismatch.engines.mujoco.faults import Setting, yielding
 from studies.mismatch.engines.mujoco.model import random_robot
-from studies.mismatch.engines.mujoco.recording import random_encoders, readings, write_recording
 from studies.mismatch.engines.true_motion import Nominal, above_noise, calibrate, residuals
-from studies.mismatch.engines.vocabulary import WHEELS
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
+from studies.mismatch.engines.writing import Device, Log, Measuring, write
+from studies.mismatch.engines.writing import Robot as Described
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
+    from pathlib import Path
 
     from studies.mismatch.engines.mujoco.control import Program
     from studies.mismatch.engines.mujoco.faults import FaultyRobot, Values
@@ -63,33 +62,17 @@ PREPARED = {
 CABLES = {"bump", "round_and_cables"}  # driven slowly: at 0.4 m/s the shock makes the other wheel slip too
 POSES_ONLY = {"floor_slope"}  # moves both trucks alike, and is visible in measured poses only
 RESOLVED = np.array([1e-4] * 6 + [1e-4, 1e-4, 1e-4])  # below the resolution of any sensor [m, rad]
-POSES = ("none", "sonar", "mocap")  # in turn
 CLEAR = 5.0  # standard deviations below which a recording may not show the fault
-
-
-def corpus(count: int) -> list[str]:
-    """Return the names of `count` cases: every fault in turn."""
-    names = list(FAULTS)
-    return [names[i % len(names)] for i in range(count)]
-
-
-def write(folder: Path | str, cases: Iterable[str], seed: int, poses: str | None = None) -> dict[str, Any]:
-    """Write recordings and their `labels.json`, and return the labels.
-
-    Args:
-        folder: Folder of the corpus; it is made where it is absent.
-        cases: Names of faults, keys of FAULTS.
-        seed: Seed of all random draws; a case depends on it and on its place in the list alone.
-        poses: Kind of absolute poses, as `write_recording` takes it; None for all kinds in turn.
-    """
-    folder, labels = Path(folder), {}
-    folder.mkdir(parents=True, exist_ok=True)
-    for number, name in enumerate(cases):
-        kind = POSES[number % 3] if name not in POSES_ONLY else POSES[1 + number % 2]
-        key, entry = _case(folder, name, poses or kind, np.random.default_rng([seed, number]))
-        labels[key] = entry
-        (folder / "labels.json").write_text(json.dumps(labels, indent=1))
-    return labels
+# How poses are measured, in turn: not at all, at the stops, or 33 times a second.
+POSES: tuple[Measuring | None, ...] = (
+    None,
+    Measuring((0.002, 0.002, 0.0052), 0.0, both=True),
+    Measuring((0.001, 0.001, 0.00175), 0.03, both=True),
+)
+GROUPS = (("a.left", "a.right"), ("b.left", "b.right"), ("joint_a", "joint_b"), ("link",))  # in one PDO each
+# Counts per turn of wheels and of joints, and per metre of the link.
+RESOLUTIONS = (8192, 20000, 40000), (16384, 36000, 65536), (10000, 50000)
+READING_NOISE, SYNC_SCATTER = 5e-5, 5e-5  # [rad, m] of the linkage's encoders; [s]
 
 
 def nominal_by_geometry(robot: Robot) -> Nominal:
@@ -104,8 +87,24 @@ def calibrated(robot: Robot, program: Program) -> Nominal:
     return calibrate(drive(robot, flat, program, nominal_by_geometry(robot)), robot.link)
 
 
-def _case(folder: Path, name: str, poses: str, rng: np.random.Generator) -> tuple[str, dict[str, Any]]:
-    began = time.monotonic()
+def make(
+    folder: Path, seed: int, number: int, measuring: Measuring | None = None, fault: str = ""
+) -> dict[str, Any]:
+    """Write the recording of a case into a folder, and return its label.
+
+    Args:
+        folder: Folder of the case.
+        seed: Seed of the corpus.
+        number: Number of the case, on which and on the seed alone it depends.
+        measuring: How poses are measured; None for all kinds in turn.
+        fault: Name of the fault, a key of `FAULTS`; empty for all of them in turn.
+
+    Raises:
+        FloatingPointError: The contacts became unstable.
+    """
+    name = fault or list(FAULTS)[number % len(FAULTS)]
+    poses = measuring or POSES[1 + number % 2 if name in POSES_ONLY else number % 3]
+    rng = np.random.default_rng([seed, number])
     key = rng.bytes(4).hex()
     robot, floor = random_robot(rng), Floor(rng, rng.uniform(0.003, 0.006))
     if name in PREPARED:
@@ -117,20 +116,73 @@ def _case(folder: Path, name: str, poses: str, rng: np.random.Generator) -> tupl
     nominal, weave = calibrated(robot, turning), rng.uniform(0.0, 0.3)
     before = drive(robot, floor, program, nominal, weave=weave)
     start = float(1763670000 + rng.integers(0, 10**6)) + 0.005
-    at = Setting(rng, robot, before, nominal, random_encoders(rng), start)
-    fault = FAULTS[name](at)
+    described = _described(key, nominal, pace.dt, _encoders(rng))
+    built = FAULTS[name](Setting(rng, nominal, before, start, robot, described.devices))
     after = (
-        drive(fault.robot, floor, program, nominal, fault.hooks, weave) if fault.kind != "null" else before
+        drive(built.robot, floor, program, nominal, built.hooks, weave) if built.kind != "null" else before
     )
-    values = fault.sense(readings(after, robot.link))
-    write_recording(folder / key / "1", after, values, nominal, at.encoders, program, poses, start, rng)
+    values = built.sense(_readings(after, robot.link))
+    write(folder / "1", described, _log(after, values, described, program, start, rng), poses, 0.0, rng)
     sigmas = _sigmas(after, before, values, nominal, robot)
-    entry = _entry(fault, after, sigmas, poses) | {"fault": name}
-    entry["acceptable_findings"] = _tyres(PREPARED.get(name))
-    return key, entry | {
+    return {
+        **_label(built, after, sigmas),
+        "poses": "none" if poses is None else f"{poses.period:g} s",
+        "fault": name,
+        "acceptable_findings": _tyres(PREPARED.get(name)),
         "seconds_of_driving": round(float(after.time[-1]), 1),
-        "seconds_to_make": round(time.monotonic() - began, 1),
     }
+
+
+def _encoders(rng: np.random.Generator) -> tuple[Device, ...]:
+    """Return a robot's seven encoders, as four nodes with one PDO each."""
+    nodes = rng.choice(np.arange(1, 60), 4, replace=False)
+    wheel, joint, link = (int(rng.choice(each)) for each in RESOLUTIONS)
+    bits = int(rng.choice([24, 32]))
+    devices = []
+    for node, group in zip(nodes.tolist(), GROUPS, strict=True):
+        for place, channel in enumerate(group):
+            turning = channel in WHEELS
+            resolution = wheel if turning else link if channel == "link" else joint
+            width = bits if turning else 32
+            zero = int(rng.integers(-4000, 4000)) if turning or rng.random() < 0.5 else 0
+            place_in_pdo, sign = (place * width, width), int(rng.choice([1, -1]))
+            devices.append(Device(channel, node, 0x180 + node, *place_in_pdo, True, sign, resolution, zero))
+    return tuple(devices)
+
+
+def _described(name: str, nominal: Nominal, period: float, devices: tuple[Device, ...]) -> Described:
+    """Return the robot as its owner believes it to be, in whole micrometres."""
+    tracks, radii = nominal.tracks.round(6).tolist(), (2.0 * nominal.radii).round(7) / 2.0
+    return Described(
+        name,
+        2,
+        tuple(tracks),
+        tuple(radii.tolist()),
+        round(nominal.link, 6),
+        round(period, 4),
+        devices,
+        sync_scatter=SYNC_SCATTER,
+    )
+
+
+def _readings(run: Drive, rest: float) -> Values:
+    """Return what perfect sensors read, by channel [rad, m]; the link from its length at rest."""
+    return dict(zip((*WHEELS, *LINKAGE), [*run.wheels.T, *run.joints.T, run.link - rest], strict=True))
+
+
+def _log(
+    run: Drive, values: Values, robot: Described, program: Program, start: float, rng: np.random.Generator
+) -> Log:
+    """Return a drive as it is recorded; encoders count whole steps down."""
+    counts = []
+    for device in robot.devices:
+        noise = rng.normal(0.0, READING_NOISE, len(run.time)) if device.channel in LINKAGE else 0.0
+        counts.append(device.counted(values[device.channel] + noise, -0.5))
+    time = run.time + start
+    laps = [(direction, float(time[first]), float(time[last])) for direction, first, last in program.laps]
+    stops = time[[program.laps[0][1] - 10, *(last + 20 for _, _, last in program.laps)]]
+    table = np.stack(counts, axis=1)
+    return Log(time, table, run.poses, laps, stops.tolist(), program.protocol, program.side)
 
 
 def _program(rng: np.random.Generator, pace: Pace, *, straight: bool) -> Program:
@@ -155,8 +207,8 @@ def _sigmas(after: Drive, before: Drive, values: Values, nominal: Nominal, robot
     return above_noise(residuals(seen, nominal), residuals(before, nominal), RESOLVED)
 
 
-def _entry(fault: FaultyRobot, run: Drive, sigmas: float, poses: str) -> dict[str, Any]:
-    """Return a case's label; where the fault cannot be seen, an answer may say so."""
+def _label(fault: FaultyRobot, run: Drive, sigmas: float) -> dict[str, Any]:
+    """Return what a label says of a fault; where it cannot be seen, an answer may say so."""
     effects = fault.labels_of(run)
     hidden = bool(effects) and sigmas < CLEAR
     verdict = ["agreement"] if not effects else ["mismatch"]
@@ -165,7 +217,6 @@ def _entry(fault: FaultyRobot, run: Drive, sigmas: float, poses: str) -> dict[st
     return {
         "kind": "insufficient" if hidden else fault.kind,
         "verdict": verdict,
-        "poses": poses,
         "recordings": ["1"],
         "effects": [effect | {"sigmas_above_noise": round(sigmas, 2)} for effect in effects],
         "engine": "mujoco",
