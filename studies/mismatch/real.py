@@ -39,10 +39,6 @@ class RobotRow:
 def robot_row(folder: Path, every: int = 1) -> RobotRow:
     """Return the answers to labyrinth_tuc or drive_ugv, as described and as corrected by the first look.
 
-    Args:
-        folder: Folder of the data, whose name says which of the two they are.
-        every: One in so many of the corrected recordings is searched.
-
     Raises:
         SourceError: The data are damaged.
     """

@@ -78,12 +78,7 @@ def ask_all(
 ) -> dict[str, Reply]:
     """Return the answers to questions, by name.
 
-    Args:
-        ask: Function that answers one question.
-        questions: Questions, by name.
-        jobs: Number of processes.
-        report: Function that is called with the number of answers and the number of all questions.
-        kept: File that receives every answer as a line of JSON; what it holds already is not asked again.
+    What the file `kept` holds is not asked again; it receives every answer as a line of JSON.
     """
     answers: dict[str, Reply] = {} if kept is None else _known(kept)
     waiting = {name: question for name, question in questions.items() if name not in answers}

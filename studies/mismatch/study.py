@@ -32,14 +32,7 @@ if TYPE_CHECKING:
 
 
 def ask_tool(corpus: Corpus, jobs: int, progress: Progress, kept: Path | None = None) -> dict[str, Answer]:
-    """Return the tool's answers to all cases of a corpus, by case.
-
-    Args:
-        corpus: The corpus.
-        jobs: How many processes answer at once.
-        progress: Is shown how many cases are answered.
-        kept: File that receives every answer at once; what it holds is not asked again.
-    """
+    """Return the tool's answers to all cases of a corpus, by case; the file `kept` receives each at once."""
     wanted = {case: corpus.question(case) for case in corpus.labels}
     with progress(f"{corpus.world.name}: diagnosing") as report:
         answers = run.ask_all(corpus.world.ask, wanted, jobs, report, kept)
@@ -84,15 +77,6 @@ def study(
     leave_one_out: bool = False,
 ) -> Iterator[Table | str]:
     """Carry the study out in a folder, and yield its tables and sentences as they are known.
-
-    Args:
-        place: Folder that keeps recordings, labels, answers and the table.
-        worlds: The worlds; one that is not here is left out, and that is said.
-        request: How much of each.
-        jobs: How many processes work at once.
-        progress: Is shown how far the study is.
-        figures: Folder for the reliability diagrams; None for none.
-        leave_one_out: Whether the tool is asked about the engine's cases without what is concealed, too.
 
     Raises:
         OmnimateError: The folder holds another corpus.

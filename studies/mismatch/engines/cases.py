@@ -117,13 +117,7 @@ def _unknown(quick: bool) -> Iterator[Case]:
 
 
 def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
-    """Write the recording of a case, and return its label.
-
-    Args:
-        folder: Folder of the case; the recording is its subfolder `1`.
-        case: What is concealed, and in which drive.
-        seed: Seed of all random draws; the same seed gives the same bytes.
-    """
+    """Write the recording of a case into the subfolder `1`, and return its label."""
     setting = scene(case, seed)
     robot = setting.robot
     driven = setting.driven(setting.faults, setting.chance)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.mismatch.engines.faults import felt, moved, shown, touches, travelled
+from studies.mismatch.engines.faults import TruckStep, WheelStep, felt, moved, shown, touches, travelled
 from studies.mismatch.engines.programmes import commands
 from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
 from studies.mismatch.engines.writing import Log
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.random import Generator
     from numpy.typing import NDArray
 
-    from studies.mismatch.engines.faults import ConcealedFault, Ground
+    from studies.mismatch.engines.faults import ConcealedFault, Place
     from studies.mismatch.engines.programmes import Lap
     from studies.mismatch.engines.writing import Robot
 
@@ -43,16 +43,7 @@ class Floor:
 def drive(
     robot: Robot, laps: list[Lap], faults: list[ConcealedFault], floor: Floor, start: float, chance: Generator
 ) -> Log:
-    """Return one drive of a robot with faults on a floor.
-
-    Args:
-        robot: The robot as its owner believes it to be.
-        laps: Laps that it drives.
-        faults: Faults that it has; they keep what they remember of the drive.
-        floor: The floor under its wheels.
-        start: Time of the first sample [s].
-        chance: Source of the floor's scatter and of the sensors' noise.
-    """
+    """Return one drive, from the time `start` [s], of a robot with faults; they keep their state after it."""
     wanted, spans = commands(laps, robot.period, robot.servo)
     engine = _Engine(robot, faults, floor, chance)
     count = len(wanted)
@@ -120,32 +111,31 @@ class _Engine:
             before, after = float(self.counted[wheel]), float(self.counted[wheel]) + turn
             self.angle[wheel] += turn
             self.counted[wheel] += turn * self._kept(wheel)
+            step = WheelStep(
+                rolled,
+                (before, after),
+                float(self.speed[wheel]),
+                float(rate[wheel]),
+                now,
+                span,
+                WHEELS[wheel],
+                self._place(wheel),
+            )
             way = rolled
             for fault in self.faults:
                 if touches(fault, WHEELS[wheel]):
-                    way += (
-                        travelled(
-                            fault,
-                            rolled,
-                            (before, after),
-                            (float(self.speed[wheel]), float(rate[wheel])),
-                            now,
-                            span,
-                            self._ground(wheel),
-                        )
-                        - rolled
-                    )
+                    way += travelled(fault, step) - rolled
             ways[wheel] = way + self._scatter(wheel, abs(rolled))
         for fault in self.faults:
             felt(fault, float(0.5 * (rate[0] + rate[1])), span)
         for truck in range(self.robot.trucks):
             self._move(truck, ways[2 * truck], ways[2 * truck + 1], now, span)
 
-    def _ground(self, wheel: int) -> Ground:
-        """Return a wheel's name and its place on the floor [m]."""
+    def _place(self, wheel: int) -> Place:
+        """Return where a wheel is on the floor [m]."""
         x, y, heading = self.pose[wheel // 2]
         half = 0.5 * self.robot.wheelbase[wheel // 2] * (1.0 if wheel % 2 == 0 else -1.0)
-        return WHEELS[wheel], float(x - half * math.sin(heading)), float(y + half * math.cos(heading))
+        return float(x - half * math.sin(heading)), float(y + half * math.cos(heading))
 
     def _kept(self, wheel: int) -> float:
         """Return the share of a wheel's counts that its device counts."""
@@ -177,7 +167,7 @@ class _Engine:
         for fault in self.faults:
             if fault.component == "ab"[truck]:
                 x, y, heading = map(float, self.pose[truck])
-                twist = moved(fault, twist, heading, base, now, span, (x, y))
+                twist = moved(fault, twist, TruckStep(base, (x, y), heading, now, span))
         middle = self.pose[truck, 2] + 0.5 * twist[2]
         self.pose[truck, 0] += twist[0] * math.cos(middle) - twist[1] * math.sin(middle)
         self.pose[truck, 1] += twist[0] * math.sin(middle) + twist[1] * math.cos(middle)

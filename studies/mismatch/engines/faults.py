@@ -9,16 +9,39 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from studies.mismatch.engines.laws import body_motion, half_angle, reading_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    Twist = tuple[float, float, float]
+    Twist = tuple[float, float, float]  # forward [m], left [m] and yaw [rad] in the truck's frame
 
-Ground = tuple[str, float, float]  # a wheel, and its place on the floor [m]
+Place = tuple[float, float]  # on the floor [m]
+
+
+class WheelStep(NamedTuple):
+    """What a wheel does in a step."""
+
+    rolled: float  # nominal distance [m]
+    angle: tuple[float, float]  # of its counter, before and after [rad]
+    speed: float  # [m/s]
+    acceleration: float  # [m/s^2]
+    now: float  # time at the end [s]
+    span: float  # duration [s]
+    wheel: str
+    place: Place
+
+
+class TruckStep(NamedTuple):
+    """Where a truck is in a step."""
+
+    wheelbase: float  # [m]
+    place: Place
+    heading: float  # [rad]
+    now: float  # time at the end [s]
+    span: float  # duration [s]
 
 
 @dataclass(slots=True)
@@ -51,37 +74,29 @@ KINDS: dict[str, tuple[float, float]] = {
 FARTHER = ("warmth", "load transfer", "field", "wind-up", "swing")
 
 
-def way_gained(fault: ConcealedFault, rolled: float, now: float, ground: Ground) -> float:
-    """Return the distance that a wheel gains [m] on a distance that it rolled.
-
-    Args:
-        fault: Fault that acts on the wheel.
-        rolled: Nominal distance in this step [m].
-        now: Time at the end of the step [s].
-        ground: The wheel and its place on the floor [m].
-    """
-    kind, size = fault["kind"], fault["size"]
+def _way_gained(fault: ConcealedFault, step: WheelStep) -> float:
+    """Return the distance that a wheel gains by physics without a name [m]."""
+    kind, size, since = fault["kind"], float(fault["size"]), step.now - fault["start"]
     if kind == "slabs":  # joints between slabs of the floor, along both axes
-        return float(-size * _joints_met(fault, ground) * math.copysign(1.0, rolled or 1.0))
+        return -size * _joints_met(fault, step) * math.copysign(1.0, step.rolled or 1.0)
     if kind == "warming":  # a tyre that warms up and stays warm
-        return float(rolled * size * (1.0 - math.exp(-(now - fault["start"]) / fault["pitch"])))
+        return step.rolled * size * (1.0 - math.exp(-since / fault["pitch"]))
     if kind == "hum":  # a supply that hums in time, not in angle
-        return float(size * abs(rolled) * math.sin(2.0 * math.pi * (now - fault["start"]) / fault["pitch"]))
+        return size * abs(step.rolled) * math.sin(2.0 * math.pi * since / fault["pitch"])
     if kind == "warmth":  # a tyre that is warm from what it rolled of late, and cools
-        return rolled * float(size) * _warmth(fault, abs(rolled), now)
+        return step.rolled * size * _warmth(fault, abs(step.rolled), step.now)
     return 0.0
 
 
-def _joints_met(fault: ConcealedFault, ground: Ground) -> int:
+def _joints_met(fault: ConcealedFault, step: WheelStep) -> int:
     """Return how many joints a wheel crosses now; while it rolls along a joint it does not cross it again."""
-    wheel, *place = ground
     met = 0
-    for axis, at in enumerate(place):
+    for axis, at in enumerate(step.place):
         cell = at / fault["pitch"] + FIRST_JOINT
-        known = fault.memory.setdefault(f"{wheel} {axis}", math.floor(cell))
+        known = fault.memory.setdefault(f"{step.wheel} {axis}", math.floor(cell))
         if not known - BEYOND < cell < known + 1.0 + BEYOND:
             met += abs(math.floor(cell) - known)
-            fault.memory[f"{wheel} {axis}"] = math.floor(cell)
+            fault.memory[f"{step.wheel} {axis}"] = math.floor(cell)
     return met
 
 
@@ -93,24 +108,10 @@ def _warmth(fault: ConcealedFault, way: float, now: float) -> float:
     return float(fault.memory["warmth"])
 
 
-def motion_changed(
-    fault: ConcealedFault,
-    twist: Twist,
-    base: float,
-    at: tuple[tuple[float, float], float],
-    when: tuple[float, float],
-) -> Twist:
-    """Return a truck's motion in a step: forward [m], left [m], yaw [rad].
-
-    Args:
-        fault: Fault that acts on the truck.
-        twist: Motion without it.
-        base: Wheelbase of the truck [m].
-        at: Place of the truck on the floor [m], and its heading [rad].
-        when: Time at the end of the step, and its duration [s].
-    """
+def _motion_changed(fault: ConcealedFault, twist: Twist, step: TruckStep) -> Twist:
+    """Return a truck's motion in a step with physics without a name in it."""
     forward, left, yaw = twist
-    kind, size, (place, heading), (now, span) = fault["kind"], float(fault["size"]), at, when
+    kind, size, (base, place, heading, now, span) = fault["kind"], float(fault["size"]), step
     if kind == "pushes" and any(time < now <= time + 0.3 for time in fault["times"]):
         left, yaw = left + size * span / 0.3, yaw + 2.0 * size * span / 0.3
     elif kind == "magnet":  # pulls sideways in one direction of the floor, twice per turn
@@ -130,14 +131,8 @@ def motion_changed(
     return forward, left, yaw
 
 
-def reading_gained(fault: ConcealedFault, joint_a: float, other: float) -> float:
-    """Return what an encoder of the linkage shows too much [rad, m].
-
-    Args:
-        fault: Fault that acts on the encoder.
-        joint_a: True angle of joint a [rad].
-        other: True angle of the other joint [rad].
-    """
+def _reading_gained(fault: ConcealedFault, joint_a: float, other: float) -> float:
+    """Return what an encoder of the linkage shows too much by physics without a name [rad, m]."""
     kind, size = fault["kind"], float(fault["size"])
     if kind == "crosstalk":
         return size * math.sin(3.0 * other)
@@ -168,28 +163,11 @@ def touches(fault: ConcealedFault, wheel: str) -> bool:
     return fault.component in {wheel, truck, side}
 
 
-def travelled(
-    fault: ConcealedFault,
-    rolled: float,
-    angle: tuple[float, float],
-    speed: tuple[float, float],
-    now: float,
-    span: float,
-    ground: Ground = ("", 0.0, 0.0),
-) -> float:
-    """Return the distance of a wheel over the ground [m] for a distance that it rolled.
-
-    Args:
-        fault: Fault that acts on the wheel.
-        rolled: Nominal distance in this step [m].
-        angle: Angle of the wheel's counter before and after the step [rad].
-        speed: Speed of the wheel [m/s] and its rate of change [m/s^2].
-        now: Time at the end of the step [s].
-        span: Duration of the step [s].
-        ground: The wheel and its place on the floor [m].
-    """
+def travelled(fault: ConcealedFault, step: WheelStep) -> float:
+    """Return the distance of a wheel over the ground [m] in a step, with a fault that acts on it."""
+    rolled, angle = step.rolled, step.angle
     if fault.effect in _SCALED:
-        return rolled * _SCALED[fault.effect](fault, speed[0], now)
+        return rolled * _SCALED[fault.effect](fault, step.speed, step.now)
     if fault.effect == "wheel_eccentricity":
         middle = 0.5 * (angle[0] + angle[1]) + fault["phase"]
         return rolled + float(fault["amplitude"]) * math.cos(middle) * (angle[1] - angle[0])
@@ -198,13 +176,13 @@ def travelled(
         return rolled + float(fault["amplitude"]) * (waves[1] - waves[0])
     way = rolled
     if fault.effect == "traction_slip":
-        way = rolled - fault["compliance"] * speed[1] * abs(speed[0]) * span
+        way = rolled - fault["compliance"] * step.acceleration * abs(step.speed) * step.span
     elif fault.effect == "bump":
-        way = rolled - math.copysign(_bumped(fault, abs(rolled), now), rolled)
+        way = rolled - math.copysign(_bumped(fault, abs(rolled), step.now), rolled)
     elif fault.effect == "gear_backlash":
         way = _through_play(fault, rolled, fault["width"])
     elif fault.effect == "unknown":
-        way = rolled + way_gained(fault, rolled, now, ground)
+        way = rolled + _way_gained(fault, step)
     return way
 
 
@@ -252,27 +230,10 @@ def _through_play(fault: ConcealedFault, moved: float, width: float) -> float:
     return float(wanted - kept)
 
 
-def moved(
-    fault: ConcealedFault,
-    twist: tuple[float, float, float],
-    heading: float,
-    base: float,
-    now: float,
-    span: float,
-    place: tuple[float, float] = (0.0, 0.0),
-) -> tuple[float, float, float]:
-    """Return a truck's motion in a step with a fault in it.
-
-    Args:
-        fault: Fault that acts on the truck.
-        twist: Motion in the truck's frame without it: forward [m], left [m], yaw [rad].
-        heading: Heading of the truck [rad].
-        base: Wheelbase of the truck [m].
-        now: Time at the end of the step [s].
-        span: Duration of the step [s].
-        place: Place of the truck on the floor [m].
-    """
+def moved(fault: ConcealedFault, twist: Twist, step: TruckStep) -> Twist:
+    """Return a truck's motion in a step with a fault that acts on it, from the motion without it."""
     forward, left, yaw = twist
+    base, span = step.wheelbase, step.span
     effect = fault.effect
     if effect == "wheelbase":
         yaw /= fault["ratio"]
@@ -280,7 +241,7 @@ def moved(
         across = math.hypot(forward, 0.5 * base * yaw)
         yaw /= 1.0 + fault["slope"] * (abs(yaw) / across if across > SMALL else 0.0)
     elif effect in {"wheel_misalignment", "lateral_slip", "floor_slope"}:
-        ahead, aside = body_motion(effect, fault.parameters, (forward, yaw), span, heading)
+        ahead, aside = body_motion(effect, fault.parameters, (forward, yaw), span, step.heading)
         forward, left = forward + float(ahead), left + float(aside)
     elif effect == "castor_kick":
         mean = fault.memory.get("mean", 0.0)
@@ -292,7 +253,7 @@ def moved(
             yaw += fault["yaw"]
         fault.memory["sign"] = sign or last
     elif effect == "unknown":
-        forward, left, yaw = motion_changed(fault, twist, base, (place, heading), (now, span))
+        forward, left, yaw = _motion_changed(fault, twist, step)
     return forward, left, yaw
 
 
@@ -315,5 +276,5 @@ def shown(fault: ConcealedFault, reading: float, rest: float, joint_a: float, ot
     if effect in {"latency", "clock_drift"}:
         return reading  # the engine ages the counts
     if effect == "unknown":
-        return reading + reading_gained(fault, joint_a, other)
+        return reading + _reading_gained(fault, joint_a, other)
     return float(reading_of(effect, fault.parameters, reading, joint_a, rest))

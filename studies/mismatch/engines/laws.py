@@ -35,14 +35,7 @@ STANDS = 0.005  # [m/s] below which a truck stands
 
 
 def altered(drive: Drive, effect: str, component: str, parameters: Parameters) -> Drive:
-    """Return a drive as the recording of a robot with an effect shows it, on the same true motion.
-
-    Args:
-        drive: The untouched drive.
-        effect: Name of the effect in the vocabulary.
-        component: Component on which it acts; "a" or "b" for both wheels of that truck.
-        parameters: Parameters of the effect, by name, in SI units.
-    """
+    """Return a drive as the recording of a robot with an effect shows it, on the same true motion."""
     if component == "poses":
         aged = {
             truck: Poses(_stamps(drive, poses, effect, parameters), poses.pose)

@@ -105,14 +105,7 @@ REST: Leg = (0.0, 0.0, 0.8)
 
 
 def wide_programme(chance: Generator, kind: str, trucks: int, period: float) -> list[Lap]:
-    """Return laps of a kind, a key of `PROGRAMMES`, until a duration is reached.
-
-    Args:
-        chance: Source of what is drawn.
-        kind: Kind of the drive.
-        trucks: Number of trucks; one alone may turn on the spot.
-        period: Sample period [s].
-    """
+    """Return laps of a kind, a key of `PROGRAMMES`, until a duration is reached."""
     speed, duration = within(chance, SPEEDS), min(within(chance, DURATIONS), MOST * period)
     lap_of, driven = PROGRAMMES[kind](chance, speed, trucks), 0.0
     laps: list[Lap] = []

@@ -41,15 +41,10 @@ SEPARATE = 3.0
 def alike(
     change: Array, effect: str, component: str, more: Mapping[str, Any], drives: Sequence[Drive], ruler: Ruler
 ) -> dict[Name, float]:
-    """Return the effects that drives cannot tell from one, and the standard deviations that would tell them.
+    """Return the effects that drives cannot tell from one, and the standard deviations that separate them.
 
-    Args:
-        change: Whitened change `(K,)` by the effect.
-        effect: The effect.
-        component: Component on which it acts.
-        more: Its parameters beside its size: rivals that act at moments take its moments.
-        drives: The untouched drives.
-        ruler: Their ruler.
+    `change` is the whitened change by the effect, shape `(K,)`; `more` its parameters beside its size, as
+    rivals that act at moments take its moments.
     """
     columns = rivals(effect, more, drives, ruler)
     apart = {name: left_of(change, own) for name, own in columns.items() if name != (effect, component)}
@@ -192,13 +187,7 @@ class Strong:
 
 
 def draw(drives: Sequence[Drive], ruler: Ruler, chance: Generator) -> Strong | None:
-    """Return an injection into drives of one robot; None where they can show no effect.
-
-    Args:
-        drives: The untouched drives, on one clock, in order of time.
-        ruler: Their ruler.
-        chance: Source of everything that is drawn.
-    """
+    """Return an injection into drives of one robot; None where they can show no effect."""
     for _ in range(ATTEMPTS):
         effect = str(chance.choice(list(LARGEST)))
         wanted = math.exp(chance.uniform(math.log(WEAKEST), math.log(STRONGEST)))

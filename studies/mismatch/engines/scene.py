@@ -77,15 +77,9 @@ def scene(case: Case, seed: int) -> Scene:
 def drawn_parameters(
     chance: Generator, effect: str, start: float, length: float, note: str, stretch: float = 1.0
 ) -> dict[str, Any]:
-    """Return the parameters of a fault, drawn at random.
+    """Return the parameters of a fault, drawn at random for a drive of some length [s] from a start [s].
 
-    Args:
-        chance: Source of what is drawn.
-        effect: Name of the effect, or "unknown".
-        start: Time of the first sample [s].
-        length: Duration of the drive [s].
-        note: What is special about the case; of an unknown effect, its kind.
-        stretch: Factor on the size.
+    `note` says what is special, of an unknown effect its kind; `stretch` is a factor on the size.
     """
     if effect == "unknown":
         return _unnamed_physics(chance, note, start, length, stretch)

@@ -45,10 +45,6 @@ class Nominal:
 def motion(drive: Drive, rows: int = 1) -> tuple[Array, Array]:
     """Return how each truck moved over each stretch of rows, in the truck's frame.
 
-    Args:
-        drive: The drive, with N * rows + 1 rows or a few more.
-        rows: Rows of one stretch.
-
     Returns:
         The true motion of the trucks, forward [m], sideways [m] and turn [rad], shape `(N, T, 3)`, and the
         turns of the wheels [rad], shape `(N, 2 T)`. Forward and sideways motion is summed row by row, so
@@ -136,9 +132,7 @@ def above_noise(fault: Array, healthy: Array, floor: Array) -> float:
 def contacts(touches: NDArray[np.bool_], apart: int) -> tuple[tuple[int, int, int], ...]:
     """Return the contacts with obstacles, each as (obstacle, first row, last row), in order of time.
 
-    Args:
-        touches: Whether each obstacle is touched in each row, shape `(N, O)`.
-        apart: Rows without a touch after which the next one is another contact.
+    `touches` has a column for each obstacle, shape `(N, O)`; `apart` rows without a touch end a contact.
     """
     found: list[tuple[int, int, int]] = []
     for obstacle, column in enumerate(touches.T):

@@ -147,13 +147,7 @@ def label(
 
 
 def set_bump_times(label: dict[str, Any], time: Array, counts: NDArray[np.int64]) -> None:
-    """Set the times of a bump's label to when the wheel meets them: while it stands it meets none.
-
-    Args:
-        label: Label of the bumps, which is changed.
-        time: Time of each sample [s], shape `(N,)`.
-        counts: Raw counts of the wheel, shape `(N,)`.
-    """
+    """Set the times of a bump's label to when the wheel meets them: while it stands it meets none."""
     rolls = np.diff(counts) != 0
     begins, ends = time[:-1][rolls], time[1:][rolls]
     known = label["parameters"]["times"]

@@ -184,16 +184,7 @@ MEASURING = {"none": None, "sonar": SONAR, "mocap": MOCAP}
 def write(
     folder: Path, robot: Robot, log: Log, measuring: Measuring | None, dropped: float, chance: Generator
 ) -> None:
-    """Write one recording.
-
-    Args:
-        folder: Folder of the recording, which must not exist yet.
-        robot: The robot that drove.
-        log: What it drove.
-        measuring: How its poses are measured; None for not at all.
-        dropped: Share of frames that are lost.
-        chance: Source of the poses' noise and of lost frames.
-    """
+    """Write one recording."""
     folder.mkdir(parents=True)
     (folder / "vehicle.toml").write_text(toml_of(robot), encoding="utf-8")
     (folder / "can.log").write_text(_frames(robot, log, dropped, chance), encoding="utf-8")

@@ -60,11 +60,6 @@ def wanted(count: int, seed: int, *, quick: bool = False) -> Iterator[tuple[Case
     """Yield cases of the corpus that conceal one effect, some of each effect, with their seeds.
 
     Poses are dense: where a recording hardly shows an effect, no law of it can be learned.
-
-    Args:
-        count: Cases of each effect, at most.
-        seed: Seed of the corpus.
-        quick: Whether a few effects will do.
     """
     taken: dict[str, int] = {}
     for number, case in enumerate(cases(quick=False)):

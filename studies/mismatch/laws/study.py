@@ -38,15 +38,6 @@ def study(
 ) -> Iterator[Table | str]:
     """Carry the study out, and yield its table and sentences.
 
-    Args:
-        place: Folder that keeps the answers; a study that was stopped goes on.
-        seed: Of the drives.
-        jobs: How many processes work at once.
-        progress: Is shown how far the study is.
-        figures: Folder for the figure; None for none.
-        count: Cases of each effect.
-        quick: Whether a few effects will do.
-
     Raises:
         PlotError: The figure cannot be written.
     """

@@ -51,13 +51,7 @@ def outcome(label: Label, answer: Answer) -> Outcome:
 
 
 def left_out_rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[LeftOut]:
-    """Return a line for every effect, and one for all of them.
-
-    Args:
-        labels: Label of each case.
-        answers: Answers of the tool without the effect that a case conceals; cases without an answer do
-            not count.
-    """
+    """Return a line for every effect, and one for all of them."""
     outcomes: dict[str, Counter[Outcome]] = {}
     for name, effect in concealing(labels).items():
         if name in answers:

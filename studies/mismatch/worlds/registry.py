@@ -52,17 +52,7 @@ def write_drawn(
     jobs: int,
     report: Report,
 ) -> Mapping[str, Label]:
-    """Write cases that depend on seed and number alone.
-
-    Args:
-        module: Module of the engines whose `make` writes one case.
-        counts: How many cases there are, quick and in whole.
-        library: Library that the engine needs.
-        folder: Folder of the world, with its name.
-        request: How much is asked for.
-        jobs: How many processes work at once.
-        report: Is told how many cases are written.
-    """
+    """Write cases that depend on seed and number alone."""
     if find_spec(library) is None:
         raise AbsentError(
             f"{library} is not installed (the extra `{folder.name}`): {folder.name} is left out"

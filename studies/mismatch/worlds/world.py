@@ -72,12 +72,6 @@ class World:
     def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:
         """Return the cases of a request.
 
-        Args:
-            place: Folder of the study; what the world writes goes into it, and is taken up again.
-            request: How much is asked for.
-            jobs: How many processes work at once.
-            progress: Is shown how far the world is.
-
         Raises:
             AbsentError: The world is not here.
             OmnimateError: The folder holds another corpus of this world.
@@ -139,12 +133,7 @@ def write_all(
 ) -> dict[str, Reply]:
     """Return the labels of cases, by name; what was written before a stop is not written again.
 
-    Args:
-        write: Writes one case into a folder, its first argument, and returns its label.
-        wanted: Arguments of `write`, by the name of the case.
-        folder: Folder of the world.
-        jobs: How many processes work at once.
-        report: Is called with how much is done, and of how much.
+    `wanted` holds the arguments of `write` for each case, the case's folder first.
     """
     folder.mkdir(parents=True, exist_ok=True)
     return run.ask_all(partial(_write_anew, write), wanted, jobs, report, folder / "labels.jsonl")

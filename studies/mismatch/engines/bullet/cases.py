@@ -212,14 +212,7 @@ class _Case:
 
 
 def make(folder: Path, seed: int, number: int, measuring: Measuring | None = None) -> dict[str, Any]:
-    """Write the recording of a case into a folder, and return its label.
-
-    Args:
-        folder: Folder of the case.
-        seed: Seed of the corpus.
-        number: Number of the case, on which and on the seed alone it depends.
-        measuring: How poses are measured; None to draw it, too.
-    """
+    """Write the recording of a case into a folder, and return its label."""
     chance = np.random.default_rng([seed, number, 8])
     kind = str(chance.choice(list(KINDS), p=list(KINDS.values())))
     while True:

@@ -92,13 +92,6 @@ def make(
 ) -> dict[str, Any]:
     """Write the recording of a case into a folder, and return its label.
 
-    Args:
-        folder: Folder of the case.
-        seed: Seed of the corpus.
-        number: Number of the case, on which and on the seed alone it depends.
-        measuring: How poses are measured; None for all kinds in turn.
-        fault: Name of the fault, a key of `FAULTS`; empty for all of them in turn.
-
     Raises:
         FloatingPointError: The contacts became unstable.
     """

@@ -57,13 +57,7 @@ LATE = (0.01, 0.1)  # [s]
 
 
 def wide_measuring(chance: Generator, trucks: int, *, dense: bool = False) -> Measuring | None:
-    """Return how a drive's poses are measured; a robot with one truck is measured somehow.
-
-    Args:
-        chance: Source of what is drawn.
-        trucks: Number of trucks.
-        dense: Whether poses must be dense.
-    """
+    """Return how a drive's poses are measured; a robot with one truck is measured somehow."""
     kind = (
         chance.choice(["none", "stops", "dense", "dense"])
         if trucks == 2

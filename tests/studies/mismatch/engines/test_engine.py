@@ -12,7 +12,7 @@ from omnimate.vehicle.linkage import linkage_of
 from omnimate.vehicle.odometry import dead_reckon
 from studies.mismatch.engines.cases import Case, make
 from studies.mismatch.engines.engine import Floor
-from studies.mismatch.engines.faults import ConcealedFault, moved, travelled
+from studies.mismatch.engines.faults import ConcealedFault, TruckStep, WheelStep, moved, travelled
 from studies.mismatch.engines.scene import scene
 from studies.mismatch.engines.vocabulary import set_bump_times
 
@@ -82,35 +82,63 @@ def test_a_healthy_robots_linkage_reads_what_lies_between_its_trucks(healthy):
     assert np.abs(np.interp(a.time, healthy.time, healthy.link_length()) - length).max() < 0.01
 
 
+STILL = TruckStep(0.35, (0.0, 0.0), 0.0, 0.0, 0.0025)
+
+
+def rolls(rolled, now=0.0, place=(0.0, 0.1)):
+    """Return a step of 10 ms of wheel a.left."""
+    return WheelStep(rolled, (0.0, 0.0), rolled / 0.01, 0.0, now, 0.01, "a.left", place)
+
+
+def test_a_tyre_is_as_warm_as_it_rolled_of_late():
+    fault = ConcealedFault("unknown", "a.left", {"kind": "warmth", "size": 0.01, "pitch": 20.0, "start": 0.0})
+    gained = [travelled(fault, rolls(0.03, 0.1 * step)) - 0.03 for step in range(2000)]
+    assert gained[-1] == pytest.approx(0.03 * 0.01, rel=0.02)
+    for step in range(2000, 4000):
+        travelled(fault, rolls(0.0, 0.1 * step))
+    assert travelled(fault, rolls(0.03, 400.0)) - 0.03 < 0.05 * gained[-1]
+
+
+def test_tyres_that_a_turn_wound_up_unwind_by_the_next_turn_the_other_way():
+    fault = ConcealedFault("unknown", "a", {"kind": "wind-up", "size": 0.02, "pitch": 0.0})
+
+    def turned(by):
+        at = TruckStep(0.3, (0.0, 0.0), 0.0, 0.0, 0.01)
+        return sum(moved(fault, (0.0, 0.0, by), at)[2] for _ in range(500))
+
+    assert turned(0.01) == pytest.approx(5.0 - 0.02, abs=1e-4)
+    assert turned(-0.01) == pytest.approx(-5.0 + 0.04, abs=1e-4)
+
+
 def test_a_bump_takes_what_its_label_says():
     fault = ConcealedFault("bump", "a.left", {"times": [0.0], "lost": [2e-3], "radius": 0.075})
-    way = sum(travelled(fault, 1e-3, (0.0, 0.0), (0.1, 0.0), 0.01 * step, 0.01) for step in range(1, 400))
+    way = sum(travelled(fault, rolls(1e-3, 0.01 * step)) for step in range(1, 400))
     assert way == pytest.approx(0.399 - 2e-3, abs=1e-6)
 
 
 def test_a_play_takes_its_width_once_for_each_reversal():
     fault = ConcealedFault("gear_backlash", "a.left", {"width": 3e-3})
-    there = sum(travelled(fault, 1e-3, (0.0, 0.0), (0.1, 0.0), 0.0, 0.01) for _ in range(50))
-    back = sum(travelled(fault, -1e-3, (0.0, 0.0), (-0.1, 0.0), 0.0, 0.01) for _ in range(50))
+    there = sum(travelled(fault, rolls(1e-3)) for _ in range(50))
+    back = sum(travelled(fault, rolls(-1e-3)) for _ in range(50))
     assert there == pytest.approx(0.05)
     assert back == pytest.approx(-0.05 + 3e-3)
 
 
 def test_slabs_are_of_the_floor_and_take_as_much_on_the_way_back():
-    fault = ConcealedFault("unknown", "left", {"kind": "slabs", "size": 5e-4, "pitch": 0.6})
+    fault = ConcealedFault("unknown", "left", {"kind": "slabs", "size": 5e-4, "pitch": 0.6, "start": 0.0})
     there = np.arange(0.0, 2.0, 0.01)
     ways = [
-        sum(travelled(fault, rolled, (0.0, 0.0), (0.3, 0.0), 0.0, 0.01, ("a.left", x, 0.1)) for x in path)
+        sum(travelled(fault, rolls(rolled, place=(x, 0.1))) for x in path)
         for rolled, path in ((0.01, there), (-0.01, there[::-1]))
     ]
     assert ways == pytest.approx([2.0 - 3 * 5e-4, -2.0 + 3 * 5e-4])
 
 
 def test_a_wheel_on_a_joint_meets_it_once():
-    fault = ConcealedFault("unknown", "left", {"kind": "slabs", "size": 5e-4, "pitch": 0.6})
+    fault = ConcealedFault("unknown", "left", {"kind": "slabs", "size": 5e-4, "pitch": 0.6, "start": 0.0})
     joint = 0.6 * 0.63
     xs = joint + 1e-3 * np.sin(np.arange(500.0))
-    ways = [travelled(fault, 0.01, (0.0, 0.0), (0.3, 0.0), 0.0, 0.01, ("a.left", x, 0.1)) for x in xs]
+    ways = [travelled(fault, rolls(0.01, place=(x, 0.1))) for x in xs]
     assert sum(ways) == pytest.approx(5.0)
 
 
@@ -134,12 +162,10 @@ def test_a_moment_between_two_samples_is_labelled_as_it_is_while_the_wheel_rolls
 def test_castors_kick_where_the_robot_turns_round_and_not_in_a_spin_on_rough_ground(tmp_path):
     fault = ConcealedFault("castor_kick", "a", {"yaw": 0.02, "radius": 0.05, "start": 0.0})
     chance = np.random.default_rng(3)
-    kicked = [
-        moved(fault, (1e-5 * chance.normal(), 0.0, 1e-3), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(400)
-    ]
+    kicked = [moved(fault, (1e-5 * chance.normal(), 0.0, 1e-3), STILL)[2] for _ in range(400)]
     assert max(kicked) == pytest.approx(1e-3)
-    there = [moved(fault, (5e-4, 0.0, 0.0), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(200)]
-    back = [moved(fault, (-5e-4, 0.0, 0.0), 0.0, 0.35, 0.0, 0.0025)[2] for _ in range(200)]
+    there = [moved(fault, (5e-4, 0.0, 0.0), STILL)[2] for _ in range(200)]
+    back = [moved(fault, (-5e-4, 0.0, 0.0), STILL)[2] for _ in range(200)]
     assert sum(there) == 0.0
     assert sum(back) == pytest.approx(0.02)
 

@@ -8,7 +8,7 @@ import pytest
 
 from omnimate.files.recordings.folder import load_recording
 from studies.mismatch.engines.engine import Floor
-from studies.mismatch.engines.faults import ConcealedFault, felt, motion_changed, way_gained
+from studies.mismatch.engines.faults import ConcealedFault, felt
 from studies.mismatch.engines.laws import altered
 from studies.mismatch.engines.programmes import PROGRAMMES, commands, wide_programme
 from studies.mismatch.engines.scene import Scene, drawn_parameters
@@ -157,29 +157,6 @@ def test_a_curve_in_one_quantity_is_not_outside_and_a_product_of_two_is(healthy,
 
     assert left(np.abs(speed)) < 0.1
     assert left(turn * np.cos(5.0 * place)) > 0.3
-
-
-def test_a_tyre_is_as_warm_as_it_rolled_of_late():
-    fault = ConcealedFault("unknown", "a.left", {"kind": "warmth", "size": 0.01, "pitch": 20.0})
-    ground = ("a.left", 0.0, 0.0)
-    gained = [way_gained(fault, 0.03, 0.1 * step, ground) for step in range(2000)]
-    assert gained[-1] == pytest.approx(0.03 * 0.01, rel=0.02)
-    for step in range(2000, 4000):
-        way_gained(fault, 0.0, 0.1 * step, ground)
-    assert way_gained(fault, 0.03, 400.0, ground) < 0.05 * gained[-1]
-
-
-def test_tyres_that_a_turn_wound_up_unwind_by_the_next_turn_the_other_way():
-    fault = ConcealedFault("unknown", "a", {"kind": "wind-up", "size": 0.02, "pitch": 0.0})
-
-    def turned(by):
-        motions = (
-            motion_changed(fault, (0.0, 0.0, by), 0.3, ((0.0, 0.0), 0.0), (0.0, 0.01)) for _ in range(500)
-        )
-        return sum(yaw for _, _, yaw in motions)
-
-    assert turned(0.01) == pytest.approx(5.0 - 0.02, abs=1e-4)
-    assert turned(-0.01) == pytest.approx(-5.0 + 0.04, abs=1e-4)
 
 
 def test_a_link_goes_on_swinging_after_the_robot_has_stopped():
