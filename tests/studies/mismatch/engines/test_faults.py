@@ -19,28 +19,23 @@ def setting_of(effect, component, drive="squares", note="short"):
     return scene(Case("single", ((effect, component),), drive, "none", note=note), SEED)
 
 
-def without_strength(effect, fault):
-    name = VOCABULARY[effect].parameter
-    strength = fault[name]
-    nothing = 1.0 if VOCABULARY[effect].parameter == "ratio" else 0.0
-    return {**fault.parameters, name: [nothing] * len(strength) if isinstance(strength, list) else nothing}
-
-
 @pytest.mark.parametrize(("effect", "component"), PLACES)
 def test_a_fault_of_no_strength_changes_nothing(effect, component):
     setting = setting_of(effect, component)
-    nothing = setting.fault(effect, component, without_strength(effect, setting.faults[0]))
-    healthy, driven = setting.driven([]), setting.driven([nothing])
-    assert np.array_equal(healthy.counts, driven.counts)
-    assert np.array_equal(healthy.poses, driven.poses)
+    own, (fault,) = VOCABULARY[effect], setting.faults
+    unchanged(setting, effect, component, {**fault.parameters, **own.sized(0.0, fault.parameters)})
 
 
 @pytest.mark.parametrize("kind", UNNAMED)
 def test_physics_without_a_name_and_without_strength_changes_nothing(kind):
     setting = scene(Case("null", (), "squares", "none", note="short"), SEED)
     parameters = {"kind": kind, "size": 0.0, "pitch": 1.0, "times": [setting.start + 3.0]}
-    nothing = setting.fault("unknown", UNNAMED[kind][0], parameters)
-    healthy, driven = setting.driven([]), setting.driven([nothing])
+    unchanged(setting, "unknown", UNNAMED[kind][0], parameters)
+
+
+def unchanged(setting, effect, component, parameters):
+    healthy = setting.driven([])
+    driven = setting.driven([setting.fault(effect, component, parameters)])
     assert np.array_equal(healthy.counts, driven.counts)
     assert np.array_equal(healthy.poses, driven.poses)
 

@@ -1,15 +1,37 @@
-"""Recording folders: the same seed gives the same bytes, and the project reads back what was driven."""
+"""Robots and recording folders: the project reads back what is described, and what was driven."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from omnimate.files.recordings.folder import load_recording
+from omnimate.vehicle.file import parse_vehicle
 from studies.mismatch.engines.cases import Case, make
 from studies.mismatch.engines.scene import scene
-from studies.mismatch.engines.writing import MEASURING, MOCAP, write
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
+from studies.mismatch.engines.writing import MOCAP, random_robot, toml_of, write
 
 SEED = 21
 SHORT = Case("insufficient", (), "squares", "mocap", note="short")
+
+
+@given(st.integers(0, 2**32), st.sampled_from([1, 2]))
+def test_the_project_reads_a_robot_as_it_is(seed, trucks):
+    robot = random_robot(np.random.default_rng(seed), trucks)
+    assert robot == random_robot(np.random.default_rng(seed), trucks)
+    assert robot.channels == (WHEELS + LINKAGE if trucks == 2 else WHEELS[:2])
+    assert len({device.node for device in robot.devices}) == len(robot.devices)
+    vehicle = parse_vehicle(toml_of(robot))
+    assert vehicle.name == robot.name
+    assert [truck.wheelbase for truck in vehicle.trucks.values()] == list(robot.wheelbase)
+    sizes = [0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels]
+    assert sizes == pytest.approx(list(robot.radius))
+    assert vehicle.bus.sync_period == robot.period
+    assert (vehicle.linkage is None) == (trucks == 1)
+    names = ("channel", "node", "cob_id", "start_bit", "bits", "signed", "sign", "zero")
+    for encoder, device in zip(vehicle.encoders, robot.devices, strict=True):
+        assert [getattr(encoder, name) for name in names] == [getattr(device, name) for name in names]
 
 
 @pytest.fixture(scope="module")
@@ -40,18 +62,13 @@ def test_the_same_seed_gives_the_same_bytes(tmp_path, case):
     assert [path.read_bytes() for path in files[0]] == [path.read_bytes() for path in files[1]]
 
 
-def test_the_counts_are_read_back(tmp_path, setting, driven):
+def test_counts_and_laps_are_read_back(tmp_path, setting, driven):
     recording = written(tmp_path / "1", setting, driven)
-    assert len(recording) == len(driven.time)
     assert recording.time == pytest.approx(driven.time, abs=1e-6)
     for column, channel in enumerate(setting.robot.channels):
         steps = np.diff(recording.channel_counts(channel))
         assert np.array_equal(steps, np.diff(driven.counts[:, column])), channel
-
-
-def test_the_laps_are_read_back(tmp_path, setting, driven):
-    laps = written(tmp_path / "1", setting, driven).run.laps
-    assert [(lap.direction, lap.start, lap.end) for lap in laps] == [
+    assert [(lap.direction, lap.start, lap.end) for lap in recording.run.laps] == [
         (direction, pytest.approx(start, abs=1e-6), pytest.approx(end, abs=1e-6))
         for direction, start, end in driven.laps
     ]
@@ -66,7 +83,7 @@ def test_measured_poses_scatter_about_the_true_ones_as_they_state(tmp_path, sett
 
 
 def test_without_poses_there_is_no_file_of_them(tmp_path, setting, driven):
-    assert written(tmp_path / "1", setting, driven, measuring=MEASURING["none"]).poses is None
+    assert written(tmp_path / "1", setting, driven, measuring=None).poses is None
     assert not (tmp_path / "1" / "poses.csv").exists()
 
 
