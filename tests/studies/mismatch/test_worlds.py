@@ -1,6 +1,5 @@
 """Worlds: labelled cases of one form, written once, taken up again, and left out where they are not here."""
 
-import json
 from contextlib import contextmanager
 
 import pytest
@@ -8,7 +7,7 @@ import pytest
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.errors import OmnimateError
 from studies.mismatch.worlds.registry import chosen, worlds
-from studies.mismatch.worlds.world import AbsentError, LabelledWorld, Request, WrittenWorld, drawn
+from studies.mismatch.worlds.world import AbsentError, Request, WrittenWorld, drawn
 
 LABELS = {f"case-{number}": {"kind": "null", "recordings": ["1"], "effects": []} for number in range(10)}
 
@@ -89,11 +88,6 @@ def test_the_recordings_of_a_labelled_set_are_where_its_labels_say(shared_data, 
     assert len(found.labels) >= 13
     folder, label = found.question(next(iter(found.labels)))
     assert len(load_recording(folder / label["recordings"][0])) > 100
-
-
-def test_the_labels_of_a_set_are_those_in_its_file(tmp_path):
-    (tmp_path / "labels.json").write_text(json.dumps(LABELS))
-    assert corpus(LabelledWorld("set", "set", tmp_path), tmp_path / "out").labels == LABELS
 
 
 def test_the_engines_cases_are_drawn_by_the_seed_and_written_case_by_case(tmp_path, monkeypatch):

@@ -55,19 +55,21 @@ def test_a_name_of_no_size_leaves_all_that_the_truth_does():
     assert audit.left == audit.truth_alone > 1.0
 
 
-def test_only_other_names_that_the_engine_can_drive_are_asked_about():
-    concealed = [case("radius_step", "b.right")]
+@pytest.mark.parametrize(
+    ("findings", "count"),
+    [
+        ([finding("slip_patch", "b.right", fraction=0.01)], 1),
+        ([finding("radius_step", "b.right", ratio=1.01)], 0),
+        ([finding("unknown", "b.right")], 0),
+        ([finding("latency", "poses", delay=0.1)], 0),
+        ([finding("slip_patch", "b.right", probability=0.4, fraction=0.01)], 0),
+        ([], 0),
+    ],
+)
+def test_only_other_names_that_the_engine_can_drive_are_asked_about(findings, count):
     label = {"own-0000": {"kind": "single", "effects": [STEPPED]}}
-
-    def count(*findings):
-        return len(questions(label, {"own-0000": {"findings": list(findings)}}, concealed, SEED))
-
-    assert count(finding("slip_patch", "b.right", fraction=0.01)) == 1
-    assert count(finding("radius_step", "b.right", ratio=1.01)) == 0
-    assert count(finding("unknown", "b.right")) == 0
-    assert count(finding("latency", "poses", delay=0.1)) == 0
-    assert count(finding("slip_patch", "b.right", probability=0.4, fraction=0.01)) == 0
-    assert count() == 0
+    answers = {"own-0000": {"findings": findings}}
+    assert len(questions(label, answers, [case("radius_step", "b.right")], SEED)) == count
 
 
 def test_numbers_of_cases_are_those_of_the_corpus():

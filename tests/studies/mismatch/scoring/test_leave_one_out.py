@@ -4,52 +4,41 @@ import pytest
 
 from studies.mismatch.scoring.leave_one_out import concealing, left_out_rows, outcome
 
-TRUTH = {
-    "effect": "wheelbase",
-    "component": "a",
-    "acceptable": [{"effect": "turn_scrub", "component": "a"}],
-}
+ALIKE = {"effect": "turn_scrub", "component": "a"}
+TRUTH = {"effect": "wheelbase", "component": "a", "acceptable": [ALIKE]}
 LABEL = {"kind": "single", "effects": [TRUTH]}
 
 
-def finding(effect, component="a", probability=0.9):
-    return {"effect": effect, "component": component, "probability": probability}
-
-
 def answer(*findings):
-    return {"findings": list(findings)}
+    names = ("effect", "component", "probability")
+    return {"findings": [dict(zip(names, (*each, "a", 0.9)[:3], strict=True)) for each in findings]}
 
 
 @pytest.mark.parametrize(
-    ("given", "wanted"),
+    ("findings", "wanted"),
     [
-        (answer(finding("unknown")), "unknown"),
-        (answer(finding("turn_scrub")), "acceptable"),
-        (answer(finding("turn_scrub"), finding("unknown")), "unknown"),
-        (answer(finding("turn_scrub", "b")), "wrong name"),
-        (answer(finding("unknown"), finding("bump", "a.left")), "wrong name"),
-        (answer(finding("bump", "a.left", 0.4)), "nothing"),
-        (answer(), "nothing"),
+        ([("unknown",)], "unknown"),
+        ([("turn_scrub",)], "acceptable"),
+        ([("turn_scrub",), ("unknown",)], "unknown"),
+        ([("turn_scrub", "b", 0.9)], "wrong name"),
+        ([("unknown",), ("bump", "a.left", 0.9)], "wrong name"),
+        ([("bump", "a.left", 0.4)], "nothing"),
+        ([], "nothing"),
     ],
 )
-def test_an_answer_has_one_outcome(given, wanted):
-    assert outcome(LABEL, given) == wanted
+def test_an_answer_has_one_outcome(findings, wanted):
+    assert outcome(LABEL, answer(*findings)) == wanted
 
 
-def test_only_cases_that_conceal_one_named_effect_are_asked_about():
-    labels = {
-        "one": LABEL,
-        "healthy": {"kind": "null", "effects": []},
-        "two": {"kind": "masked", "effects": [TRUTH, TRUTH]},
-        "strange": {"kind": "unknown", "effects": [{"effect": "unknown", "component": "a"}]},
-    }
-    assert concealing(labels) == {"one": "wheelbase"}
-
-
-def test_there_is_a_row_for_each_effect_and_one_for_all():
+def test_cases_that_conceal_one_named_effect_have_a_row_for_each_effect_and_one_for_all():
     other = {"kind": "single", "effects": [{"effect": "bump", "component": "a.left", "acceptable": []}]}
-    labels = {"first": LABEL, "second": LABEL, "third": other, "not asked": LABEL}
-    answers = {"first": answer(finding("unknown")), "second": answer(), "third": answer(finding("latency"))}
+    strange = {"kind": "unknown", "effects": [{"effect": "unknown", "component": "a"}]}
+    labels = {
+        "first": LABEL, "second": LABEL, "third": other, "not asked": LABEL, "strange": strange,
+        "healthy": {"kind": "null", "effects": []}, "two": {"kind": "masked", "effects": [TRUTH, TRUTH]},
+    }  # fmt: skip
+    assert list(concealing(labels)) == ["first", "second", "third", "not asked"]
+    answers = {"first": answer(("unknown",)), "second": answer(), "third": answer(("latency",))}
     rows = {row.effect: row for row in left_out_rows(labels, answers)}
     assert list(rows) == ["bump", "wheelbase", "all"]
     assert rows["wheelbase"].cases == 2

@@ -1,9 +1,13 @@
-"""The score: a perfect answer is perfect, a wrong one is counted wrong."""
+"""The score: a perfect answer is perfect, a wrong one is counted wrong, and worlds have one each."""
+
+import json
 
 import pytest
 
+from studies.figures import plot_reliability
 from studies.mismatch.scoring.judging import all_right, reported_instead
-from studies.mismatch.scoring.score import rows, share
+from studies.mismatch.scoring.score import bins, pooled, rows, scored, share
+from studies.mismatch.worlds.world import Corpus, LabelledWorld
 
 TRUTH = {
     "effect": "wheelbase", "component": "a", "intervals": [],
@@ -23,51 +27,45 @@ def finding(effect="wheelbase", component="a", probability=0.95, value=1.0101):
     }  # fmt: skip
 
 
-def answer(*findings, after=1.0):
-    return {
-        "verdict": "mismatch",
-        "findings": list(findings),
-        "fit": {"heldout": {"before": 2.0, "after": after}},
-    }
+def answer(*findings, before=2.0, after=1.0):
+    fit = {"heldout": {"before": before, "after": after}}
+    return {"verdict": "mismatch", "findings": list(findings), "fit": fit}
 
 
 def table(labels, answers):
     return {row.name: row for row in rows({"x": labels}, {"x": answers})}
 
 
-def test_a_perfect_answer_is_perfect():
-    found = table(label("single", TRUTH), answer(finding()))
-    assert found["one effect: right first"].value == 1.0
-    assert found["said 0.9 or more, and wrong"].value == 0.0
-    assert found["parameter within 2 sigma"].value == 1.0
-    assert found["95 % set holds the truth"].value == 1.0
+FIRST, EXACT, SURE_WRONG, ALARM = (
+    "one effect: right first",
+    "one effect: exactly the truth first",
+    "said 0.9 or more, and wrong",
+    "false alarm on a null",
+)
 
 
-def test_what_the_drive_cannot_tell_apart_is_right_but_not_exact():
-    found = table(label("single", TRUTH), answer(finding("turn_scrub")))
-    assert found["one effect: right first"].value == 1.0
-    assert found["one effect: exactly the truth first"].value == 0.0
+@pytest.mark.parametrize(
+    ("findings", "wanted"),
+    [
+        (
+            [finding()],
+            {FIRST: 1, EXACT: 1, SURE_WRONG: 0, "parameter within 2 sigma": 1, "95 % set holds the truth": 1},
+        ),
+        ([finding("turn_scrub")], {FIRST: 1, EXACT: 0}),
+        ([finding("wheelbase", "b")], {FIRST: 0, SURE_WRONG: 1}),
+        ([], {FIRST: 0}),
+        ([finding(value=1.011)], {"parameter within 2 sigma": 0}),
+    ],
+    ids=["perfect", "what the drive cannot tell apart", "wrong place", "silence", "wrong size"],
+)
+def test_an_answer_about_one_effect_is_worth_what_it_says(findings, wanted):
+    found = table(label("single", TRUTH), answer(*findings))
+    assert {name: found[name].value for name in wanted} == wanted
 
 
-def test_a_wrong_name_is_counted_wrong():
-    found = table(label("single", TRUTH), answer(finding("wheelbase", "b")))
-    assert found["one effect: right first"].value == 0.0
-    assert found["said 0.9 or more, and wrong"].value == 1.0
-
-
-def test_silence_is_not_right():
-    assert table(label("single", TRUTH), answer())["one effect: right first"].value == 0.0
-
-
-def test_any_assertion_on_a_null_is_a_false_alarm():
-    assert table(label("null"), answer(finding()))["false alarm on a null"].value == 1.0
-    assert table(label("null"), answer(finding(probability=0.4)))["false alarm on a null"].value == 0.0
-
-
-def test_a_parameter_far_off_its_sigma_is_counted():
-    assert (
-        table(label("single", TRUTH), answer(finding(value=1.011)))["parameter within 2 sigma"].value == 0.0
-    )
+@pytest.mark.parametrize(("probability", "alarm"), [(0.95, 1.0), (0.4, 0.0)])
+def test_any_assertion_on_a_null_is_a_false_alarm(probability, alarm):
+    assert table(label("null"), answer(finding(probability=probability)))[ALARM].value == alarm
 
 
 def test_wilsons_interval_holds_the_share():
@@ -83,14 +81,55 @@ def test_naming_what_is_true_beside_the_effects_is_right_and_missing_it_is_no_mi
     assert all_right(two, answer(*effects))
     assert all_right(two, answer(*effects, finding("lateral_slip")))
     assert not all_right(two, answer(*effects, finding("lateral_slip", "b")))
-    assert table(two, answer(finding("lateral_slip")))["said 0.9 or more, and wrong"].value == 0.0
+    assert table(two, answer(finding("lateral_slip")))[SURE_WRONG].value == 0.0
 
 
 def test_what_counts_as_right_in_place_of_the_truth_is_reported():
-    labels = {name: label("single", TRUTH) for name in ("exact", "alike", "wrong")}
-    answers = {
-        "exact": answer(finding()),
-        "alike": answer(finding("turn_scrub")),
-        "wrong": answer(finding("joint_bias", "joint_a")),
-    }
+    findings = {"exact": finding(), "alike": finding("turn_scrub"), "wrong": finding("joint_bias", "joint_a")}
+    labels = dict.fromkeys(findings, label("single", TRUTH))
+    answers = {name: answer(one) for name, one in findings.items()}
     assert reported_instead(labels, answers) == {("wheelbase a", "turn_scrub a"): 1}
+
+
+LABELS = {"healthy": label("null"), "worn": label("single", {**TRUTH, "acceptable": []})}
+ANSWERS = {
+    "healthy": {**answer(finding()), "fit": None},
+    "worn": answer(finding(probability=0.97), finding("turn_scrub", probability=0.3), before=4.0),
+}
+
+
+def corpus(tmp_path, name="set", *, foreign=True):
+    return Corpus(LabelledWorld(name, name, tmp_path, foreign=foreign), tmp_path, LABELS)
+
+
+def test_a_score_counts_what_the_labels_say_and_is_an_object_of_json(tmp_path):
+    score = scored(corpus(tmp_path), ANSWERS)
+    lines = {line.name: line for line in score.lines}
+    assert lines[ALARM].is_missed
+    assert {name: lines[name].text for name in (ALARM, FIRST, SURE_WRONG)} == {
+        ALARM: "1 of 1",
+        FIRST: "1 of 1",
+        SURE_WRONG: "1 of 2",
+    }
+    assert lines["held-out residual, before -> after"].text == "4.00 -> 1.00"
+    assert lines["unknown called unknown"].text == "-"
+    assert json.loads(json.dumps(score.as_json(), allow_nan=False))["cases"] == 2
+
+
+def test_worlds_that_others_made_are_pooled_case_by_case(tmp_path):
+    names = (("first", True), ("second", True), ("ours", False))
+    asked = [(corpus(tmp_path, name, foreign=foreign), ANSWERS) for name, foreign in names]
+    (score,) = pooled(asked)
+    assert score.cases == 4
+    assert next(line for line in score.lines if line.name == FIRST).text == "2 of 2"
+    assert pooled(asked[1:]) == []
+
+
+def test_reliability_holds_what_was_said_against_what_is_right(tmp_path):
+    low, high = bins(LABELS, ANSWERS)
+    assert (low.said, low.right, low.of) == (0.3, 0, 1)
+    assert (high.said, high.right, high.of) == (pytest.approx(0.96), 1, 2)
+    assert high.interval[0] < high.share < high.interval[1]
+    panels = {"worn": [low, high], "silent": [], **{str(number): [] for number in range(3)}}
+    plot_reliability(panels, tmp_path / "reliability.png")
+    assert (tmp_path / "reliability.png").read_bytes().startswith(b"\x89PNG")
