@@ -13,6 +13,7 @@ import numpy as np
 
 from omnimate.effects.block import LINKAGE, truck_number, wheels_of
 from omnimate.effects.errors import EffectError
+from omnimate.vehicle.compiled import compiled
 from omnimate.vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:
@@ -28,10 +29,17 @@ class Begun(NamedTuple):
     Attributes:
         start: Time at the start of the drive [s].
         way: Way rolled since then, forward and back [m].
+        past: Mean of the accelerations before [m/s^2], as `past_acceleration`.
     """
 
     start: float
     way: float
+    past: float = 0.0
+
+
+MEMORY = (
+    1.0  # [s] in which what is past loses all but a third of its weight: longer than a change of speed lasts
+)
 
 
 class Motion:
@@ -65,7 +73,7 @@ class Motion:
 
     def after(self) -> Begun:
         """Return what the component did up to the end of the block."""
-        return self.begun._replace(way=float(self.way[-1]))
+        return self.begun._replace(way=float(self.way[-1]), past=float(self.past_acceleration[-1]))
 
     @property
     def rolling(self) -> Array:
@@ -88,11 +96,29 @@ class Motion:
         return np.asarray((self.block.speed[:, 1::2] - self.block.speed[:, 0::2]) / self.block.wheelbase)
 
     @property
+    def yaw_accelerations(self) -> Array:
+        """Yaw accelerations of the trucks [rad/s^2], shape `(K, T)`."""
+        acceleration = self.block.acceleration
+        return np.asarray((acceleration[:, 1::2] - acceleration[:, 0::2]) / self.block.wheelbase)
+
+    @property
     def joint_rates(self) -> Array:
         """Rates of joint_a and joint_b as the trucks move them [rad/s], shape `(K, 2)`."""
+        return np.asarray(self.turn_rates - self.link_yaw_rate[:, None])
+
+    @property
+    def link_yaw_rate(self) -> Array:
+        """Turn rate of the line between the trucks [rad/s]."""
         across = self.speeds * np.sin(self.block.reading[:, :2])
-        around = (across[:, 0] - across[:, 1]) / self.block.reading[:, 2]  # of the line between the trucks
-        return np.asarray(self.turn_rates - around[:, None])
+        return np.asarray((across[:, 0] - across[:, 1]) / self.block.reading[:, 2])
+
+    @property
+    def link_yaw_acceleration(self) -> Array:
+        """Rate of change of the link's turn rate, its length taken as constant [rad/s^2]."""
+        joints = self.block.reading[:, :2]
+        acceleration = 0.5 * (self.block.acceleration[:, 0::2] + self.block.acceleration[:, 1::2])
+        across = acceleration * np.sin(joints) + self.speeds * np.cos(joints) * self.joint_rates
+        return np.asarray((across[:, 0] - across[:, 1]) / self.block.reading[:, 2])
 
     @property
     def link_rate(self) -> Array:
@@ -105,6 +131,12 @@ class Motion:
         """Way rolled since the start, forward and back [m]."""
         return np.asarray(self.begun.way + np.cumsum(np.abs(self.mean(self.block.speed)) * self.block.period))
 
+    @property
+    def past_acceleration(self) -> Array:
+        """Mean of the accelerations so far, with weights that fall exponentially [m/s^2]."""
+        kept = np.exp(-self.block.period / MEMORY)
+        return _remembered(kept, (1.0 - kept) * self.mean(self.block.acceleration), self.begun.past)
+
     def mean(self, signal: Array) -> Array:
         """Return a signal `(K, W)` of the component's wheel, or the mean of its truck's wheels."""
         wheels = wheels_of(self.component) or (2 * self.truck, 2 * self.truck + 1)
@@ -113,6 +145,16 @@ class Motion:
     def angle(self, wheel: int) -> Array:
         """Return the angle of a wheel in the middle of each step [rad]."""
         return np.asarray(self.block.angle[:, wheel] - 0.5 * self.block.turned[:, wheel])
+
+
+@compiled
+def _remembered(kept: Array, gained: Array, start: float) -> Array:
+    """Return y (K,) with y[k] = kept[k] y[k - 1] + gained[k]."""
+    values, last = np.empty_like(gained), start
+    for step in range(len(gained)):
+        last = kept[step] * last + gained[step]
+        values[step] = last
+    return values
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +184,11 @@ def _wheel(number: int) -> Variable:
 VARIABLES: dict[str, Variable] = {
     "speed": Variable("m/s", "rolling speed of the wheel or truck", lambda own: own.mean(own.block.speed)),
     "acceleration": Variable("m/s^2", "rate of change of it", lambda own: own.mean(own.block.acceleration)),
+    "past_acceleration": Variable("m/s^2", "mean of the accelerations of the last seconds",
+        lambda own: own.past_acceleration),
     "turn_rate": Variable("rad/s", "turn rate of the truck, to the left", lambda own: own.turning),
+    "yaw_acceleration": Variable("rad/s^2", "rate of change of it",
+        lambda own: own.yaw_accelerations[:, own.truck]),
     "load": Variable("m/s^2", "centripetal acceleration of the truck: its speed times its turn rate, "
         "in proportion to the load that moves to the outer wheel", lambda own: own.rolling * own.turning),
     "way": Variable("m", "way rolled since the start, forward and back", lambda own: own.way),
@@ -162,6 +208,10 @@ VARIABLES: dict[str, Variable] = {
         lambda own: own.joint_rates[:, 1]),
     "link_rate": Variable("m/s", "rate of the link's length, as the trucks move it",
         lambda own: own.link_rate),
+    "link_yaw_rate": Variable("rad/s", "turn rate of the line between the trucks",
+        lambda own: own.link_yaw_rate),
+    "link_yaw_acceleration": Variable("rad/s^2", "rate of change of it",
+        lambda own: own.link_yaw_acceleration),
 }  # fmt: skip
 
 
@@ -170,8 +220,7 @@ def known(component: str, trucks: int = 2) -> dict[str, Variable]:
     absent = set() if "." in component else {OWN_ANGLE}
     if trucks == 1:
         absent |= {
-            *LINKAGE,
-            *(f"{channel}_rate" for channel in LINKAGE),
+            *(name for name in VARIABLES if name.startswith(("joint", "link"))),
             "wheel_angle_b_left",
             "wheel_angle_b_right",
         }

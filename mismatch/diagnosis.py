@@ -5,8 +5,8 @@ The JSON is read by other people's programs; fields are added, never taken away 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 if TYPE_CHECKING:
     from omnimate.effects.effect import Effect
@@ -190,6 +190,20 @@ class Fit:
     rerun: dict[str, Change] = field(default_factory=dict)
     noise: dict[str, float] = field(default_factory=dict)
 
+    def unchanged(self) -> Self:
+        """Return the fit where nothing is added to the robot as described."""
+        changes = {
+            name: {channel: Change(own.before, own.before) for channel, own in getattr(self, name).items()}
+            for name in ("channels", "rerun")
+        }
+        return replace(
+            self,
+            train=Change(self.train.before, self.train.before),
+            heldout=Change(self.heldout.before, self.heldout.before),
+            gain=(0.0, 0.0),
+            **changes,
+        )
+
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object of a fit."""
         return {
@@ -283,6 +297,7 @@ class Diagnosis:
         effects: what was found and calibrated as the simulator takes it, "unknown" excepted.
         calibrated: what is in the effects beside the findings: numbers of robot and reference that are
             known better than the file says, though nothing says that the file is wrong.
+        traces: what is there, but changes what the simulation misses by less than a twentieth.
     """
 
     verdict: Verdict
@@ -297,6 +312,7 @@ class Diagnosis:
     evidence: Evidence = field(default_factory=Evidence)
     effects: tuple[Effect, ...] = ()
     calibrated: tuple[Calibrated, ...] = ()
+    traces: tuple[Finding, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object."""
@@ -310,6 +326,7 @@ class Diagnosis:
             "unexplained": {"fraction": self.unexplained, "depends_on": list(self.depends_on)},
             "drive_next": list(self.drive_next),
             "calibrated": [single.as_json() for single in self.calibrated],
+            "traces": [single.as_json() for single in self.traces],
         }
 
 

@@ -11,6 +11,7 @@ from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.heldout import HELD, METRIC, held_out, size
+from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
 from omnimate.mismatch.answer.uncertainty import sigmas
@@ -31,13 +32,14 @@ from omnimate.mismatch.diagnosis import (
     Parameter,
     Where,
 )
-from omnimate.mismatch.evidence.search import FULLY_JUDGED, ranked_candidates
+from omnimate.mismatch.evidence.search import FULLY_JUDGED, NAMELESS_MARGIN, ranked_candidates
 from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.mismatch.answer.heldout import HeldOut
+    from omnimate.mismatch.answer.omnibus import Leftover
     from omnimate.mismatch.answer.rivals import Rivalry
     from omnimate.mismatch.diagnosis import Verdict
     from omnimate.mismatch.evidence.posterior import Posterior
@@ -46,6 +48,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 _SHOWN = 6  # alternatives of a finding
+EVEN = 0.5  # probability of a name that is the best of wrong ones, at most
 SUREST = 0.999  # no probability above it is printed: the model itself is no surer
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
@@ -66,27 +69,26 @@ def answer(found: Investigation) -> Diagnosis:
     residuals = held_out(nominal, fit)
     excess = max(_excess(nominal.white[:, 0]), 1e-9)
     numbers = {member: number for number, member in enumerate(found.named)}
-    findings = _ordered(
-        _merged(
-            [
-                _finding(fit, numbers[member], rivalry(found, member), excess)
-                if member in numbers
-                else _unknown(found, member, rivalry(found, member), excess)
-                for member in found.members
-            ]
-        )
-    )
-    unexplained = min(1.0, max(0.0, _excess(residuals.train)) / excess) if findings else 0.0
-    vehicle = found.signals[0].recording.vehicle
-    names = tuple(single.recording.source for single in found.signals)
+    left = leftover(fit)
+    present = [
+        _finding(fit, numbers[member], rivalry(found, member), excess, left)
+        if member in numbers
+        else _unknown(found, member, rivalry(found, member), excess)
+        for member in found.members
+    ]
     told = _fit(fit, residuals)
+    findings, traces = _relevant(_ordered(_merged([*present, *_without_name(left, present, excess)])), told)
     acting = averaged(fit)
+    effects = (*fit.chosen.effects, *acting.effects)
+    if not findings and told.gain[0] <= told.gain[1]:  # what was calibrated does not help where it is new
+        effects, acting = fit.mounted, replace(acting, terms=(), values=(), effects=(), places=())
+        told = told.unchanged()
     calibrated = tuple(
         Calibrated(effect.name, effect.component, _parameters(fit.regression, acting, number))
         for number, effect in enumerate(acting.effects)
     )
     drawn = evidence_of(fit, nominal, residuals, findings, _candidates(found, findings))
-    unseen = [] if findings else blind(found.posterior)
+    unseen = [] if findings or traces else blind(found.posterior)
     verdict: Verdict = "mismatch" if findings else "insufficient" if unseen else "agreement"
     drives = tuple(dict.fromkeys(finding.separates for finding in findings if finding.separates))
     if findings:
@@ -95,21 +97,65 @@ def answer(found: Investigation) -> Diagnosis:
         says, drives = unseen_in_words(unseen)
     else:
         says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
-    effects = (*fit.chosen.effects, *acting.effects)
+        if traces:
+            says = f"Simulation and recording agree, but for traces that change it little: {traces[0].says}"
+    quantities = [quantity for finding in findings for quantity in finding.depends_on]
+    quantities += [prediction.quantity for prediction in left.predictions]
     return Diagnosis(
         verdict,
         says,
         findings,
         told,
-        unexplained,
-        tuple(dict.fromkeys(quantity for finding in findings for quantity in finding.depends_on)),
-        vehicle.name,
-        names,
+        min(1.0, max(0.0, _excess(residuals.train)) / excess) if findings else 0.0,
+        tuple(dict.fromkeys(quantities)),
+        found.signals[0].recording.vehicle.name,
+        tuple(single.recording.source for single in found.signals),
         drives,
         drawn,
         tuple(effect for effect in effects if effect.name != UNKNOWN),
         calibrated,
+        traces,
     )
+
+
+def _relevant(present: Sequence[Finding], fit: Fit) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """Return what is found apart from its traces: what is there, and changes hardly anything.
+
+    Findings are relevant together, if the simulator that has them misses some channel by a twentieth less
+    where no fit has seen it, from one reading to the next or open loop. What has no name is relevant if it is
+    a twentieth of the mismatch: what is less may be what the laws of named effects leave.
+    """
+    changes = [*fit.channels.values(), *fit.rerun.values()]
+    helps = any(change.after < (1.0 - RELEVANT) * change.before for change in changes)
+    findings, traces = [], []
+    for finding in present:
+        relevant = finding.explained >= RELEVANT if finding.effect == UNKNOWN else helps
+        (findings if relevant else traces).append(finding)
+    return tuple(findings), tuple(traces)
+
+
+def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> list[Finding]:
+    """Return what is left and can be predicted, unless something without a name was already found."""
+    if not left.relevant or any(finding.effect == UNKNOWN for finding in present):
+        return []
+    strongest = left.predictions[0]
+    component = strongest.channel.split(".")[0]
+    named = excess if present else 0.0
+    quantities = tuple(
+        dict.fromkeys(each.quantity for each in left.predictions if each.channel == strongest.channel)
+    )
+    return [
+        Finding(
+            UNKNOWN,
+            component,
+            min(left.probability, SUREST),
+            where=Where((strongest.channel,), (), strongest.quantity),
+            explained=strongest.gain / (strongest.gain + named),
+            says="Something that no effect of the library explains shows on "
+            f"{component_in_words(component)}: {strongest.share:.0%} of what is left on {strongest.channel} depends on {strongest.quantity}.",
+            depends_on=quantities,
+        )
+    ]
 
 
 def _excess(rows: Array) -> float:
@@ -117,8 +163,12 @@ def _excess(rows: Array) -> float:
     return float(rows @ rows) - len(rows)
 
 
-def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Finding:
-    """Return an effect of the fit as a finding."""
+def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float, left: Leftover) -> Finding:
+    """Return an effect of the fit as a finding.
+
+    Where something is left that can be predicted, and what predicts it explains what the effect does as well,
+    the name is no surer than even odds.
+    """
     effect, regression = fit.chosen.effects[number], fit.regression
     part_of = regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
     drop = _drop(fit, number)
@@ -132,7 +182,7 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Findin
     return Finding(
         effect.name,
         effect.component,
-        min(rivals.probability, SUREST),
+        min(rivals.probability, EVEN if _is_predicted(fit, number, left) else SUREST),
         others,
         Where(
             channels_of(regression, part_of),
@@ -149,6 +199,15 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float) -> Findin
     )
 
 
+def _is_predicted(fit: Fitted, number: int, left: Leftover) -> bool:
+    """Say whether what predicts the leftover leaves an effect of the fit less than a margin of evidence."""
+    if not left.predictions:
+        return False
+    part = fit.rows[:, fit.chosen.places[number]] @ fit.chosen.values[number]
+    column, data = left.project_out(np.column_stack([part, fit.rows[:, 0] + part])).T
+    return float(column @ data) ** 2 < 2.0 * NAMELESS_MARGIN * float(column @ column)
+
+
 def _pushed(component: str) -> str:
     return f"{component_in_words(component).capitalize()} was pushed at single moments, as no obstacle does."
 
@@ -157,9 +216,9 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) 
     """Return what has no name as a finding, with the law that was learned of it."""
     posterior = found.posterior
     term, fit = posterior.terms[member], found.fit
-    judged = posterior.given(set(found.members) - {member}).judge(member)
-    columns = posterior.regression.white[:, posterior.places[member]]
-    part_of = columns @ judged.coefficients
+    conditional = posterior.given(set(found.members) - {member})
+    judged = conditional.judge(member)
+    part_of = conditional.residual_columns(list(posterior.candidates.columns(member))) @ judged.coefficients
     quantity = term.fixed["quantity"]
     laws = [
         effect for effect in fit.chosen.effects if effect.name == "law" and effect.component == term.component

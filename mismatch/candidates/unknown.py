@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term, moving_channels, turns
+from omnimate.mismatch.candidates.quantities import excited, quantities
+from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term
 from omnimate.mismatch.recording.windows import pushed_by_curves
-from omnimate.vehicle.parameters import JOINTS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Container
 
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.recording.response import Columns
@@ -30,10 +30,6 @@ PER_METRE = 2e-3  # of the way rolled, one standard deviation of a curve's coeff
 PER_TURN = 5e-3  # of the angle turned, likewise
 ANGLE = 3e-3  # [rad] of a joint's or a heading's error
 LENGTH = 1e-3  # [m] of the link's or a position's error
-READ = {"joint_a": "angle of joint_a", "joint_b": "angle of joint_b", "link": "link length"}
-QUANTITIES = 12  # on which an error may depend: so many names share the odds of an unknown one
-
-Curves = dict[str, list["Array"]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +40,11 @@ class Error:
         component: Component that has it.
         acts_on: Quantity that it changes, as in an effect `law`; empty where no law can be written down.
         build: Function from curves `(N - 1, B)` of the error to their columns.
-        curves: Quantities on which only this error may depend.
     """
 
     component: str
     acts_on: str
     build: Callable[[Array], Columns]
-    curves: Curves
 
 
 def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]:
@@ -58,13 +52,10 @@ def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]
 
     Quantities that the drive hardly excites are noise, and no curve may depend on them.
     """
-    signals = [windows.signals for windows in regression.windows]
-    moving = moving_channels(signals)
-    still = {quantity for channel, quantity in READ.items() if channel not in moving}
-    still |= set() if turns(signals) else {"turn rate"}
-    offered = [_columns(windows, still) for windows in regression.windows]
+    moving = excited([windows.signals for windows in regression.windows])
+    offered = [_columns(windows, moving) for windows in regression.windows]
     groups, raw = offered[0][0], [columns for _, columns in offered]
-    odds = UNKNOWN_PRIOR.log_odds - math.log(QUANTITIES)
+    odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
         for (component, acts_on, quantity), _ in groups
@@ -72,83 +63,46 @@ def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]
     return terms, [width for _, width in groups], regression.whitened(raw)
 
 
-def _columns(windows: Windows, still: set[str]) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
-    """Return columns of all errors, and how many are of each component, what it acts on, and quantity.
-
-    Args:
-        windows: Of the recording.
-        still: Quantities on which nothing may depend.
-    """
-    shared = quantities(windows)
+def _columns(
+    windows: Windows, moving: Container[str]
+) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
+    """Return columns of all errors, and how many are of each component, what it acts on, and quantity."""
+    shared = quantities(windows.signals, moving)
     level = np.ones(len(windows.signals.block))
     groups, pushes, seen = [], [], []
     for error in errors(windows):
         curves = []
-        for quantity, values in {**shared, **error.curves}.items():
-            if quantity not in still:
-                groups.append(((error.component, error.acts_on, quantity), 1 + len(values)))
-                curves += [level, *values]
+        for quantity, values in shared.items():
+            groups.append(((error.component, error.acts_on, quantity), 1 + len(values)))
+            curves += [level, *values]
         push, shown = error.build(np.stack(curves, axis=1))
         pushes.append(push)
         seen.append(shown)
     return groups, (np.concatenate(pushes, axis=2), np.concatenate(seen, axis=2))
 
 
-def quantities(windows: Windows) -> Curves:
-    """Return curves `(N - 1,)` of order one over each quantity that any error may depend on."""
-    signals = windows.signals
-    block, lead = signals.block, signals.path[1:, 0]
-    phase = np.linspace(0.0, np.pi, len(block))
-    place = [standard(lead[:, 0]), standard(lead[:, 1])]
-    speed = standard(np.abs(block.speed[:, :2]).mean(axis=1))
-    turning = standard(block.twist[:, 0, 2] / block.period)
-    curves = {
-        "time": [np.cos(order * phase) for order in (1, 2, 3)],
-        "heading": [wave(order * lead[:, 2]) for order in (1, 2) for wave in (np.cos, np.sin)],
-        "place": [*place, place[0] * place[1], place[0] ** 2, place[1] ** 2],
-        "speed": [speed, standard(speed**2)],
-        "acceleration": [standard(block.acceleration[:, :2].mean(axis=1))],
-        "turn rate": [turning, standard(np.abs(turning)), standard(speed * turning)],
-    }
-    if signals.reading.shape[1]:
-        for number, joint in enumerate(JOINTS):
-            angle = block.reading[:, number]
-            curves[READ[joint]] = [wave(order * angle) for order in (1, 2) for wave in (np.cos, np.sin)]
-        curves[READ["link"]] = [standard(block.reading[:, 2])]
-    return curves
-
-
-def standard(values: Array) -> Array:
-    """Return values less their mean, in units of their deviation; zeros where they are constant."""
-    away = values - values.mean()
-    deviation = float(away.std())
-    return away / deviation if deviation > 1e-9 else np.zeros_like(away)
-
-
 def errors(windows: Windows) -> list[Error]:
     """Return every error that a robot may have."""
     signals = windows.signals
-    block = signals.block
     found = []
     wheels = [str(wheel) for wheel in signals.recording.vehicle.wheels]
     for number, wheel in enumerate(wheels):
-        angle = block.angle[:, number]
-        waves = {"wheel angle": [wave(order * angle) for order in (1, 2, 3) for wave in (np.cos, np.sin)]}
-        found.append(Error(wheel, "travel", partial(_way, windows, (number,)), waves))
+        found.append(Error(wheel, "travel", partial(_way, windows, (number,))))
     if len(wheels) == 4:
         found += [
-            Error(side, "", partial(_way, windows, numbers), {})
+            Error(side, "", partial(_way, windows, numbers))
             for side, numbers in (("left", (0, 2)), ("right", (1, 3)))
         ]
     for number, truck in enumerate(signals.trucks):
-        found.append(Error(truck, "creep", partial(_side, windows, number), {}))
-        found.append(Error(truck, "turn", partial(_turn, windows, number), {}))
+        found.append(Error(truck, "creep", partial(_side, windows, number)))
+        found.append(Error(truck, "turn", partial(_turn, windows, number)))
+        found.append(Error(truck, "yaw", partial(_yaw, windows, number)))
     for row, name in enumerate(("joint_a", "joint_b", "link")[: windows.linkage]):
-        found.append(Error(name, "reading", partial(_reading, windows, (row,)), {}))
+        found.append(Error(name, "reading", partial(_reading, windows, (row,))))
     if signals.poses is not None:
         for axis in range(3):
             rows = tuple(windows.linkage + 3 * truck + axis for truck in range(len(signals.trucks)))
-            found.append(Error("poses", "", partial(_reading, windows, rows), {}))
+            found.append(Error("poses", "", partial(_reading, windows, rows)))
     return found
 
 
@@ -180,6 +134,14 @@ def _side(windows: Windows, truck: int, curves: Array) -> Columns:
     block = windows.signals.block
     twist = np.zeros_like(block.twist)
     twist[:, truck, 1] = PER_METRE * np.abs(block.twist[:, truck, 0])
+    return _pushed(windows, twist, curves)
+
+
+def _yaw(windows: Windows, truck: int, curves: Array) -> Columns:
+    """Return the columns of a truck that yaws by curves per metre."""
+    block = windows.signals.block
+    twist = np.zeros_like(block.twist)
+    twist[:, truck, 2] = PER_METRE / block.wheelbase[truck] * np.abs(block.twist[:, truck, 0])
     return _pushed(windows, twist, curves)
 
 

@@ -51,7 +51,9 @@ if TYPE_CHECKING:
     from omnimate.mismatch.evidence.candidates import Candidates
     from omnimate.vehicle.se2 import Array
 
-MIN_UNKNOWN_EXPLAINED = 0.05  # share of the noise's square that an unknown, lasting error must explain
+# Share of the noise's square in some channel that an unknown, lasting error must explain: the declared
+# relevance, a twentieth of what a simulation misses.
+MIN_UNKNOWN_EXPLAINED = 0.05
 MAX_CANCELLING_SIZE = 3.0  # [declared sizes] of a member with a candidate that nearly cancels it
 CANCELLING_GROWTH = 1.5  # factor by which such a member grows when the candidate joins
 LINEAR_RANGE = 2.0  # factor on an effect's largest size: its column is the slope of a small step
@@ -349,7 +351,7 @@ class ConditionalFit:
         prior = np.eye(len(columns)) / MEMBER_SIZE**2
         fitted: Array = np.asarray(np.linalg.solve(gram + prior, score), np.float64)
         lasting = term.is_unknown and not term.is_local
-        invisible = lasting and float(fitted @ gram @ fitted) < MIN_UNKNOWN_EXPLAINED * len(residual)
+        invisible = lasting and self._largest_share(rows @ fitted) < MIN_UNKNOWN_EXPLAINED
         sizes_with = self._member_coefficients([0])[:, 0] - self._member_coefficients(columns) @ fitted
         if invisible or self._nearly_cancels(sizes_with):
             covariance = np.linalg.inv(gram + prior).astype(np.float64)
@@ -391,6 +393,12 @@ class ConditionalFit:
             prior_log_odds + white_log_evidence,
             white_log_evidence,
         )
+
+    def _largest_share(self, part: Array) -> float:
+        """Return the share of the noise's square that a part (V,) has in its strongest channel."""
+        channel = self.candidates.regression.channel
+        rows = np.maximum(np.bincount(channel), 1)
+        return float((np.bincount(channel, weights=part**2) / rows).max())
 
     def _evidence(
         self, term: Term, gram: Array, score: Array, discrepancy_gain: float, overdispersion: float = 1.0

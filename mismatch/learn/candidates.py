@@ -108,11 +108,12 @@ def terms(variables: Mapping[str, Array]) -> Iterator[Term]:
 def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, ...]]]:
     """Yield the kind of each term and what its coefficients multiply."""
     yield "constant", ("1", "1")
+    for name in variables:
+        yield "line", (name, VARIABLES[name].unit)
     plain = [name for name, values in variables.items() if not _goes_round(name, values)]
     for name in plain:
         unit, values = VARIABLES[name].unit, variables[name]
         rms = f"{math.sqrt(np.mean(values**2)):.6g}"
-        yield "line", (name, unit)
         yield "bent", (f"{name}^2", f"({unit})^2")
         yield "bent", (f"1 / (1 + abs({name}) / {rms})", "1")
         if values.min() < 0.0 < values.max():

@@ -1,0 +1,95 @@
+"""What a robot does in a drive, as curves on which an error may depend, with no physics in them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.effects.variables import Motion
+from omnimate.mismatch.candidates.terms import moving_channels, turns
+from omnimate.vehicle.parameters import JOINTS
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Sequence
+
+    from omnimate.mismatch.recording.signals import Signals
+    from omnimate.vehicle.se2 import Array
+
+KNOTS = 5  # of a curve over a quantity: its range and its quartiles
+
+Curves = dict[str, list["Array"]]
+
+
+def excited(signals: Sequence[Signals]) -> set[str]:
+    """Return which channels move, and "turning" where the robot turns: the rest of a drive is noise."""
+    return {*moving_channels(signals), *(("turning",) if turns(signals) else ())}
+
+
+def quantities(signals: Signals, moving: Container[str]) -> Curves:
+    """Return curves `(N - 1,)` of order one over each quantity on which an error may depend.
+
+    They are taken from the wheels, and from the linkage's angles: what readings round off must not stand on
+    both sides of a regression on readings.
+
+    Args:
+        signals: Of a recording.
+        moving: As `excited` returns it.
+    """
+    block, linked = signals.block, bool(signals.reading.shape[1])
+    lead = Motion(block, "a")
+    phase, way = np.linspace(0.0, np.pi, len(block)), lead.way
+    along = np.pi * (way - way[0]) / max(float(np.ptp(way)), 1e-9)
+    curves = {
+        "time": waves(phase, (1, 2, 3))[::2],
+        "distance": waves(along, (1, 2, 3))[::2],
+        "SYNC period": bends(block.period),
+    }
+    for number, wheel in enumerate(signals.recording.vehicle.wheels):
+        curves[f"angle of {wheel}"] = waves(block.angle[:, number], (1, 2, 3))
+        curves[f"speed of {wheel}"] = bends(block.speed[:, number])
+        curves[f"acceleration of {wheel}"] = bends(block.acceleration[:, number])
+        curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
+    for number, truck in enumerate(signals.trucks):
+        x, y = (standard(block.place[:, number, axis]) for axis in range(2))
+        facing = waves(block.heading[:, number], (1,))
+        curves[f"heading of {truck}"] = [*facing, *waves(block.heading[:, number], (2,))]
+        curves[f"place of {truck}"] = [x, y, x * y, x**2, y**2]
+        curves[f"place and heading of {truck}"] = [*facing, *(at * way for at in (x, y) for way in facing)]
+        if "turning" in moving:
+            turning = lead.turn_rates[:, number]
+            curves[f"turn rate of {truck}"] = bends(turning)
+            curves[f"yaw acceleration of {truck}"] = bends(lead.yaw_accelerations[:, number])
+            curves[f"lateral acceleration of {truck}"] = bends(turning * lead.speeds[:, number])
+    for number, joint in enumerate(JOINTS if linked else ()):
+        if joint in moving:
+            curves[f"angle of {joint}"] = waves(block.reading[:, number], (1, 2))
+            curves[f"turns of {joint}"] = bends(block.reading[:, number])
+            curves[f"rate of {joint}"] = bends(lead.joint_rates[:, number])
+    if "link" in moving:
+        curves["link length"] = bends(block.reading[:, 2])
+        curves["rate of link"] = bends(lead.link_rate)
+    if linked and "turning" in moving:
+        curves["yaw rate of link"] = bends(lead.link_yaw_rate)
+        curves["yaw acceleration of link"] = bends(lead.link_yaw_acceleration)
+    return {quantity: curve for quantity, curve in curves.items() if curve}
+
+
+def waves(angle: Array, orders: Sequence[int]) -> list[Array]:
+    """Return cosines and sines of multiples of an angle."""
+    return [wave(order * angle) for order in orders for wave in (np.cos, np.sin)]
+
+
+def bends(values: Array) -> list[Array]:
+    """Return curves that run straight between the quartiles of values; none where they are constant."""
+    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, KNOTS)))
+    if knots[-1] - knots[0] < 1e-9:
+        return []
+    return [standard(np.interp(values, knots, ordinate)) for ordinate in np.eye(len(knots))[1:]]
+
+
+def standard(values: Array) -> Array:
+    """Return values less their mean, in units of their deviation; zeros where they are constant."""
+    away = values - values.mean()
+    deviation = float(away.std())
+    return away / deviation if deviation > 1e-9 else np.zeros_like(away)
