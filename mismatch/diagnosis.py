@@ -162,6 +162,10 @@ class Change:
     before: float
     after: float
 
+    def undone(self) -> Self:
+        """Return the change where nothing is changed."""
+        return replace(self, after=self.before)
+
     def as_json(self) -> dict[str, float]:
         """Return the contract's object of a change."""
         return {"before": self.before, "after": self.after}
@@ -192,16 +196,13 @@ class Fit:
 
     def unchanged(self) -> Self:
         """Return the fit where nothing is added to the robot as described."""
-        changes = {
-            name: {channel: Change(own.before, own.before) for channel, own in getattr(self, name).items()}
-            for name in ("channels", "rerun")
-        }
         return replace(
             self,
-            train=Change(self.train.before, self.train.before),
-            heldout=Change(self.heldout.before, self.heldout.before),
+            train=self.train.undone(),
+            heldout=self.heldout.undone(),
+            channels={name: change.undone() for name, change in self.channels.items()},
             gain=(0.0, 0.0),
-            **changes,
+            rerun={name: change.undone() for name, change in self.rerun.items()},
         )
 
     def as_json(self) -> dict[str, Any]:

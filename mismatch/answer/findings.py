@@ -127,18 +127,16 @@ def _relevant(present: Sequence[Finding], fit: Fit) -> tuple[tuple[Finding, ...]
     """
     changes = [*fit.channels.values(), *fit.rerun.values()]
     helps = any(change.after < (1.0 - RELEVANT) * change.before for change in changes)
-    findings, traces = [], []
-    for finding in present:
-        relevant = finding.explained >= RELEVANT if finding.effect == UNKNOWN else helps
-        (findings if relevant else traces).append(finding)
-    return tuple(findings), tuple(traces)
+    relevant = [finding.explained >= RELEVANT if finding.effect == UNKNOWN else helps for finding in present]
+    pairs = list(zip(present, relevant, strict=True))
+    return tuple(each for each, yes in pairs if yes), tuple(each for each, yes in pairs if not yes)
 
 
 def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> list[Finding]:
     """Return what is left and can be predicted, unless something without a name was already found."""
     if not left.relevant or any(finding.effect == UNKNOWN for finding in present):
         return []
-    strongest = left.predictions[0]
+    strongest = max(left.predictions, key=lambda each: each.gain)
     component = strongest.channel.split(".")[0]
     named = excess if present else 0.0
     quantities = tuple(
@@ -152,7 +150,8 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
             where=Where((strongest.channel,), (), strongest.quantity),
             explained=strongest.gain / (strongest.gain + named),
             says="Something that no effect of the library explains shows on "
-            f"{component_in_words(component)}: {strongest.share:.0%} of what is left on {strongest.channel} depends on {strongest.quantity}.",
+            f"{component_in_words(component)}: {strongest.share:.0%} of what is left on {strongest.channel} "
+            f"depends on {strongest.quantity}.",
             depends_on=quantities,
         )
     ]

@@ -134,7 +134,7 @@ def leftover(fit: Fitted) -> Leftover:
     null = gain[:, 1:]
     score = (gain - null.mean(axis=1, keepdims=True)) / (null.std(axis=1, keepdims=True) + 1.0)
     largest = score.max(axis=0)
-    p_value = _tail(largest[0], largest[1:])
+    p_value = _tail(float(largest[0]), largest[1:])
     if p_value >= ERROR_RATE:
         return Leftover(p_value)
     predictions = []
@@ -143,8 +143,8 @@ def leftover(fit: Fitted) -> Leftover:
         if score[number, 0] > largest[1:].max():
             everywhere = np.zeros((len(innovations), columns.shape[1]))
             everywhere[mine] = columns
-            own = float(gain[number, 0])
-            predictions.append(Prediction(channel, name, own / square, own, everywhere))
+            fall = float(gain[number, 0])
+            predictions.append(Prediction(channel, name, fall / square, fall, everywhere))
     return Leftover(p_value, tuple(predictions))
 
 
@@ -173,7 +173,7 @@ def _null(regression: Regression, mine: NDArray[np.int64], own: Array, chance: n
     sign = chance.choice([-1.0, 1.0], size=(int(stretch.max()) + 1, DRAWS))
     least = int(SHORTEST * len(own))
     shifts = chance.integers(least, len(own) - least, size=DRAWS)
-    return np.stack([np.roll(own, shift) for shift in shifts], axis=1) * sign[stretch]
+    return np.asarray(np.stack([np.roll(own, shift) for shift in shifts], axis=1) * sign[stretch])
 
 
 def _heldout_gain(columns: Array, data: Array, fold: NDArray[np.int64]) -> Array:

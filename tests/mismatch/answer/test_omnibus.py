@@ -1,0 +1,79 @@
+"""What a fit leaves is predicted by the drive where something is left, and by nothing where only noise is."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from omnimate.mismatch import diagnose
+from omnimate.mismatch.answer.omnibus import ERROR_RATE, leftover
+from omnimate.mismatch.candidates.quantities import excited, quantities
+from omnimate.mismatch.recording.signals import signals_of
+
+
+@pytest.fixture(scope="module")
+def fit_of(regression, drive):
+    """Return a function that makes a fit that leaves noise, and some of a quantity on a channel."""
+    shown = regression(drive(laps=2))
+    signals = [windows.signals for windows in shown.windows]
+    curves = quantities(signals[0], excited(signals))
+
+    def made(seed, quantity="", share=0.0, channel=1):
+        rows = np.random.default_rng(seed).normal(size=(len(shown.channel), 1))
+        if quantity:
+            mine = np.flatnonzero(shown.channel == channel)
+            curve = curves[quantity][0][np.maximum(shown.windows[0].ends[shown.moment[mine]] - 1, 0)]
+            rows[mine, 0] += np.sqrt(share / (1.0 - share)) * curve
+        return SimpleNamespace(regression=shown, rows=rows)
+
+    return made
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_is_predicted_by_nothing(fit_of, seed):
+    found = leftover(fit_of(seed))
+    assert found.p_value > ERROR_RATE
+    assert not found.predictions
+    assert not found.relevant
+
+
+@pytest.mark.parametrize(
+    "quantity", ["yaw acceleration of link", "turns of joint_a", "past acceleration of a.left"]
+)
+def test_what_depends_on_a_quantity_is_predicted_by_it_on_its_channel(fit_of, quantity):
+    found = leftover(fit_of(1, quantity, share=0.3))
+    assert found.p_value < ERROR_RATE
+    assert found.predictions[0].channel == "joint_b"
+    assert quantity in {prediction.quantity for prediction in found.predictions}
+    assert found.predictions[0].share == pytest.approx(0.3, abs=0.15)
+    assert found.probability > leftover(fit_of(1)).probability
+
+
+def test_what_predicts_explains_itself_away(fit_of):
+    fit = fit_of(1, "turns of joint_a", share=0.3)
+    found = leftover(fit)
+    assert np.var(found.project_out(fit.rows)) < np.var(fit.rows)
+    assert found.project_out(found.predictions[0].columns) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_reading_that_follows_the_links_yaw_acceleration_is_unknown_there(drive, effect):
+    hidden = effect("law", "joint_b", acts_on="reading", formula="0.01 * link_yaw_acceleration")
+    answer = diagnose([drive(hidden, laps=3)])
+    assert answer.verdict == "mismatch"
+    assert (answer.findings[0].effect, answer.findings[0].component) == ("unknown", "joint_b")
+    assert "yaw acceleration of link" in answer.findings[0].depends_on
+
+
+def test_a_healthy_robot_leaves_neither_findings_nor_numbers_that_change_it(drive):
+    answer = diagnose([drive(laps=3)])
+    assert answer.verdict == "agreement"
+    assert answer.as_json()["traces"] == []
+    assert answer.fit.heldout.after <= answer.fit.heldout.before
+
+
+def test_quantities_have_mean_zero_or_are_waves(drive):
+    signals = [signals_of(drive(laps=1))]
+    for name, curves in quantities(signals[0], excited(signals)).items():
+        for curve in curves:
+            assert curve.shape == (len(signals[0].block),)
+            assert np.abs(curve).max() < 50.0, name
