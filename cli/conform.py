@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from enum import Enum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -15,25 +14,16 @@ if TYPE_CHECKING:
     from omnimate.driver.conformance.run import Result
 
 
-class Most(Enum):
-    """What may be done to the device."""
-
-    reads = "reads"
-    writes = "writes"
-    resets = "resets"
-    stores = "stores"
-
-
 def conform(
     bus: Bus,
     node: Node,
     most: Annotated[
-        Most,
+        Literal["reads", "writes", "resets", "stores"],
         typer.Option(
             help="What may be done to it: read; write and put back; reset and start it too; store too, and "
             "take its node id away for a moment."
         ),
-    ] = Most.resets,
+    ] = "resets",
     timeout: Timeout = 0.5,
     force: Force = False,
     as_json: AsJson = False,
@@ -52,7 +42,7 @@ def conform(
         probe = Probe(opened, node, timeout)
         if not force:
             require_no_other_master(opened, bus)
-        for result in run(probe, most.value):
+        for result in run(probe, most):
             results.append(result)
             if not as_json:
                 say(_line(result))

@@ -6,11 +6,9 @@ import contextlib
 import itertools
 import signal
 import sys
-import time
 from dataclasses import replace
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import typer
@@ -18,15 +16,14 @@ import typer
 from omnimate.cli.console import warn
 from omnimate.cli.descriptions import descriptions, vehicle_of
 from omnimate.cli.errors import CallError
-from omnimate.cli.loading import log_of
+from omnimate.cli.loading import frames_on_bus, log_of
 from omnimate.cli.options import DbcFiles, EdsFiles
 from omnimate.files.logs.blocks import LogBlocks
 from omnimate.files.logs.dbc_reading import EXTENDED_KEY
-from omnimate.files.logs.filters import FrameFilter, IdentifierRule, around, trigger_of
+from omnimate.files.logs.filters import KINDS, FrameFilter, IdentifierRule, around, trigger_of
 from omnimate.files.logs.formats.candump_blocks import RELATIVE_WIDTH
 from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, format_frame, format_lines
 from omnimate.files.logs.formats.candump_text import candump_text
-from omnimate.files.logs.formats.python_can_logs import frame_of_message
 from omnimate.files.logs.frames import EXTENDED, Frame, frames_of
 from omnimate.files.logs.rates import RateTable
 from omnimate.files.logs.seen_mapping import seen_objects
@@ -42,38 +39,10 @@ if TYPE_CHECKING:
     from omnimate.files.logs.formats.candump_lines import Form
     from omnimate.files.logs.frames import Frames
 
-_POLL = 0.2  # [s] after which a silent bus is asked again
 _AT_ONCE = 1000  # lines of a log that are written together
 
 
-class FormChoice(Enum):
-    """How a line looks: as of candump `-L`, `-ta`, `-td` or `-tz`."""
-
-    log = "log"
-    ta = "ta"
-    td = "td"
-    tz = "tz"
-
-    @property
-    def layout(self) -> Form:
-        """Form of the line, whatever its time."""
-        return "log" if self is FormChoice.log else "ta"
-
-
-class KindChoice(Enum):
-    """Kinds of frames."""
-
-    nmt = "nmt"
-    sync = "sync"
-    emcy = "emcy"
-    time = "time"
-    pdo = "pdo"
-    sdo = "sdo"
-    heartbeat = "heartbeat"
-    lss = "lss"
-    remote = "remote"
-    error = "error"
-    foreign = "foreign"
+FormChoice = Literal["log", "ta", "td", "tz"]  # as of candump -L, -ta, -td, -tz
 
 
 def dump(
@@ -82,9 +51,7 @@ def dump(
         typer.Argument(help="Log (candump, .asc, .blf, .trc; .gz too), - for a pipe, or recording folder."),
     ] = None,
     bus: Annotated[str | None, typer.Option(help="Read this bus instead, such as socketcan://can0.")] = None,
-    form: Annotated[
-        FormChoice, typer.Option(help="Lines as of candump -L, -ta, -td or -tz.")
-    ] = FormChoice.log,
+    form: Annotated[FormChoice, typer.Option(help="Lines as of candump -L, -ta, -td or -tz.")] = "log",
     identifiers: Annotated[
         list[str] | None,
         typer.Option("--id", help="181, 180-1FF, 700:780 (mask) or ~080 (all others); repeatable."),
@@ -93,7 +60,8 @@ def dump(
         list[int] | None, typer.Option("--node", min=1, max=127, help="CANopen node id; repeatable.")
     ] = None,
     kinds: Annotated[
-        list[KindChoice] | None, typer.Option("--kind", help="Kind of frame; repeatable.")
+        list[str] | None,
+        typer.Option("--kind", metavar="|".join(KINDS), help="Kind of frame; repeatable."),
     ] = None,
     begin: Annotated[
         float | None, typer.Option("--from", help="From so long after the first frame [s].")
@@ -125,10 +93,13 @@ def dump(
     """Print the frames of a log or of a live bus, all or those that are asked for."""
     if (source is None) == (bus is None):
         raise typer.BadParameter("give either a log file or --bus URL")
+    for kind in kinds or ():
+        if kind not in KINDS:
+            raise typer.BadParameter(f"--kind {kind}: expected one of {', '.join(KINDS)}")
     wanted = FrameFilter(
         tuple(IdentifierRule.of(text) for text in identifiers or ()),
         tuple(nodes or ()),
-        tuple(kind.value for kind in kinds or ()),
+        tuple(kinds or ()),
         begin,
         end,
     )
@@ -238,12 +209,12 @@ def _print(blocks: Iterator[Frames], log: LogBlocks, form: FormChoice, decoder: 
     sys.stdout.flush()
     for frames in blocks:
         shown = times.shown(frames)
-        width = RELATIVE_WIDTH if form in {FormChoice.td, FormChoice.tz} else log.stamp_width
+        width = RELATIVE_WIDTH if form in {"td", "tz"} else log.stamp_width
         if decoder is None:
-            for text in candump_text(shown, form.layout, width, indent=indent):
+            for text in candump_text(shown, _layout(form), width, indent=indent):
                 sys.stdout.buffer.write(text)
         else:
-            lines = format_lines(shown, form.layout, width, indent=indent)
+            lines = format_lines(shown, _layout(form), width, indent=indent)
             _write(f"{line}  ; {decoder(frame)}" for line, frame in zip(lines, frames, strict=True))
         indent = indent or bool(np.any(frames.flags & EXTENDED))
     sys.stdout.buffer.flush()
@@ -258,14 +229,19 @@ class _Times:
 
     def shown(self, frames: Frames) -> Frames:
         """Return frames, of which there are some, with the times that are printed."""
-        if self._form in {FormChoice.log, FormChoice.ta}:
+        if self._form in {"log", "ta"}:
             return frames
         since = float(frames.time[0]) if self._since is None else self._since
-        if self._form is FormChoice.tz:
+        if self._form == "tz":
             times, self._since = frames.time - since, since
         else:
             times, self._since = np.diff(frames.time, prepend=since), float(frames.time[-1])
         return replace(frames, time=np.maximum(times, 0.0))
+
+
+def _layout(form: FormChoice) -> Form:
+    """Return the form of a line, whatever its time."""
+    return "log" if form == "log" else "ta"
 
 
 def _write(lines: Iterator[str]) -> None:
@@ -280,7 +256,7 @@ def _dump_bus(
     """Print frames as they come, or their rates at the end; Ctrl-C and SIGTERM end it in good order."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     times, table, indent = _Times(form), RateTable(), False
-    width = RELATIVE_WIDTH if form in {FormChoice.td, FormChoice.tz} else STAMP_WIDTH
+    width = RELATIVE_WIDTH if form in {"td", "tz"} else STAMP_WIDTH
     with contextlib.suppress(KeyboardInterrupt), contextlib.closing(frames):
         for frame in frames:
             one = frames_of([frame])
@@ -291,7 +267,7 @@ def _dump_bus(
             words = f"  ; {decoder(frame)}" if decode else ""
             shown = frame._replace(time=float(times.shown(one).time[0]))
             sys.stdout.write(
-                format_frame(shown, form.layout, indent=indent, stamp_width=width) + words + "\n"
+                format_frame(shown, _layout(form), indent=indent, stamp_width=width) + words + "\n"
             )
             sys.stdout.flush()
     if rates:
@@ -300,21 +276,12 @@ def _dump_bus(
 
 def _live(url: str, wanted: FrameFilter, count: int | None, seconds: float | None) -> Generator[Frame]:
     """Yield the wanted frames of a bus until it is enough."""
-    from omnimate.driver.bus.bus import open_bus
-
-    end = None if seconds is None else time.monotonic() + seconds
     start: float | None = None
-    with open_bus(url) as bus:
-        while (count is None or count > 0) and (end is None or time.monotonic() < end):
-            message = bus.recv(_POLL if end is None else max(0.0, min(_POLL, end - time.monotonic())))
-            if message is None:
-                continue
-            frame = frame_of_message(message)
-            if isinstance(frame, str):
-                warn(f"a frame was left out: {frame}")
-                continue
+    with contextlib.closing(frames_on_bus(url, seconds)) as frames:
+        for frame in frames:
             start = frame.time if start is None else start
             if wanted != FrameFilter() and not wanted.wants(frames_of([frame]), start)[0]:
                 continue
-            count = None if count is None else count - 1
             yield frame
+            if count is not None and (count := count - 1) == 0:
+                return

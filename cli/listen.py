@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-import time
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from omnimate.cli.console import progress_bar, say, warn
 from omnimate.cli.errors import CallError
-from omnimate.cli.loading import log_of
+from omnimate.cli.loading import frames_on_bus, log_of
 from omnimate.files.logs.frames import Frames, frames_of
 
 if TYPE_CHECKING:
@@ -20,17 +19,9 @@ if TYPE_CHECKING:
 
     from omnimate.files.logs.frames import Frame
     from omnimate.files.logs.signals import Signal
+    from omnimate.listen.draft import Turn
     from omnimate.listen.learning import Findings
     from omnimate.listen.meanings import Meaning
-
-_POLL = 0.2  # [s] after which a silent bus is asked again
-
-
-class TurnChoice(Enum):
-    """Which way a turn went."""
-
-    left = "left"
-    right = "right"
 
 
 def listen(
@@ -45,7 +36,8 @@ def listen(
         typer.Option(help="Folder for bus.dbc, vehicle.toml, report.txt and a picture of each message."),
     ] = None,
     turn: Annotated[
-        TurnChoice | None, typer.Option(help="Which way the first clear turn went: it tells left from right.")
+        Literal["left", "right"] | None,
+        typer.Option(help="Direction of the first clear turn; it distinguishes left from right."),
     ] = None,
     channel: Annotated[
         str | None, typer.Option(help="Interface in a log of several, such as can1; else the busiest.")
@@ -91,25 +83,12 @@ def _logged(path: Path) -> Frames:
 
 def _heard(url: str, seconds: float) -> Frames:
     """Return what is on a bus within so many seconds, or until Ctrl-C."""
-    from omnimate.driver.bus.bus import open_bus
-    from omnimate.files.logs.formats.python_can_logs import frame_of_message
-
     heard: list[Frame] = []
-    start = time.monotonic()
-    with open_bus(url) as opened, progress_bar("listening") as progress:
-        try:
-            while (passed := time.monotonic() - start) < seconds:
-                message = opened.recv(min(_POLL, seconds - passed))
-                progress(int(passed * 10), int(seconds * 10))
-                frame = None if message is None else frame_of_message(message)
-                if frame is not None and not isinstance(frame, str):
-                    heard.append(frame)
-        except KeyboardInterrupt:
-            pass
+    with progress_bar("listening") as progress, contextlib.suppress(KeyboardInterrupt):
+        for frame in frames_on_bus(url, seconds, progress):
+            heard.append(frame)  # noqa: PERF402  # Ctrl-C keeps what was heard
     if not heard:
-        raise CallError(
-            f"{url}: no frame in {time.monotonic() - start:.0f} s; check the bit rate and the power"
-        )
+        raise CallError(f"{url}: no frame was received; check the bit rate and the power")
     return frames_of(heard)
 
 
@@ -139,7 +118,7 @@ def _known(frames: Frames) -> Mapping[int, Sequence[Signal]]:
 
 
 def _write(
-    folder: Path, findings: Findings, meanings: dict[str, Meaning], bus: str | None, turn: TurnChoice | None
+    folder: Path, findings: Findings, meanings: dict[str, Meaning], bus: str | None, turn: Turn | None
 ) -> None:
     from omnimate.driver.bus.adapters import BusUrl
     from omnimate.figures.signals import plot_signals
@@ -155,7 +134,7 @@ def _write(
     bitrate = None if bus is None else BusUrl.of(bus).bitrate
     write_text(folder / "bus.dbc", learned_dbc(findings, meanings))
     write_text(folder / "report.txt", "\n".join([*report_lines(findings, meanings), ""]))
-    write_text(draft, draft_vehicle(findings, bitrate, None if turn is None else turn.value))
+    write_text(draft, draft_vehicle(findings, bitrate, turn))
     with progress_bar("drawing messages") as progress:
         for number, each in enumerate(findings.messages):
             moving = [signal for signal in each.signals if signal.kind != "constant"]

@@ -1,21 +1,25 @@
-"""Recordings as the verbs take them: what had to be left out is said, and makes the exit code 1."""
+"""Recordings, logs and live buses as the verbs read them; data left out are reported, with exit code 1."""
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
-from omnimate.cli.console import report_problem
+from omnimate.cli.console import report_problem, warn
 from omnimate.cli.errors import CallError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
     from pathlib import Path
 
     from omnimate.files.logs.blocks import LogBlocks
+    from omnimate.files.logs.frames import Frame
     from omnimate.files.logs.reading import LogReadResult
     from omnimate.files.logs.streaming import LogStream
     from omnimate.vehicle.recording import Recording
 
-MOST_PROBLEMS = 20  # shown
+MAX_PROBLEMS_SHOWN = 20
+POLL_PERIOD = 0.2  # [s] after which a silent bus is read again
 
 
 def load(folder: Path) -> Recording:
@@ -46,7 +50,32 @@ def log_of(source: Path) -> Path:
 def report_problems(log: LogReadResult | LogBlocks | LogStream) -> None:
     """Say what of a log was left out."""
     for number, problem in enumerate(log.problems()):
-        if number == MOST_PROBLEMS:
+        if number == MAX_PROBLEMS_SHOWN:
             report_problem(f"{log.source}: and more of the kind")
             break
         report_problem(problem)
+
+
+def frames_on_bus(
+    url: str, seconds: float | None, progress: Callable[[int, int], None] = lambda _done, _total: None
+) -> Generator[Frame]:
+    """Yield the frames of a live bus until the time is up; warn of those that are not classical CAN.
+
+    Args:
+        url: URL of the bus.
+        seconds: After how long to end [s]; None for never.
+        progress: Called with (tenths of a second passed, of how many; 0 without an end).
+    """
+    from omnimate.driver.bus.bus import open_bus
+    from omnimate.files.logs.formats.python_can_logs import frame_of_message
+
+    start = time.monotonic()
+    with open_bus(url) as bus:
+        while (rest := POLL_PERIOD if seconds is None else start + seconds - time.monotonic()) > 0.0:
+            message = bus.recv(min(POLL_PERIOD, rest))
+            progress(int(10.0 * (time.monotonic() - start)), int(10.0 * (seconds or 0.0)))
+            frame = None if message is None else frame_of_message(message)
+            if isinstance(frame, str):
+                warn(f"a frame was left out: {frame}")
+            elif frame is not None:
+                yield frame

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import contextmanager
-from enum import Enum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -27,22 +26,13 @@ NAMES = ("vendor", "product", "revision", "serial")
 lss = typer.Typer(no_args_is_help=True, help="Find devices without a node id, and give them one (CiA 305).")
 
 
-class Command(Enum):
-    """NMT commands."""
-
-    start = "start"
-    stop = "stop"
-    preop = "preop"
-    reset = "reset"
-    reset_communication = "reset-communication"
-
-
-CODES = {
-    Command.start: 0x01,
-    Command.stop: 0x02,
-    Command.preop: 0x80,
-    Command.reset: 0x81,
-    Command.reset_communication: 0x82,
+Command = Literal["start", "stop", "preop", "reset", "reset-communication"]
+CODES: dict[Command, int] = {
+    "start": 0x01,
+    "stop": 0x02,
+    "preop": 0x80,
+    "reset": 0x81,
+    "reset-communication": 0x82,
 }
 
 
@@ -57,7 +47,7 @@ def nmt(
     from omnimate.files.logs.canopen_words import nmt_state_in_words
 
     number = _node(node)
-    waited = BOOTING if command in {Command.reset, Command.reset_communication} else ANSWERS
+    waited = BOOTING if command.startswith("reset") else ANSWERS
     with _probe(bus, number, force=force) as probe:
         probe.send(0x000, bytes([CODES[command], number]))
         replies = probe.listen(waited, lambda reply: number != ALL and reply.can_id == 0x700 + number)

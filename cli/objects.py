@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from enum import Enum
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -20,27 +19,9 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.sdo import Sdo
 
 sdo = typer.Typer(no_args_is_help=True, help="Read or write one object of a node by SDO.")
-
-
-class Kind(Enum):
-    """What the bytes of an object are."""
-
-    u8 = "u8"
-    u16 = "u16"
-    u24 = "u24"
-    u32 = "u32"
-    u64 = "u64"
-    i8 = "i8"
-    i16 = "i16"
-    i24 = "i24"
-    i32 = "i32"
-    i64 = "i64"
-    f32 = "f32"
-    f64 = "f64"
-    text = "text"
-    hex = "hex"
-
-
+Kind = Literal[
+    "u8", "u16", "u24", "u32", "u64", "i8", "i16", "i24", "i32", "i64", "f32", "f64", "text", "hex"
+]  # fmt: skip
 Type = Annotated[Kind | None, typer.Option("--type", help="Its type, where no EDS and no profile says it.")]
 Object = Annotated[str, typer.Argument(metavar="OBJECT", help="6004h, 1018h:04, or a name in the EDS.")]
 
@@ -62,7 +43,7 @@ def read(
         dictionary = objects.client.od
         place = place_of(item, dictionary)
         data = objects.read_bytes(*place)
-    row = _row(*place, _name(dictionary, *place), kind.value if kind else kind_of(dictionary, *place), data)
+    row = _row(*place, _name(dictionary, *place), kind or kind_of(dictionary, *place), data)
     say(json.dumps(row) if as_json else _value(row))
 
 
@@ -82,7 +63,7 @@ def write(
 
     with _opened(bus, node, eds, timeout, writes=not force) as objects:
         index, subindex = place_of(item, objects.client.od)
-        known = kind.value if kind else kind_of(objects.client.od, index, subindex)
+        known = kind or kind_of(objects.client.od, index, subindex)
         if known is None:
             raise CallError(f"{index:04X}h:{subindex:02X}: its type is not known; give --type or --eds")
         objects.write_bytes(index, subindex, encode(value, known))

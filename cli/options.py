@@ -2,46 +2,17 @@
 
 from __future__ import annotations
 
-from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-
-class TruckChoice(Enum):
-    """Which truck to calibrate."""
-
-    a = "a"
-    b = "b"
-
-
-class MethodChoice(Enum):
-    """Method whose result --out, --plot and --profile take."""
-
-    exact = "exact"
-    weighted = "weighted"
-    heading = "heading"
-    printed = "printed"
-
-
-class Format(Enum):
-    """What --export writes."""
-
-    ros2 = "ros2"
-    vda5050 = "vda5050"
-    json = "json"
-
-
-class Protocol(Enum):
-    """What to drive."""
-
-    umbmark = "umbmark"
-    straight = "straight"
-    rectangle = "rectangle"
-    free = "free"
-    eight = "eight"
-
+Protocol = Literal["umbmark", "straight", "rectangle", "free", "eight"]
+MethodChoice = Literal["exact", "weighted", "heading", "printed"]
+ExportFormat = Literal["ros2", "vda5050", "json"]
+OneTruck = Annotated[
+    Literal["a", "b"] | None, typer.Option(help="Calibrate this truck only; else each one that has poses.")
+]
 
 # A device on a bus.
 Bus = Annotated[str, typer.Option(help="Bus of the device, such as socketcan://can0.")]

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import warn
-from omnimate.cli.options import Protocol
 from omnimate.vehicle.file import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+    from omnimate.cli.options import Protocol
     from omnimate.motion.program import Program
     from omnimate.vcan_sim.truth import Truth
     from omnimate.vehicle.parameters import VehicleParameters
@@ -69,13 +69,13 @@ def program_of(
     from omnimate.motion import paths
 
     link = vehicle.linkage.length if vehicle.linkage is not None else None
-    if protocol is Protocol.umbmark:
+    if protocol == "umbmark":
         return paths.umbmark(side, runs, speed=speed, link_length=link)
-    if protocol is Protocol.straight:
+    if protocol == "straight":
         return paths.out_and_back(side, runs, speed=speed, link_length=link)
-    if protocol is Protocol.rectangle:
+    if protocol == "rectangle":
         both = [*["cw"] * runs, *["ccw"] * runs]
         return paths.rounded_rectangle(side, 0.54 * side, both, tolerance=side / 12.0, speed=speed)  # type: ignore[arg-type]  # a list of the two words
-    if protocol is Protocol.free:
+    if protocol == "free":
         return paths.free(seed, runs, speed=speed)
     return paths.figure_eight(0.5 * side, runs, speed=speed)

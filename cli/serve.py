@@ -5,10 +5,9 @@ from __future__ import annotations
 import gc
 import sys
 import time
-from enum import Enum
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.table import Table
@@ -35,13 +34,6 @@ Database = Annotated[
     typer.Option(envvar="OMNIMATE_DATABASE", help="sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME."),
 ]
 keys = typer.Typer(help="API keys of the service: add, list, revoke.", no_args_is_help=True)
-
-
-class KeyRole(Enum):
-    """What a key may do."""
-
-    read = "read"
-    operate = "operate"
 
 
 class NoKeyError(OmnimateError):
@@ -171,8 +163,8 @@ def announced(config: uvicorn.Config) -> uvicorn.Server:
 def add(
     name: Annotated[str, typer.Argument(help="Name of the person or program that uses the key.")],
     role: Annotated[
-        KeyRole, typer.Option(help="operate may move the robot and change things.")
-    ] = KeyRole.read,
+        Literal["read", "operate"], typer.Option(help="operate may move the robot and change things.")
+    ] = "read",
     database: Database = DATABASE,
 ) -> None:
     """Make a key, and print it; it cannot be shown again."""
@@ -180,7 +172,7 @@ def add(
     from omnimate.service.access import add_key
 
     with store.writing() as db:
-        key = add_key(db, name, role.value)
+        key = add_key(db, name, role)
     say(key)
 
 

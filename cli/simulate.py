@@ -15,7 +15,7 @@ from omnimate.cli.robots import nominal_vehicle, program_of, truth_of
 
 def simulate(
     folder: Annotated[Path, typer.Argument(help="Recording folder to write.")],
-    protocol: Annotated[Protocol, typer.Option(help="What to drive.")] = Protocol.umbmark,
+    protocol: Annotated[Protocol, typer.Option(help="What to drive.")] = "umbmark",
     vehicle: VehicleFile = None,
     true_vehicle: TrueVehicle = None,
     side: Side = 4.0,

@@ -54,7 +54,7 @@ GROUPS = {
             "Begin with this: calibrate wheelbase and wheel diameters from squares (UMBmark).",
         ),
         "calibrate": Verb(
-            "omnimate.cli.calibrate.verb:calibrate",
+            "omnimate.cli.calibrate:calibrate",
             "In place of umbmark: calibrate from any drive whose absolute poses are measured.",
         ),
         "drift": Verb(

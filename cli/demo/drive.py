@@ -1,4 +1,4 @@
-"""One drive of the demo: UMBmark on a virtual bus, configured, driven and recorded by the real driver."""
+"""The drives of the demo: UMBmark on a virtual bus by the real driver; its table and its figures."""
 
 from __future__ import annotations
 
@@ -9,27 +9,35 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.cli.console import out
+from omnimate.cli.console import out, warn
 from omnimate.cli.driver_reports import show_configuration, show_report
 from omnimate.cli.driving import drive_program
+from omnimate.cli.tables import new_table
 from omnimate.driver.bus.clock import SyncClock
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.recorder import Recorder
+from omnimate.figures.clusters import Clusters, plot_clusters
+from omnimate.figures.floor_plan import Track, plot_floor_plan
 from omnimate.files.recordings.folder import load_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.se2 import between, compose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+    from rich.table import Table
+
+    from omnimate.calib.umbmark.experiment import Calibration
     from omnimate.motion.drive import Moment
     from omnimate.motion.program import Program
     from omnimate.vcan_sim.faults import DeviceFault
     from omnimate.vcan_sim.truth import Truth
-    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
@@ -133,3 +141,57 @@ def simulated_robot(
         Driver(vehicle, bus, clock=SyncClock(vehicle.bus.sync_period), recorder=recorder) as driver,
     ):
         yield SimulatedRobot(driver, recorder, plant)
+
+
+def result_table(
+    before: dict[TruckName, Calibration], after: dict[TruckName, Calibration], truth: Truth
+) -> Table:
+    """Return the table of E_max,syst before and after, and of what was found beside what is true."""
+    heads = ("E_max,syst before", "after", "better by", "wheelbase nominal", "found", "true")
+    heads += ("D_R/D_L found", "true")
+    table = new_table("UMBmark before and after: millimetres", ("truck",), heads)
+    for truck, calibration in before.items():
+        first, second = calibration.experiment.errors.e_max_syst, after[truck].experiment.errors.e_max_syst
+        fitted, true = calibration.truck, truth.vehicle.trucks[truck]
+        table.add_row(
+            truck,
+            f"{1e3 * first:.0f}",
+            f"{1e3 * second:.0f}",
+            f"{first / second:.1f}-fold",
+            f"{1e3 * calibration.experiment.truck.wheelbase:.2f}",
+            f"{1e3 * fitted.wheelbase:.2f}",
+            f"{1e3 * true.wheelbase:.2f}",
+            f"{fitted.wheel_diameter_right / fitted.wheel_diameter_left:.5f}",
+            f"{true.wheel_diameter_right / true.wheel_diameter_left:.5f}",
+        )
+    return table
+
+
+def draw_clusters(
+    before: dict[TruckName, Calibration], after: dict[TruckName, Calibration], path: Path
+) -> None:
+    """Draw the return errors before and after, as U Fig. 11."""
+    plot_clusters(
+        [
+            Clusters(f"truck {truck}", before[truck].experiment.errors, after[truck].experiment.errors)
+            for truck in before
+        ],
+        path,
+    )
+
+
+def draw_paths(recording: Recording, true_path: Array, path: Path) -> None:
+    """Draw the first square each way: the true path, and odometry's from the fix at each lap's start."""
+    if recording.run is None or recording.poses is None or len(true_path) == 0:
+        warn("no lap was driven to its end; no path is drawn")
+        return
+    fixes = recording.poses.of("a")
+    pose = dead_reckon(recording, "a")
+    tracks = [Track("truck a, true", true_path)]
+    for lap in recording.run.laps[:2]:
+        driven = pose[recording.between(lap.start, lap.end)]
+        fix = fixes.pose[np.searchsorted(fixes.time, lap.start, side="right") - 1]
+        tracks.append(
+            Track(f"truck a by odometry, {lap.direction}", compose(fix, between(driven[0], driven)))
+        )
+    plot_floor_plan(tracks, path, title="before calibration", fixes=fixes.pose[:4])

@@ -38,8 +38,7 @@ def demo(
     ] = None,
 ) -> None:
     """Drive UMBmark with a simulated robot on a virtual bus, calibrate it, drive again."""
-    from omnimate.cli.demo.drive import Settings, drive
-    from omnimate.cli.demo.results import draw_clusters, draw_paths, result_table
+    from omnimate.cli.demo.drive import Settings, draw_clusters, draw_paths, drive, result_table
     from omnimate.cli.tables import show
     from omnimate.vcan_sim.fault_text import parse_fault
     from omnimate.vcan_sim.reference import reference_vehicle

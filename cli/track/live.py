@@ -1,23 +1,93 @@
-"""Tracking sample by sample: rows written, a status line shown, disturbances and frozen channels reported."""
+"""Tracking sample by sample: rows as CSV or JSON lines, a status line, disturbances and frozen channels."""
 
 from __future__ import annotations
 
 import contextlib
+import csv
+import json
 import math
-from typing import TYPE_CHECKING
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
 
 from omnimate.cli.console import note, warn
 from omnimate.cli.following import follow
 from omnimate.cli.track.words import disturbance_in_words, frozen_in_words, row_in_words
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
-    from omnimate.cli.track.rows import RowWriter
-    from omnimate.ipec.tracker import Tracker
+    from omnimate.ipec.tracker import Row, Tracker
     from omnimate.vehicle.sample import Sample
 
 CHECK = 5.0  # [s] between two checks for frozen channels
+
+
+class RowFileError(OmnimateError):
+    """A file for rows that cannot be written.
+
+    Attributes:
+        path: Path of the file.
+    """
+
+    def __init__(self, path: Path, error: OSError) -> None:
+        super().__init__(f"{path}: cannot be written: {error.strerror}; choose another file")
+        self.path = path
+
+
+@dataclass
+class RowWriter:
+    """Writes each row to the files that were asked for, and flushes it, so that others can follow.
+
+    Attributes:
+        csv_file: Receives the rows as a table; None where none is wanted.
+        json_file: Receives the rows as JSON lines; None where none are wanted.
+        leaves_stdout: Whether standard output is free for words.
+    """
+
+    csv_file: TextIO | None
+    json_file: TextIO | None
+    leaves_stdout: bool
+    _has_head: bool = field(default=False, init=False)
+
+    def write(self, row: Row) -> None:
+        """Write one row."""
+        values = row.as_dict()
+        if self.json_file is not None:
+            self.json_file.write(json.dumps(values, allow_nan=False) + "\n")
+            self.json_file.flush()
+        if self.csv_file is None:
+            return
+        table = csv.writer(self.csv_file, lineterminator="\n")
+        if not self._has_head:
+            table.writerow(values)
+            self._has_head = True
+        table.writerow("" if value is None else repr(value) for value in values.values())
+        self.csv_file.flush()
+
+
+@contextlib.contextmanager
+def open_rows(csv_path: Path | None, jsonl: str | None) -> Iterator[RowWriter]:
+    """Open the files of rows; `-` is standard output.
+
+    Raises:
+        RowFileError: one of them cannot be written.
+    """
+    with contextlib.ExitStack() as stack:
+        table = stack.enter_context(_create(csv_path)) if csv_path is not None else None
+        lines: TextIO | None = None
+        if jsonl is not None:
+            lines = sys.stdout if jsonl == "-" else stack.enter_context(_create(Path(jsonl)))
+        yield RowWriter(table, lines, leaves_stdout=jsonl != "-")
+
+
+def _create(path: Path) -> TextIO:
+    try:
+        return path.open("w", encoding="utf-8", newline="")
+    except OSError as error:
+        raise RowFileError(path, error) from error
 
 
 def follow_robot(
@@ -44,17 +114,11 @@ def follow_robot(
             if sample.time - written >= every - 1e-9:
                 written = sample.time
                 writer.write(tracker.row())
-            _report_disturbances(tracker, first)
+            for disturbance in tracker.take_disturbances():
+                note(disturbance_in_words(disturbance, first, tracker.vehicle))
             if sample.time - checked >= CHECK:
                 checked = sample.time
                 _report_frozen(tracker, reported)
-
-
-def _report_disturbances(tracker: Tracker, first: float) -> None:
-    """Print the disturbances that have ended."""
-    for disturbance in tracker.take_disturbances():
-        sentence = disturbance_in_words(disturbance, first, tracker.vehicle)
-        note(sentence)
 
 
 def _report_frozen(tracker: Tracker, reported: set[str]) -> None:

@@ -11,7 +11,7 @@ import typer
 from omnimate.cli.console import err, note
 from omnimate.cli.errors import CallError
 from omnimate.cli.options import ListenOnly
-from omnimate.cli.track.rows import RowWriter, open_rows
+from omnimate.cli.track.live import RowWriter, follow_robot, open_rows
 from omnimate.cli.track.words import disturbance_in_words, show_summary
 
 if TYPE_CHECKING:
@@ -104,8 +104,7 @@ def _track_recording(
         for last in rows:
             writer.write(last)
     for disturbance in estimate.disturbances:
-        sentence = disturbance_in_words(disturbance, recording.time[0], recording.vehicle)
-        note(sentence)
+        note(disturbance_in_words(disturbance, recording.time[0], recording.vehicle))
     if last is not None:
         values = learned_values(recording.vehicle, estimate.slow)
         show_summary(last, values, estimate.findings, to_stdout=writer.leaves_stdout)
@@ -124,7 +123,6 @@ def _track_bus(
     from omnimate.calib.linkage.learned import learned_values
     from omnimate.cli.descriptions import descriptions_of
     from omnimate.cli.driver_reports import report_problems
-    from omnimate.cli.track.live import follow_robot
     from omnimate.driver.robot.driver import open_driver
     from omnimate.driver.robot.passive import PassiveReader
 

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from omnimate.cli.console import out, say
 from omnimate.cli.descriptions import vehicle_of
-from omnimate.cli.options import Format, MethodChoice, OutFile, Profile, TruckChoice
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import TruckName
+from omnimate.cli.options import ExportFormat, MethodChoice, OneTruck, OutFile, Profile
 
 
 def umbmark(
@@ -20,9 +17,7 @@ def umbmark(
         list[Path],
         typer.Argument(help="Recording folders, or a CSV table of return errors.", exists=True),
     ],
-    truck: Annotated[
-        TruckChoice | None, typer.Option(help="Calibrate this truck only; else each one that has fixes.")
-    ] = None,
+    truck: OneTruck = None,
     side: Annotated[float | None, typer.Option(help="Side of the square [m]; a table needs it.")] = None,
     vehicle: Annotated[
         Path | None,
@@ -34,7 +29,7 @@ def umbmark(
     ] = None,
     method: Annotated[
         MethodChoice, typer.Option(help="Method whose result --out, --plot and --profile take.")
-    ] = MethodChoice.exact,
+    ] = "exact",
     check: Annotated[
         bool, typer.Option("--check", help="Check my numbers: print every step, formula by formula.")
     ] = False,
@@ -52,7 +47,8 @@ def umbmark(
     ] = None,
     profile: Profile = None,
     export_as: Annotated[
-        Format | None, typer.Option("--export", help="Print the result in this format, and nothing else.")
+        ExportFormat | None,
+        typer.Option("--export", help="Print the result in this format, and nothing else."),
     ] = None,
     wheel_width: Annotated[
         float | None, typer.Option(help="Width of a wheel [m], which a VDA 5050 factsheet states.")
@@ -62,28 +58,26 @@ def umbmark(
     """Begin with this: calibrate wheelbase and wheel diameters from squares (UMBmark)."""
     from omnimate.calib.profiles import save_profile
     from omnimate.calib.scale import scale_from_tape
-    from omnimate.cli.umbmark.report import draw, extended, report, show_worksheet
-    from omnimate.cli.umbmark.results import (
+    from omnimate.cli.umbmark.calibration import (
         calibrated_trucks,
         calibrated_vehicle,
         export,
         heed_advice,
+        load_cases,
         result_of,
     )
-    from omnimate.cli.umbmark.sources import load_cases
-    from omnimate.cli.umbmark.tables import METHOD_WORDS
+    from omnimate.cli.umbmark.report import METHOD_WORDS, draw, extended, report, show_worksheet
     from omnimate.vehicle.file import save_vehicle
 
     if plot is not None:
         from omnimate.figures.files import check_format
 
         check_format(plot)
-    name: TruckName | None = truck.value if truck is not None else None
-    cases, robot = load_cases(sources, name, side, vehicle_of(vehicle))
+    cases, robot = load_cases(sources, truck, side, vehicle_of(vehicle))
     for case in cases if check else ():
         show_worksheet(case)
     e_s = 1.0 if tape is None else scale_from_tape([tape[0]], [tape[1]]).e_s
-    results = [result_of(case, method.value, e_s) for case in cases]
+    results = [result_of(case, method, e_s) for case in cases]
     calibrated = calibrated_vehicle(results, robot) if out_file is not None else None
     if export_as is not None:
         text = export(export_as, results, robot, wheel_width)
@@ -98,7 +92,7 @@ def umbmark(
         draw(results, plot)
     if out_file is not None and calibrated is not None:
         save_vehicle(calibrated, out_file)
-        say(f"calibrated ({METHOD_WORDS[method.value]}): {out_file}")
+        say(f"calibrated ({METHOD_WORDS[method]}): {out_file}")
     if profile is not None:
         save_profile(profile[0], profile[1], calibrated_trucks(results))
         say(f"profile {profile[1]}: {profile[0]}")

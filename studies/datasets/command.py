@@ -67,22 +67,19 @@ def husky(
 def umbmark(
     sources: Annotated[list[Path], typer.Argument(help="OptiOdom sets of squares.", exists=True)],
     side: Annotated[float | None, typer.Option(help="Side of the square [m], if not the metadata's.")] = None,
-    method: Annotated[
-        MethodChoice, typer.Option(help="Method whose result --plot takes.")
-    ] = MethodChoice.exact,
+    method: Annotated[MethodChoice, typer.Option(help="Method whose result --plot takes.")] = "exact",
     plot: Annotated[
         Path | None, typer.Option(help="Draw the return errors before and after: .png, .svg or .pdf.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Use a result that the checks refuse.")] = False,
 ) -> None:
     """Calibrate OptiOdom's differential robot by UMBmark from its sets of squares."""
+    from omnimate.cli.umbmark.calibration import Case, heed_advice, result_of
     from omnimate.cli.umbmark.report import draw, report
-    from omnimate.cli.umbmark.results import heed_advice, result_of
-    from omnimate.cli.umbmark.sources import Case
     from studies.datasets.optiodom.squares import experiment_of_optiodom
 
     cases = [Case(source.resolve().name, "a", experiment_of_optiodom(source, side)) for source in sources]
-    results = [result_of(case, method.value, 1.0) for case in cases]
+    results = [result_of(case, method, 1.0) for case in cases]
     report(results, 1.0, None)
     heed_advice(results, force=force)
     if plot is not None:
@@ -93,7 +90,7 @@ def calibrate(
     root: Annotated[Path, typer.Argument(help="Root of the OptiOdom data.", exists=True)],
 ) -> None:
     """Calibrate OptiOdom's robots on their squares by least squares, and score them on all sets."""
-    from omnimate.cli.calibrate.verb import print_estimate
+    from omnimate.cli.calibrate import print_estimate
     from studies.datasets.optiodom.scores import score_optiodom
 
     for robot in score_optiodom(root):

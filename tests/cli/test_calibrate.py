@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from omnimate.calib.errors import FixError
 from omnimate.calib.relative.motions import COLUMNS
-from omnimate.cli.calibrate.verb import calibrate
+from omnimate.cli.calibrate import calibrate
 from omnimate.cli.design import design
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.motion.paths import umbmark

@@ -11,8 +11,7 @@ import typer
 from typer.testing import CliRunner
 
 from omnimate.cli.errors import CallError
-from omnimate.cli.track.live import follow_robot
-from omnimate.cli.track.rows import RowFileError, open_rows
+from omnimate.cli.track.live import RowFileError, follow_robot, open_rows
 from omnimate.cli.track.verb import track
 from omnimate.effects.crossing import crossing_of
 from omnimate.files.recordings.folder import save_recording

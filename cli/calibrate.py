@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.text import Text
 
-from omnimate.cli.calibrate.tables import factors_table, noise_sentences, quantities_table
 from omnimate.cli.console import out, say, warn
-from omnimate.cli.options import OutFile, Profile, TruckChoice
-from omnimate.cli.tables import show
+from omnimate.cli.options import OneTruck, OutFile, Profile
+from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:
-    from omnimate.calib.estimation.estimates import Estimate
+    from collections.abc import Sequence
+
+    from rich.table import Table
+
+    from omnimate.calib.estimation.chains import Coordinate
+    from omnimate.calib.estimation.estimates import DownWeighted, Estimate
     from omnimate.calib.paths.least_squares import PathCalibration, Quantity
     from omnimate.vehicle.parameters import Truck, TruckName
     from omnimate.vehicle.recording import Recording
+
+_SCREEN = {"1": ("%", 1e2), "rad": ("deg", math.degrees(1.0)), "m": ("mm", 1e3), "s": ("ms", 1e3)}
+_MOST_NAMED = 5  # fixes that are listed one by one
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +48,7 @@ class Options:
 
 def calibrate(
     sources: Annotated[list[Path], typer.Argument(help="Recording folders of one robot.", exists=True)],
-    truck: Annotated[
-        TruckChoice | None, typer.Option(help="Calibrate this truck only; else each one that has poses.")
-    ] = None,
+    truck: OneTruck = None,
     reference_offset: Annotated[
         bool, typer.Option("--reference-offset", help="Estimate where the reference sits on the truck.")
     ] = False,
@@ -80,9 +87,8 @@ def calibrate(
     recordings = [load_recording(source) for source in sources]
     if not linkage:
         _warn_of_frozen(recordings)
-    choice: TruckName | None = truck.value if truck is not None else None
     options = Options(reference_offset, time_offset, tuple(hold or ()), spacing)
-    names = _trucks(recordings, choice, linkage=linkage)
+    names = _trucks(recordings, truck, linkage=linkage)
     trucks = {name: _truck(recordings, name, options) for name in names}
     if linkage:
         _linkage(recordings, trucks, out_file)
@@ -103,7 +109,7 @@ def _check_plot(path: Path | None) -> None:
 
 
 def _relative(
-    recordings: list[Recording], path: Path, choice: TruckChoice | None, out_file: Path | None
+    recordings: list[Recording], path: Path, choice: TruckName | None, out_file: Path | None
 ) -> None:
     """Calibrate one truck, and where a sensor sits on it, by relative poses."""
     from omnimate.calib.relative.calibration import calibrate_relative
@@ -111,7 +117,7 @@ def _relative(
 
     if len(recordings) != 1:
         raise typer.BadParameter("--relative needs one recording, whose clock its file shares")
-    name: TruckName = "a" if choice is None else choice.value
+    name: TruckName = choice or "a"
     found = calibrate_relative(recordings[0], load_motions(path), name)
     print_estimate(f"Truck {name} and its sensor, {found.source}", found.quantities, found.estimate)
     if found.degenerate is not None:
@@ -207,3 +213,71 @@ def _draw(recording: Recording, calibrations: dict[TruckName, PathCalibration], 
     tracks = [Track("odometry before", before), Track("odometry calibrated", after, dashed=True)]
     plot_floor_plan(tracks, path, title=f"truck {name}", fixes=drive.pose)
     say(f"figure: {path}")
+
+
+def quantities_table(title: str, quantities: Sequence[Quantity]) -> Table:
+    """Return parameters before and after, with their bound and interval."""
+    heads = ("unit", "nominal", "calibrated", "sigma\n(Cramer-Rao)", "95 % from", "to")
+    table = new_table(title, ("parameter",), heads)
+    for quantity in quantities:
+        unit, scale = screen_unit(quantity.name)
+        numbers = (quantity.nominal, quantity.value, quantity.sigma, quantity.low, quantity.high)
+        table.add_row(Text(quantity.name), unit, *(f"{scale * number:.4f}" for number in numbers))
+    return table
+
+
+def screen_unit(name: str) -> tuple[str, float]:
+    """Return the unit in which a quantity is shown, and what it is times from SI."""
+    if name.endswith(("yaw", "offset")) or name.startswith("joint"):
+        return "deg", math.degrees(1.0)
+    return ("ms", 1e3) if name.endswith("time") else ("mm", 1e3)
+
+
+def factors_table(estimate: Estimate) -> Table:
+    """Return the coordinates of the fit: what is known without a drive, the bound, and what is held."""
+    table = new_table(
+        "What the drives say", ("coordinate",), ("change", "bound", "known without\na drive", "")
+    )
+    held = {parameter.name: parameter.reason for parameter in estimate.held}
+    for parameter, change, sigma in zip(
+        estimate.parameters, estimate.coordinates, estimate.sigma, strict=True
+    ):
+        word = f"held: {held[parameter.name]}" if parameter.name in held else ""
+        bound = "-" if parameter.name in held else _size(parameter, sigma)
+        sizes = _size(parameter, change, sign=True), bound, _size(parameter, parameter.prior_sigma)
+        table.add_row(Text(parameter.name), *sizes, Text(word))
+    return table
+
+
+def noise_sentences(estimate: Estimate) -> list[str]:
+    """Return what the fit says about its noise, its conditioning and the fixes that it did not believe."""
+    noises = [
+        f"{noise.source.name} {noise.value:.3g} {noise.source.unit} ({_how(noise.freedom)})"
+        for noise in estimate.noises
+        if noise.freedom > 0.0 or noise.source.name == "roughness"
+    ]
+    known = f"condition number {estimate.condition:.3g} of the information on what was estimated"
+    bad = estimate.down_weighted
+    sentences = ["noise: " + "; ".join(noises)] if noises else []
+    sentences += [
+        f"{known}; {estimate.fixes} absolute poses or readings, whitened residual {estimate.rms:.2f}",
+    ]
+    sentences += [_contradicted(fix) for fix in bad[:_MOST_NAMED]]
+    if len(bad) > _MOST_NAMED:
+        sentences.append(f"down-weighted: {len(bad) - _MOST_NAMED} more")
+    return sentences
+
+
+def _how(freedom: float) -> str:
+    return f"estimated, {freedom:.0f} degrees of freedom" if freedom > 0.0 else "assumed"
+
+
+def _contradicted(fix: DownWeighted) -> str:
+    far = f"{fix.distance:.1f} sigma from what all others say, weight {fix.weight:.2g}"
+    return f"down-weighted: {fix.source}, {fix.time:.3f} s: {far}"
+
+
+def _size(parameter: Coordinate, value: float, *, sign: bool = False) -> str:
+    unit, scale = _SCREEN[parameter.unit]
+    number = f"{scale * value:+.4f}" if sign else f"{scale * value:.4f}"
+    return f"{number} {unit}"

@@ -1,1 +1,0 @@
-"""`omnimate calibrate`: its call, and the tables and sentences that it prints."""
