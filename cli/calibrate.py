@@ -31,7 +31,7 @@ _MOST_NAMED = 5  # fixes that are listed one by one
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What to estimate beside the truck, and what not.
+    """What to estimate in addition to the truck, and what to hold.
 
     Attributes:
         reference_offset: Whether to estimate where the reference sits on the truck.
@@ -234,9 +234,9 @@ def screen_unit(name: str) -> tuple[str, float]:
 
 
 def factors_table(estimate: Estimate) -> Table:
-    """Return the coordinates of the fit: what is known without a drive, the bound, and what is held."""
+    """Return the coordinates of the fit: prior, bound, and which are held."""
     table = new_table(
-        "What the drives say", ("coordinate",), ("change", "bound", "known without\na drive", "")
+        "Estimated coordinates", ("coordinate",), ("change", "bound", "known without\na drive", "")
     )
     held = {parameter.name: parameter.reason for parameter in estimate.held}
     for parameter, change, sigma in zip(
@@ -250,7 +250,7 @@ def factors_table(estimate: Estimate) -> Table:
 
 
 def noise_sentences(estimate: Estimate) -> list[str]:
-    """Return what the fit says about its noise, its conditioning and the fixes that it did not believe."""
+    """Return what the fit says about its noise, its conditioning and the fixes that it down-weighted."""
     noises = [
         f"{noise.source.name} {noise.value:.3g} {noise.source.unit} ({_how(noise.freedom)})"
         for noise in estimate.noises
@@ -273,7 +273,7 @@ def _how(freedom: float) -> str:
 
 
 def _contradicted(fix: DownWeighted) -> str:
-    far = f"{fix.distance:.1f} sigma from what all others say, weight {fix.weight:.2g}"
+    far = f"{fix.distance:.1f} sigma from the prediction by all others, weight {fix.weight:.2g}"
     return f"down-weighted: {fix.source}, {fix.time:.3f} s: {far}"
 
 

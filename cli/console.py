@@ -23,7 +23,7 @@ def say(line: str | Text) -> None:
 
 
 def note(line: str) -> None:
-    """Print a line beside the results."""
+    """Print a line on stderr."""
     err.print(line, markup=False, soft_wrap=True)
 
 
@@ -54,7 +54,7 @@ def take_problems() -> list[str]:
 
 @contextmanager
 def progress_bar(doing: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar; give what is called with how much is done, and of how much (0: unknown)."""
+    """Show a progress bar; give a function of (steps done, total steps), 0 where the total is unknown."""
     from rich.progress import Progress
 
     with Progress(console=err, transient=True, disable=not err.is_terminal) as progress:

@@ -25,7 +25,7 @@ def design(
     width: Annotated[float, typer.Option(help="Width of the free rectangle [m].", min=0.5)] = 4.0,
     metres: Annotated[float, typer.Option(help="How far the wheels may roll [m].", min=1.0)] = 160.0,
     heading: Annotated[
-        bool, typer.Option("--heading", help="Absolute headings can be measured, beside positions.")
+        bool, typer.Option("--heading", help="Absolute headings can be measured, in addition to positions.")
     ] = False,
     heading_sigma: Annotated[
         float,

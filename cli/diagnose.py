@@ -36,12 +36,12 @@ def diagnose(
     ] = None,
     each: Annotated[
         bool,
-        typer.Option("--each", help="Diagnose each folder alone; answers beside the folders."),
+        typer.Option("--each", help="Diagnose each folder alone; write the answers next to the folders."),
     ] = False,
     jobs: Annotated[int, typer.Option(help="Processes, with --each.", min=1)] = 1,
     triage: Annotated[
         bool,
-        typer.Option("--triage", help="Only ask, in 0.3 s, whether anything is there, and where."),
+        typer.Option("--triage", help="Only test, in 0.3 s, whether there is a mismatch, and where."),
     ] = False,
 ) -> None:
     """Compare recordings with a simulation: where they differ, which physics is missing."""
@@ -50,7 +50,7 @@ def diagnose(
     if each:
         if json_out or report or effects_out:
             raise CallError(
-                "--each writes <folder>.json and <folder>.html beside every recording; "
+                "--each writes <folder>.json and <folder>.html next to every recording; "
                 "leave out --json, --report and --effects-out"
             )
         _each(recordings, jobs, triage=triage)
@@ -63,13 +63,13 @@ def diagnose(
     if triage:
         _triage(loaded, json_out)
         return
-    diagnosis = _watched(loaded)
+    diagnosis = _diagnose_with_progress(loaded)
     _write(diagnosis, json_out, report, effects_out)
     _show(diagnosis)
 
 
-def _watched(recordings: Sequence[Recording]) -> Diagnosis:
-    """Return the diagnosis, showing what is being done."""
+def _diagnose_with_progress(recordings: Sequence[Recording]) -> Diagnosis:
+    """Return the diagnosis, with a progress bar."""
     from omnimate.mismatch import diagnose as ask
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
@@ -83,7 +83,7 @@ def _watched(recordings: Sequence[Recording]) -> Diagnosis:
 
 
 def _triage(recordings: Sequence[Recording], json_out: Path | None) -> None:
-    """Print, and write, whether anything is there at all."""
+    """Print, and write, whether there is a mismatch at all."""
     from omnimate.mismatch.triage.triage import triage as ask
 
     answer = ask(recordings)
@@ -135,7 +135,7 @@ def _diagnose_folder(folder: Path, *, triage: bool) -> tuple[Path, str]:
 
 
 def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
-    """Diagnose folders in separate processes of one thread each: more would fight over the cores."""
+    """Diagnose folders in separate processes of one thread each."""
     from threadpoolctl import threadpool_limits
 
     with (
@@ -152,7 +152,7 @@ def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
 
 
 def _show(diagnosis: Diagnosis) -> None:
-    """Print the answer for people."""
+    """Print the diagnosis."""
     out.print(f"{diagnosis.verdict}: {diagnosis.says}", style="bold", soft_wrap=True)
     for finding in diagnosis.findings:
         out.print()
@@ -162,9 +162,9 @@ def _show(diagnosis: Diagnosis) -> None:
         for other in finding.alternatives:
             out.print(f"       or {other.effect} on {other.component} ({other.probability:.0%})")
         if finding.separates:
-            say(f"       to tell them apart, drive: {finding.separates}")
+            say(f"       to distinguish them, drive: {finding.separates}")
     if diagnosis.calibrated:
-        out.print("\ncalibrated from the poses beside it, and no finding:")
+        out.print("\ncalibrated from the recorded poses, not a finding:")
     for effect in diagnosis.calibrated:
         out.print(f"       {effect.effect} on {effect.component}: {', '.join(map(shown, effect.parameters))}")
     if diagnosis.fit is not None:
@@ -181,7 +181,7 @@ def _show(diagnosis: Diagnosis) -> None:
 
 
 def shown(parameter: Parameter) -> str:
-    """Return a parameter with its 95 % interval in the units of a shop floor."""
+    """Return a parameter with its 95 % interval in millimetres, degrees or its own unit."""
     factor, unit = {"m": (1e3, "mm"), "rad": (math.degrees(1.0), "degrees"), "1": (1.0, "")}.get(
         parameter.unit, (1.0, parameter.unit)
     )

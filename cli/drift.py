@@ -34,7 +34,7 @@ def drift(
 
 
 def verdict(report: DriftReport) -> str:
-    """Return one line: fine, calibrate again, or cannot tell, with the numbers that say so."""
+    """Return one line: fine, calibrate again, or cannot tell, with the statistics behind it."""
     since = f"; {report.left_out} recording(s) from before the last calibration left out"
     rest = since if report.left_out else ""
     if report.alarms:

@@ -17,7 +17,7 @@ from omnimate.cli.console import warn
 from omnimate.cli.descriptions import descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import frames_on_bus, log_of
-from omnimate.cli.options import DbcFiles, EdsFiles
+from omnimate.cli.options import DbcFiles, EdsFiles, OptionalLogSource
 from omnimate.files.logs.blocks import LogBlocks
 from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.filters import KINDS, FrameFilter, IdentifierRule, around, trigger_of
@@ -46,10 +46,7 @@ FormChoice = Literal["log", "ta", "td", "tz"]  # as of candump -L, -ta, -td, -tz
 
 
 def dump(
-    source: Annotated[
-        Path | None,
-        typer.Argument(help="Log (candump, .asc, .blf, .trc; .gz too), - for a pipe, or recording folder."),
-    ] = None,
+    source: OptionalLogSource = None,
     bus: Annotated[str | None, typer.Option(help="Read this bus instead, such as socketcan://can0.")] = None,
     form: Annotated[FormChoice, typer.Option(help="Lines as of candump -L, -ta, -td or -tz.")] = "log",
     identifiers: Annotated[
@@ -132,7 +129,7 @@ def _dump_log(
     Raises:
         Exit: Something of the log could not be read.
     """
-    path = Path("/dev/stdin") if source == Path("-") else log_of(source)
+    path = log_of(source)
     if triggers and path.is_fifo():
         raise CallError(
             "--trigger looks back, so it needs a log that is a file; write the pipe into one first"

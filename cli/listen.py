@@ -12,6 +12,7 @@ import typer
 from omnimate.cli.console import progress_bar, say, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import frames_on_bus, log_of
+from omnimate.cli.options import OptionalLogSource
 from omnimate.files.logs.frames import Frames, frames_of
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def listen(
-    source: Annotated[Path | None, typer.Argument(help="Log of any format, or recording folder.")] = None,
+    source: OptionalLogSource = None,
     bus: Annotated[str | None, typer.Option(help="Listen to this bus, such as socketcan://can0.")] = None,
     log: Annotated[Path | None, typer.Option(hidden=True)] = None,
     seconds: Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import report_problem, warn
@@ -10,7 +11,6 @@ from omnimate.cli.errors import CallError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
-    from pathlib import Path
 
     from omnimate.files.logs.blocks import LogBlocks
     from omnimate.files.logs.frames import Frame
@@ -32,7 +32,7 @@ def load(folder: Path) -> Recording:
 
 
 def log_of(source: Path) -> Path:
-    """Return a log that was given, or the log in a recording folder that was.
+    """Return the path of a log: of a file, of standard input (`-`), or of the log in a recording folder.
 
     Raises:
         CallError: The URL of a bus was given.
@@ -41,7 +41,7 @@ def log_of(source: Path) -> Path:
         url = str(source).replace(":/", "://", 1)
         raise CallError(f"{url} is not a log; a bus is given as --bus {url}")
     if not source.is_dir():
-        return source
+        return Path("/dev/stdin") if source == Path("-") else source
     from omnimate.files.recordings.folder import log_path
 
     return log_path(source)

@@ -22,6 +22,15 @@ Timeout = Annotated[float, typer.Option(min=0.01, help="Time in which it answers
 Force = Annotated[bool, typer.Option("--force", help="Go on although another master sends SYNC.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
+# A log, or a recording folder with one.
+LogSource = Annotated[
+    Path, typer.Argument(metavar="LOG", help="Log of any format, recording folder, or - for a pipe.")
+]
+OptionalLogSource = Annotated[
+    Path | None,
+    typer.Argument(metavar="[LOG]", help="Log of any format, recording folder, or - for a pipe."),
+]
+
 # What frames mean.
 DbcFiles = Annotated[list[Path] | None, typer.Option(help="DBC file whose signals to name; repeatable.")]
 EdsFiles = Annotated[

@@ -15,6 +15,7 @@ from rich.table import Table
 
 from omnimate.cli.console import err, out, say
 from omnimate.cli.loading import log_of, report_problems
+from omnimate.cli.options import LogSource
 from omnimate.cli.robots import nominal_vehicle
 from omnimate.cli.tables import show
 
@@ -30,7 +31,7 @@ MOST_GAPS = 20  # shown
 
 
 def replay(
-    source: Annotated[Path, typer.Argument(help="Recording folder, or a log of any format.", exists=True)],
+    source: LogSource,
     vehicle: Annotated[
         Path | None, typer.Option(help="vehicle.toml to calculate with; a recording folder has its own.")
     ] = None,
@@ -92,7 +93,7 @@ def _read(source: Path, vehicle: Path | None) -> Recording:
         if vehicle is not None:
             assembly = assemble(log.frames, robot, str(source))
     else:
-        robot, log, poses, run = nominal_vehicle(vehicle), read_log(source), None, None
+        robot, log, poses, run = nominal_vehicle(vehicle), read_log(log_of(source)), None, None
         _show_log(log, robot)
         assembly = assemble(log.frames, robot, str(source))
     _show_pdos(assembly)
@@ -128,7 +129,7 @@ def _show_pdos(assembly: Assembly) -> None:
 
 
 def _show_paths(recording: Recording, paths: Sequence[Trajectory]) -> None:
-    """Print how far each truck went and where odometry ends, and the last absolute pose beside it."""
+    """Print the travel of each truck, where its odometry ends, and the last absolute pose."""
     duration = float(recording.time[-1] - recording.time[0])
     out.print(f"{len(recording)} samples, {duration:.1f} s, robot {recording.vehicle.name}")
     table = Table("truck", "", box=SIMPLE_HEAD)

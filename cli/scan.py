@@ -49,7 +49,7 @@ def scan(
         ),
     ] = None,
     force: Annotated[
-        bool, typer.Option("--force", help="Ask all node ids, and use LSS, beside another master, too.")
+        bool, typer.Option("--force", help="Ask all node ids, and use LSS, even if another master is active.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:

@@ -21,127 +21,114 @@ class Verb(NamedTuple):
     """A verb, known without its code.
 
     Attributes:
-        place: Its module and the function or group of verbs in it, `module:name`.
+        place: Its module in this package and the function or group of verbs in it, `module:name`.
         help: The first line of its docstring, or the help of the group.
     """
 
     place: str
     help: str
 
+    @property
+    def module(self) -> str:
+        """Name of the module."""
+        return f"omnimate.cli.{self.place.partition(':')[0]}"
+
 
 GROUPS = {
     "Start here": {
         "demo": Verb(
-            "omnimate.cli.demo.verb:demo",
+            "demo.verb:demo",
             "Drive UMBmark with a simulated robot on a virtual bus, calibrate it, drive again.",
         ),
         "simulate": Verb(
-            "omnimate.cli.simulate:simulate",
+            "simulate:simulate",
             "Simulate a robot that drives a protocol, and write its recording: arrays, no bus.",
         ),
         "record": Verb(
-            "omnimate.cli.record:record",
-            "Read the encoders of a robot from its bus and write a recording, until Ctrl-C.",
+            "record:record", "Read the encoders of a robot from its bus and write a recording, until Ctrl-C."
         ),
         "replay": Verb(
-            "omnimate.cli.replay:replay",
+            "replay:replay",
             "Summarise a recording or a log and its odometry, or send its frames onto a bus again.",
         ),
     },
     "Calibrate": {
         "umbmark": Verb(
-            "omnimate.cli.umbmark.verb:umbmark",
+            "umbmark.verb:umbmark",
             "Begin with this: calibrate wheelbase and wheel diameters from squares (UMBmark).",
         ),
         "calibrate": Verb(
-            "omnimate.cli.calibrate:calibrate",
+            "calibrate:calibrate",
             "In place of umbmark: calibrate from any drive whose absolute poses are measured.",
         ),
         "drift": Verb(
-            "omnimate.cli.drift:drift",
-            "Later, from new recordings: say whether it is time to calibrate again.",
+            "drift:drift", "Later, from new recordings: say whether it is time to calibrate again."
         ),
         "design": Verb(
-            "omnimate.cli.design:design",
-            "Compare drives before driving: the Cramer-Rao bound of what each identifies.",
+            "design:design", "Compare drives before driving: the Cramer-Rao bound of what each identifies."
         ),
         "profile": Verb(
-            "omnimate.cli.profile:app",
+            "profile:app",
             "Parameters by name for several floors or loads: list, or put one into vehicle.toml.",
         ),
     },
     "Locate and diagnose": {
         "track": Verb(
-            "omnimate.cli.track.verb:track",
+            "track.verb:track",
             "Show the pose by odometry, IPEC and the filter, with what was corrected and why.",
         ),
         "diagnose": Verb(
-            "omnimate.cli.diagnose:diagnose",
+            "diagnose:diagnose",
             "Compare recordings with a simulation: where they differ, which physics is missing.",
         ),
     },
     "Bus": {
         "monitor": Verb(
-            "omnimate.cli.monitor.verb:monitor",
+            "monitor.verb:monitor",
             "Watch a bus in the terminal: rates, values, node states, odometry. Sends nothing.",
         ),
         "dump": Verb(
-            "omnimate.cli.dump:dump",
-            "Print the frames of a log or of a live bus, all or those that are asked for.",
+            "dump:dump", "Print the frames of a log or of a live bus, all or those that are asked for."
         ),
         "scan": Verb(
-            "omnimate.cli.scan:scan",
-            "Find who is on a bus by listening and reading alone, and draft a vehicle.toml.",
+            "scan:scan", "Find who is on a bus by listening and reading alone, and draft a vehicle.toml."
         ),
         "listen": Verb(
-            "omnimate.cli.listen:listen",
-            "Find what an unknown bus carries: nodes, PDOs, signals, wheels. Sends nothing.",
+            "listen:listen", "Find what an unknown bus carries: nodes, PDOs, signals, wheels. Sends nothing."
         ),
-        "sdo": Verb("omnimate.cli.objects:sdo", "Read or write one object of a node by SDO."),
+        "sdo": Verb("objects:sdo", "Read or write one object of a node by SDO."),
         "od": Verb(
-            "omnimate.cli.objects:od",
-            "Read and print all objects of a node: those of its EDS, or else of the profiles.",
+            "objects:od", "Read and print all objects of a node: those of its EDS, or else of the profiles."
         ),
         "nmt": Verb(
-            "omnimate.cli.nodes:nmt",
-            "Send an NMT command, and print the states that heartbeats and boot-ups then say.",
+            "nodes:nmt", "Send an NMT command, and print the states that heartbeats and boot-ups then say."
         ),
-        "lss": Verb("omnimate.cli.nodes:lss", "Find devices without a node id, and give them one (CiA 305)."),
-        "dcf": Verb(
-            "omnimate.cli.dcf:dcf", "Compare a device with the values that a DCF states, or write them to it."
-        ),
+        "lss": Verb("nodes:lss", "Find devices without a node id, and give them one (CiA 305)."),
+        "dcf": Verb("dcf:dcf", "Compare a device with the values that a DCF states, or write them to it."),
         "conform": Verb(
-            "omnimate.cli.conform:conform",
-            "Check a device against CiA 301, 305, 402 and 406, without driving it.",
+            "conform:conform", "Check a device against CiA 301, 305, 402 and 406, without driving it."
         ),
         "sim": Verb(
-            "omnimate.cli.sim:sim",
-            "Serve the bus of a simulated vehicle to other processes by the socketcand protocol.",
+            "sim:sim", "Serve the bus of a simulated vehicle to other processes by the socketcand protocol."
         ),
     },
     "Files": {
-        "import": Verb(
-            "omnimate.cli.importing:app",
-            "Make recording folders from bus logs, CSV files or ROS bags.",
-        ),
+        "import": Verb("importing:app", "Make recording folders from bus logs, CSV files or ROS bags."),
         "export": Verb(
-            "omnimate.cli.export:export",
+            "export:export",
             "Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, pandas.",
         ),
-        "dbc": Verb(
-            "omnimate.cli.dbc:dbc", "Write a DBC file with which other tools decode the same values."
-        ),
+        "dbc": Verb("dbc:dbc", "Write a DBC file with which other tools decode the same values."),
     },
     "Fleet and service": {
         "fleet": Verb(
-            "omnimate.cli.fleet.verb:app",
+            "fleet.verb:app",
             "Recordings of many robots: which robot is faulty, which place of the floor is bad.",
         ),
         "serve": Verb(
-            "omnimate.cli.serve:serve",
-            "Serve calibration, recordings, diagnoses and fleets over REST, with a web page.",
+            "serve:serve", "Serve calibration, recordings, diagnoses and fleets over REST, with a web page."
         ),
-        "key": Verb("omnimate.cli.serve:keys", "API keys of the service: add, list, revoke."),
+        "key": Verb("serve:keys", "API keys of the service: add, list, revoke."),
     },
 }
 VERBS = {name: verb for verbs in GROUPS.values() for name, verb in verbs.items()}
@@ -165,8 +152,8 @@ class VerbGroup(TyperGroup):
 
 def load_verb(name: str) -> Command:
     """Return a verb with its options."""
-    module, attribute = VERBS[name].place.split(":")
-    target = getattr(import_module(module), attribute)
+    verb = VERBS[name]
+    target = getattr(import_module(verb.module), verb.place.partition(":")[2])
     holder = typer.Typer(add_completion=False, rich_markup_mode=None)  # units in brackets are no markup
     if isinstance(target, typer.Typer):
         holder.add_typer(target, name=name)

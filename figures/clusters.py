@@ -99,7 +99,7 @@ def _draw_stage(axes: Axes, errors: ReturnErrors, *, filled: bool) -> None:
 
 
 def _title(panel: Clusters) -> str:
-    """Return the panel's title with its E_max,syst; a label beside its circle would hide points."""
+    """Return the panel's title with its E_max,syst; a label next to its circle would hide points."""
     before = f"{_millimetres(1e3 * panel.before.e_max_syst)} mm"
     sizes = before
     if panel.after is not None:

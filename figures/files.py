@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import io
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
+from matplotlib.figure import Figure
 
 from omnimate.figures.style import STYLE
 from omnimate.vehicle.atomic import write_bytes
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 FORMATS = (".png", ".svg", ".pdf")
 
@@ -41,6 +44,20 @@ def check_format(path: Path) -> None:
         raise PlotError(path, f"unknown format {path.suffix!r}; expected a name with {', '.join(FORMATS)}")
     if not path.absolute().parent.is_dir():
         raise PlotError(path, "its folder is not there; create it first")
+
+
+@contextmanager
+def drawn(path: Path, width: float, height: float) -> Iterator[tuple[Figure, Axes]]:
+    """Give a new figure of one panel and its axes, and write it in the end; the size is in inches.
+
+    Raises:
+        PlotError: The file cannot be written.
+    """
+    check_format(path)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        yield figure, figure.subplots()
+        save(figure, path)
 
 
 def save(figure: Figure, path: Path) -> None:

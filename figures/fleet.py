@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
-from omnimate.figures.files import check_format, save
-from omnimate.figures.style import BLUE, GREY, STYLE, VERMILLION
+from omnimate.figures.files import drawn
+from omnimate.figures.style import BLUE, GREY, VERMILLION
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,7 +32,7 @@ class MapPlace:
         y: [m].
         reach: Radius [m].
         covariance: Of x and y [m^2], `(2, 2)`.
-        label: Beside it.
+        label: Text next to it.
         creep: Direction of the creep, `(2,)`; None for a loss.
     """
 
@@ -62,10 +60,7 @@ def plot_floor_map(
     Raises:
         PlotError: The file cannot be written.
     """
-    check_format(path)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 6.4), layout="constrained")
-        axes = figure.subplots()
+    with drawn(path, 8.0, 6.4) as (figure, axes):
         axes.scatter(
             driven[:, 0], driven[:, 1], c=np.sqrt(driven[:, 2]), s=5.0, cmap="Greys", marker="s", linewidths=0
         )
@@ -97,7 +92,6 @@ def plot_floor_map(
         axes.set_aspect("equal", adjustable="datalim")
         if places or true is not None:
             figure.legend(loc="outside lower center", ncols=3)
-        save(figure, path)
 
 
 def plot_history(
@@ -124,12 +118,8 @@ def plot_history(
     Raises:
         PlotError: The file cannot be written.
     """
-    check_format(path)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.4, 3.6), layout="constrained")
-        axes = figure.subplots()
+    with drawn(path, 6.4, 3.6) as (_, axes):
         axes.errorbar(days, value, 1.96 * sigma, fmt="o", color=BLUE, ecolor=GREY, markersize=4)
         if since is not None:
             axes.axvline(since - 0.5, color=VERMILLION, linestyle="--")
         axes.set(xlabel="day", ylabel=label, title=title)
-        save(figure, path)

@@ -1,4 +1,4 @@
-"""The floor plan of a drive: the driven path beside what odometry makes of it."""
+"""The floor plan of a drive: the driven path and the path by odometry."""
 
 from __future__ import annotations
 
@@ -6,11 +6,8 @@ from dataclasses import dataclass
 from itertools import cycle
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
-from matplotlib.figure import Figure
-
-from omnimate.figures.files import check_format, save
-from omnimate.figures.style import BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, VERMILLION
+from omnimate.figures.files import drawn
+from omnimate.figures.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +25,7 @@ class Track:
     Attributes:
         label: Label in the legend.
         path: Positions or poses, x and y first [m], shape `(N, 2)` or `(N, 3)`.
-        dashed: Whether the line is dashed, as for calculated paths beside the driven one.
+        dashed: Whether the line is dashed, as for calculated paths next to the driven one.
     """
 
     label: str
@@ -39,7 +36,7 @@ class Track:
 def plot_floor_plan(
     tracks: Sequence[Track], path: Path, *, title: str = "", fixes: Array | None = None
 ) -> None:
-    """Draw paths over the floor [m], the driven one beside what odometry makes of it.
+    """Draw paths over the floor [m], the driven one and those by odometry.
 
     Args:
         tracks: Paths, each a line; the first is grey and wide, as the reference for the others.
@@ -50,10 +47,7 @@ def plot_floor_plan(
     Raises:
         PlotError: The file cannot be written.
     """
-    check_format(path)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.4, 6.6), layout="constrained")
-        axes = figure.subplots()
+    with drawn(path, 6.4, 6.6) as (figure, axes):
         for number, (track, color) in enumerate(zip(tracks, cycle(_TRACKS), strict=False)):
             width, line = (3.2 if number == 0 else 1.3), ("--" if track.dashed else "-")
             alpha = 0.55 if number == 0 else 1.0
@@ -68,4 +62,3 @@ def plot_floor_plan(
         axes.set(xlabel="x [m]", ylabel="y [m]", title=title)
         axes.set_aspect("equal", adjustable="datalim")
         figure.legend(loc="outside lower center", ncols=2)
-        save(figure, path)

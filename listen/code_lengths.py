@@ -50,6 +50,13 @@ class NumberCode(NamedTuple):
     signed_wraps: int
 
 
+def little_endian(data: NDArray[np.uint8]) -> Column:
+    """Return data of frames, `(N, length)`, as one little-endian number a frame, `(N,)`."""
+    padded = np.zeros((len(data), 8), np.uint8)
+    padded[:, : data.shape[1]] = data
+    return padded.view("<u8").reshape(-1).astype(np.uint64)
+
+
 def centred(values: Column, bits: int) -> NDArray[np.int64]:
     """Return values modulo 2^bits as two's complement numbers, the shortest distance on the ring, `(N,)`."""
     left = np.uint64(64 - bits)
@@ -160,7 +167,7 @@ def symbol_code(values: Column, bits: int, below: Column | None = None, *, new_v
     codes are not exact enough to decide by `NOISE` bits a frame.
 
     It stays, or changes to some other value, as often as it did before (Krichevsky and Trofimov 1981), after
-    each value in its way where there are few; or every flag changes for itself. A value that is new is coded
+    each value separately where there are few; or every flag changes for itself. A value that is new is coded
     by the flags in which it differs from the one before.
 
     Args:

@@ -18,7 +18,7 @@ _NOBODY = "Vector__XXX"  # what DBC files write where no node is known
 
 
 def learned_dbc(findings: Findings, meanings: dict[str, Meaning]) -> str:
-    """Return the text of the DBC file; a sign that cannot be told is written as unsigned."""
+    """Return the text of the DBC file; an unidentified sign is written as unsigned."""
     nodes = sorted(findings.network.nodes)
     lines = head_lines(map(node_name, nodes))
     for each in findings.messages:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Turn = Literal["left", "right"]
 HEAD = """\
-# Drafted by `omnimate listen`. What the bus did not tell stands behind a #: do what stands beside it, and
+# Drafted by `omnimate listen`. What the bus did not show is commented out: do what the comment says, and
 # remove the #. `omnimate record --vehicle` names the first key that is missing."""
 
 
@@ -26,14 +26,14 @@ def draft_vehicle(findings: Findings, bitrate: int | None, turn: Turn | None) ->
     Args:
         findings: What was learned.
         bitrate: Bit rate of the bus [bit/s]; None where it is not known.
-        turn: Which way the first clear turn of the log went; None where nobody said so.
+        turn: Direction of the first clear turn of the log; None where it is not known.
     """
     wheels = findings.kinematics.wheels
     bus = bus_lines(bitrate, findings.network.sync_period)
     lines = [HEAD, "", 'name = "robot"', *geometry_lines(has_two=len(wheels) > 2), *bus]
     if not wheels:
         lines += ["", *(f"# {reason}" for reason in findings.kinematics.reasons)]
-        lines += ["# Listen again while the robot drives straight on, turns both ways, and stands."]
+        lines += ["# Listen again while the robot drives straight on, turns in both directions, and stands."]
     for number, wheel in enumerate(wheels, start=1):
         lines += _wheel(number, wheel, findings, turn)
     for other in findings.kinematics.others:
@@ -43,7 +43,7 @@ def draft_vehicle(findings: Findings, bitrate: int | None, turn: Turn | None) ->
 
 
 def _wheel(number: int, wheel: Wheel, findings: Findings, turn: Turn | None) -> Iterator[str]:
-    ratio = f": {wheel_ratio(wheel)}, on a straight way" if number > 1 else ""
+    ratio = f": {wheel_ratio(wheel)}, driving straight" if number > 1 else ""
     yield from ("", f"# wheel {number}{ratio}")
     if wheel.shaft.position.signal.is_big_endian:
         yield f"# COB-ID {wheel.shaft.position.signal.can_id:03X}h is big-endian: no [[encoder]] can say so"
@@ -52,7 +52,7 @@ def _wheel(number: int, wheel: Wheel, findings: Findings, turn: Turn | None) -> 
     yield _channel(wheel, findings, turn)
     yield from _place(wheel.shaft, findings)
     if wheel.forward:
-        yield known_line("sign", str(wheel.forward), "the way that the robot mostly drove is forward")
+        yield known_line("sign", str(wheel.forward), "the direction that the robot mostly drove is forward")
     else:
         yield unknown_line("sign", "1", "1 or -1, so that a wheel that rolls forward counts up")
     yield unknown_line(
@@ -114,7 +114,7 @@ def _place(shaft: Shaft, findings: Findings) -> Iterator[str]:
     if signal.node:
         yield known_line("node", str(signal.node))
     else:
-        yield unknown_line("node", "1", "no heartbeat tells the sender of this COB-ID")
+        yield unknown_line("node", "1", "no heartbeat shows the sender of this COB-ID")
     yield known_line(
         "cob_id", f"0x{signal.can_id:03X}", f"sent by {sending.cause}, every {1e3 * sending.period:.1f} ms"
     )
@@ -122,7 +122,7 @@ def _place(shaft: Shaft, findings: Findings) -> Iterator[str]:
     yield known_line("start_bit", str(signal.start), sure)
     yield known_line("bits", str(signal.bits), sure)
     if signal.signed is None:
-        yield known_line("signed", "true", "not told by the bus; the differences are the same either way")
+        yield known_line("signed", "true", "not shown by the bus; differences are the same with both signs")
     else:
         yield known_line("signed", "true" if signal.signed else "false")
     if signal.turn:

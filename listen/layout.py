@@ -20,6 +20,7 @@ from omnimate.listen.code_lengths import (
     centred,
     first_value,
     flags_value,
+    little_endian,
     lowest_zeros,
     number_code,
     ordered_floats,
@@ -98,7 +99,7 @@ def find_layout(
         big_endian: Probability of the big-endian order before any frame is seen.
         packed: Probability of widths that no profile has, before any frame is seen.
     """
-    tables = [_Table(_words(each), each.shape[1], direction) for each in (data, data[:, ::-1])]
+    tables = [_Table(little_endian(each), each.shape[1], direction) for each in (data, data[:, ::-1])]
     hypotheses = [
         _Layouts(table, is_big, is_packed, math.log2(order) + math.log2(widths))
         for table, is_big, order in ((tables[0], False, 1.0 - big_endian), (tables[1], True, big_endian))
@@ -199,7 +200,7 @@ def _add_float(weights: dict[Reading, float], column: Column, direction: Directi
 def _on_a_grid(column: Column, exponents: NDArray[np.int64]) -> float:
     """Return the bits of floats as whole numbers of the last place of the largest, as noise about 0 is even.
 
-    Smaller floats have more places, which are told one by one where the values use them.
+    Smaller floats have more places, which are coded one by one where the values use them.
     """
     largest = int(exponents.max())
     values = column.astype(np.uint32).view(np.float32).astype(np.float64)
@@ -207,7 +208,7 @@ def _on_a_grid(column: Column, exponents: NDArray[np.int64]) -> float:
     zeros = lowest_zeros(np.abs(grid).astype(np.uint64))
     has_more = bool(np.any(np.ldexp(grid.astype(np.float64), largest - 150) != values))
     below = largest - exponents[values != 0.0] if has_more else np.zeros(0, np.int64)
-    more = float(np.where(below < 24, below, 24 + 8).sum())  # or a whole float, where it is nothing beside
+    more = float(np.where(below < 24, below, 24 + 8).sum())  # or a whole float, where it is negligible
     numbers = grid >> min(zeros, 24)
     around = numbers - np.int64(np.median(numbers))
     return 1.0 + more + min(residual_code(np.diff(numbers)), residual_code(around[1:]))
@@ -221,12 +222,6 @@ def total_of(weights: Mapping[Reading, float]) -> float:
 def _prior(kind: Kind, bits: int, direction: Direction) -> float:
     share = priors.KINDS[direction][kind] * priors.width_share(kind, bits)
     return math.log2(share) if share else NEVER
-
-
-def _words(data: NDArray[np.uint8]) -> Column:
-    padded = np.zeros((len(data), 8), np.uint8)
-    padded[:, : data.shape[1]] = data
-    return padded.view("<u8").reshape(-1).astype(np.uint64)
 
 
 def _edges(words: Column, length: int) -> list[int]:

@@ -21,7 +21,7 @@ class Meaning(NamedTuple):
 
     Attributes:
         name: Its name, which no other signal of its message has.
-        words: What it is, as a sentence; empty where that cannot be told.
+        words: What it is, as a sentence; empty where that is not identified.
     """
 
     name: str
@@ -44,7 +44,7 @@ def wheel_ratio(wheel: Wheel) -> str:
     """Return the ratio of a wheel's counts to those of wheel 1 in words."""
     if wheel.has_exact_ratio:
         return f"{wheel.ratio:+.4f} counts for each of wheel 1"
-    return f"{wheel.ratio:+.2f} counts for each of wheel 1, if that way was straight"
+    return f"{wheel.ratio:+.2f} counts for each of wheel 1, if that travel was straight"
 
 
 def _of_wheels(findings: Findings) -> Mapping[str, tuple[str, str]]:
@@ -53,7 +53,7 @@ def _of_wheels(findings: Findings) -> Mapping[str, tuple[str, str]]:
     for number, wheel in enumerate(wheels, start=1):
         where = "" if wheel.truck is None else f", truck {wheel.truck + 1}"
         where += "" if wheel.side is None else f", side {wheel.side + 1}"
-        way = {1: "counts up forward", -1: "counts down forward", 0: "its direction cannot be told"}[
+        way = {1: "counts up forward", -1: "counts down forward", 0: "its direction is not identified"}[
             wheel.forward
         ]
         ratio = f", {wheel_ratio(wheel)}" if number > 1 else ""

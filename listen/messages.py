@@ -52,12 +52,6 @@ class Message:
             return f"{self.can_id:08X}" if self.is_extended else f"{self.can_id:03X}"
         return f"{'T' if self.direction == 'sent' else 'R'}PDO{self.number} of node {self.node}"
 
-    def words(self) -> NDArray[np.uint64]:
-        """Return the data as one little-endian number per frame, `(N,)`."""
-        padded = np.zeros((len(self.data), 8), np.uint8)
-        padded[:, : self.data.shape[1]] = self.data
-        return padded.view("<u8").reshape(-1).astype(np.uint64)
-
 
 def messages_of(frames: Frames, nodes: frozenset[int], *, has_sync: bool = False) -> Iterator[Message]:
     """Yield what may be PDOs, by identifier.

@@ -37,7 +37,7 @@ def report_lines(findings: Findings, meanings: dict[str, Meaning], *, reasons: b
     if findings.kinematics.turns:
         times = ", ".join(f"{turn - findings.start:.1f} s" for turn in findings.kinematics.turns)
         yield from _wrapped(
-            f"clear turns begin at {times}; --turn left or right tells which way the first went", 2
+            f"clear turns begin at {times}; --turn left or right gives the direction of the first", 2
         )
     for each in findings.messages:
         yield ""
@@ -116,7 +116,7 @@ def _sending(each: LearnedMessage) -> str:
         )
     period = f"every {1e3 * sending.period:.1f} ms, jitter {1e3 * sending.jitter:.2f} ms"
     if sending.cause == "cannot tell":
-        return f"{period}; what makes it send cannot be told"
+        return f"{period}; what triggers it is not identified"
     cause = "by a timer" if sending.cause == "timer" else "when its data change, at most"
     return f"{cause} {period} (P = {sending.probability:.3f})"
 

@@ -64,7 +64,7 @@ def find_sending(
     grid = np.maximum(np.rint(interval / usual), 1.0)
     gaps = int(np.count_nonzero(grid > 1))
     same = int(np.count_nonzero(~np.any(data[1:] != data[:-1], axis=1)))
-    # A timer has a period of its own to tell, SYNC only a small whole number.
+    # A timer's period must be described, of SYNC only a small whole number.
     late = _ticks(interval - grid * usual) + first_value(round(usual / TICK), 32)
     lengths: dict[Cause, float] = {
         "timer": late + gaps * EXCEPTION_BITS,

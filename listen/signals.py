@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from omnimate.listen import priors
-from omnimate.listen.code_lengths import centred, number_code
+from omnimate.listen.code_lengths import centred, little_endian, number_code
 from omnimate.listen.layout import find_layout, readings_of, total_of
 from omnimate.listen.multiplexing import find_multiplexor
 from omnimate.listen.profile_words import profile_reading
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from omnimate.listen.priors import Kind
 
 SURE = 0.99  # an error of 1 % is declared: what is less probable is not said as certain
-# The most that is said of boundaries inside bytes, and in messages that no CANopen node sends: bits stand in
-# any way there, six edges inside bytes are looked at, and spare bits above a field leave its end open.
+# The most that is said of boundaries inside bytes, and in messages that no CANopen node sends: bits may be
+# anywhere there, six edges inside bytes are looked at, and spare bits above a field leave its end open.
 PACKED = 0.9
 # The most that is said of flags of several bytes, which nothing but what they often do ties together, and of
-# numbers that may be wider or narrower for all that was seen: what types are common tells nine in ten.
+# numbers that may be wider or narrower for all that was seen: the common types decide nine in ten.
 LOOSE = 0.9
 WIDTHS = (8, 16, 32)  # bits of the types that nearly all mapped objects have
 MOST_FRAMES = 4096  # of a message that its layout is learned from, where every bit that moves does so in them
@@ -224,10 +224,7 @@ def _is_constant(each: Field) -> bool:
 
 def _column(message: Message, start: int, bits: int, *, is_big_endian: bool) -> NDArray[np.uint64]:
     data = message.data[:, ::-1] if is_big_endian else message.data
-    padded = np.zeros((len(data), 8), np.uint8)
-    padded[:, : data.shape[1]] = data
-    words = padded.view("<u8").reshape(-1).astype(np.uint64)
-    return words >> np.uint64(start) & np.uint64((1 << bits) - 1)
+    return little_endian(data) >> np.uint64(start) & np.uint64((1 << bits) - 1)
 
 
 def _signal(message: Message, each: Field, order: float, spare: int) -> LearnedSignal:
@@ -294,7 +291,7 @@ def _blank(message: Message, start: int, bits: int, raw: NDArray[np.uint64]) -> 
 
 def _held(raw: NDArray[np.uint64]) -> str:
     value = int(raw[0]) if len(raw) else 0
-    return f"it was {value:X}h in all {len(raw)} frames, so that its parts and its kind cannot be told"
+    return f"it was {value:X}h in all {len(raw)} frames, so that its parts and its kind are not identified"
 
 
 def _layout_reasons(each: Field, kinds: Mapping[Kind, float], order: float) -> list[str]:
@@ -328,7 +325,7 @@ def _refined(signal: LearnedSignal, readings: Mapping[Reading, float]) -> Learne
     if signal.turn:
         return signal.says(f"it starts again after {turn} counts", signed=False)
     if share < SURE:
-        return signal.says("its sign cannot be told: it crosses neither 0 nor the middle of its range")
+        return signal.says("its sign is not identified: it crosses neither 0 nor the middle of its range")
     where = "0" if signed else "the middle of its range"
     return signal.says(f"it crosses {where} without a jump", signed=signed)
 

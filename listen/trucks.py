@@ -103,7 +103,7 @@ def find_trucks(
     evidence = scores[0][0] - scores[1][0]
     nothing: tuple[int | None, ...] = (None,) * len(others)
     if evidence < math.log(ODDS):
-        why = "which wheels belong to one truck cannot be told: no joint was seen to turn with two of them"
+        why = "which wheels belong to one truck is not identified: no joint turned with two of them"
         return Trucks(None, has_sides=False, front=None, joints=nothing, reasons=(why,))
     pairing = scores[0][1]
     reasons = [f"trucks: odds e^{min(evidence, 999):.0f} for these pairs of wheels"]
@@ -174,7 +174,7 @@ def _front(
             found[leads] += odds
     front = int(found[1] > found[0])
     if found[front] - found[1 - front] < math.log(ODDS):
-        return None, ["which truck is in front cannot be told"]
+        return None, ["which truck is in front is not identified"]
     return front, [f"truck {front + 1} is in front: driving straightens its joint"]
 
 
@@ -195,7 +195,7 @@ def _sides(
         return (
             _placed(pairing, is_same=is_same),
             True,
-            f"the law of both joints tells sides: odds e^{odds:.0f}",
+            f"the law of both joints identifies the sides: odds e^{odds:.0f}",
         )
     one, other = (np.cumsum(normal[i] - normal[j]) for i, j in pairing)
     # A wrong ratio adds to a heading what was driven; that is taken away from both.
@@ -204,7 +204,7 @@ def _sides(
     whole = math.sqrt(float(one @ one) * float(other @ other))
     together = float(one @ other) / whole if whole else 0.0
     if together**2 < SAME_HEADING:
-        return pairing, False, "which wheels of the two trucks are on one side cannot be told"
+        return pairing, False, "which wheels of the two trucks are on one side is not identified"
     why = f"both trucks turn by the same angles, apart from their joints (correlation {abs(together):.3f})"
     return _placed(pairing, is_same=together > 0), True, why
 

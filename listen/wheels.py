@@ -83,7 +83,7 @@ class Kinematics:
         wheels: Its wheels.
         others: Other movements.
         reasons: Sentences that say how it was decided.
-        turns: Beginnings of the clearest turns [s], from which people tell left from right.
+        turns: Beginnings of the clearest turns [s], from which people distinguish left and right.
         ahead: Number of the side whose wheels go further forward in the first turn; None for `cannot tell`.
         front: Number of the truck in front; None for `cannot tell`.
     """
@@ -121,7 +121,7 @@ def find_wheels(shafts: Sequence[Shaft]) -> Kinematics:
         found = f"{len(group)} shafts move alike" if group else "no two shafts move alike"
         others = tuple(Other(shaft, "cannot tell", 0.0) for shaft in moving)
         return Kinematics(
-            (), others, (f"{found}: a robot has 2 or 4 wheels, so which are wheels cannot be told",)
+            (), others, (f"{found}: a robot has 2 or 4 wheels, so which are wheels is not identified",)
         )
     return _kinematics(moving, group, pairs)
 
@@ -205,18 +205,22 @@ def _kinematics(
     rates = np.array([moving[k].position.rate / ratio for k, ratio in zip(group, ratios, strict=True)])
     common = rates.mean(axis=0)
     held = ", ".join(f"{pairs[first, other].share:.0%}" for other in group[1:])
-    reasons = [f"{len(group)} shafts hold one ratio of their speeds for {held} of the way: wheels"]
+    reasons = [f"{len(group)} shafts hold one ratio of their speeds over {held} of the travel: wheels"]
     going = float(np.sum(common)) / (float(np.sum(np.abs(common))) or 1.0)
     forward = 0 if abs(going) < 1 / 3 or straight_odds < MIN_STRAIGHT_ODDS else int(np.sign(going))
     if straight_odds < MIN_STRAIGHT_ODDS:
         reasons.append(
             "the opposite ratio is held nearly as long: which of the two is straight on, and which is a turn "
-            "on the spot, cannot be told"
+            "on the spot, is not identified"
         )
     elif forward == 0:
-        reasons.append("it drives both ways about as far: which way is forward cannot be told")
+        reasons.append(
+            "it drives about as far in both directions: which direction is forward is not identified"
+        )
     else:
-        reasons.append(f"{(1 + abs(going)) / 2:.0%} of the way goes one way, which is taken for forward")
+        reasons.append(
+            f"{(1 + abs(going)) / 2:.0%} of the travel is in one direction, which is taken as forward"
+        )
     rest = [moving[k] for k in range(len(moving)) if k not in group]
     found = _trucks([moving[k] for k in group], ratios, rest, forward)
     trucks, sides = _places(found, len(group))
@@ -235,7 +239,7 @@ def _trucks(wheels: Sequence[Shaft], ratios: list[float], rest: Sequence[Shaft],
     """Return which wheels belong together, and what the other shafts are to them."""
     nothing: tuple[int | None, ...] = (None,) * len(rest)
     if len(wheels) == 2:
-        why = "two wheels make one truck; which one is left only a turn of known direction tells"
+        why = "two wheels make one truck; only a turn of known direction identifies the left one"
         if rest:
             why = "other shafts move, too, so these two may be wheels of two trucks: cannot tell"
         return Trucks(None, has_sides=not rest, front=None, joints=nothing, reasons=(why,))

@@ -76,7 +76,7 @@ def drive(
     Args:
         robot: The robot, with its drives enabled.
         runner: The runner, at the beginning of its program.
-        vehicle: The vehicle as the robot believes itself to be.
+        vehicle: The vehicle with the parameters that odometry uses.
         journal: Journal that keeps laps and fixes.
         fix: Measures the absolute pose `(3,)` of a truck and its sigma `(3,)`, nan where unknown; None
             where nothing measures it.

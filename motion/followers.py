@@ -11,9 +11,9 @@ from omnimate.vehicle.compiled import compiled
 from omnimate.vehicle.se2 import rotate_xy, wrap_angle
 
 LENGTH_GAIN = 1.0  # [1/s] slider error that is driven out per second
-FACING_GAIN = 2.0  # [1/s] turn rate per radian that b faces beside a, loosely
+FACING_GAIN = 2.0  # [1/s] turn rate per radian that b faces off a, loosely
 HEADING_GAIN = 1.0  # [1/s] likewise between the headings of a and b
-ASIDE_GAIN = 4.0  # [1/m^2] curvature per metre beside the place in the formation
+ASIDE_GAIN = 4.0  # [1/m^2] curvature per metre off the place in the formation
 STEEPEST = 0.2  # cosine of joint_b below which b does not speed up any more
 
 

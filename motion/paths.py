@@ -213,8 +213,8 @@ def free(
     loops = []
     for _ in range(laps):
         steps = chance.uniform(-0.5, 0.5, (points, 2)) * np.array(area)
-        way = [(float(x), float(y)) for x, y in steps]
-        loops.append(_loop([*way, (-0.75 * area[0], 0.0)], tolerance, speed))
+        points_passed = [(float(x), float(y)) for x, y in steps]
+        loops.append(_loop([*points_passed, (-0.75 * area[0], 0.0)], tolerance, speed))
     return _loops(loops, ["none"] * laps, "free")
 
 

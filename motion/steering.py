@@ -12,10 +12,10 @@ from omnimate.vehicle.se2 import rotate_xy, wrap_angle
 
 Steer = tuple[float, float, bool]
 
-LOOKAHEAD = 1.0  # [m] a truck beside its line aims at the point this far ahead
+LOOKAHEAD = 1.0  # [m] a truck off its line aims at the point this far ahead
 STIFFNESS = 4.0  # [1/m] curvature per radian off course; with the above critically damped
 RESERVE = 0.8  # part of the acceleration limit that stops use; the rest is left for steering
-SETTLING = 0.25  # part of the remaining way in the last steps: no overshoot with one step of delay
+SETTLING = 0.25  # part of the remaining distance in the last steps: no overshoot with one step of delay
 
 
 @compiled
@@ -26,17 +26,17 @@ def clip(value: float, bound: float) -> float:
 
 @compiled
 def approach(remaining: float, tolerance: float, speed: float, settings: Settings) -> float:
-    """Return the speed [m/s], with its sign, that stops at the end of a remaining way [m].
+    """Return the speed [m/s], with its sign, that stops at the end of a remaining distance [m].
 
     Constant deceleration, then, for the last millimetre, a constant part of the rest per step.
     """
     braking = RESERVE * settings.acceleration
-    way = abs(remaining)
-    if way <= tolerance:
+    distance = abs(remaining)
+    if distance <= tolerance:
         return 0.0
     gain = min(SETTLING / settings.period, 0.5 * math.sqrt(braking / tolerance))
     last = braking / (gain * gain)
-    fast = gain * way if way <= last else math.sqrt(2.0 * braking * way - braking * last)
+    fast = gain * distance if distance <= last else math.sqrt(2.0 * braking * distance - braking * last)
     return math.copysign(min(fast, speed), remaining)
 
 
@@ -93,7 +93,7 @@ def steer_arc(
     tolerance: float,
     settings: Settings,
 ) -> Steer:
-    """Drive along a circle around a point until the remaining way [m] is done, and stop there."""
+    """Drive along a circle around a point over a remaining distance [m], and stop there."""
     side = math.copysign(1.0, curvature)
     aside = side * (1.0 / abs(curvature) - math.hypot(x - centre_x, y - centre_y))
     course = math.atan2(y - centre_y, x - centre_x) + side * math.pi / 2.0
@@ -123,10 +123,10 @@ def steer_past(
     settings: Settings,
 ) -> Steer:
     """Aim at a via-point and slow down before it, until it is near enough [m] to go on, O 3.2."""
-    way = math.hypot(via_x - x, via_y - y)
+    distance = math.hypot(via_x - x, via_y - y)
     off = wrap_angle(math.atan2(via_y - y, via_x - x) - heading)
-    braking = 2.0 * RESERVE * settings.acceleration * max(way - near, 0.0)
+    braking = 2.0 * RESERVE * settings.acceleration * max(distance - near, 0.0)
     ahead = min(speed, math.sqrt(corner_speed * corner_speed + braking))
     if abs(off) > math.pi / 4.0:
         ahead = min(ahead, corner_speed)
-    return ahead, ahead * clip(STIFFNESS * off, sharpest), way <= near
+    return ahead, ahead * clip(STIFFNESS * off, sharpest), distance <= near

@@ -59,7 +59,7 @@ def stand(row: Row, state: State, settings: Settings) -> Steer:
 
 @compiled
 def go_round(row: Row, state: State, settings: Settings) -> Steer:
-    """Drive along the row's arc, counting the way by the angle around its centre."""
+    """Drive along the row's arc, measuring the travel by the angle around its centre."""
     x, y, heading = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
     centre_x, centre_y = in_frame(row, state)
     bearing = math.atan2(y - centre_y, x - centre_x)

@@ -82,7 +82,7 @@ def drive(
 
 
 class _TruePath:
-    """The true path of truck a over the first square each way."""
+    """The true path of truck a over the first square in each direction."""
 
     EVERY = 10  # samples
 
@@ -91,7 +91,7 @@ class _TruePath:
         self._poses: list[Array] = []
 
     def watch(self, moment: Moment) -> None:
-        """Look at a moment of the drive."""
+        """Record the true pose at a moment of the drive."""
         self._count += 1
         if moment.lap in {0, 1} and self._count % self.EVERY == 0:
             self._poses.append(self._plant.pose("a"))
@@ -104,7 +104,7 @@ class _TruePath:
 
 @dataclass(frozen=True)
 class SimulatedRobot:
-    """What stands on both sides of the bus.
+    """The simulated vehicle and its driver, on both sides of a virtual bus.
 
     Attributes:
         driver: reads and commands, through the bus alone.
@@ -128,11 +128,11 @@ def simulated_robot(
     """Open a virtual bus with a simulated vehicle on it and the driver, as fast as they go.
 
     Args:
-        vehicle: as its owner believes it to be.
+        vehicle: as vehicle.toml describes it.
         truth: as it is.
         folder: of the recording.
         program: whose protocol and side stand in `run.toml`.
-        faults: of the devices.
+        faults: Faults of the devices.
     """
     plant = Plant(truth, vehicle)
     with (
@@ -146,10 +146,10 @@ def simulated_robot(
 def result_table(
     before: dict[TruckName, Calibration], after: dict[TruckName, Calibration], truth: Truth
 ) -> Table:
-    """Return the table of E_max,syst before and after, and of what was found beside what is true."""
-    heads = ("E_max,syst before", "after", "better by", "wheelbase nominal", "found", "true")
-    heads += ("D_R/D_L found", "true")
-    table = new_table("UMBmark before and after: millimetres", ("truck",), heads)
+    """Return the table of E_max,syst before and after, and of fitted and true parameters."""
+    errors = ("E_max,syst before", "after", "better by")
+    parameters = ("wheelbase nominal", "found", "true", "D_R/D_L found", "true")
+    table = new_table("UMBmark before and after: millimetres", ("truck",), (*errors, *parameters))
     for truck, calibration in before.items():
         first, second = calibration.experiment.errors.e_max_syst, after[truck].experiment.errors.e_max_syst
         fitted, true = calibration.truck, truth.vehicle.trucks[truck]
@@ -181,7 +181,7 @@ def draw_clusters(
 
 
 def draw_paths(recording: Recording, true_path: Array, path: Path) -> None:
-    """Draw the first square each way: the true path, and odometry's from the fix at each lap's start."""
+    """Draw the first square in each direction: the true path, and odometry from each lap's first fix."""
     if recording.run is None or recording.poses is None or len(true_path) == 0:
         warn("no lap was driven to its end; no path is drawn")
         return

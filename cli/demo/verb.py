@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
 
-OTHER_SEED = 1000  # added to the seed, so that the second drive meets another roughness of the floor
+OTHER_SEED = 1000  # added to the seed, so that the second drive has another roughness of the floor
 
 
 def demo(
@@ -50,7 +50,7 @@ def demo(
     second_day = replace(truth, seed=seed + OTHER_SEED)
     folder.mkdir(parents=True, exist_ok=True)
     _introduce(nominal, settings)
-    out.rule("1  the robot as its owner believes it to be", align="left")
+    out.rule("1  the robot with its nominal vehicle.toml", align="left")
     before, path = drive(nominal, truth, settings, folder / "before", faults)
     calibrations = _calibrations(before)
     calibrated = _save(nominal, calibrations, folder / "vehicle.toml")
@@ -65,19 +65,19 @@ def demo(
         ("before/ and after/", "the two recordings: candump log, fixes, laps, vehicle.toml"),
         ("vehicle.toml", "the calibrated robot"),
         ("umbmark.png", "return errors before and after, as U Fig. 11"),
-        ("path.png", "one square each way: where it went, and where it believed to be"),
+        ("path.png", "one square in each direction: true path and odometry"),
     ):
         say(f"  {folder}/{name:<20} {what}")
 
 
 def _introduce(vehicle: VehicleParameters, settings: Settings) -> None:
-    """Print what the demo is about to do."""
+    """Print what the demo does."""
     say(
         f"A simulated {vehicle.name} on a virtual CAN bus: two trucks on a compliant linkage, "
         f"{len(vehicle.encoders)} CANopen encoders, {len(vehicle.drives)} drives.\n"
-        f"UMBmark, {settings.side:g} m squares, {settings.runs} each way at {settings.speed:g} m/s, read and "
-        "driven through the bus alone. Its wheelbases and\nwheels are not what vehicle.toml says: the return "
-        "errors say by how much. Then once more, calibrated.\n"
+        f"UMBmark, {settings.side:g} m squares, {settings.runs} in each direction at {settings.speed:g} m/s, "
+        "read and driven through the bus alone.\nIts wheelbases and wheels differ from vehicle.toml; the "
+        "return errors give by how much. Then once more, calibrated.\n"
     )
 
 

@@ -1,1 +1,1 @@
-"""`omnimate fleet`: the recordings of many robots, night after night."""
+"""`omnimate fleet`: the recordings of many robots, processed every day."""

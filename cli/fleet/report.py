@@ -1,4 +1,4 @@
-"""The morning's list in words, and its pictures."""
+"""The daily report of a fleet in words, and its figures."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from omnimate.fleet.morning import BadPlace, Change, Night
 
 
-def show_night(night: Night) -> None:
-    """Print a night: how much was judged, sick robots, bad places, and what could not be worked on."""
+def show_daily_report(night: Night) -> None:
+    """Print a daily report: recordings judged, faulty robots, bad places, and what failed."""
     floors = ", ".join(
         f"floor {floor.floor} {1e3 * floor.roughness:.2f}".replace("  ", " ") for floor in night.floors
     )
     say(
         f"{night.day}: {night.recordings} recordings, {len(night.changes)} robots judged, "
-        f"{len(night.sick)} sick, {len(night.places)} bad places; {floors} mm/sqrt(m)"
+        f"{len(night.sick)} faulty, {len(night.places)} bad places; {floors} mm/sqrt(m)"
     )
     if night.sick:
-        table = new_table("sick robots")
+        table = new_table("faulty robots")
         for head in ("robot", "what", "since", "by", "a day"):
             table.add_column(head)
         for change in night.sick:
@@ -69,8 +69,8 @@ def show_night(night: Night) -> None:
         say(f"{robot}, {recording}: no results: {why}")
 
 
-def draw_night(night: Night, folder: Path) -> None:
-    """Draw the floor, and the history of every sick robot's number, into a folder.
+def draw_daily_report(night: Night, folder: Path) -> None:
+    """Draw the floor, and the history of every faulty robot's parameter, into a folder.
 
     Raises:
         PlotError: A file cannot be written.
@@ -113,6 +113,6 @@ def _draw_history(change: Change, history: History, path: Path) -> None:
         factor * np.sqrt(history.covariance[:, column, column]),
         path,
         since=float(history.days[history.dates.index(change.since)]),
-        label=f"{change.name} beside the file [{unit}]",
+        label=f"{change.name} relative to file [{unit}]",
         title=change.robot,
     )

@@ -1,4 +1,4 @@
-"""`omnimate fleet`: a simulated hall of robots, a night's work on a store, and the morning's list."""
+"""`omnimate fleet`: a simulated hall of robots, the daily run on a store, and the daily report."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ def simulate_hall(
     days: Annotated[int, typer.Option(help="Days.", min=1)] = 6,
     laps: Annotated[int, typer.Option(help="Laps of each robot on each day.", min=1)] = 1,
     minutes: Annotated[float, typer.Option(help="Time of a lap, about [min].", min=0.5, max=60.0)] = 5.0,
-    sick: Annotated[int, typer.Option(help="Robots that turn sick, half of them gradually.", min=0)] = 1,
+    sick: Annotated[
+        int,
+        typer.Option("--faulty", "--sick", help="Robots that become faulty, half of them gradually.", min=0),
+    ] = 1,
     places: Annotated[
         int, typer.Option(help="Bad places of the floor: joint, oily patch and slope in turn.", min=0)
     ] = 3,
@@ -31,7 +34,7 @@ def simulate_hall(
     pose_period: Annotated[
         float, typer.Option(help="Time between readings of the pose [s]; 0 for docks alone.", min=0.0)
     ] = 0.0,
-    seed: Annotated[int, typer.Option(help="Seed of all that is drawn by chance.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.", min=0)] = 0,
 ) -> None:
     """Write the recordings of a simulated hall, and its truth as hall.toml."""
     from omnimate.fleet.hall.hall import draw_hall
@@ -61,7 +64,7 @@ def run(
         str, typer.Option(help="Memory of each process on this machine, after which it starts anew.")
     ] = "1.5GiB",
 ) -> None:
-    """Work on all recordings of a store whose results are not known, and write the results as Parquet."""
+    """Process the recordings of a store that have no results yet, and write the results as Parquet."""
     from omnimate.cli.console import report_problem
     from omnimate.fleet.batch.run import Workers, run_batch
 
@@ -74,7 +77,7 @@ def run(
             workers=Workers(jobs, scheduler, memory),
             progress=progress,
         )
-    say(f"{outcome.done} recordings worked on, {outcome.known} known before")
+    say(f"{outcome.done} recordings processed, {outcome.known} known before")
     for stored, why in outcome.failed:
         report_problem(f"{stored.place}/{stored.name}: {why}")
 
@@ -87,20 +90,20 @@ def report(
     ] = None,
     day: Annotated[
         str | None,
-        typer.Option(help="Date of the night, YYYY-MM-DD; that of the last recordings by default."),
+        typer.Option(help="Date of the report, YYYY-MM-DD; that of the last recordings by default."),
     ] = None,
     plots: Annotated[
-        Path | None, typer.Option(help="Folder for the floor's map and the sick robots' histories.")
+        Path | None, typer.Option(help="Folder for the floor's map and the faulty robots' histories.")
     ] = None,
 ) -> None:
-    """Print the morning's list: sick robots, since when and how fast they get worse; bad places."""
-    from omnimate.cli.fleet.report import draw_night, show_night
+    """Print the daily report: faulty robots, since when and how fast they get worse; bad places."""
+    from omnimate.cli.fleet.report import draw_daily_report, show_daily_report
     from omnimate.fleet.batch.files import open_files
     from omnimate.fleet.night import judge_night
 
     with progress_bar("reading") as progress:
         night = judge_night(open_files(results or f"{store}/results"), day, progress)
-    show_night(night)
+    show_daily_report(night)
     if plots is not None:
-        draw_night(night, plots)
+        draw_daily_report(night, plots)
         say(f"pictures in {plots}")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from omnimate.files.logs.decoding import FrameDecoder
     from omnimate.files.logs.live_table import LiveRow
 
-SHOWN_BYTES = 8  # of a frame; of a longer one so many fit beside the number of the others
+SHOWN_BYTES = 8  # of a frame; of a longer frame one fewer, and the number of the others
 CHANGED, AWAY, PROBLEM, HEAD = "bold yellow", "dim", "bold red", "bold"
 
 

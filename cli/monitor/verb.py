@@ -105,7 +105,7 @@ def _opener(source: Path | None, bus: str | None, pace: float, bitrate: int | No
 
     assert source is not None  # one of the two is given
     log = log_of(source)
-    next(iter(LogStream(log)))  # what is no log is told now
+    next(iter(LogStream(log)))  # refuse a file that is no log before the screen opens
     return lambda: LogBus(LogStream(log), pace)
 
 

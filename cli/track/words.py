@@ -36,7 +36,7 @@ def _pose(pose: Array) -> str:
 
 
 def disturbance_in_words(disturbance: Disturbance, first: float, vehicle: VehicleParameters) -> str:
-    """Say which wheel was disturbed, when, what it lost, and what that would have done to the heading."""
+    """Return which wheel was disturbed, when, the travel that it lost, and the heading error avoided."""
     truck: TruckName = "a" if disturbance.wheel.startswith("a") else "b"
     turn = math.degrees(disturbance.lost / vehicle.trucks[truck].wheelbase)
     lost = f"{disturbance.wheel} lost {1e3 * disturbance.lost:.1f} mm, a bump or a slip"
@@ -46,18 +46,18 @@ def disturbance_in_words(disturbance: Disturbance, first: float, vehicle: Vehicl
 
 
 def frozen_in_words(frozen: FrozenChannel, vehicle: VehicleParameters) -> str:
-    """Say which channel of the linkage cannot be believed, and what to do."""
+    """Return a warning that names a frozen channel of the linkage and what to do."""
     from omnimate.ipec.linkage_check import in_words
 
     node = vehicle.encoder(frozen.channel).node
     name = f"{frozen.channel} (node {node})"
     if frozen.expected == 0.0:
         return f"{name} is not read: nothing is corrected; check that its node answers SYNC, and its cob_id"
-    return f"{name} {in_words(frozen, frozen.start)}; until then believe plain odometry only"
+    return f"{name} {in_words(frozen, frozen.start)}; until then rely on plain odometry only"
 
 
 def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to_stdout: bool) -> None:
-    """Print the last poses, what the filter has learned, what contradicts it, and what is not told yet."""
+    """Print the last poses, what the filter has learned, contradictions, and what is not identified yet."""
     from omnimate.calib.linkage.learned import advice_of
 
     console = out if to_stdout else err
@@ -75,9 +75,9 @@ def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to
 
 
 def _learned(learned: LearnedValue) -> tuple[str, str, str]:
-    """Return name, value with its unit, and standard deviation; sizes beside those of the file."""
+    """Return name, value with its unit, and standard deviation; sizes relative to those of the file."""
     if learned.described:
         off, sigma = learned.value / learned.described - 1.0, learned.sigma / learned.described
-        return f"{learned.name}, beside the file", f"{1e2 * off:.3f} %", f"{1e2 * sigma:.3f}"
+        return f"{learned.name}, relative to file", f"{1e2 * off:.3f} %", f"{1e2 * sigma:.3f}"
     factor, unit = {"m": (1e3, "mm"), "s": (1e3, "ms"), "rad": (math.degrees(1.0), "degrees")}[learned.unit]
     return learned.name, f"{factor * learned.value:.3f} {unit}", f"{factor * learned.sigma:.3f}"

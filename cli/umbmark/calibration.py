@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
 
 
+LOG_SUFFIXES = {".asc", ".blf", ".log", ".mf4", ".pcap", ".pcapng", ".trc"}
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
     """One truck in one experiment.
@@ -63,7 +66,8 @@ def load_cases(
     """
     cases: list[Case] = []
     folders: list[Path] = []
-    for source in sources:
+    for given in sources:
+        source = _folder_of_log(given)
         if source.is_file():
             cases.append(_table_case(source, truck or "a", side, vehicle))
         elif (source / "vehicle.toml").is_file():
@@ -75,6 +79,23 @@ def load_cases(
         cases = _recording_cases(recordings, folders[0].resolve().name, truck, side) + cases
         vehicle = vehicle or recordings[0].vehicle
     return cases, vehicle
+
+
+def _folder_of_log(source: Path) -> Path:
+    """Return the recording folder whose log is given, as every verb that reads logs does; else the source.
+
+    Raises:
+        CalibrationError: A log is given that is in no recording folder.
+    """
+    if not LOG_SUFFIXES & set(source.suffixes):
+        return source
+    if (source.parent / "vehicle.toml").is_file():
+        return source.parent
+    raise CalibrationError(
+        source,
+        "a log alone has neither laps nor absolute poses: give the recording folder that `omnimate record` "
+        "or `omnimate import log` writes, with poses.csv and run.toml",
+    )
 
 
 def _table_case(path: Path, truck: TruckName, side: float | None, vehicle: VehicleParameters | None) -> Case:

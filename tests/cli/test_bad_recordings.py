@@ -51,11 +51,14 @@ def test_one_direction_says_why_both_are_needed(omnimate, folders):
     assert "drive the square in both" in sentence
 
 
-def test_a_single_run_each_way_is_refused_once_for_both_trucks_and_may_be_forced(omnimate, folders):
-    sentence = said(omnimate("umbmark", folders["single"]))
+def test_a_single_run_each_way_is_refused_once_for_both_trucks_and_may_be_forced(omnimate, folders, tmp_path):
+    call = ("umbmark", folders["single"], "--out", tmp_path / "out.toml")
+    sentence = said(omnimate(*call))
+    assert not (tmp_path / "out.toml").exists()
     assert sentence.count("n = 1") == 1
     assert "drive the square five times in each direction" in sentence
-    forced = omnimate("umbmark", folders["single"], "--force")
+    forced = omnimate(*call, "--force")
+    assert (tmp_path / "out.toml").exists()
     assert forced.code == 0
     assert "n = 1" in forced.err
 

@@ -95,10 +95,6 @@ def test_poses_that_are_missing_are_an_error_of_one_sentence(folder, tmp_path):
         run("calibrate", tmp_path)
 
 
-def test_nothing_to_calibrate_is_an_error_of_the_call():
-    assert run("calibrate").exit_code == 2
-
-
 def test_designs_are_compared(tmp_path):
     result = run("design", "--length", 14, "--width", 4, "--metres", 160, "--heading")
     assert result.exit_code == 0

@@ -76,10 +76,3 @@ def test_a_node_that_fails_mid_square_costs_what_the_lost_samples_explain(omnima
     difference = np.abs(returns(result.out) - RETURNS["quiet"])
     assert difference[:, :2].max() < 0.03
     assert difference[:, 2].max() < np.radians(2.0)
-
-
-def test_a_fault_that_is_none_is_refused_before_anything_is_written(omnimate, tmp_path):
-    result = omnimate("demo", "--out", tmp_path / "out", "--fault", "sleep:node=2")
-    assert result.code == 1
-    assert "unknown name 'sleep'; expected one of silence, reboot" in result.err
-    assert not (tmp_path / "out").exists()

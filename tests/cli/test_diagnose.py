@@ -38,18 +38,6 @@ def test_the_answer_the_report_and_the_effects_are_written(omnimate, folder, tmp
     assert [one.name for one in load_effects(names["--effects-out"])] == ["wheel_diameter"]
 
 
-def test_options_that_contradict_each_other_are_refused(omnimate, folder, tmp_path):
-    result = omnimate("diagnose", str(folder), "--each", "--json", str(tmp_path / "x.json"))
-    assert result.code == 1
-    assert "--each" in result.err
-
-
-def test_a_folder_without_a_vehicle_is_an_error(omnimate, tmp_path):
-    result = omnimate("diagnose", str(tmp_path))
-    assert result.code == 1
-    assert "vehicle.toml" in result.err
-
-
 def test_triage_says_that_something_is_there_and_where(omnimate, folder, tmp_path):
     result = omnimate("diagnose", str(folder), "--triage", "--json", str(tmp_path / "a.json"))
     assert result.code == 0
@@ -64,9 +52,3 @@ def test_triage_of_each_folder_writes_beside_it(omnimate, folder):
     assert result.code == 0
     assert "mismatch: Something stands out" in result.out
     assert json.loads(folder.with_name("worn.triage.json").read_text())["verdict"] == "mismatch"
-
-
-def test_triage_makes_no_report(omnimate, folder, tmp_path):
-    result = omnimate("diagnose", str(folder), "--triage", "--report", str(tmp_path / "a.html"))
-    assert result.code == 1
-    assert "--triage names no effects" in result.err

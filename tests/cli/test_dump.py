@@ -89,11 +89,6 @@ def test_a_recording_folder_brings_its_own_vehicle(log, vehicle):
     assert log.exists()
 
 
-def test_without_a_vehicle_the_predefined_connections_are_said(log):
-    lines = run(log, "--decode").stdout.splitlines()
-    assert [line.split("  ; ")[1] for line in lines[:2]] == ["SYNC", "TPDO1 of node 1"]
-
-
 def test_rates_are_a_table_by_identifier(log, vehicle):
     lines = run(log, "--rates", "--vehicle", vehicle).stdout.splitlines()
     assert lines[0].split() == ["interface", "id", "frames", "Hz", "bytes", "name"]
@@ -176,11 +171,6 @@ def test_a_log_that_was_cut_off_is_marked_and_the_exit_code_says_so(log):
     result = run(log)
     assert result.exit_code == 1
     assert "ends early" in result.stderr
-
-
-def test_a_call_needs_a_log_or_a_bus_and_not_both(log):
-    assert run().exit_code == 2
-    assert run(log, "--bus", "virtual://x").exit_code == 2
 
 
 class ScriptedBus:

@@ -1,4 +1,4 @@
-"""`omnimate fleet`: a store is written, worked on, and reported."""
+"""`omnimate fleet`: a store is written, processed, and reported."""
 
 import sys
 
@@ -37,7 +37,7 @@ def test_a_small_hall_goes_through_all_verbs(omnimate, tmp_path):
         3,
         "--minutes",
         1,
-        "--sick",
+        "--faulty",
         0,
         "--places",
         0,
@@ -48,10 +48,10 @@ def test_a_small_hall_goes_through_all_verbs(omnimate, tmp_path):
     )
     assert omnimate("fleet", "simulate", store, *hall).code == 0
     told = omnimate("fleet", "run", store, "--no-diagnose")
-    assert (told.code, told.out) == (0, "6 recordings worked on, 0 known before\n")
+    assert (told.code, told.out) == (0, "6 recordings processed, 0 known before\n")
     told = omnimate("fleet", "report", store, "--plots", tmp_path / "plots")
     assert told.code == 0
-    assert told.out.startswith("2026-03-04: 2 recordings, 2 robots judged, 0 sick, 0 bad places")
+    assert told.out.startswith("2026-03-04: 2 recordings, 2 robots judged, 0 faulty, 0 bad places")
     assert (tmp_path / "plots" / "floor.png").exists()
 
 

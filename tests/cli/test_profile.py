@@ -35,15 +35,7 @@ def test_what_is_kept_under_a_name_is_what_out_writes_once_it_is_applied(omnimat
     assert load_vehicle(applied).trucks != load_vehicle(nominal).trucks
 
 
-def test_an_unknown_profile_and_a_file_that_is_none_are_said(omnimate, folder, tmp_path):
-    nominal, file, out = folder / "vehicle.toml", tmp_path / "floors.toml", tmp_path / "out.toml"
-    assert omnimate("umbmark", folder, "--profile", file, "concrete").code == 0
-    unknown = omnimate("profile", "apply", file, "ice", "--vehicle", nominal, "--out", out)
-    assert (unknown.code, out.exists()) == (1, False)
-    assert "no profile 'ice'; it holds concrete" in unknown.err
-    missing = omnimate("profile", "list", tmp_path / "nothing.toml")
-    assert missing.code == 1
-    assert "not a file of profiles" in missing.err
-    robot = omnimate("profile", "list", nominal)
-    assert robot.code == 1
-    assert "expected tables" in robot.err
+def test_a_vehicle_file_is_no_file_of_profiles(omnimate, folder):
+    refused = omnimate("profile", "list", folder / "vehicle.toml")
+    assert refused.code == 1
+    assert "expected tables" in refused.err

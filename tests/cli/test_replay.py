@@ -9,7 +9,6 @@ import pytest
 from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.errors import NoSync
 from omnimate.driver.robot.passive import PassiveReader
-from omnimate.files.logs.formats.python_can_logs import frame_of_message
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
 from omnimate.files.logs.reading import read_log
 from omnimate.files.recordings.folder import load_recording
@@ -102,8 +101,3 @@ def test_a_strangers_log_on_the_bus_is_heard_without_an_unhandled_frame(shared_d
     assert not any(any(sample.present) for sample in samples)
     assert sum(node.received for node in report.nodes) == 0
     assert report.unknown_frames
-
-
-def test_a_message_of_python_can_is_a_frame_of_ours():
-    message = can.Message(timestamp=1.5, arbitration_id=0x181, data=b"\1\2", is_extended_id=False)
-    assert frame_of_message(message).data == b"\1\2"

@@ -31,6 +31,8 @@ def here(tmp_path):
     save_vehicle(reference_single(), tmp_path / "vehicle.toml")
     save_profile(tmp_path / "profiles.toml", "concrete", reference_single().trucks)
     (tmp_path / "empty").mkdir()
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs/drive.log").write_text("(1700000000.000500) can0 181#409C0000\n")
     return tmp_path
 
 

@@ -115,7 +115,7 @@ def test_two_wheels_that_never_move_are_no_wheels():
     rows = [Frame(0.01 * n, can_id, bytes(4)) for n in range(900) for can_id in (0x185, 0x186)]
     findings = learn_bus(frames_of([*rows, Frame(9.1, 0x705, b"\5"), Frame(9.1, 0x706, b"\5")]))
     assert findings.kinematics.wheels == ()
-    assert "cannot be told" in findings.kinematics.reasons[0]
+    assert "is not identified" in findings.kinematics.reasons[0]
 
 
 def test_a_robot_that_only_turns_on_the_spot_may_be_one_that_drives_straight():

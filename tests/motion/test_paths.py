@@ -46,11 +46,8 @@ def test_every_lap_stands_between_rests_with_a_fix_and_later_ones_begin_at_home(
     assert kinds == [REST] + [REST, GOTO, GOTO, REST] * 3 + [REST]
     assert all(row.fix for row in between if row.kind == REST)
     homes = [row for row in between if row.kind == GOTO]
+    assert all(row.truck == 0 for row in umbmark().rows), "a single truck has no second one"
     assert [(row.truck, row.x, row.frame) for row in homes] == [(0, 0.0, WORLD), (1, -1.0, WORLD)] * 3
-
-
-def test_a_single_truck_has_no_second_one_to_bring_home():
-    assert all(row.truck == 0 for row in umbmark().rows)
 
 
 def test_out_and_back_goes_back_in_reverse():

@@ -15,11 +15,6 @@ def test_the_table_holds_every_column_of_every_row():
     assert [tuple(row) for row in table] == [tuple(row) for row in rows]
 
 
-def test_a_rest_asks_for_a_fix_only_when_told():
-    assert rest(1.0).fix == 0
-    assert rest(1.0, fix=True) == Row(REST, duration=1.0, fix=1)
-
-
 def test_the_first_row_of_a_lap_alone_sets_its_frame():
     rows = in_lap(2, [Row(LINE), Row(LINE), Row(REST)], HERE)
     assert [row.lap for row in rows] == [2, 2, 2]

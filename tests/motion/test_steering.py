@@ -15,7 +15,6 @@ from omnimate.motion.steering import (
     steer_line,
     steer_past,
     steer_turn,
-    wrap_angle,
 )
 from omnimate.vehicle.compiled import record
 
@@ -26,17 +25,6 @@ def limits(period=0.015, acceleration=0.5):
     own["wheelbase"], own["radius"] = 0.34, 0.075
     own["tolerance"], own["turn_tolerance"] = 1.2e-5, 7e-5
     return own[0]
-
-
-@given(st.floats(-50.0, 50.0))
-def test_wrapping_keeps_the_direction(angle):
-    assert math.cos(wrap_angle(angle)) == pytest.approx(math.cos(angle), abs=1e-9)
-    assert math.sin(wrap_angle(angle)) == pytest.approx(math.sin(angle), abs=1e-9)
-    assert -math.pi <= wrap_angle(angle) < math.pi
-
-
-def test_clipping_is_symmetric():
-    assert [clip(value, 2.0) for value in (-3.0, -1.0, 5.0)] == [-2.0, -1.0, 2.0]
 
 
 @given(
