@@ -10,14 +10,26 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from omnimate.motion.errors import ProgramError
 from omnimate.vehicle.compiled import Record, layout
+from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.recording import Direction
 
 Follower = Literal["car", "parallel"]
 
 REST, LINE, ARC, TURN, PASS, GOTO = range(6)
 KEEP, HERE, WORLD = range(3)
+
+
+class ProgramError(OmnimateError):
+    """A program that no robot can drive.
+
+    Attributes:
+        row: First impossible row of the program, counted from 0.
+    """
+
+    def __init__(self, row: int, problem: str) -> None:
+        super().__init__(f"row {row} of the program: {problem}")
+        self.row = row
 
 
 class Row(NamedTuple):

@@ -2,11 +2,10 @@
 
 import math
 
-from omnimate.motion.followers import follow_like_car, keep_formation
-from omnimate.motion.limits import drive_truck, stopped
 from omnimate.motion.program import ARC, GOTO, HERE, LINE, PASS, REST, TURN, WORLD, Row
 from omnimate.motion.records import Settings, State
 from omnimate.motion.steering import Steer, steer_arc, steer_line, steer_past, steer_turn
+from omnimate.motion.wheels import drive_truck, follow_like_car, keep_formation, stopped
 from omnimate.vehicle.compiled import Array, Record, compiled
 from omnimate.vehicle.linkage import follow
 from omnimate.vehicle.se2 import transform_xy, wrap_angle

@@ -39,7 +39,7 @@ NOTES = {
     "import log": "[My other tools](../how-to/other-tools.md) shows it.",
     "export": "The suffix says the format: [My other tools](../how-to/other-tools.md).",
     "serve": "[My fleet](../how-to/fleet.md) shows it.",
-    "fleet run": "[My fleet's nights](../how-to/nights.md) shows it, with [its results](fleet-results.md).",
+    "fleet run": "[A fleet's daily run](../how-to/nights.md) shows it, with [its results](fleet-results.md).",
     "fleet report": "[The fleet model](../explanation/fleet.md) says how robots and places are told apart.",
     "sim": "[My driver's tests](../how-to/driver-tests.md) shows it.",
 }

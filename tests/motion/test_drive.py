@@ -1,4 +1,4 @@
-"""A moment of a drive: what a fix says about odometry."""
+"""A moment of a drive, and what the linkage reads."""
 
 import math
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.motion.drive import Moment
+from omnimate.motion.reading import LinkReader
 
 
 def test_the_error_is_absolute_minus_calculated_with_the_heading_wrapped():
@@ -15,3 +16,12 @@ def test_the_error_is_absolute_minus_calculated_with_the_heading_wrapped():
 
 def test_without_a_fix_there_is_no_error():
     assert Moment(None, (1.0, 2.0, 0.0), 0).error is None
+
+
+def test_a_robot_with_two_trucks_reads_angles_and_length(two_trucks):
+    link = LinkReader(two_trucks).read((5, 6, 7, 8, 4096, -8192, 250))
+    assert link == pytest.approx((math.pi / 2.0, -math.pi, 1.025))
+
+
+def test_a_single_truck_reads_nothing(one_truck):
+    assert LinkReader(one_truck).read((5, 6)) is None

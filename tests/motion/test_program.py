@@ -4,8 +4,20 @@ import math
 
 import pytest
 
-from omnimate.motion.errors import ProgramError
-from omnimate.motion.program import ARC, HERE, KEEP, LINE, PASS, REST, TURN, Program, Row, in_lap, rest
+from omnimate.motion.program import (
+    ARC,
+    HERE,
+    KEEP,
+    LINE,
+    PASS,
+    REST,
+    TURN,
+    Program,
+    ProgramError,
+    Row,
+    in_lap,
+    rest,
+)
 
 
 def test_the_table_holds_every_column_of_every_row():

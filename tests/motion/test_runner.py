@@ -15,18 +15,23 @@ from omnimate.vehicle.arcs import advance
 from omnimate.vehicle.parameters import Limits
 
 
+def moved(vehicle, pose, left, right):
+    """Return the pose of a single truck after a step at these wheel speeds [rad/s]."""
+    truck, period = vehicle.trucks["a"], vehicle.bus.sync_period
+    radii = 0.5 * truck.wheel_diameter_left, 0.5 * truck.wheel_diameter_right
+    return advance(pose, left * radii[0] * period, right * radii[1] * period, truck.wheelbase)
+
+
 def drive(vehicle, program, start=(0.0, 0.0, 0.0), most=20_000):
     """Work through a program on a perfect floor; return the commands and the poses of truck a."""
     runner, pose, commands, poses = Runner(program, vehicle), start, [], []
-    radius = [0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels[:2]]
     for _ in range(most):
         wheels = runner.step(pose)
         commands.append(wheels)
         poses.append(pose)
         if runner.done:
             return np.array(commands), np.array(poses)
-        left, right = (speed * r * vehicle.bus.sync_period for speed, r in zip(wheels, radius, strict=True))
-        pose = advance(pose, left, right, vehicle.trucks["a"].wheelbase)
+        pose = moved(vehicle, pose, *wheels)
     pytest.fail(f"not done after {most} steps, at {pose}")
 
 
@@ -92,7 +97,7 @@ def test_a_wrapped_heading_is_followed_through_whole_turns(one_truck):
     turned = 0.0
     while not runner.done:
         left, right = runner.step((pose[0], pose[1], math.remainder(pose[2], 2.0 * math.pi)))
-        pose = advance(pose, left * 0.075 * 0.015, right * 0.0755 * 0.015, one_truck.trucks["a"].wheelbase)
+        pose = moved(one_truck, pose, left, right)
         turned = max(turned, pose[2])
     assert turned == pytest.approx(4.0 * math.pi, abs=1e-3)
 
@@ -110,7 +115,7 @@ def test_laps_fixes_and_rest_can_be_seen_from_outside(one_truck):
         if not laps or laps[-1] != runner.lap:
             laps.append(runner.lap)
             assert runner.at_rest
-        pose = advance(pose, left * 0.075 * 0.015, right * 0.0755 * 0.015, one_truck.trucks["a"].wheelbase)
+        pose = moved(one_truck, pose, left, right)
     assert laps == [None, 0, None, 1, None]
     assert fixes == 4
     assert runner.progress == 1.0
@@ -128,7 +133,7 @@ def test_a_robot_told_by_a_fix_where_it_is_drives_home_before_the_next_lap(one_t
         if runner.fix_due:
             fixes += 1
             pose = (0.21, -0.18, -0.1) if fixes == 2 else pose
-        pose = advance(pose, left * 0.075 * 0.015, right * 0.0755 * 0.015, one_truck.trucks["a"].wheelbase)
+        pose = moved(one_truck, pose, left, right)
     assert np.abs(starts[1]).max() < 1e-3
 
 

@@ -1,13 +1,15 @@
-"""How truck b goes with truck a."""
+"""The limits of each wheel, and how truck b goes with truck a."""
 
 import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from omnimate.motion.followers import follow_like_car, keep_formation
 from omnimate.motion.records import Settings, State
 from omnimate.motion.stepping import sense
+from omnimate.motion.wheels import drive_truck, follow_like_car, keep_formation, stopped
 from omnimate.vehicle.arcs import advance
 from omnimate.vehicle.compiled import record
 from omnimate.vehicle.linkage import linkage_of
@@ -74,3 +76,38 @@ def test_in_formation_both_turn_on_the_spot_together_and_the_deck_does_not():
         pose_b = go(pose_b, *keep_formation(0.0, 1.0, states[0], own))
         pose_a = go(pose_a, 0.0, 1.0)
     assert pose_b == pytest.approx((-1.0, 0.0, pose_a[2]), abs=1e-9)
+
+
+def limited():
+    own = record(Settings)
+    own["period"], own["speed"], own["acceleration"], own["wheelbase"] = 0.015, 0.5, 0.4, 0.34
+    return own[0], record(State)
+
+
+@given(st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-5.0, 5.0)), min_size=1, max_size=30))
+def test_no_wish_takes_a_wheel_beyond_its_speed_or_acceleration(wishes):
+    own, states = limited()
+    for speed, turn in wishes:
+        before = states["speeds"].copy()
+        drive_truck(0, speed, turn, states[0], own)
+        assert np.abs(states["speeds"]).max() <= 0.5 + 1e-12
+        assert np.abs(states["speeds"] - before).max() <= 0.4 * 0.015 + 1e-12
+
+
+def test_too_fast_a_wish_keeps_its_curvature():
+    own, states = limited()
+    for _ in range(1000):
+        drive_truck(0, 2.0, 3.0, states[0], own)
+    left, right = states["speeds"][0, :2]
+    assert (right - left) / 0.34 / (0.5 * (left + right)) == pytest.approx(1.5)
+
+
+def test_a_truck_that_is_to_stand_stands_exactly():
+    own, states = limited()
+    for _ in range(10):
+        drive_truck(1, 0.3, 0.2, states[0], own)
+    assert not stopped(1, states[0])
+    for _ in range(100):
+        drive_truck(1, 0.0, 0.0, states[0], own)
+    assert stopped(1, states[0])
+    assert stopped(0, states[0])

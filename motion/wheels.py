@@ -1,7 +1,7 @@
-"""How truck b goes with truck a: as a car's rear axle, or in formation.
+"""The speeds of the wheels: of a truck within its limits, and of truck b as it goes with truck a.
 
-Both work from truck a's speed and from what the linkage reads, and return b's speed [m/s] and turn rate
-[rad/s]. The slider takes up what they leave.
+Truck b follows as a car's rear axle, or in formation: from truck a's speed and the readings of the linkage,
+to b's speed [m/s] and turn rate [rad/s]. The slider takes up the remainder.
 """
 
 import math
@@ -35,3 +35,32 @@ def keep_formation(speed: float, turn: float, state: State, settings: Settings) 
     off = wrap_angle(state.link[0] - state.link[1])
     rate = turn + HEADING_GAIN * off + ASIDE_GAIN * speed * aside
     return speed * math.cos(off) + LENGTH_GAIN * ahead, rate
+
+
+@compiled
+def stopped(truck: int, state: State) -> bool:
+    """Return whether both wheels of a truck were commanded to stand in the step before."""
+    return bool(state.speeds[2 * truck] == 0.0 and state.speeds[2 * truck + 1] == 0.0)
+
+
+@compiled
+def drive_truck(truck: int, speed: float, turn: float, state: State, settings: Settings) -> None:
+    """Bring both wheels of a truck as near to a speed [m/s] and turn rate [rad/s] as the limits allow.
+
+    Too fast a pair of wheels is slowed down in proportion, so that the path keeps its curvature; too
+    large a step is shortened in proportion.
+    """
+    left, right = 2 * truck, 2 * truck + 1
+    rim = 0.5 * settings.wheelbase[truck] * turn
+    fastest = max(abs(speed - rim), abs(speed + rim), settings.speed)
+    scale = settings.speed / fastest
+    step_left = (speed - rim) * scale - state.speeds[left]
+    step_right = (speed + rim) * scale - state.speeds[right]
+    largest = settings.acceleration * settings.period
+    share = largest / max(abs(step_left), abs(step_right), largest)
+    if share == 1.0:  # exactly, so that a wheel that is to stand does stand
+        state.speeds[left] = (speed - rim) * scale
+        state.speeds[right] = (speed + rim) * scale
+        return
+    state.speeds[left] += share * step_left
+    state.speeds[right] += share * step_right
