@@ -1,7 +1,7 @@
 """A digest of everything that the machine code of a function depends on.
 
-Two functions with the same digest compile to the same machine code: it covers the function's own code, the
-constants that it names, and the same of every function that it calls, directly or not.
+Two functions with the same digest compile to the same machine code: it covers the function's own code, its
+module, the constants that it names, and the same of every function that it calls, directly or not.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ def _content(function: FunctionType) -> str:
         if isinstance(value, ModuleType):
             inside = {f"{name}.{inner}": getattr(value, inner, None) for inner in code.co_names}
             constants |= {path: _constant(inner) for path, inner in inside.items()}
-    return repr((function.__qualname__, _code(code), function.__defaults__, sorted(constants.items())))
+    place = function.__module__, function.__qualname__  # numba's cache imports the module by its name
+    return repr((*place, _code(code), function.__defaults__, sorted(constants.items())))
 
 
 def _code(code: CodeType) -> tuple[object, ...]:

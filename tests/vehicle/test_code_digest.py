@@ -29,6 +29,15 @@ def test_the_same_content_has_the_same_digest_wherever_it_is_written():
     assert digest_of(caller_of()) == digest_of(caller_of(caller=moved))
 
 
+def test_a_function_that_moved_to_another_module_has_another_digest():
+    """numba's cache imports the module of each function by name: the former one may be gone."""
+    one, other = (
+        function_of(HELPER, "helper", __name__=module) for module in ("omnimate.one", "omnimate.other")
+    )
+    assert digest_of(one) != digest_of(other)
+    assert digest_of(caller_of(wrap=lambda _: one)) != digest_of(caller_of(wrap=lambda _: other))
+
+
 @pytest.mark.parametrize(
     "change",
     [
