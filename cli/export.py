@@ -1,4 +1,4 @@
-"""`omnimate export`: a recording or a log in the formats of other tools."""
+"""`omnimate export`: a recording or a log in the formats of other tools; `omnimate dbc`: a vehicle's DBC."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import out, progress_bar, report_problem, say, warn
+from omnimate.cli.console import note, out, progress_bar, report_problem, say, warn
 from omnimate.cli.loading import log_of, report_problems
 
 if TYPE_CHECKING:
@@ -51,6 +51,19 @@ def export(
     _report(log, done)
 
 
+def dbc(
+    vehicle: Annotated[Path, typer.Argument(help="vehicle.toml of the robot.")],
+    out_file: Annotated[Path, typer.Argument(metavar="OUT.dbc", help="DBC file to write.")],
+) -> None:
+    """Write a DBC file with which other tools decode the same values."""
+    from omnimate.files.logs.dbc import format_dbc
+    from omnimate.vehicle.atomic import write_text
+    from omnimate.vehicle.file import load_vehicle
+
+    write_text(out_file, format_dbc(load_vehicle(vehicle)))
+    note(f"written: {out_file}")
+
+
 def _drive(source: Path, vehicle: Path | None) -> Drive:
     """Return the drive in a folder or a log, after saying what could not be read."""
     from dataclasses import replace
@@ -73,8 +86,8 @@ def _drive(source: Path, vehicle: Path | None) -> Drive:
         recording = assemble(log.frames, load_vehicle(vehicle), str(source)).recording
     report_problems(log)
     drive = drive_of(recording, log.frames)
-    for note in drive.notes:
-        warn(note)
+    for remark in drive.notes:
+        warn(remark)
     return drive
 
 

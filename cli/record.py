@@ -20,42 +20,16 @@ from omnimate.cli.errors import CallError
 from omnimate.cli.following import follow
 from omnimate.cli.options import ListenOnly, Protocol, Speed, VehicleFile
 from omnimate.cli.robots import nominal_vehicle, program_of
-from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from types import FrameType
 
-    from omnimate.driver.errors import DrivesStopped
     from omnimate.driver.robot.driver import Driver
     from omnimate.driver.robot.passive import PassiveReader
     from omnimate.driver.robot.recorder import Recorder
     from omnimate.vehicle.arcs import PoseTuple
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.sample import Sample
-
-
-class NothingHeardError(OmnimateError):
-    """A recording that ended before its first SYNC.
-
-    Attributes:
-        bus: URL of the bus.
-    """
-
-    def __init__(self, bus: str) -> None:
-        super().__init__(f"{bus}: ended before the first SYNC; nothing was recorded")
-        self.bus = bus
-
-
-class RobotStoppedError(OmnimateError):
-    """A drive that was ended because a wheel did not do as commanded.
-
-    Attributes:
-        command: The command that drives again.
-    """
-
-    def __init__(self, stopped: DrivesStopped, command: str) -> None:
-        super().__init__(f"{stopped}: {command}")
-        self.command = command
 
 
 def record(
@@ -109,11 +83,11 @@ def record(
         stopped = error
     if reader.report().syncs == 0:
         recorder.discard()
-        raise NothingHeardError(bus)
+        raise CallError(f"{bus}: ended before the first SYNC; nothing was recorded")
     show_report(reader.report())
     say(f"recording: {folder}")
     if stopped is not None:
-        raise RobotStoppedError(stopped, _same_call(folder)) from stopped
+        raise CallError(f"{stopped}: {_same_call(folder)}") from stopped
 
 
 def _same_call(folder: Path) -> str:

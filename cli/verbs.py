@@ -109,7 +109,8 @@ GROUPS = {
             "conform:conform", "Check a device against CiA 301, 305, 402 and 406, without driving it."
         ),
         "sim": Verb(
-            "sim:sim", "Serve the bus of a simulated vehicle to other processes by the socketcand protocol."
+            "simulate:sim",
+            "Serve the bus of a simulated vehicle to other processes by the socketcand protocol.",
         ),
     },
     "Files": {
@@ -118,7 +119,7 @@ GROUPS = {
             "export:export",
             "Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, pandas.",
         ),
-        "dbc": Verb("dbc:dbc", "Write a DBC file with which other tools decode the same values."),
+        "dbc": Verb("export:dbc", "Write a DBC file with which other tools decode the same values."),
     },
     "Fleet and service": {
         "fleet": Verb(

@@ -16,8 +16,6 @@ from omnimate.cli.tables import new_table
 from omnimate.driver.bus.clock import SyncClock
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.recorder import Recorder
-from omnimate.figures.clusters import Clusters, plot_clusters
-from omnimate.figures.floor_plan import Track, plot_floor_plan
 from omnimate.files.recordings.folder import load_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.coupled_bus import CoupledBus
@@ -171,6 +169,8 @@ def draw_clusters(
     before: dict[TruckName, Calibration], after: dict[TruckName, Calibration], path: Path
 ) -> None:
     """Draw the return errors before and after, as U Fig. 11."""
+    from omnimate.figures.clusters import Clusters, plot_clusters
+
     plot_clusters(
         [
             Clusters(f"truck {truck}", before[truck].experiment.errors, after[truck].experiment.errors)
@@ -182,6 +182,8 @@ def draw_clusters(
 
 def draw_paths(recording: Recording, true_path: Array, path: Path) -> None:
     """Draw the first square in each direction: the true path, and odometry from each lap's first fix."""
+    from omnimate.figures.floor_plan import Track, plot_floor_plan
+
     if recording.run is None or recording.poses is None or len(true_path) == 0:
         warn("no lap was driven to its end; no path is drawn")
         return

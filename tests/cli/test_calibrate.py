@@ -4,13 +4,8 @@ import re
 
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
 
-from omnimate.calib.errors import FixError
 from omnimate.calib.relative.motions import COLUMNS
-from omnimate.cli.calibrate import calibrate
-from omnimate.cli.design import design
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.biases import linkage_biases
@@ -20,10 +15,6 @@ from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.file import load_vehicle
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose
-
-app = typer.Typer()
-app.command()(calibrate)
-app.command()(design)
 
 
 @pytest.fixture(scope="module")
@@ -36,41 +27,34 @@ def folder(tmp_path_factory):
     return path
 
 
-def run(*words):
-    result = CliRunner().invoke(app, [str(word) for word in words], env={"COLUMNS": "200"})
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
-
-
-def test_both_trucks_are_calibrated_and_written(folder, tmp_path):
-    result = run("calibrate", folder, "--out", tmp_path / "new.toml", "--plot", tmp_path / "way.svg")
-    assert result.exit_code == 0
-    assert "Truck a" in result.output
-    assert "Truck b" in result.output
-    assert "held: these drives identify it" in result.output
-    assert re.search(r"roughness 0\.000\d+ m/sqrt\(m\) \(estimated", result.output)
+def test_both_trucks_are_calibrated_and_written(omnimate, folder, tmp_path):
+    result = omnimate("calibrate", folder, "--out", tmp_path / "new.toml", "--plot", tmp_path / "way.svg")
+    assert result.code == 0
+    assert "Truck a" in result.out
+    assert "Truck b" in result.out
+    assert "held: these drives identify it" in result.out
+    assert re.search(r"roughness 0\.000\d+ m/sqrt\(m\) \(estimated", result.out)
     trucks = load_vehicle(tmp_path / "new.toml").trucks
     assert trucks["a"].wheelbase == pytest.approx(0.33617, abs=1e-3)
     assert trucks["b"].wheelbase == pytest.approx(0.34387, abs=1e-3)
     assert (tmp_path / "way.svg").stat().st_size > 1000
 
 
-def test_one_truck_may_be_chosen(folder):
-    result = run("calibrate", folder, "--truck", "b")
-    assert "Truck b" in result.output
-    assert "Truck a" not in result.output
+def test_one_truck_may_be_chosen(omnimate, folder):
+    result = omnimate("calibrate", folder, "--truck", "b")
+    assert "Truck b" in result.out
+    assert "Truck a" not in result.out
 
 
-def test_the_linkage_is_calibrated_and_its_zeros_are_written(folder, tmp_path):
-    result = run("calibrate", folder, "--linkage", "--out", tmp_path / "new.toml")
-    assert "joint_a bias" in result.output
+def test_the_linkage_is_calibrated_and_its_zeros_are_written(omnimate, folder, tmp_path):
+    result = omnimate("calibrate", folder, "--linkage", "--out", tmp_path / "new.toml")
+    assert "joint_a bias" in result.out
     before, after = reference_vehicle(), load_vehicle(tmp_path / "new.toml")
     shift = (after.encoder("joint_a").zero - before.encoder("joint_a").zero) * before.encoder("joint_a").scale
     assert shift == pytest.approx(0.010, abs=2e-3)
 
 
-def test_relative_poses_calibrate_a_truck_and_place_their_sensor(folder, tmp_path):
+def test_relative_poses_calibrate_a_truck_and_place_their_sensor(omnimate, folder, tmp_path):
     """The sensor's motions are those of the odometry, so that the truck stays and its sensor is found."""
     recording = load_recording(folder)
     every = slice(0, None, 50)
@@ -80,24 +64,23 @@ def test_relative_poses_calibrate_a_truck_and_place_their_sensor(folder, tmp_pat
     lines = [",".join(map(repr, map(float, row))) + ",0.003,0.003,0.002" for row in motions]
     path, out = tmp_path / "relative.csv", tmp_path / "vehicle.toml"
     path.write_text("\n".join([",".join(COLUMNS), *lines]))
-    result = run("calibrate", folder, "--relative", path, "--out", out)
-    assert result.exit_code == 0
-    assert re.search(r"sensor x .* 250\.\d+ ", result.output)
-    assert re.search(r"sensor yaw .* 28\.64", result.output)
+    result = omnimate("calibrate", folder, "--relative", path, "--out", out)
+    assert result.code == 0
+    assert re.search(r"sensor x .* 250\.\d+ ", result.out)
+    assert re.search(r"sensor yaw .* 28\.64", result.out)
     assert load_vehicle(out).trucks["a"].wheelbase == pytest.approx(0.34, abs=1e-4)
 
 
-def test_poses_that_are_missing_are_an_error_of_one_sentence(folder, tmp_path):
+def test_poses_that_are_missing_are_an_error_of_one_sentence(omnimate, folder, tmp_path):
     for file in folder.iterdir():
         if file.name != "poses.csv":
             (tmp_path / file.name).write_bytes(file.read_bytes())
-    with pytest.raises(FixError, match=r"poses\.csv has no pose of truck a"):
-        run("calibrate", tmp_path)
+    assert "poses.csv has no pose of truck a" in omnimate("calibrate", tmp_path).err
 
 
-def test_designs_are_compared(tmp_path):
-    result = run("design", "--length", 14, "--width", 4, "--metres", 160, "--heading")
-    assert result.exit_code == 0
-    assert re.search(r"open straights of 14 m plus counted spins .* 8\.\d", result.output)
-    assert re.search(r"one direction .* not known", result.output)
-    assert "--heading" in run("design").output
+def test_designs_are_compared(omnimate, tmp_path):
+    result = omnimate("design", "--length", 14, "--width", 4, "--metres", 160, "--heading")
+    assert result.code == 0
+    assert re.search(r"open straights of 14 m plus counted spins .* 8\.\d", result.out)
+    assert re.search(r"one direction .* not known", result.out)
+    assert "--heading" in omnimate("design").out

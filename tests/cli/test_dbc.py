@@ -6,12 +6,9 @@ from dataclasses import replace
 import cantools
 import numpy as np
 import pytest
-import typer
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
-from omnimate.cli.dbc import dbc
 from omnimate.files.logs.assemble import assemble
 from omnimate.files.logs.dbc import format_dbc
 from omnimate.files.logs.frames import Frame, frames_of
@@ -123,12 +120,9 @@ def test_a_pdo_with_many_channels_is_named_by_its_cob_id(robot_toml):
     assert len(database.get_message_by_name("TPDO_190").signals) == 7
 
 
-def test_the_verb_writes_the_file(tmp_path, robot_toml):
-    app = typer.Typer()
-    app.command()(dbc)
+def test_the_verb_writes_the_file(omnimate, tmp_path, robot_toml):
     (tmp_path / "vehicle.toml").write_text(robot_toml)
-    result = CliRunner().invoke(app, [str(tmp_path / "vehicle.toml"), str(tmp_path / "out.dbc")])
-    assert result.exit_code == 0
+    assert omnimate("dbc", tmp_path / "vehicle.toml", tmp_path / "out.dbc").code == 0
     assert len(cantools.database.load_file(tmp_path / "out.dbc").messages) == 1 + 7 + 2 * 7
 
 

@@ -9,6 +9,11 @@ from omnimate.listen.learning import learn_bus
 PERIOD = 0.02
 
 
+def in_order(rows):
+    """Return frames as a log, in the order of their times."""
+    return frames_of(sorted(rows, key=lambda row: row.time))
+
+
 def wheel_angles(seconds=40.0):
     """Return the times of SYNC and the angles of both wheels: straight on, turns both ways, a stop."""
     time = np.arange(0.0, seconds, PERIOD)
@@ -38,9 +43,7 @@ def robot_log(counts_per_turn=20000, start=2**32 - 3000, extra=()):
         rows.append(
             Frame(t + 0.009, 0x286, int(word).to_bytes(2, "little") + int(heat).to_bytes(2, "little"))
         )
-    rows += list(extra)
-    rows.sort(key=lambda row: row.time)
-    return frames_of(row._replace(time=row.time + 1000.0) for row in rows)
+    return in_order(row._replace(time=row.time + 1000.0) for row in (*rows, *extra))
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ from omnimate.listen.draft import draft_vehicle
 from omnimate.listen.learning import learn_bus
 from omnimate.listen.meanings import meanings_of
 from omnimate.listen.report import WIDTH, findings_as_json, report_lines
-from tests.listen.conftest import PERIOD, robot_log
+from tests.listen.conftest import PERIOD, in_order, robot_log
 
 
 def message_of(findings, can_id):
@@ -49,13 +49,8 @@ def test_services_are_told_in_words():
 
 
 def test_a_pdo_after_each_sync_and_another_after_each_fifth_are_told(robot_findings):
-    assert (
-        message_of(robot_findings, 0x185).sending.cause,
-        message_of(robot_findings, 0x185).sending.every,
-    ) == (
-        "SYNC",
-        1,
-    )
+    sending = message_of(robot_findings, 0x185).sending
+    assert (sending.cause, sending.every) == ("SYNC", 1)
     assert message_of(robot_findings, 0x286).sending.every == 5
 
 
@@ -67,7 +62,7 @@ def test_a_timer_and_a_device_that_sends_changes_are_told_apart():
     changes = [rows[0], *(b for a, b in itertools.pairwise(rows) if a.data != b.data)]
     beats = [Frame(t + 0.1, 0x705, b"\x05") for t in range(40)]
     for frames, cause in ((rows, "timer"), (changes, "change")):
-        log = frames_of(sorted([*frames, *beats], key=lambda row: row.time))
+        log = in_order([*frames, *beats])
         assert message_of(learn_bus(log), 0x185).sending.cause == cause
 
 
@@ -129,7 +124,7 @@ def test_a_robot_that_only_turns_on_the_spot_may_be_one_that_drives_straight():
             for t, c in zip(time, counts, strict=True)
         ]
         rows += [Frame(t + 0.5, 0x700 + node, b"\5") for t in range(39)]
-    kinematics = learn_bus(frames_of(sorted(rows, key=lambda row: row.time))).kinematics
+    kinematics = learn_bus(in_order(rows)).kinematics
     assert [wheel.side for wheel in kinematics.wheels] == [0, 1]
     assert kinematics.turns == ()
 
@@ -192,7 +187,7 @@ def test_whatever_is_on_the_bus_is_learned_without_an_exception(data):
             rows.append(Frame(time, can_id, payload, flags, length))
     if not rows:
         return
-    findings = learn_bus(frames_of(sorted(rows, key=lambda row: row.time)))
+    findings = learn_bus(in_order(rows))
     meanings = meanings_of(findings)
     cantools.database.load_string(learned_dbc(findings, meanings), "dbc")
     assert max(map(len, report_lines(findings, meanings))) <= WIDTH
@@ -230,7 +225,7 @@ def test_a_multiplexor_is_found_with_what_it_switches_and_cantools_decodes_it():
         )
         rows.append(Frame(0.02 * n, 0x185, body))
     rows += [Frame(t + 0.005, 0x705, b"\x05") for t in range(24)]
-    findings = learn_bus(frames_of(sorted(rows, key=lambda row: row.time)))
+    findings = learn_bus(in_order(rows))
     signals = {(s.switch, s.start, s.bits): s for s in message_of(findings, 0x185).signals}
     assert signals[None, 0, 8].kind == "multiplexor"
     assert {(2, 16, 16), (2, 8, 8)} <= set(signals)
@@ -251,7 +246,7 @@ def drive_log(signals, status=0x0237, start=0):
     for t, value in zip(times.tolist(), values.tolist(), strict=True):
         data = status.to_bytes(2, "little") + (value % 2**32).to_bytes(4, "little")
         rows.append(Frame(t + 0.001, 0x185, data))
-    return frames_of(sorted(rows, key=lambda row: row.time))
+    return in_order(rows)
 
 
 def test_the_speed_of_a_drive_whose_status_word_never_changes_is_signed():
@@ -309,7 +304,6 @@ def test_a_number_whose_upper_bytes_never_move_may_be_narrower_and_is_not_sure(v
         Frame(0.02 * n + 0.001, 0x185, int(value).to_bytes(4, "little"))
         for n, value in enumerate(noisy.tolist())
     ]
-    frames = frames_of(sorted(rows, key=lambda row: row.time))
-    (signal,) = message_of(learn_bus(frames), 0x185).signals
+    (signal,) = message_of(learn_bus(in_order(rows)), 0x185).signals
     assert (signal.bits, signal.kind) == (32, "number")
     assert signal.is_sure != is_open
