@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from omnimate.motion.journal import Journal
 from omnimate.motion.reading import LinkReader
 from omnimate.motion.runner import Runner
-from omnimate.vehicle.counters import Counter, counter_law
+from omnimate.vehicle.counters import counter_law, counters_of, take_readings
 from omnimate.vehicle.odometry import Odometer
 from omnimate.vehicle.sample import Sample
 
@@ -47,7 +49,7 @@ class SelfDriving:
         self.journal = Journal(program)
         self._plant, self._clock, self._on_fix = plant, clock, on_fix
         self._trucks = tuple(vehicle.trucks)
-        self._counters = [Counter(counter_law(encoder, vehicle)) for encoder in vehicle.encoders]
+        self._counters = counters_of([counter_law(encoder, vehicle) for encoder in vehicle.encoders])
         self._odometer, self._link = Odometer(vehicle, "a"), LinkReader(vehicle)
         self._runner = Runner(program, vehicle)
         self._standing = (0.0,) * len(vehicle.wheels)
@@ -69,13 +71,13 @@ class SelfDriving:
         return speeds
 
     def _read(self, now: float) -> Sample:
-        believed = [
-            counter.step(raw) for counter, raw in zip(self._counters, self._plant.raw_counts(), strict=True)
-        ]
-        counts = tuple(counter.count or 0 for counter in self._counters)
+        take_readings(self._counters, np.array(self._plant.raw_counts(), np.int64))
+        counts = tuple(self._counters["count"].tolist())
         unknown = (math.nan,) * len(counts)
         self._steps += 1
-        return Sample(self._steps - 1, now, counts, tuple(believed), unknown, unknown)
+        return Sample(
+            self._steps - 1, now, counts, tuple(self._counters["present"].tolist()), unknown, unknown
+        )
 
     def _take_fixes(self, now: float) -> None:
         for truck in self._trucks:

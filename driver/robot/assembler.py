@@ -1,29 +1,60 @@
-"""PDOs to samples: one sample per SYNC, in which no frame of another SYNC can stand.
+"""PDOs to samples, live: the steps of `omnimate.vehicle.assembly`, and which PDOs are worth waiting for.
 
-This file uses no bus and no clock. Between `begin` and `close` the first well-formed frame of a PDO enters
-the sample. A PDO that missed a SYNC may still answer it after the next one: its frames are held back until
-it is known which of them is current (`omnimate.files.logs.answers`), at the latest at `close`.
+This file uses no bus and no clock.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from omnimate.driver.robot.events import EventLog, NodeCounts
-from omnimate.driver.robot.expected_pdos import ExpectedPdo, expected_pdos
-from omnimate.driver.robot.gap_log import GapLog
-from omnimate.vehicle.bridging import Bridges
-from omnimate.vehicle.counters import Counter, counter_law, samples_left_out
+from omnimate.vehicle.assembly import (
+    ACCEPTED,
+    HELD,
+    LATE,
+    REASONS,
+    WRONG_LENGTH,
+    assembly_records,
+    close_sample,
+    open_sample,
+    take_boot,
+    take_frame,
+    take_start,
+)
+from omnimate.vehicle.recording import Gap
 from omnimate.vehicle.sample import Sample
 
 if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.recording import Gap
+    from omnimate.vehicle.parameters import Channel, VehicleParameters
 
 TRUSTED_AFTER = 100  # SYNCs in a row with an answer, after a miss, before it is waited for at length again
 SILENT_TIME = 2.0  # [s] without an answer after which a node is configured again; a boot takes less
 SILENT_AFTER = 3  # SYNCs in a row without an answer, before it is called silence and not waited for
+MAX_GAPS = 10_000
+_COUNTED = ("received", "missing", "late", "duplicate", "jumps")  # of `NodeCounts`, by the records of PDOs
+
+
+@dataclass(slots=True)
+class _Pdo:
+    """One TPDO as it is waited for.
+
+    Attributes:
+        place: Place of its record.
+        node: Node that sends the PDO.
+        channels: Channels that the PDO carries.
+        misses: SYNCs in a row without an answer.
+        answers: SYNCs in a row with an answer, since the last miss.
+    """
+
+    place: int
+    node: int
+    channels: tuple[Channel, ...]
+    misses: int = 0
+    answers: int = 0
 
 
 class Assembler:
@@ -37,11 +68,10 @@ class Assembler:
     Attributes:
         vehicle: Vehicle whose PDOs are assembled.
         events: Log for nodes that fall silent and answer again.
-        counts: Frame counters by node id.
-        pdos: Expected PDOs by COB-ID.
-        is_open: Whether a SYNC has been sent and its sample is not closed.
+        counts: Frame counters by node id, as of the last sample or `update_counts`.
+        cob_ids: COB-IDs of the expected PDOs.
+        gaps: Gaps that have ended, in order of their end; at most `MAX_GAPS`.
         started: Time of the first SYNC [s]; None before it.
-        is_synchronous: Whether PDOs answer SYNC; otherwise each is current when it comes, and none is late.
     """
 
     def __init__(
@@ -55,30 +85,41 @@ class Assembler:
         self.counts = {} if counts is None else counts
         for encoder in vehicle.encoders:
             self.counts.setdefault(encoder.node, NodeCounts())
-        self.pdos = expected_pdos(vehicle, self.counts)
-        self.is_open, self.is_synchronous = False, True
+        self.gaps: list[Gap] = []
         self.started: float | None = None
-        self._index, self._time = 0, 0.0
-        width = len(vehicle.channels)
-        self._counters = [Counter(counter_law(encoder, vehicle)) for encoder in vehicle.encoders]
-        self._bridges = Bridges(vehicle)
-        self._gap_log = GapLog(vehicle.channels)
+        _compile_steps(vehicle)
+        self._state = self._cycle, self._pdos, self._channels = assembly_records(vehicle)
+        self._expected = {
+            cob_id: _Pdo(
+                place,
+                int(self._pdos["node"][place]),
+                tuple(encoder.channel for encoder in vehicle.encoders if encoder.cob_id == cob_id),
+            )
+            for place, cob_id in enumerate(self._pdos["cob_id"].tolist())
+        }
+        self.cob_ids = self._expected.keys()
+        self._index = 0
         self._silent: set[int] = set()
         self._long = max(SILENT_AFTER, math.ceil(SILENT_TIME / vehicle.bus.sync_period))  # SYNCs
-        self._absent = (math.nan,) * width
-        self._nothing = (False,) * width
         # COB-IDs: PDOs that answer reliably are waited for at length, unreliable ones only for a short time.
-        self._reliable, self._unreliable = set(self.pdos), set[int]()
+        self._reliable, self._unreliable = set(self.cob_ids), set[int]()
         self._waiting: set[int] = set()
         self._waiting_shortly: set[int] = set()
         self._held: set[int] = set()
-        self._present = list(self._nothing)
-        self._device_time, self._arrival_time = list(self._absent), list(self._absent)
 
     @property
-    def gaps(self) -> list[Gap]:
-        """Gaps that have ended, in order of their end."""
-        return self._gap_log.gaps
+    def is_open(self) -> bool:
+        """Whether a SYNC has been sent and its sample is not closed."""
+        return bool(self._cycle["is_open"][0])
+
+    @property
+    def is_synchronous(self) -> bool:
+        """Whether PDOs answer SYNC; otherwise each is current when it comes, and none is late."""
+        return bool(self._cycle["is_synchronous"][0])
+
+    @is_synchronous.setter
+    def is_synchronous(self, value: bool) -> None:
+        self._cycle["is_synchronous"] = value
 
     @property
     def is_complete(self) -> bool:
@@ -100,8 +141,8 @@ class Assembler:
         bytes. With `is_timed` it comes by the device's own timer, more than once per SYNC: the first is
         taken.
         """
-        pdo = self.pdos[cob_id]
-        pdo.length, pdo.is_mapped, pdo.is_exact, pdo.is_timed = length, True, False, is_timed
+        pdo = self._pdos[self._expected[cob_id].place]
+        pdo["length"], pdo["is_mapped"], pdo["is_exact"], pdo["is_timed"] = length, True, False, is_timed
 
     def begin(self, index: int, time: float) -> None:
         """Open a sample; SYNCs that were left out since the last one count as missed.
@@ -110,21 +151,12 @@ class Assembler:
             index: Number of the sample.
             time: Time of its SYNC on the recording's clock [s].
         """
-        if self.started is not None:
-            left_out = int(samples_left_out(time - self._time, self.vehicle))
-            for counter in self._counters if left_out else ():
-                counter.skip(left_out)
-        self._index, self._time, self.is_open = index, time, True
+        open_sample(*self._state, time)
+        self._index = index
         if self.started is None:
             self.started = time
         self._waiting = self._reliable.copy()
         self._waiting_shortly = self._unreliable.copy()
-        self._present[:] = self._nothing
-        self._device_time[:] = self._absent
-        self._arrival_time[:] = self._absent
-        for pdo in self.pdos.values():
-            pdo.answered = pdo.heard = False
-            pdo.held, pdo.frames = None, 0
 
     def frame(self, cob_id: int, data: bytes | bytearray, device_time: float, arrival_time: float) -> None:
         """Take a frame of an expected PDO, at any time and of any content.
@@ -136,92 +168,84 @@ class Assembler:
             arrival_time: When the frame was on the bus, on the recording's clock [s].
 
         Raises:
-            KeyError: The COB-ID is not in `pdos`.
+            KeyError: The COB-ID is not in `cob_ids`.
         """
-        pdo = self.pdos[cob_id]
-        length = len(data)
-        if length == pdo.length:
-            pdo.is_exact = pdo.is_mapped
-        elif pdo.is_mapped and not pdo.is_exact and length > pdo.length:
-            what = f"PDO {cob_id:03X}h has {length} bytes and its mapping {pdo.length}: the first are taken"
-            self.events.add(arrival_time, pdo.node, what)
-        if length < pdo.length or (length > pdo.length and pdo.is_exact):
-            pdo.counts.wrong_length += 1
-            pdo.heard = True
+        pdo = self._expected[cob_id]
+        word = np.uint64(int.from_bytes(data[:8], "little"))
+        outcome = take_frame(self._cycle, self._pdos, pdo.place, word, len(data), device_time, arrival_time)
+        if outcome in {ACCEPTED, HELD, WRONG_LENGTH}:
+            self._waiting_shortly.discard(cob_id)
+        if outcome in {ACCEPTED, WRONG_LENGTH}:
             self._waiting.discard(cob_id)
-            self._waiting_shortly.discard(cob_id)
-        elif pdo.is_timed and (pdo.answered or not self.is_open):
-            pdo.heard = True
-        elif pdo.answered:
-            pdo.counts.duplicate += 1
-        elif not self.is_open:
-            self._late(pdo)
-        elif pdo.owed.count > pdo.frames:
-            pdo.held = (int.from_bytes(data, "little"), device_time, arrival_time)
-            pdo.frames += 1
-            pdo.heard = True
+        if outcome == WRONG_LENGTH:
+            self.counts[pdo.node].wrong_length += 1
+        elif outcome == HELD:
             self._held.add(cob_id)
+        elif outcome == LATE or (outcome == ACCEPTED and cob_id in self._held):
+            self._held.discard(cob_id)
+            self._mark_unreliable(cob_id)
             self._waiting_shortly.discard(cob_id)
-        else:
-            pdo.counts.late += pdo.frames
-            pdo.counts.missing -= pdo.frames
-            if pdo.frames:
-                self._mark_unreliable(pdo)
-                self._held.discard(cob_id)
-            if not pdo.owed.count:
-                pdo.owed.usual = arrival_time - self._time
-            pdo.owed.settle()
-            self._accept(pdo, int.from_bytes(data, "little"), device_time, arrival_time)
+        state = self._pdos[pdo.place]
+        if len(data) > state["length"] and state["is_mapped"] and not state["is_exact"]:
+            taken = f"its mapping {state['length']}: the first are taken"
+            self.events.add(arrival_time, pdo.node, f"PDO {cob_id:03X}h has {len(data)} bytes and {taken}")
 
     def close(self) -> Sample:
         """Close the open sample and return it; frames that still come belong to no sample."""
-        for cob_id in self._held:
-            self._decide(self.pdos[cob_id])
+        close_sample(*self._state)
         self._held.clear()
-        self.is_open = False
-        for pdo in self.pdos.values():
-            if not pdo.answered:
-                self._missed(pdo)
-            elif pdo.cob_id in self._unreliable or pdo.misses:
-                self._answers_again(pdo)
-        present = tuple(self._present)
-        self._bridges.follow(self._counters, self._present)
-        self._gap_log.close(present, self._time)
+        states = self._pdos[["answered", "heard", "is_boot_doubted"]].tolist()
+        self._pdos["is_boot_doubted"] = False
+        for (cob_id, pdo), (answered, heard, doubted) in zip(self._expected.items(), states, strict=True):
+            if doubted:
+                self._add_event(pdo, "its boot-up is not believed: its PDOs did not stop")
+            if not answered:
+                self._missed(cob_id, pdo, heard=heard)
+            elif cob_id in self._unreliable or pdo.misses:
+                self._answers_again(cob_id, pdo)
+        for column in np.flatnonzero(self._channels["ended_gap"]).tolist():
+            if len(self.gaps) < MAX_GAPS:
+                channel = self._channels[column]
+                self.gaps.append(self._gap(column, channel["gap_start"], channel["ended_gap"]))
+        self.update_counts()
+        present = self._channels["present"]
+        places = self._channels["pdo"]
+        device_time, arrival_time = (
+            np.where(present, self._pdos[name][places], math.nan) for name in ("device_time", "arrival_time")
+        )
         return Sample(
             self._index,
-            self._time,
-            tuple([counter.count or 0 for counter in self._counters]),
-            present,
-            tuple(self._device_time),
-            tuple(self._arrival_time),
+            float(self._cycle["time"][0]),
+            tuple(self._channels["count"].tolist()),
+            tuple(present.tolist()),
+            tuple(device_time.tolist()),
+            tuple(arrival_time.tolist()),
         )
 
     def node_booted(self, node: int) -> None:
         """Note that a boot-up of a node was heard, which its PDOs have to confirm."""
-        for pdo in self.pdos.values():
-            if pdo.node == node:
-                pdo.has_booted, pdo.was_started = True, False
+        take_boot(self._pdos, node)
 
     def node_started(self, node: int) -> None:
         """Note that a node, 0 for all, was started, and its PDOs are waited for again."""
-        for pdo in self.pdos.values():
+        take_start(self._pdos, node)
+        for cob_id, pdo in self._expected.items():
             if node in {0, pdo.node}:
-                pdo.was_started = pdo.has_booted
-                self._unreliable.discard(pdo.cob_id)
-                self._reliable.add(pdo.cob_id)
+                self._unreliable.discard(cob_id)
+                self._reliable.add(cob_id)
 
     def is_answering(self, node: int) -> bool:
         """Return whether all PDOs of a node answered the last SYNC."""
-        return not any(pdo.misses for pdo in self.pdos.values() if pdo.node == node)
+        return not any(pdo.misses for pdo in self._expected.values() if pdo.node == node)
 
     def silence(self, node: int) -> float:
         """Return for how long the most silent PDO of a node has not answered [s]."""
-        misses = max(pdo.misses for pdo in self.pdos.values() if pdo.node == node)
+        misses = max(pdo.misses for pdo in self._expected.values() if pdo.node == node)
         return misses * self.vehicle.bus.sync_period
 
     def never_answered(self, node: int) -> bool:
         """Return whether a PDO of a node has not entered any sample."""
-        return any(pdo.last is None for pdo in self.pdos.values() if pdo.node == node)
+        return bool((self._pdos["last"][self._pdos["node"] == node] < 0).any())
 
     def take_silent(self) -> set[int]:
         """Return the nodes that have not answered for `SILENT_TIME` since they were last returned."""
@@ -230,82 +254,63 @@ class Assembler:
 
     def gaps_until_now(self) -> tuple[Gap, ...]:
         """Return all gaps; one that is still open ends with the last sample."""
-        return self._gap_log.until(self._time)
+        still = [
+            self._gap(column, self._channels["last_good"][column], self._channels["gap"][column])
+            for column in np.flatnonzero(self._channels["gap"]).tolist()
+        ]
+        return (*self.gaps, *still)
 
-    def _late(self, pdo: ExpectedPdo) -> None:
-        pdo.counts.late += 1
-        pdo.counts.missing -= pdo.owed.count > 0
-        pdo.owed.late()
-        pdo.heard = True
-        self._mark_unreliable(pdo)
+    def update_counts(self) -> None:
+        """Write into `counts` what has become of the PDOs."""
+        totals: dict[int, list[int]] = {}
+        for node, *numbers in self._pdos[["node", *_COUNTED]].tolist():
+            totals[node] = [a + b for a, b in zip(totals.get(node, [0] * len(numbers)), numbers, strict=True)]
+        for node, numbers in totals.items():
+            for name, number in zip(_COUNTED, numbers, strict=True):
+                setattr(self.counts[node], name, number)
 
-    def _accept(self, pdo: ExpectedPdo, word: int, device_time: float, arrival_time: float) -> None:
-        pdo.answered = pdo.heard = True
-        pdo.counts.received += 1
-        if pdo.has_booted:
-            self._confirm_boot(pdo)
-        pdo.last = self._index
-        self._waiting.discard(pdo.cob_id)
-        self._waiting_shortly.discard(pdo.cob_id)
-        for field in pdo.fields:
-            column = field.column
-            if self._counters[column].step(field.decode(word)):
-                self._present[column] = True
-                self._device_time[column] = device_time
-                self._arrival_time[column] = arrival_time
-            else:
-                pdo.counts.jumps += 1
-                self._gap_log.jumped(column)
+    def _gap(self, column: int, start: float, reason: int) -> Gap:
+        end = float(self._cycle["time"][0])
+        return Gap(self.vehicle.channels[column], float(start), end, REASONS[reason])
 
-    def _confirm_boot(self, pdo: ExpectedPdo) -> None:
-        """Believe a boot-up where the PDO stopped, or was started: its counters begin anew."""
-        if pdo.last is None or self._index - pdo.last > 1 or pdo.was_started:
-            for field in pdo.fields:
-                self._counters[field.column].rebase()
-                self._gap_log.restarted(field.column, self._time)
-        else:
-            self.events.add(self._time, pdo.node, "its boot-up is not believed: its PDOs did not stop")
-        pdo.has_booted = pdo.was_started = False
-
-    def _decide(self, pdo: ExpectedPdo) -> None:
-        """Take the held frame for the answer to this SYNC, or all that are held for late ones."""
-        assert pdo.held is not None  # the caller has seen that it is
-        if pdo.owed.close(pdo.frames, pdo.held[2] - self._time) is not None:
-            self._accept(pdo, *pdo.held)
-        else:
-            pdo.counts.late += pdo.frames
-            pdo.counts.missing += 1 - pdo.frames
-
-    def _missed(self, pdo: ExpectedPdo) -> None:
-        for field in pdo.fields:
-            self._counters[field.column].step(None)
-        if not pdo.heard:
-            pdo.counts.missing += 1
-            if self.is_synchronous:
-                pdo.owed.close(0, math.nan)
+    def _missed(self, cob_id: int, pdo: _Pdo, *, heard: bool) -> None:
         pdo.misses += 1
-        self._mark_unreliable(pdo)
-        if pdo.misses >= SILENT_AFTER and not pdo.heard:
-            self._unreliable.discard(pdo.cob_id)
-        if pdo.misses == SILENT_AFTER and self.is_synchronous:
-            names = ", ".join(pdo.channels)
-            self.events.add(self._time, pdo.node, f"{names}: no valid answer to SYNC")
-        if pdo.misses % self._long == 0 and self.is_synchronous:
+        self._mark_unreliable(cob_id)
+        if pdo.misses >= SILENT_AFTER and not heard:
+            self._unreliable.discard(cob_id)
+        if not self.is_synchronous:
+            return
+        if pdo.misses == SILENT_AFTER:
+            self._add_event(pdo, f"{', '.join(pdo.channels)}: no valid answer to SYNC")
+        if pdo.misses % self._long == 0:
             self._silent.add(pdo.node)
 
-    def _mark_unreliable(self, pdo: ExpectedPdo) -> None:
+    def _mark_unreliable(self, cob_id: int) -> None:
         """Wait for a PDO only for a short time, until it has answered many times in a row."""
-        pdo.answers = 0
-        self._reliable.discard(pdo.cob_id)
-        self._unreliable.add(pdo.cob_id)
+        self._expected[cob_id].answers = 0
+        self._reliable.discard(cob_id)
+        self._unreliable.add(cob_id)
 
-    def _answers_again(self, pdo: ExpectedPdo) -> None:
-        self._unreliable.add(pdo.cob_id)
+    def _answers_again(self, cob_id: int, pdo: _Pdo) -> None:
+        self._unreliable.add(cob_id)
         pdo.answers += 1
         if pdo.answers >= TRUSTED_AFTER:
-            self._unreliable.discard(pdo.cob_id)
-            self._reliable.add(pdo.cob_id)
+            self._unreliable.discard(cob_id)
+            self._reliable.add(cob_id)
         if pdo.misses >= SILENT_AFTER and self.is_synchronous:
             names = ", ".join(pdo.channels)
-            self.events.add(self._time, pdo.node, f"{names}: answers SYNC again after {pdo.misses} without")
+            self._add_event(pdo, f"{names}: answers SYNC again after {pdo.misses} without")
         pdo.misses = 0
+
+    def _add_event(self, pdo: _Pdo, what: str) -> None:
+        self.events.add(float(self._cycle["time"][0]), pdo.node, what)
+
+
+def _compile_steps(vehicle: VehicleParameters) -> None:
+    """Compile the steps, which may take seconds, before the first SYNC."""
+    cycles, pdos, channels = assembly_records(vehicle)
+    open_sample(cycles, pdos, channels, 0.0)
+    take_frame(cycles, pdos, 0, np.uint64(0), 8, 0.0, 0.0)
+    close_sample(cycles, pdos, channels)
+    take_boot(pdos, 1)
+    take_start(pdos, 1)

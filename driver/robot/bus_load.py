@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from omnimate.driver.canopen.node_setup import DRIVE_HEARTBEAT_MS, HEARTBEAT_MS
 from omnimate.driver.errors import BusOverload
 from omnimate.driver.robot.events import nodes_of
-from omnimate.driver.robot.expected_pdos import pdo_lengths
 from omnimate.driver.robot.status_words import STATUS_AGE
+from omnimate.vehicle.assembly import pdo_lengths
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -52,20 +52,20 @@ class Monitor:
         self.others: Callable[[int], bool] = lambda _can_id: False
         self._clock = clock
         self._foreign_syncs = 0
-        self._pdos = self.assembler.pdos
+        self._cob_ids = self.assembler.cob_ids
 
     def begin(self, vehicle: VehicleParameters) -> None:
         """Count from zero again, for the vehicle with the ranges that its devices report."""
         for node in self.counts:
             self.counts[node] = NodeCounts()
         self.assembler = Assembler(vehicle, self.events, self.counts)
-        self._pdos = self.assembler.pdos
+        self._cob_ids = self.assembler.cob_ids
 
     def take(self, message: can.Message, arrival: float) -> None:
         """Take a received frame that was on the bus at `arrival` on the recording's clock [s]."""
         if message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd:
             self.unknown.count(message)
-        elif message.arbitration_id in self._pdos:
+        elif message.arbitration_id in self._cob_ids:
             self.assembler.frame(message.arbitration_id, message.data, message.timestamp, arrival)
             if message.arbitration_id in self.status_words.fields:
                 self.status_words.pdo(message.arbitration_id, message.data, self._clock.now())

@@ -137,7 +137,8 @@ class PassiveReader:
         """Return SYNC where it comes, else the vehicle's first PDO once `SYNC_WAIT` has passed since then."""
         if identifier == SYNC_ID:
             return SYNC_ID
-        if self._first is None and identifier in self._monitor.assembler.pdos:
+        is_first = self._first is None and identifier in self._monitor.assembler.cob_ids
+        if is_first and identifier is not None:
             self._first = (identifier, time.monotonic())
         if self._first is None or time.monotonic() - self._first[1] < SYNC_WAIT:
             return None

@@ -113,6 +113,7 @@ def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skippe
         syncs: Number of SYNCs sent or received.
         skipped: Number of periods that the host let pass without a SYNC.
     """
+    monitor.assembler.update_counts()
     unknown = ((key, frame.description, frame.count) for key, frame in monitor.unknown.kinds.items())
     return DriverReport(
         monitor.assembler.started or 0.0,

@@ -114,7 +114,7 @@ def _column(series: Series, vehicle: VehicleParameters, channel: Channel, clock:
         return _Column(counts, known)
     time, period = series.time[known], float(np.median(np.diff(series.time)))
     slow = replace(vehicle, bus=replace(vehicle.bus, sync_period=max(period, vehicle.bus.sync_period)))
-    continuous = unwrap(counts[known], counter_law(encoder, slow)).counts
+    continuous = unwrap(counts[known], counter_law(encoder, slow))
     after = np.clip(np.searchsorted(time, clock), 1, max(1, len(time) - 1)) if len(time) > 1 else None
     if after is None:
         raise SourceError(series.source, "one value; a drive has two or more")

@@ -1,7 +1,7 @@
 """From the frames of a log to samples: every SYNC opens one, and the encoders' PDOs fill it.
 
 A PDO belongs to the last SYNC before it. Of two in one sample the first counts, the other is a duplicate;
-where a sample before it got none, the first may be that one's late answer (`omnimate.files.logs.answers`). A
+where a sample before it got none, the first may be that one's late answer (`omnimate.vehicle.assembly`). A
 PDO's length is the commonest one in the log that holds all of its fields; others never enter a sample. Frames
 before the first SYNC are ignored. A log without any SYNC is cut at the PDO that comes first.
 """
@@ -13,25 +13,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.files.logs.answers import current
-from omnimate.files.logs.canopen_words import NMT_START, SYNC_ID
+from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, NMT_START, SYNC_ID
 from omnimate.files.logs.frame_classes import CLASSES, FrameClass, classify, is_class
-from omnimate.files.logs.gaps import gaps_of
-from omnimate.files.logs.pdo_fields import decode
 from omnimate.files.logs.pdo_units import drive_conversion
-from omnimate.vehicle.bridging import bridge
-from omnimate.vehicle.counters import counter_law, samples_left_out, unwrap
+from omnimate.vehicle.assembly import (
+    BOOTED,
+    NOTHING,
+    REASONS,
+    STARTED,
+    assemble_events,
+    assembly_records,
+)
 from omnimate.vehicle.errors import RecordingError
-from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.recording import Gap, Recording
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from omnimate.files.logs.frames import Frames
-    from omnimate.vehicle.parameters import Encoder, VehicleParameters
-    from omnimate.vehicle.recording import Gap
+    from omnimate.vehicle.compiled import Record
+    from omnimate.vehicle.parameters import VehicleParameters
 
     Rows = NDArray[np.intp]
+    _Samples = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.uint8]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,26 +111,23 @@ class _Log:
         """Times of the samples, `(N,)` [s]."""
         return self.frames.time[self.opens]
 
+    @property
+    def boots(self) -> Rows:
+        """Indices of the boot-up messages."""
+        frames = self.frames
+        is_boot = (frames.length == 1) & (frames.data[:, 0] == BOOT_UP)
+        return np.flatnonzero(is_class(self.classes, "heartbeat") & is_boot)
+
+    @property
+    def starts(self) -> Rows:
+        """Indices of the NMT commands that start a node, or all."""
+        frames = self.frames
+        is_start = (frames.length == 2) & (frames.data[:, 0] == NMT_START)
+        return np.flatnonzero(is_class(self.classes, "NMT") & is_start)
+
     def pdo_rows(self, cob_id: int) -> Rows:
         """Return the indices of the frames of a PDO."""
         return np.flatnonzero((self.frames.can_id == cob_id) & is_class(self.classes, "PDO"))
-
-
-@dataclass(frozen=True, slots=True)
-class _Answers:
-    """The PDOs of one COB-ID that entered a sample.
-
-    Attributes:
-        words: Data of the PDOs as little-endian numbers, shape `(K,)`.
-        samples: Samples that the PDOs entered, shape `(K,)`.
-        restarts: Whether the node had restarted before a sample, shape `(N,)`.
-        traffic: What became of all PDOs of this COB-ID.
-    """
-
-    words: NDArray[np.uint64]
-    samples: Rows
-    restarts: NDArray[np.bool_]
-    traffic: PdoTraffic
 
 
 def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log") -> Assembly:
@@ -140,34 +143,18 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
     """
     mine = _of_one_bus(frames, vehicle)
     log, opener = _cut(mine, vehicle, source)
-    time, channels = log.time, vehicle.channels
-    counts = np.zeros((len(time), len(channels)), np.int64)
-    present, rebased = np.zeros(counts.shape, bool), np.zeros(counts.shape, bool)
-    gaps: list[Gap] = []
-    left_out = np.concatenate(([0], samples_left_out(np.diff(time), vehicle)))
-    answers = {
-        cob_id: _answers(
-            log,
-            [encoder for encoder in vehicle.encoders if encoder.cob_id == cob_id],
-            vehicle.bus.sync_period,
-        )
-        for cob_id in dict.fromkeys(encoder.cob_id for encoder in vehicle.encoders)
-    }
-    for column, encoder in enumerate(vehicle.encoders):
-        answer = answers[encoder.cob_id]
-        raw, received = np.zeros(len(time), np.int64), np.zeros(len(time), bool)
-        raw[answer.samples], received[answer.samples] = decode(answer.words, encoder), True
-        unwrapped = unwrap(raw, counter_law(encoder, vehicle), received, answer.restarts, left_out)
-        counts[:, column], present[:, column] = unwrapped.counts, unwrapped.present
-        rebased[:, column] = unwrapped.rebased
-        gaps += gaps_of(encoder.channel, time, unwrapped.present, received, answer.restarts)
-    bridge(vehicle, counts, present, rebased)
+    records = assembly_records(vehicle)
+    samples = _assemble_samples(log, records)
+    counts, present, _ = samples
+    for column, first in enumerate(np.argmax(present, axis=0).tolist()):
+        counts[:first, column] = counts[first, column]
+    gaps = _gaps(log.time, vehicle, samples, records[2])
     in_order = tuple(sorted(gaps, key=lambda gap: (gap.start, gap.channel)))
     commands = _commands(log, vehicle)
-    recording = Recording(vehicle, time, counts, present, None, None, in_order, commands, source)
+    recording = Recording(vehicle, log.time, counts, present, None, None, in_order, commands, source)
     return Assembly(
         recording,
-        tuple(answer.traffic for answer in answers.values()),
+        tuple(_traffic(log, pdo) for pdo in records[1]),
         _tally(log),
         _tally_of_unknown(log),
         int(np.argmax(log.opens)),
@@ -204,72 +191,69 @@ def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> tuple[_Log,
     return _Log(frames, classes, opens, np.cumsum(opens) - 1, opener == SYNC_ID), opener
 
 
-def _answers(log: _Log, encoders: list[Encoder], period: float) -> _Answers:
-    """Pick the PDO of each sample out of the frames of one COB-ID, which several encoders may share."""
-    cob_id, node, count = encoders[0].cob_id, encoders[0].node, len(log.time)
-    rows = log.pdo_rows(cob_id)
-    rows = rows[log.owner[rows] >= 0]
-    right = log.frames.length[rows] == _length(log.frames.length[rows], encoders)
-    good = rows[right]
-    owner = log.owner[good]
-    tally = np.bincount(owner, minlength=count)
-    begin = np.cumsum(tally) - tally
-    latency = np.append(log.frames.time[good] - log.time[owner], np.nan)  # the last one stands for none
-    first = latency[np.where(tally > 0, begin, -1)]
-    last = latency[np.where(tally > 0, begin + tally - 1, -1)]
-    places = current(tally, first, last, period) if log.has_sync else np.where(tally > 0, 0, -1)
-    samples = np.flatnonzero(places >= 0)
-    used = good[(begin + places)[samples]]
-    restarts, number = _restarts(log, used, samples, node)
-    late_ones = int(places[samples].sum() + tally[places < 0].sum())
-    missing = count - len(samples)
-    traffic = PdoTraffic(
-        cob_id,
-        node,
-        used=len(used),
-        missing=max(0, missing - late_ones),
-        late=late_ones,
-        duplicate=len(good) - len(used) - late_ones,
-        wrong_length=int((~right).sum()),
-        restarts=number,
+def _assemble_samples(log: _Log, records: tuple[Record, Record, Record]) -> _Samples:
+    """Return counts, presence and ended gaps of the samples, each `(N, C)`; the records follow them."""
+    cycles, pdos, channels = records
+    cycles["is_synchronous"] = log.has_sync
+    kinds, words = np.full(len(log.frames), NOTHING, np.int16), log.frames.words().copy()
+    for place, cob_id in enumerate(pdos["cob_id"].tolist()):
+        rows = log.pdo_rows(cob_id)
+        kinds[rows] = place
+        needed = pdos["length"][place]
+        usable = log.frames.length[rows[log.owner[rows] >= 0]]
+        usable = usable[usable >= needed]
+        pdos["length"][place] = np.argmax(np.bincount(usable)) if len(usable) else needed
+    pdos["is_mapped"] = pdos["is_exact"] = True
+    kinds[log.boots] = BOOTED
+    words[log.boots] = log.frames.can_id[log.boots] - HEARTBEAT
+    kinds[log.starts] = STARTED
+    words[log.starts] = log.frames.data[log.starts, 1]
+    events = np.flatnonzero(log.opens | (kinds != NOTHING))
+    events = events[log.owner[events] >= 0]
+    shape = int(log.opens.sum()), len(channels)
+    samples = np.zeros(shape, np.int64), np.zeros(shape, bool), np.zeros(shape, np.uint8)
+    assemble_events(
+        *records,
+        log.opens[events],
+        kinds[events],
+        words[events],
+        log.frames.length[events],
+        log.frames.time[events],
+        *samples,
     )
-    return _Answers(log.frames.words()[used], samples, restarts, traffic)
+    return samples
 
 
-def _length(lengths: NDArray[np.uint8], encoders: list[Encoder]) -> int:
-    """Return the length [bytes] of a PDO: the commonest that holds all of its fields."""
-    needed = max((encoder.start_bit + encoder.bits + 7) // 8 for encoder in encoders)
-    usable = lengths[lengths >= needed]
-    return int(np.argmax(np.bincount(usable))) if len(usable) else needed
+def _gaps(
+    time: NDArray[np.float64], vehicle: VehicleParameters, samples: _Samples, channels: Record
+) -> Iterator[Gap]:
+    """Yield where a channel was not read, and why; a gap at the end lasts until the last sample."""
+    _, present, ended = samples
+    for column, channel in enumerate(vehicle.channels):
+        rows = np.flatnonzero(ended[:, column])
+        good = np.flatnonzero(present[:, column])
+        before = np.searchsorted(good, rows) - 1
+        starts = np.where(before >= 0, time[good[before]] if len(good) else time[0], time[0])
+        reasons = ended[rows, column].tolist()
+        for start, row, reason in zip(starts.tolist(), rows.tolist(), reasons, strict=True):
+            yield Gap(channel, start, float(time[row]), REASONS[reason])
+        if channels["gap"][column]:
+            last_good = float(channels["last_good"][column])
+            yield Gap(channel, last_good, float(time[-1]), REASONS[channels["gap"][column]])
 
 
-def _restarts(log: _Log, used: Rows, samples: Rows, node: int) -> tuple[NDArray[np.bool_], int]:
-    """Return before which samples a node had restarted, `(N,)`, and how often its boot-up was heard.
-
-    A boot-up is believed where the PDO stopped, so that a SYNC between its frames around the boot-up has no
-    answer, or where the node was started before its next frame.
-    """
-    frames = log.frames
-    boots = np.flatnonzero(
-        (frames.can_id == 0x700 + node)
-        & is_class(log.classes, "heartbeat")
-        & (frames.length == 1)
-        & (frames.data[:, 0] == 0)
+def _traffic(log: _Log, pdo: Record) -> PdoTraffic:
+    """Return what became of the PDOs of one record."""
+    return PdoTraffic(
+        int(pdo["cob_id"]),
+        int(pdo["node"]),
+        used=int(pdo["received"]),
+        missing=int(pdo["missing"]),
+        late=int(pdo["late"]),
+        duplicate=int(pdo["duplicate"]),
+        wrong_length=int(pdo["wrong_length"]),
+        restarts=int(np.count_nonzero(log.frames.can_id[log.boots] == HEARTBEAT + pdo["node"])),
     )
-    starts = np.flatnonzero(
-        is_class(log.classes, "NMT")
-        & (frames.length == 2)
-        & (frames.data[:, 0] == NMT_START)
-        & np.isin(frames.data[:, 1], (0, node))
-    )
-    restarts = np.zeros(len(log.time), bool)
-    after = np.searchsorted(used, boots)
-    for boot, place in zip(boots.tolist(), after.tolist(), strict=True):
-        if place == len(used):
-            continue
-        stopped = place == 0 or samples[place] - samples[place - 1] > 1
-        restarts[samples[place]] |= stopped or bool(((starts > boot) & (starts < used[place])).any())
-    return restarts, len(boots)
 
 
 def _commands(log: _Log, vehicle: VehicleParameters) -> NDArray[np.float64] | None:

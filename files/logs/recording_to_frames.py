@@ -8,7 +8,6 @@ import numpy as np
 
 from omnimate.files.logs.canopen_words import SYNC_ID
 from omnimate.files.logs.frames import Frames, concatenate
-from omnimate.files.logs.pdo_fields import encode
 from omnimate.files.logs.pdo_units import drive_conversion
 
 if TYPE_CHECKING:
@@ -72,6 +71,15 @@ def _words(recording: Recording, encoders: list[Encoder]) -> tuple[NDArray[np.bo
         there &= recording.is_present(encoder.channel)
         words |= encode(recording.channel_counts(encoder.channel), encoder)
     return there, words
+
+
+def encode(counts: NDArray[np.int64], encoder: Encoder) -> NDArray[np.uint64]:
+    """Return the bits of PDOs, `(N,)`, whose field shows the counts as the wrapping counter would."""
+    raw = counts % encoder.wrap_range if encoder.wrap_range < 2**63 else counts
+    if encoder.signed and encoder.wrap_range < 2**encoder.bits:
+        raw = raw - encoder.wrap_range * (raw >= (encoder.wrap_range + 1) // 2)
+    mask = np.uint64(2**encoder.bits - 1)
+    return (raw.astype(np.int64).view(np.uint64) & mask) << np.uint64(encoder.start_bit)
 
 
 def _restarts(recording: Recording) -> set[tuple[int, int]]:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from omnimate.files.logs.assemble import assemble
 from omnimate.files.logs.dbc import format_dbc
 from omnimate.files.logs.frames import Frame, frames_of
-from omnimate.files.logs.pdo_fields import encode
+from omnimate.files.logs.recording_to_frames import encode
 from omnimate.vehicle.file import load_vehicle, parse_vehicle
 from omnimate.vehicle.parameters import Drive
 from omnimate.vehicle.se2 import wrap

@@ -14,7 +14,7 @@ from omnimate.vcan_sim.bumps import Bump
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.truth import Truth
-from omnimate.vehicle.counters import counter_law
+from omnimate.vehicle.counters import counter_law, counters_of, take_readings
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.linkage import linkage_of
 
@@ -88,16 +88,16 @@ def test_raw_wheel_counts_wrap_at_the_range_and_follow_the_angle_to_a_count(
 ):
     encoders = tuple(replace(encoder, sign=sign, signed=signed, range=span) for encoder in vehicle.encoders)
     robot = replace(vehicle, encoders=encoders)
-    plant, law = prompt(robot, seed=seed), counter_law(encoders[0], robot)
+    plant, counter = prompt(robot, seed=seed), counters_of([counter_law(encoders[0], robot)])
     span, low = encoders[0].wrap_range, -(encoders[0].wrap_range // 2) if signed else 0
-    before, total = plant.raw_counts()[0], 0
+    take_readings(counter, np.array(plant.raw_counts()[:1], np.int64))
+    start = counter["count"][0]
     for step in range(1, 200):
         plant.step((speed, 0.0, 0.0, 0.0), DT)
         raw = plant.raw_counts()[0]
         assert low <= raw < low + span
-        total += law.step(before, raw)
-        before = raw
-        assert abs(total - sign * 40000 / (2.0 * math.pi) * speed * DT * step) <= 1.0
+        take_readings(counter, np.array([raw]))
+        assert abs(counter["count"][0] - start - sign * 40000 / (2.0 * math.pi) * speed * DT * step) <= 1.0
 
 
 def test_wheel_counters_begin_anywhere_and_by_the_seed(vehicle):

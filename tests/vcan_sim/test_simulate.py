@@ -18,7 +18,7 @@ from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
-from omnimate.vehicle.counters import counter_law
+from omnimate.vehicle.counters import counter_law, counters_of, take_readings
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.odometry import Odometer, dead_reckon
 from omnimate.vehicle.sample import Sample
@@ -59,14 +59,11 @@ def test_stepwise_and_at_once_give_the_same_counts_commands_laps_and_fixes(vehic
     truth, program = wrong(vehicle, seed=5), squares(["cw", "ccw"], 1.0, link_length=1.0)
     whole = simulate(vehicle, truth, program)
     plant, runner, journal = Plant(truth, vehicle), Runner(program, vehicle), Journal(program)
-    laws = [counter_law(encoder, vehicle) for encoder in vehicle.encoders]
-    odometer, reader, counts = Odometer(vehicle), LinkReader(vehicle), plant.raw_counts()
-    raw, nothing = counts, (math.nan,) * 7
+    counters = counters_of([counter_law(encoder, vehicle) for encoder in vehicle.encoders])
+    odometer, reader, nothing = Odometer(vehicle), LinkReader(vehicle), (math.nan,) * 7
     for number, time in enumerate(whole.time):
-        now = plant.raw_counts()
-        steps = (law.step(*pair) for law, pair in zip(laws, zip(raw, now, strict=True), strict=True))
-        counts = tuple(count + step for count, step in zip(counts, steps, strict=True))
-        raw = now
+        take_readings(counters, np.array(plant.raw_counts(), np.int64))
+        counts = tuple(counters["count"].tolist())
         assert counts == tuple(whole.counts[number])
         pose = odometer.step(Sample(number, time, counts, (True,) * 7, nothing, nothing))
         speeds = runner.step(pose, reader.read(counts))

@@ -6,7 +6,7 @@ import pytest
 
 from omnimate.driver.errors import BusOverload
 from omnimate.driver.robot.bus_load import check_load, forecast_load, frame_bits
-from omnimate.driver.robot.expected_pdos import pdo_lengths
+from omnimate.vehicle.assembly import pdo_lengths
 from omnimate.vehicle.parameters import Bus
 
 

@@ -1,0 +1,390 @@
+"""PDOs to samples: one sample per SYNC, in which no frame of another SYNC can stand.
+
+One compiled step for each thing that is seen on the bus. The live driver takes one after the other, a log
+is looped over (`assemble_events`).
+
+Between `open_sample` and `close_sample` the first well-formed frame of a PDO enters the sample. Nothing in
+a PDO says which SYNC it answers, but a node answers in order, and once. So a SYNC without an answer is owed
+one. As long as answers are owed, the first frames after the next SYNC may be those, and are held back. A
+frame counts as current where it is one more than is owed, where it comes alone after one missed SYNC, or
+where it comes alone and as soon after SYNC as the node answered before. A burst of late answers begins at any
+moment; should it begin at the usual one, the frames that follow it are late all the same. Where a node
+answers alone but later than before, the second such frame counts: the answers that are owed were lost.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.vehicle.bridging import BridgedCounter, bridge, set_partners
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, layout, record
+from omnimate.vehicle.counters import begin_sample, counter_law, counters_of, take_reading
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import GapReason
+
+ALONE = 2  # samples with one frame each after which answers that are owed count as lost
+TOLERANCE = 0.25  # SYNC periods by which an answer may come later than before
+ACCEPTED, HELD, LATE, DUPLICATE, WRONG_LENGTH, REPEATED = range(6)  # what becomes of a frame
+REASONS: tuple[GapReason, ...] = ("missing", "missing", "jump", "reboot")  # by the numbers below; 0 is none
+MISSING, JUMP, REBOOT = 1, 2, 3  # of a gap; the highest counts
+NOTHING, BOOTED, STARTED = -1, -2, -3  # events of a log that are no frames of a PDO
+
+
+class PdoState:
+    """Record of one TPDO: what is expected of it, its state, and what became of its frames.
+
+    Attributes:
+        cob_id: COB-ID of the PDO.
+        node: Node that sends the PDO.
+        length: Expected length [bytes].
+        is_mapped: Whether the length is that of a mapping that was read from the device.
+        is_exact: Whether no longer frame is accepted (any more).
+        is_timed: Whether it comes by the device's own timer, more than once per SYNC.
+        answered: Whether a valid frame entered the open sample.
+        heard: Whether any frame of the PDO came since the last SYNC.
+        frames: Number of frames that are held back since the last SYNC.
+        word: Content of the frame that entered the sample, or of the last one that is held.
+        device_time: Its timestamp of the adapter [s].
+        arrival_time: When it was on the bus, on the recording's clock [s].
+        owed: SYNCs whose answers may still come.
+        alone: Samples in a row with one frame while answers are owed.
+        usual: Time from SYNC to the last answer of which there was no doubt [s]; nan before the first.
+        misses: SYNCs in a row without an answer, before the sample that is open.
+        last: Number of the sample that it last entered; -1 before the first.
+        has_booted: Whether a boot-up of its node was heard since then.
+        was_started: Whether the node was started after that.
+        has_restarted: Whether the node's counters begin anew with the frame that entered the sample.
+        is_boot_doubted: Whether a boot-up was heard although the PDOs did not stop; for others to clear.
+        received: Frames that entered a sample.
+        missing: SYNCs that were not answered, but for those whose answer came late.
+        late: Frames that came after their sample was closed.
+        duplicate: Further answers to one SYNC.
+        wrong_length: Frames of an impossible length.
+        jumps: Readings that no robot can make.
+    """
+
+    cob_id: int
+    node: int
+    length: int
+    is_mapped: bool
+    is_exact: bool
+    is_timed: bool
+    answered: bool
+    heard: bool
+    frames: int
+    word: np.uint64
+    device_time: float
+    arrival_time: float
+    owed: int
+    alone: int
+    usual: float
+    misses: int
+    last: int
+    has_booted: bool
+    was_started: bool
+    has_restarted: bool
+    is_boot_doubted: bool
+    received: int
+    missing: int
+    late: int
+    duplicate: int
+    wrong_length: int
+    jumps: int
+
+
+class ChannelState(BridgedCounter):
+    """Record of one encoder: its counter, its field in a PDO, and its gap.
+
+    Attributes:
+        pdo: Place of its PDO.
+        left: Bits by which the PDO is shifted left, so that the field's highest bit is the number's.
+        right: Bits by which it is then shifted right.
+        signed: Whether the field is signed.
+        gap: Place in `REASONS` of why it has not been read since `last_good`; 0 where it has.
+        last_good: Time of the last sample in which it was read [s]; of the first one before that.
+        ended_gap: Place in `REASONS` of the gap that has ended in this sample; 0 for none.
+        gap_start: Its start [s].
+    """
+
+    pdo: int
+    left: int
+    right: int
+    signed: bool
+    gap: int
+    last_good: float
+    ended_gap: int
+    gap_start: float
+
+
+class Cycle:
+    """Record of the sample that is open, or was last.
+
+    Attributes:
+        period: Time between two SYNCs [s].
+        number: Number of samples opened before it; -1 before the first.
+        time: Time of its SYNC [s].
+        is_open: Whether it is open.
+        is_synchronous: Whether PDOs answer SYNC; otherwise each is current when it comes, and none is late.
+    """
+
+    period: float
+    number: int
+    time: float
+    is_open: bool
+    is_synchronous: bool
+
+
+def pdo_lengths(vehicle: VehicleParameters) -> dict[int, int]:
+    """Return the length that each TPDO of the vehicle needs [bytes], by COB-ID."""
+    ends: dict[int, int] = {}
+    for encoder in vehicle.encoders:
+        ends[encoder.cob_id] = max(ends.get(encoder.cob_id, 0), encoder.start_bit + encoder.bits)
+    return {cob_id: (end + 7) // 8 for cob_id, end in ends.items()}
+
+
+def assembly_records(vehicle: VehicleParameters) -> tuple[Record, Record, Record]:
+    """Return the state before the first SYNC: `Cycle` (1,), `PdoState` (P,) and `ChannelState` (C,)."""
+    cycles = record(Cycle)
+    cycles["period"], cycles["number"], cycles["is_synchronous"] = vehicle.bus.sync_period, -1, True
+    lengths = pdo_lengths(vehicle)
+    pdos = np.zeros(len(lengths), layout(PdoState))
+    pdos["cob_id"], pdos["length"] = list(lengths), list(lengths.values())
+    pdos["usual"], pdos["last"] = np.nan, -1
+    channels = counters_of([counter_law(encoder, vehicle) for encoder in vehicle.encoders], ChannelState)
+    set_partners(channels, vehicle)
+    places = list(lengths)
+    for channel, encoder in zip(channels, vehicle.encoders, strict=True):
+        channel["pdo"] = places.index(encoder.cob_id)
+        pdos["node"][channel["pdo"]] = encoder.node
+        channel["left"], channel["right"] = 64 - encoder.start_bit - encoder.bits, 64 - encoder.bits
+        channel["signed"] = encoder.signed
+    return cycles, pdos, channels
+
+
+@compiled
+def open_sample(cycles: Record, pdos: Record, channels: Record, time: float) -> None:
+    """Open a sample at the time of its SYNC [s]; SYNCs that were left out since the last one are missed."""
+    cycle = cycles[0]
+    if cycle.number >= 0:
+        left_out = int(max(np.rint((time - cycle.time) / cycle.period) - 1.0, 0.0))
+        for column in range(len(channels)):
+            channels[column].samples += left_out
+    else:
+        for column in range(len(channels)):
+            channels[column].last_good = time
+    cycle.number += 1
+    cycle.time, cycle.is_open = time, True
+    for place in range(len(pdos)):
+        pdo = pdos[place]
+        pdo.answered, pdo.heard, pdo.frames, pdo.has_restarted = False, False, 0, False
+
+
+@compiled
+def take_frame(
+    cycles: Record,
+    pdos: Record,
+    place: int,
+    word: np.uint64,
+    length: int,
+    device_time: float,
+    arrival_time: float,
+) -> int:
+    """Take a frame of a PDO, at any time and of any content; return what becomes of it.
+
+    Args:
+        cycles: Record of the open sample.
+        pdos: Records of the PDOs.
+        place: Place of the frame's PDO.
+        word: Its first 8 data bytes as one little-endian number.
+        length: Number of its data bytes.
+        device_time: Timestamp of the adapter [s].
+        arrival_time: When the frame was on the bus, on the recording's clock [s].
+    """
+    cycle, pdo = cycles[0], pdos[place]
+    if length == pdo.length:
+        pdo.is_exact |= pdo.is_mapped
+    if length < pdo.length or (length > pdo.length and pdo.is_exact):
+        pdo.wrong_length += 1
+        pdo.heard = True
+        return WRONG_LENGTH
+    if pdo.is_timed and (pdo.answered or not cycle.is_open):
+        pdo.heard = True
+        return REPEATED
+    if pdo.answered:
+        pdo.duplicate += 1
+        return DUPLICATE
+    pdo.heard = True
+    if not cycle.is_open:
+        pdo.late += 1
+        pdo.missing -= pdo.owed > 0
+        pdo.owed = max(0, pdo.owed - 1)
+        return LATE
+    pdo.word, pdo.device_time, pdo.arrival_time = word, device_time, arrival_time
+    if pdo.owed > pdo.frames:
+        pdo.frames += 1
+        return HELD
+    pdo.late += pdo.frames
+    pdo.missing -= pdo.frames
+    if pdo.owed == 0:
+        pdo.usual = arrival_time - cycle.time
+    pdo.owed, pdo.alone = 0, 0
+    _accept(cycle, pdo)
+    return ACCEPTED
+
+
+@compiled
+def _accept(cycle: Cycle, pdo: PdoState) -> None:
+    """Let a PDO's frame enter the sample; a boot-up counts where the PDO stopped, or the node was started."""
+    pdo.answered = True
+    pdo.received += 1
+    if pdo.has_booted:
+        pdo.has_restarted = pdo.last < 0 or cycle.number - pdo.last > 1 or pdo.was_started
+        pdo.is_boot_doubted |= not pdo.has_restarted
+        pdo.has_booted, pdo.was_started = False, False
+    pdo.last = cycle.number
+
+
+@compiled
+def close_sample(cycles: Record, pdos: Record, channels: Record) -> None:
+    """Close the open sample; frames that still come belong to none."""
+    cycle = cycles[0]
+    for place in range(len(pdos)):
+        pdo = pdos[place]
+        if not pdo.answered and (pdo.frames > 0 or not pdo.heard):
+            _decide(cycle, pdo)
+        pdo.misses = 0 if pdo.answered else pdo.misses + 1
+    for column in range(len(channels)):
+        channel = channels[column]
+        _read(channel, pdos[channel.pdo])
+    bridge(channels, cycle.number)
+    for column in range(len(channels)):
+        _follow_gap(channels[column], cycle.time)
+    cycle.is_open = False
+
+
+@compiled
+def _decide(cycle: Cycle, pdo: PdoState) -> None:
+    """Take the held frame for the answer to this SYNC, or all that are held for late ones."""
+    if cycle.is_synchronous:
+        pdo.alone = pdo.alone + 1 if pdo.owed > 0 and pdo.frames == 1 else 0
+        # also where one of the latencies is unknown
+        is_usual = not (pdo.arrival_time - cycle.time > pdo.usual + TOLERANCE * cycle.period)
+        if pdo.frames == 1 and (pdo.owed == 1 or is_usual or pdo.alone == ALONE):
+            pdo.owed, pdo.alone = 0, 0
+            _accept(cycle, pdo)
+            return
+        pdo.owed += 1 - pdo.frames
+    pdo.late += pdo.frames
+    pdo.missing += 1 - pdo.frames
+
+
+@compiled
+def _read(channel: ChannelState, pdo: PdoState) -> None:
+    """Take the reading of a channel out of its PDO."""
+    begin_sample(channel)
+    if not pdo.answered:
+        channel.gap = max(channel.gap, MISSING)
+        return
+    if pdo.has_restarted:
+        channel.begins_anew = True
+        channel.gap = REBOOT if channel.is_known else channel.gap
+    shifted = pdo.word << np.uint64(channel.left)
+    if channel.signed:
+        take_reading(channel, int(np.int64(shifted) >> channel.right))
+    else:
+        take_reading(channel, int(np.int64(shifted >> np.uint64(channel.right))))
+    if not channel.present:
+        pdo.jumps += 1
+        channel.gap = max(channel.gap, JUMP)
+
+
+@compiled
+def _follow_gap(channel: ChannelState, time: float) -> None:
+    """End a channel's gap where it was read."""
+    channel.ended_gap = 0
+    if channel.present:
+        channel.ended_gap, channel.gap_start = channel.gap, channel.last_good
+        channel.gap, channel.last_good = 0, time
+
+
+@compiled
+def take_boot(pdos: Record, node: int) -> None:
+    """Note that a boot-up of a node was heard, which its PDOs have to confirm."""
+    for place in range(len(pdos)):
+        if pdos[place].node == node:
+            pdos[place].has_booted, pdos[place].was_started = True, False
+
+
+@compiled
+def take_start(pdos: Record, node: int) -> None:
+    """Note that a node, 0 for all, was started."""
+    for place in range(len(pdos)):
+        if node in {0, pdos[place].node}:
+            pdos[place].was_started = pdos[place].has_booted
+
+
+@compiled
+def assemble_events(
+    cycles: Record,
+    pdos: Record,
+    channels: Record,
+    opens: NDArray[np.bool_],
+    kinds: NDArray[np.int16],
+    words: NDArray[np.uint64],
+    lengths: NDArray[np.uint8],
+    times: Array,
+    counts: IntArray,
+    present: NDArray[np.bool_],
+    gaps: NDArray[np.uint8],
+) -> None:
+    """Take all events of a log; each SYNC closes the sample before it, and so does the log's end.
+
+    Args:
+        cycles: Record of the sample before; a fresh one.
+        pdos: Records of the PDOs; changed to what they are at the end.
+        channels: Records of the channels; likewise.
+        opens: Whether an event opens a sample, shape `(E,)`; the first does.
+        kinds: The place of the PDO, `BOOTED`, `STARTED` or `NOTHING`, shape `(E,)`.
+        words: The data as one little-endian number, or the node that booted or was started, shape `(E,)`.
+        lengths: Number of data bytes, shape `(E,)`.
+        times: Time of each event [s], shape `(E,)`.
+        counts: Filled with the unwrapped counts, shape `(N, C)`.
+        present: Filled with where a reading was believed, shape `(N, C)`.
+        gaps: Filled with the place in `REASONS` of the gap that ended, shape `(N, C)`; 0 for none.
+    """
+    for event in range(len(opens)):
+        kind = kinds[event]
+        if opens[event]:
+            if cycles[0].is_open:
+                _write_sample(cycles, pdos, channels, counts, present, gaps)
+            open_sample(cycles, pdos, channels, times[event])
+        if kind >= 0:
+            take_frame(cycles, pdos, kind, words[event], int(lengths[event]), times[event], times[event])
+        elif kind == BOOTED:
+            take_boot(pdos, int(words[event]))
+        elif kind == STARTED:
+            take_start(pdos, int(words[event]))
+    _write_sample(cycles, pdos, channels, counts, present, gaps)
+
+
+@compiled
+def _write_sample(
+    cycles: Record,
+    pdos: Record,
+    channels: Record,
+    counts: IntArray,
+    present: NDArray[np.bool_],
+    gaps: NDArray[np.uint8],
+) -> None:
+    close_sample(cycles, pdos, channels)
+    row = cycles[0].number
+    for column in range(len(channels)):
+        counts[row, column] = channels[column].count
+        present[row, column] = channels[column].present
+        gaps[row, column] = channels[column].ended_gap
