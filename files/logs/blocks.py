@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.logs.formats.block_reader import BlockReader
-from omnimate.files.logs.formats.candump_blocks import BlockParser, SkippedLine
+from omnimate.files.logs.formats.candump_blocks import BlockParser, SkippedLine, parse_in_parallel
 from omnimate.files.logs.formats.candump_lines import ONLY_CLASSICAL, STAMP_WIDTH, parse_line
 from omnimate.files.logs.formats.foreign import each_entry, foreign_format_of
 from omnimate.files.logs.frames import FD, Frame, Frames, frames_of
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from omnimate.files.logs.formats.foreign import ForeignFormat
 
 HEAD = 4096  # bytes in which a format shows itself
-LARGE = 1 << 27  # bytes of a file from which on loading the machine code pays
+LARGE = 1 << 27  # bytes of a file from which on threads pay
 AT_ONCE = 1 << 16  # frames of a format that is read frame by frame in a block
 MOST_WORKERS = 8  # one thread hands the blocks out and takes them back in order
 MOST_KEPT = 1000  # skipped lines that are kept; further ones are counted
@@ -169,8 +169,6 @@ class LogBlocks:
         if self.source.stat().st_size < LARGE:
             yield from map(self._parser.parse, blocks)
             return
-        from omnimate.files.logs.formats.candump_kernel import parse_in_parallel  # noqa: PLC0415  # it loads numba
-
         workers = self.workers or min(os.cpu_count() or 1, MOST_WORKERS)
         yield from parse_in_parallel(blocks, self._parser, workers)
 

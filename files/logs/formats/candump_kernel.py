@@ -1,68 +1,71 @@
-"""Regular lines of `candump -L` read by machine code, in several threads at a time.
-
-numba takes half a second to load, so that only large logs are read in this way; the result is that of
-`candump_blocks`, which also reads the lines that are not regular.
-"""
+"""Regular lines of `candump -L` read by machine code, in several threads at a time."""
 
 from __future__ import annotations
 
-import itertools
-from collections import deque
-from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimate.files.logs.formats.candump_blocks import NIBBLE, Table
-from omnimate.files.logs.frames import EXTENDED, RECEIVED, SENT
+from omnimate.files.logs.frames import DEFAULT_CHANNEL, EXTENDED, RECEIVED, SENT, Frames
 from omnimate.vehicle.compiled import compiled_without_lock
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-    from concurrent.futures import Future
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from omnimate.files.logs.formats.candump_blocks import BlockParser
-    from omnimate.files.logs.frames import Frames
+    from omnimate.files.logs.frames import Frame
 
     Bytes = NDArray[np.uint8]
     Integers = NDArray[np.int64]
 
 _LONGEST_NAME = 32  # bytes of an interface's name; longer ones are read line by line
 _LONGEST_TIME = 22  # bytes: two brackets, ten digits, a point, nine digits
-_OPEN, _CLOSE, _POINT, _HASH, _SPACE, _NEWLINE = b"().# \n"
+_OPEN, _CLOSE, _POINT, _HASH, _SPACE, _RETURN, _NEWLINE = b"().# \r\n"
 _PADDING = b"\n" * 64  # behind a block, so that no look ahead leaves it: none goes further than a name
 _R, _T = b"RT"
 _SHORT, _LONG = 3, 8  # digits of an identifier
 _HIGHEST, _HIGHEST_EXTENDED = 0x7FF, 0x1FFFFFFF
 _EXTENDED, _RECEIVED, _SENT = EXTENDED, RECEIVED, SENT
-_HEXADECIMAL = NIBBLE.astype(np.int64)  # 255 for what is no digit
+_HEXADECIMAL = np.full(256, 255)  # what a character is worth as a digit; 255 for what is none
+_HEXADECIMAL[np.frombuffer(b"0123456789ABCDEF", np.uint8)] = np.arange(16)
+_HEXADECIMAL[np.frombuffer(b"abcdef", np.uint8)] = np.arange(10, 16)
 _DECIMAL = np.where(_HEXADECIMAL < 10, _HEXADECIMAL, 255)
 _POWERS, _WHOLE_POWERS = 10.0 ** np.arange(10), 10 ** np.arange(10)
 
 
-def parse_in_parallel(blocks: Iterable[bytes], parser: BlockParser, workers: int) -> Iterator[Frames]:
-    """Yield the classical frames of each block, in order; what is in memory are a few blocks per worker.
+class Table:
+    """The frames of a block while it is read, one row per line."""
 
-    The first block is read as small logs are: it shows the interfaces.
+    def __init__(self, count: int) -> None:
+        self.is_frame = np.zeros(count, bool)
+        self.time = np.empty(count, np.float64)
+        self.can_id = np.empty(count, np.uint32)
+        self.length = np.empty(count, np.uint8)
+        self.data = np.zeros((count, 8), np.uint8)
+        self.flags = np.empty(count, np.uint8)
+        self.channel = np.empty(count, np.uint8)
 
-    Args:
-        blocks: Blocks of whole lines, each with its last newline.
-        parser: Reads what is not regular, and notes what is skipped.
-        workers: Number of threads.
-    """
-    coming = iter(blocks)
-    for block in itertools.islice(coming, 1):
-        yield parser.parse(block)
-    with ThreadPoolExecutor(workers) as pool:
-        scanning: deque[Future[Scanned]] = deque()
-        for block in coming:
-            scanning.append(pool.submit(scan, block, tuple(parser.channels)))
-            if len(scanning) > 2 * workers:
-                yield parser.finish(*scanning.popleft().result())
-        while scanning:
-            yield parser.finish(*scanning.popleft().result())
+    def put(self, row: int, frame: Frame, channel: int) -> None:
+        """Fill in one line."""
+        self.is_frame[row] = True
+        self.time[row], self.can_id[row] = frame.time, frame.can_id
+        self.length[row] = len(frame.data) if frame.length is None else frame.length
+        self.data[row, : len(frame.data)] = np.frombuffer(frame.data, np.uint8)
+        self.flags[row], self.channel[row] = frame.flags, channel
+
+    def frames(self, channels: tuple[str, ...]) -> Frames:
+        """Return the lines that hold frames."""
+        frames = Frames(
+            self.time,
+            self.can_id,
+            self.length,
+            self.data,
+            self.flags,
+            self.channel,
+            channels or (DEFAULT_CHANNEL,),
+        )
+        return frames if self.is_frame.all() else frames.select(self.is_frame)
 
 
 class Scanned(NamedTuple):
@@ -225,11 +228,10 @@ def _data_at(text: Bytes, at: int, data: Bytes, begin: int) -> int:
 
 def _direction_at(text: Bytes, at: int) -> tuple[int, int]:
     """Return the flag of `R` or `T` behind the data, and where the newline is; 0 where there is more."""
-    if text[at] == _NEWLINE:
-        return 0, at
-    if text[at] == _SPACE and text[at + 2] == _NEWLINE:
-        if text[at + 1] == _R:
-            return _RECEIVED, at + 2
-        if text[at + 1] == _T:
-            return _SENT, at + 2
-    return 0, 0
+    flag = 0
+    if text[at] == _SPACE and text[at + 1] in {_R, _T}:
+        flag = _RECEIVED if text[at + 1] == _R else _SENT
+        at += 2
+    if text[at] == _RETURN:
+        at += 1
+    return (flag, at) if text[at] == _NEWLINE else (0, 0)

@@ -6,8 +6,9 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from omnimate.files.logs.formats.candump_blocks import BlockParser
-from omnimate.files.logs.formats.candump_kernel import parse_in_parallel, scan
+from omnimate.files.logs.formats.candump_blocks import BlockParser, SkippedLine, parse_in_parallel
+from omnimate.files.logs.formats.candump_lines import ONLY_CLASSICAL, parse_line
+from omnimate.files.logs.frames import FD, frames_of
 
 FIELDS = ("can_id", "length", "data", "flags")
 
@@ -56,15 +57,17 @@ def assert_same(one, other):
 @example([".......... ....... )", "(1234567890.123456) can0 181#00"])
 @settings(deadline=None)
 def test_a_block_gives_what_it_gives_line_by_line(rows):
-    block = block_of(rows)
-    careful, quick = BlockParser(), BlockParser()
-    careful.parse(block)  # both know the interfaces
-    quick.parse(block)
-    careful.skipped.clear()
-    quick.skipped.clear()
-    assert_same(quick.finish(*scan(block, tuple(quick.channels))), careful.parse(block))
-    assert quick.skipped == sorted(careful.skipped)  # which reads line by line of one length at a time
-    assert quick.lines == careful.lines
+    parser = BlockParser()
+    found = parser.parse(block_of(rows))
+    read = [(number, row, parse_line(row.encode())) for number, row in enumerate(rows, 1) if row.strip()]
+    frames = [frame for _, _, frame in read if not isinstance(frame, str) and not frame.flags & FD]
+    assert_same(found, frames_of(frames))
+    assert parser.skipped == [
+        SkippedLine(number, row[:80].rstrip(), frame if isinstance(frame, str) else ONLY_CLASSICAL)
+        for number, row, frame in read
+        if isinstance(frame, str) or frame.flags & FD
+    ]
+    assert parser.lines == len(rows)
 
 
 @given(st.lists(st.lists(lines, min_size=1, max_size=8), min_size=1, max_size=12), st.integers(1, 4))
