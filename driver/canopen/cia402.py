@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.pdo_mapping import Entry, length
+from omnimate.driver.canopen.pdo_mapping import Entry, length, placed
 from omnimate.driver.errors import DriveError
 
 if TYPE_CHECKING:
@@ -107,17 +107,13 @@ class TargetPdo:
     @property
     def start_bit(self) -> int:
         """First bit of the target velocity."""
-        before = self.entries[: self.entries.index(TARGET_VELOCITY)]
-        return sum(entry.bits for entry in before)
+        return next(bit for bit, entry in placed(self.entries) if entry == TARGET_VELOCITY)
 
     def data(self, target: int, control: int) -> bytes:
         """Return the bytes for a target velocity 60FFh [counts/s] and a control word 6040h."""
         values = {TARGET_VELOCITY: target, CONTROL_WORD: control, MODE: PROFILE_VELOCITY}
-        word = bit = 0
-        for entry in self.entries:
-            word |= (values.get(entry, 0) % (1 << entry.bits)) << bit
-            bit += entry.bits
-        return word.to_bytes(length(self.entries), "little")
+        fields = ((values.get(entry, 0) % (1 << entry.bits)) << bit for bit, entry in placed(self.entries))
+        return sum(fields).to_bytes(length(self.entries), "little")
 
 
 def planned_pdo(drive: Drive) -> TargetPdo:

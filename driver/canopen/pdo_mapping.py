@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from omnimate.driver.errors import MappingImpossible
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from omnimate.vehicle.parameters import Channel, Encoder
 
@@ -46,14 +46,8 @@ class Entry:
 
 # What may fill a gap: something that the device has in any case, or else the dummy objects of CiA 301.
 _FILLERS: dict[str, dict[int, tuple[Entry, ...]]] = {
-    "cia406": {
-        16: (Entry(0x6500, 0, 16), Entry(0x0006, 0, 16)),
-        8: (Entry(0x1001, 0, 8), Entry(0x0005, 0, 8)),
-    },
-    "cia402": {
-        16: (Entry(0x6041, 0, 16), Entry(0x0006, 0, 16)),
-        8: (Entry(0x1001, 0, 8), Entry(0x0005, 0, 8)),
-    },
+    profile: {16: (Entry(status, 0, 16), Entry(0x0006, 0, 16)), 8: (Entry(0x1001, 0, 8), Entry(0x0005, 0, 8))}
+    for profile, status in (("cia406", 0x6500), ("cia402", 0x6041))
 }
 
 
@@ -77,12 +71,17 @@ def position_objects(encoders: Sequence[Encoder]) -> dict[Channel, Entry]:
     return objects
 
 
+def placed(entries: Sequence[Entry]) -> Iterator[tuple[int, Entry]]:
+    """Yield each entry of a PDO with its first bit."""
+    bit = 0
+    for entry in entries:
+        yield bit, entry
+        bit += entry.bits
+
+
 def holds(entries: Sequence[Entry], encoders: Sequence[Encoder], objects: dict[Channel, Entry]) -> bool:
     """Return whether a mapping has each encoder's object at its start bit, whatever else it carries."""
-    starts, bit = {}, 0
-    for entry in entries:
-        starts[bit] = entry
-        bit += entry.bits
+    starts = dict(placed(entries))
     return all(starts.get(encoder.start_bit) == objects[encoder.channel] for encoder in encoders)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.cia402 import ENABLED, FAULT, FAULT_MASK, STATE_MASK
-from omnimate.driver.canopen.pdo_mapping import Entry
+from omnimate.driver.canopen.pdo_mapping import Entry, placed
 from omnimate.driver.robot.events import Trouble
 
 if TYPE_CHECKING:
@@ -52,12 +52,10 @@ def status_source(node: int, settings: Iterable[PdoSetting], sync_period: float 
     fields: list[tuple[int, int]] = []
     is_timely = False
     for setting in settings:
-        bit = 0
-        for entry in setting.entries:
+        for bit, entry in placed(setting.entries):
             if entry == STATUS_WORD and setting.is_valid:
                 fields.append((setting.cob_id, bit))
                 is_timely |= sync_period is not None and _is_timely(setting, sync_period)
-            bit += entry.bits
     return StatusSource(node, tuple(fields), is_timely)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.driver.robot.events import Trouble
-from omnimate.files.logs.canopen_words import BOOT_UP, OPERATIONAL, emcy_in_words, nmt_state_in_words
+from omnimate.files.logs.canopen_words import BOOT_UP, OPERATIONAL, emergency_in_words, nmt_state_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -94,13 +94,10 @@ class Supervision:
         """Take an EMCY frame at time `now` [s]; return False where its length is impossible."""
         if len(data) != 8:
             return False
-        code, register = int.from_bytes(data[:2], "little"), data[2]
+        code, what = int.from_bytes(data[:2], "little"), emergency_in_words(data)
         self.nodes[node].emergencies += 1
-        what = f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {register:02X}h)"
-        if code == NO_ERROR:
-            self._events.add(now, node, what)
-        else:
-            self._events.add(now, node, what)
+        self._events.add(now, node, what)
+        if code != NO_ERROR:
             self.troubles.append(Trouble(now, node, what, emergency=code))
         return True
 

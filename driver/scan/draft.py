@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from itertools import takewhile
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.pdo_mapping import AXIS
+from omnimate.driver.canopen.pdo_mapping import AXIS, placed
 from omnimate.driver.scan.node import LINEAR, LINEAR_SENSORS, SINGLE_TURN
 from omnimate.vehicle.drafting import bus_lines, geometry_lines, known_line, unknown_line
 
@@ -133,13 +132,11 @@ def positions_of(node: NodeReading) -> list[Position]:
     """
     first: dict[tuple[int, int], Position] = {}
     for setting in sorted(node.tpdos, key=_preference):
-        bit = 0
-        for entry in setting.entries:
+        for bit, entry in placed(setting.entries):
             if _is_position(entry.index):
                 where = (setting.cob_id, bit, entry.bits)
                 position = Position(node, entry.index, entry.subindex, *where, is_mapped=True)
                 first.setdefault((entry.index, entry.subindex), position)
-            bit += entry.bits
     mapped = sorted(first.values(), key=lambda position: (position.index, position.subindex))
     if mapped:
         has_actual = any((position.index - ACTUAL) % AXIS == 0 for position in mapped)
@@ -246,8 +243,8 @@ def _drive(node: NodeReading, eds: Mapping[int, str]) -> Iterator[str]:
     yield known_line("node", str(node.node), _described(node))
     cob_id, start, how = 0x200 + node.node, 0, "the driver will map it"
     if setting is not None:
-        before = list(takewhile(lambda entry: entry.index != TARGET, setting.entries))
-        cob_id, start, how = setting.cob_id, sum(entry.bits for entry in before), "carries 60FFh"
+        start = next(bit for bit, entry in placed(setting.entries) if entry.index == TARGET)
+        cob_id, how = setting.cob_id, "carries 60FFh"
     yield known_line("cob_id", f"0x{cob_id:03X}", how)
     if start:
         yield known_line("start_bit", str(start), "of 60FFh")

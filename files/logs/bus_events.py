@@ -12,7 +12,7 @@ from omnimate.files.logs.canopen_words import (
     SDO_ANSWER,
     SDO_REQUEST,
     describe_frame,
-    emcy_in_words,
+    emergency_in_words,
     nmt_state_in_words,
 )
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
@@ -101,6 +101,5 @@ def _command_or_abort(frame: Frame, node: int) -> BusEvent | None:
 
 
 def _emergency(frame: Frame, node: int) -> BusEvent:
-    code = int.from_bytes(frame.data[:2], "little")
-    what = f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {frame.data[2]:02X}h)"
-    return BusEvent(frame.time, node, what, code != 0, is_health=True)
+    is_error = any(frame.data[:2])
+    return BusEvent(frame.time, node, emergency_in_words(frame.data), is_error, is_health=True)

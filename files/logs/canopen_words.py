@@ -129,6 +129,12 @@ def emcy_in_words(code: int) -> str:
     return EMCY_CLASSES.get(high) or EMCY_CLASSES.get(high & 0xF0) or "unknown error code"
 
 
+def emergency_in_words(data: bytes | bytearray) -> str:
+    """Return what an EMCY frame of at least three bytes says: its error code and the error register."""
+    code = int.from_bytes(data[:2], "little")
+    return f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {data[2]:02X}h)"
+
+
 def sdo_abort_in_words(code: int) -> str:
     """Return what an SDO abort code (32 bits) says."""
     return SDO_ABORT_CODES.get(code, "unknown abort code")

@@ -85,15 +85,6 @@ def test_a_late_answer_after_the_next_sync_never_enters_its_sample():
     assert (assembler.counts[1].late, assembler.counts[1].missing) == (1, 0)
 
 
-def test_a_single_answer_after_a_lost_one_counts():
-    assembler = Assembler(VEHICLE)
-    cycle(assembler, 0, 5)
-    cycle(assembler, 1, 6, COB_IDS[1:])
-    sample = cycle(assembler, 2, 7)
-    assert sample.present == (True,) * 7
-    assert (assembler.counts[1].late, assembler.counts[1].missing) == (0, 1)
-
-
 def test_the_first_of_two_answers_counts():
     assembler = Assembler(VEHICLE)
     assembler.begin(0, 0.0)
@@ -171,23 +162,6 @@ def test_a_node_that_missed_a_sync_is_only_hoped_for_until_it_is_trusted_again()
     assert not assembler.is_complete
 
 
-def test_a_gap_lasts_from_the_last_to_the_first_good_sample():
-    assembler = Assembler(VEHICLE)
-    for index, count in enumerate((5, 5, None, None, 5)):
-        cycle(assembler, index, 5, COB_IDS if count else COB_IDS[1:])
-    (gap,) = assembler.gaps
-    assert (gap.channel, gap.reason) == ("a.left", "missing")
-    assert (gap.start, gap.end) == pytest.approx((0.015, 0.06))
-
-
-def test_an_open_gap_is_reported_too():
-    assembler = Assembler(VEHICLE)
-    cycle(assembler, 0, 5)
-    cycle(assembler, 1, 5, COB_IDS[1:])
-    (gap,) = assembler.gaps_until_now()
-    assert (gap.channel, gap.start, gap.end) == ("a.left", 0.0, 0.015)
-
-
 def test_a_restart_rebases_wheels_and_not_joints():
     assembler = Assembler(VEHICLE)
     cycle(assembler, 0, 1000)
@@ -203,15 +177,6 @@ def test_a_restart_rebases_wheels_and_not_joints():
         ("a.left", "reboot"),
         ("joint_a", "reboot"),
     ]
-
-
-def test_a_restarted_wheel_goes_on_from_its_new_zero():
-    assembler = Assembler(VEHICLE)
-    cycle(assembler, 0, 100_000)
-    assembler.node_booted(1)
-    assembler.node_started(1)
-    assert cycle(assembler, 1, 0).counts[0] == 100_000
-    assert cycle(assembler, 2, 7).counts[0] == 100_007
 
 
 def test_an_impossible_reading_is_a_jump():
