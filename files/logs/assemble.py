@@ -150,11 +150,11 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
         counts[:first, column] = counts[first, column]
     gaps = _gaps(log.time, vehicle, samples, records[2])
     in_order = tuple(sorted(gaps, key=lambda gap: (gap.start, gap.channel)))
-    commands = _commands(log, vehicle)
+    commands, booted = _commands(log, vehicle), mine.can_id[log.boots]
     recording = Recording(vehicle, log.time, counts, present, None, None, in_order, commands, source)
     return Assembly(
         recording,
-        tuple(_traffic(log, pdo) for pdo in records[1]),
+        tuple(_traffic(pdo, booted) for pdo in records[1]),
         _tally(log),
         _tally_of_unknown(log),
         int(np.argmax(log.opens)),
@@ -204,10 +204,9 @@ def _assemble_samples(log: _Log, records: tuple[Record, Record, Record]) -> _Sam
         usable = usable[usable >= needed]
         pdos["length"][place] = np.argmax(np.bincount(usable)) if len(usable) else needed
     pdos["is_mapped"] = pdos["is_exact"] = True
-    kinds[log.boots] = BOOTED
-    words[log.boots] = log.frames.can_id[log.boots] - HEARTBEAT
-    kinds[log.starts] = STARTED
-    words[log.starts] = log.frames.data[log.starts, 1]
+    boots, starts = log.boots, log.starts
+    kinds[boots], words[boots] = BOOTED, log.frames.can_id[boots] - HEARTBEAT
+    kinds[starts], words[starts] = STARTED, log.frames.data[starts, 1]
     events = np.flatnonzero(log.opens | (kinds != NOTHING))
     events = events[log.owner[events] >= 0]
     shape = int(log.opens.sum()), len(channels)
@@ -242,8 +241,8 @@ def _gaps(
             yield Gap(channel, last_good, float(time[-1]), REASONS[channels["gap"][column]])
 
 
-def _traffic(log: _Log, pdo: Record) -> PdoTraffic:
-    """Return what became of the PDOs of one record."""
+def _traffic(pdo: Record, booted: NDArray[np.uint32]) -> PdoTraffic:
+    """Return what became of the PDOs of one record; `booted` are the COB-IDs of all boot-ups, `(B,)`."""
     return PdoTraffic(
         int(pdo["cob_id"]),
         int(pdo["node"]),
@@ -252,7 +251,7 @@ def _traffic(log: _Log, pdo: Record) -> PdoTraffic:
         late=int(pdo["late"]),
         duplicate=int(pdo["duplicate"]),
         wrong_length=int(pdo["wrong_length"]),
-        restarts=int(np.count_nonzero(log.frames.can_id[log.boots] == HEARTBEAT + pdo["node"])),
+        restarts=int(np.count_nonzero(booted == HEARTBEAT + pdo["node"])),
     )
 
 
