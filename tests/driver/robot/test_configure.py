@@ -105,13 +105,6 @@ def test_another_identity_is_refused_before_anything_is_written(kit, key, value)
     assert device.writes == []
 
 
-def test_another_profile_is_refused(kit):
-    device = kit.encoder_device(1)
-    device.objects[0x1000, 0][0] = 0x00020192
-    with pytest.raises(WrongDevice, match="profile is cia402"):
-        configure(kit, device)
-
-
 def test_a_device_without_a_profile_is_taken_with_a_remark(kit):
     device = kit.encoder_device(1)
     device.objects[0x1000, 0][0] = 0
