@@ -15,11 +15,10 @@ import numpy as np
 
 from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.units import counts_of
-from omnimate.files.logs.assemble import assemble
-from omnimate.files.logs.recording_to_frames import frames_of_recording
+from omnimate.files.logs.pdo_units import drive_conversion
+from omnimate.files.recordings.readings import recording_of_readings
 from omnimate.vehicle.counters import counter_law, unwrap
 from omnimate.vehicle.parameters import ParameterError
-from omnimate.vehicle.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,8 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.files.importers.series import Series
-    from omnimate.vehicle.parameters import Channel, VehicleParameters
-    from omnimate.vehicle.recording import Poses, Run
+    from omnimate.vehicle.parameters import Channel, Encoder, VehicleParameters
+    from omnimate.vehicle.recording import Poses, Recording, Run
     from omnimate.vehicle.se2 import Array
 
 _PAUSE = 3.0  # [periods] time after which a sample counts as missing
@@ -70,17 +69,16 @@ def recording_of(
             )
     clock = _clock([series[channel] for channel in vehicle.channels], source)
     vehicle = _with_period(vehicle, clock, source)
-    columns = [_column(series[channel], vehicle, channel, clock) for channel in vehicle.channels]
     time, kept = _filled(clock, vehicle.bus.sync_period, source)
-    counts = np.zeros((len(time), len(columns)), np.int64)
-    present = np.zeros(counts.shape, np.bool_)
-    for number, column in enumerate(columns):
-        counts[kept, number], present[kept, number] = column.counts, column.present
+    counts = np.zeros((len(time), len(vehicle.channels)), np.int64)
+    received = np.zeros(counts.shape, np.bool_)
+    for number, encoder in enumerate(vehicle.encoders):
+        column = _column(series[encoder.channel], vehicle, encoder, clock)
+        counts[kept, number], received[kept, number] = column.counts, column.present
     _check_poses(poses, time, source)
-    spread = None if commands is None else _spread(commands, kept, len(time))
-    raw = Recording(vehicle, time, counts, present, commands=spread, source=source)
-    shown = assemble(frames_of_recording(raw), vehicle, source).recording
-    return replace(shown, poses=poses, run=run)
+    speeds = None if commands is None else _commands(commands, vehicle, kept, len(time))
+    recording = recording_of_readings(vehicle, time, counts, received, speeds, source)
+    return replace(recording, poses=poses, run=run)
 
 
 def _clock(series: list[Series], source: str) -> Array:
@@ -107,8 +105,7 @@ def _with_period(vehicle: VehicleParameters, clock: Array, source: str) -> Vehic
         raise SourceError(source, f"time between samples: {error.problem}; check the unit of time") from error
 
 
-def _column(series: Series, vehicle: VehicleParameters, channel: Channel, clock: Array) -> _Column:
-    encoder = vehicle.encoder(channel)
+def _column(series: Series, vehicle: VehicleParameters, encoder: Encoder, clock: Array) -> _Column:
     counts, known = counts_of(series, vehicle, encoder), np.isfinite(series.value)
     if np.array_equal(series.time, clock):
         return _Column(counts, known)
@@ -139,9 +136,18 @@ def _filled(clock: Array, period: float, source: str) -> tuple[Array, NDArray[np
     return np.interp(np.arange(kept[-1] + 1), kept, clock), kept
 
 
-def _spread(commands: Array, kept: NDArray[np.intp], count: int) -> Array:
-    """Return commands `(N, W)` on the filled clock; each holds until the next."""
-    return commands[np.searchsorted(kept, np.arange(count), side="right") - 1]
+def _commands(
+    commands: Array, vehicle: VehicleParameters, kept: NDArray[np.intp], count: int
+) -> Array | None:
+    """Return commands `(N, W)` on the filled clock, each until the next, to the resolution of the drives."""
+    held = np.maximum.accumulate(np.where(np.isnan(commands), -1, np.arange(len(commands))[:, None]), axis=0)
+    row = held[np.searchsorted(kept, np.arange(count), side="right") - 1]
+    speeds = np.full(row.shape, np.nan)
+    for drive in vehicle.drives:
+        wheel, factor = vehicle.wheels.index(drive.wheel), drive_conversion(drive).factor
+        given = row[:, wheel] >= 0
+        speeds[given, wheel] = np.rint(commands[row[given, wheel], wheel] / factor) * factor
+    return None if np.isnan(speeds).all() else speeds
 
 
 def _check_poses(poses: Poses | None, time: Array, source: str) -> None:

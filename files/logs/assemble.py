@@ -16,28 +16,19 @@ import numpy as np
 from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, NMT_START, SYNC_ID
 from omnimate.files.logs.frame_classes import CLASSES, FrameClass, classify, is_class
 from omnimate.files.logs.pdo_units import drive_conversion
-from omnimate.vehicle.assembly import (
-    BOOTED,
-    NOTHING,
-    REASONS,
-    STARTED,
-    assemble_events,
-    assembly_records,
-)
+from omnimate.files.recordings.readings import Events, recording_of_events
+from omnimate.vehicle.assembly import BOOTED, NOTHING, STARTED, assembly_records
 from omnimate.vehicle.errors import RecordingError
-from omnimate.vehicle.recording import Gap, Recording
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
 
     from omnimate.files.logs.frames import Frames
     from omnimate.vehicle.compiled import Record
     from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.recording import Recording
 
     Rows = NDArray[np.intp]
-    _Samples = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.uint8]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,14 +135,8 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
     mine = _of_one_bus(frames, vehicle)
     log, opener = _cut(mine, vehicle, source)
     records = assembly_records(vehicle)
-    samples = _assemble_samples(log, records)
-    counts, present, _ = samples
-    for column, first in enumerate(np.argmax(present, axis=0).tolist()):
-        counts[:first, column] = counts[first, column]
-    gaps = _gaps(log.time, vehicle, samples, records[2])
-    in_order = tuple(sorted(gaps, key=lambda gap: (gap.start, gap.channel)))
-    commands, booted = _commands(log, vehicle), mine.can_id[log.boots]
-    recording = Recording(vehicle, log.time, counts, present, None, None, in_order, commands, source)
+    events, commands, booted = _events(log, records), _commands(log, vehicle), mine.can_id[log.boots]
+    recording = recording_of_events(vehicle, records, events, commands, source)
     return Assembly(
         recording,
         tuple(_traffic(pdo, booted) for pdo in records[1]),
@@ -191,9 +176,9 @@ def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> tuple[_Log,
     return _Log(frames, classes, opens, np.cumsum(opens) - 1, opener == SYNC_ID), opener
 
 
-def _assemble_samples(log: _Log, records: tuple[Record, Record, Record]) -> _Samples:
-    """Return counts, presence and ended gaps of the samples, each `(N, C)`; the records follow them."""
-    cycles, pdos, channels = records
+def _events(log: _Log, records: tuple[Record, Record, Record]) -> Events:
+    """Return what is seen on the bus; write into the records how long the PDOs are."""
+    cycles, pdos, _ = records
     cycles["is_synchronous"] = log.has_sync
     kinds, words = np.full(len(log.frames), NOTHING, np.int16), log.frames.words().copy()
     for place, cob_id in enumerate(pdos["cob_id"].tolist()):
@@ -209,36 +194,8 @@ def _assemble_samples(log: _Log, records: tuple[Record, Record, Record]) -> _Sam
     kinds[starts], words[starts] = STARTED, log.frames.data[starts, 1]
     events = np.flatnonzero(log.opens | (kinds != NOTHING))
     events = events[log.owner[events] >= 0]
-    shape = int(log.opens.sum()), len(channels)
-    samples = np.zeros(shape, np.int64), np.zeros(shape, bool), np.zeros(shape, np.uint8)
-    assemble_events(
-        *records,
-        log.opens[events],
-        kinds[events],
-        words[events],
-        log.frames.length[events],
-        log.frames.time[events],
-        *samples,
-    )
-    return samples
-
-
-def _gaps(
-    time: NDArray[np.float64], vehicle: VehicleParameters, samples: _Samples, channels: Record
-) -> Iterator[Gap]:
-    """Yield where a channel was not read, and why; a gap at the end lasts until the last sample."""
-    _, present, ended = samples
-    for column, channel in enumerate(vehicle.channels):
-        rows = np.flatnonzero(ended[:, column])
-        good = np.flatnonzero(present[:, column])
-        before = np.searchsorted(good, rows) - 1
-        starts = np.where(before >= 0, time[good[before]] if len(good) else time[0], time[0])
-        reasons = ended[rows, column].tolist()
-        for start, row, reason in zip(starts.tolist(), rows.tolist(), reasons, strict=True):
-            yield Gap(channel, start, float(time[row]), REASONS[reason])
-        if channels["gap"][column]:
-            last_good = float(channels["last_good"][column])
-            yield Gap(channel, last_good, float(time[-1]), REASONS[channels["gap"][column]])
+    frames = log.frames
+    return Events(log.opens[events], kinds[events], words[events], frames.length[events], frames.time[events])
 
 
 def _traffic(pdo: Record, booted: NDArray[np.uint32]) -> PdoTraffic:

@@ -1,5 +1,7 @@
 """Series on clocks of their own become one recording."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,8 +12,11 @@ from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.poses import poses_of
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series
+from omnimate.files.logs.assemble import assemble
+from omnimate.files.logs.recording_to_frames import frames_of_recording
 from omnimate.files.recordings.folder import load_recording, save_recording
-from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.parameters import Drive, Truck
+from omnimate.vehicle.recording import Recording
 
 ROBOT = single_truck("tried", Truck(0.5, 0.2, 0.2), 1000.0, 0.02)
 
@@ -30,6 +35,39 @@ def test_counts_on_one_clock_are_not_touched(steps):
     np.testing.assert_array_equal(recording.time, time)
     assert recording.present.all()
     assert recording.vehicle.bus.sync_period == 0.02
+
+
+@given(
+    st.lists(st.tuples(*[st.none() | st.integers(-200, 200) | st.integers(-(10**6), 10**6)] * 2), min_size=2),
+    st.lists(st.sampled_from([0.02, 0.04]), min_size=100, max_size=100),
+    st.lists(st.none() | st.floats(-3.0, 3.0), min_size=100, max_size=100),
+    st.integers(13, 32),
+    st.booleans(),
+)
+def test_an_import_is_what_its_frames_on_a_bus_would_have_given(steps, periods, speeds, bits, signed):
+    """Missing values, jumps, wraps, encoders in one PDO, and commands."""
+    left, right = (replace(encoder, bits=bits, signed=signed) for encoder in ROBOT.encoders)
+    right = replace(right, cob_id=left.cob_id, start_bit=32)
+    robot = replace(ROBOT, encoders=(left, right), drives=(Drive("a.left", 11, 0x20B, -1, 40000.0),))
+    moved = np.array([[np.nan if step is None else step for step in row] for row in steps[:100]], float)
+    moved[[0, 1]] = np.nan_to_num(moved[[0, 1]])
+    counts = np.where(np.isnan(moved), np.nan, np.cumsum(np.nan_to_num(moved), axis=0))
+    time = 100.0 + np.cumsum(periods[: len(counts)])
+    commands = np.column_stack((np.array(speeds[: len(counts)], float), np.full(len(counts), np.nan)))
+    series = {
+        name: Series(time, column, "counts", "test")
+        for name, column in zip(robot.channels, counts.T, strict=True)
+    }
+    seen = recording_of(robot, series, "test", commands=commands)
+    present = np.isfinite(counts)
+    on_bus = Recording(seen.vehicle, time, np.nan_to_num(counts).astype(np.int64), present, commands=commands)
+    expected = assemble(frames_of_recording(on_bus), seen.vehicle).recording
+    for name in ("time", "counts", "present"):
+        np.testing.assert_array_equal(getattr(seen, name), getattr(expected, name))
+    assert seen.gaps == expected.gaps
+    assert (seen.commands is None) == (expected.commands is None)
+    if seen.commands is not None:
+        np.testing.assert_array_equal(seen.commands, expected.commands)
 
 
 def test_what_is_returned_is_what_its_folder_holds(drive, tmp_path):
