@@ -56,11 +56,11 @@ def dbc(
     out_file: Annotated[Path, typer.Argument(metavar="OUT.dbc", help="DBC file to write.")],
 ) -> None:
     """Write a DBC file with which other tools decode the same values."""
-    from omnimate.files.logs.dbc import format_dbc
+    from omnimate.files.logs.dbc import dbc_of_vehicle
     from omnimate.vehicle.atomic import write_text
     from omnimate.vehicle.file import load_vehicle
 
-    write_text(out_file, format_dbc(load_vehicle(vehicle)))
+    write_text(out_file, dbc_of_vehicle(load_vehicle(vehicle)))
     note(f"written: {out_file}")
 
 

@@ -1,38 +1,76 @@
-"""A vehicle as a DBC file: every PDO a message, every channel a signal in radians or metres."""
+"""DBC files: any messages, and those of a vehicle with every channel as a signal in radians or metres."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 from omnimate.files.logs.canopen_words import NMT_STATES, SYNC_ID
-from omnimate.files.logs.pdo_units import drive_conversion, encoder_conversion
+from omnimate.files.logs.decoding import vehicle_signals
+from omnimate.files.logs.signals import Signal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from omnimate.files.logs.pdo_units import Conversion
     from omnimate.vehicle.parameters import VehicleParameters
 
 _LONGEST_NAME = 32  # characters of a DBC name
-_READER = "host"
+_HOST = "host"
 
 
-def format_dbc(vehicle: VehicleParameters) -> str:
-    """Return the text of a DBC file: SYNC, PDOs, and heartbeat and EMCY of every node."""
-    nodes = sorted({owner.node for owner in vehicle.encoders} | {drive.node for drive in vehicle.drives})
-    head = [*head_lines([_READER, *map(node_name, nodes)]), f"BO_ {SYNC_ID} SYNC: 0 {_READER}", ""]
-    blocks = [*_encoder_messages(vehicle), *_drive_messages(vehicle), *map(_node_messages, nodes)]
-    name = vehicle.name.replace("\\", "/").replace('"', "'")
-    return "\n".join([*head, *blocks, f'CM_ "{name}";', *map(state_names, nodes), ""])
+class DbcMessage(NamedTuple):
+    """A message of a DBC file.
+
+    Attributes:
+        key: Identifier, to which `omnimate.files.logs.dbc_reading.EXTENDED_KEY` is added for 29 bits.
+        name: Name of the message.
+        length: Length of the data [bytes].
+        sender: Name of the node that sends it.
+        receiver: Name of the node that receives it.
+        signals: Signals of the message; their names are identifiers of C.
+        comments: Comments by the names of signals.
+    """
+
+    key: int
+    name: str
+    length: int
+    sender: str
+    receiver: str
+    signals: tuple[Signal, ...] = ()
+    comments: Mapping[str, str] = {}
 
 
-def head_lines(units: Iterable[str]) -> list[str]:
-    """Return the lines with which a DBC file begins, an empty line last.
+def format_dbc(nodes: Sequence[str], messages: Sequence[DbcMessage], comment: str = "") -> str:
+    """Return the text of a DBC file.
 
     Args:
-        units: Names of those who send and receive.
+        nodes: Names of those who send and receive.
+        messages: The messages.
+        comment: Comment on the whole network; empty for none.
     """
-    return ['VERSION ""', "", "NS_ :", "", "BS_:", "", " ".join(["BU_:", *units]), ""]
+    lines = ['VERSION ""', "", "NS_ :", "", "BS_:", "", " ".join(["BU_:", *nodes]), ""]
+    for message in messages:
+        lines += [f"BO_ {message.key} {message.name}: {message.length} {message.sender}"]
+        lines += [*(_signal_line(signal, message) for signal in message.signals), ""]
+    lines += [f'CM_ "{_quoted(comment)}";'] if comment else []
+    for message in messages:
+        for name, words in message.comments.items():
+            lines.append(f'CM_ SG_ {message.key} {name} "{_quoted(words)}";')
+        for signal in message.signals:
+            lines += _value_lines(message, signal)
+    return "\n".join([*lines, ""])
+
+
+def dbc_of_vehicle(vehicle: VehicleParameters) -> str:
+    """Return the text of a DBC file: SYNC, PDOs, and heartbeat and EMCY of every node."""
+    nodes = sorted({owner.node for owner in (*vehicle.encoders, *vehicle.drives)})
+    messages = [DbcMessage(SYNC_ID, "SYNC", 0, _HOST, _HOST), *_pdos(vehicle)]
+    for node in nodes:
+        emcy = (Signal("error_code", 0, 16), Signal("error_register", 16, 8))
+        messages.append(DbcMessage(0x80 + node, f"EMCY_{node}", 8, node_name(node), _HOST, emcy))
+        messages.append(heartbeat_message(node, _HOST))
+    return format_dbc([_HOST, *map(node_name, nodes)], messages, vehicle.name)
 
 
 def node_name(node: int) -> str:
@@ -40,61 +78,42 @@ def node_name(node: int) -> str:
     return f"node_{node}"
 
 
-def heartbeat_message(node: int, reader: str) -> str:
-    """Return the message of a node's heartbeat, an empty line last."""
+def heartbeat_message(node: int, receiver: str) -> DbcMessage:
+    """Return the message of a node's heartbeat, which names the NMT states."""
+    state = Signal("state", 0, 7, choices=NMT_STATES)
+    return DbcMessage(0x700 + node, f"heartbeat_{node}", 1, node_name(node), receiver, (state,))
+
+
+def _pdos(vehicle: VehicleParameters) -> Iterator[DbcMessage]:
+    """Yield the TPDOs of encoders and the RPDOs of drives."""
+    senders = {encoder.cob_id: encoder.node for encoder in reversed(vehicle.encoders)}
+    receivers = {drive.cob_id: drive.node for drive in reversed(vehicle.drives)}
+    for cob_id, carried in vehicle_signals(vehicle).items():
+        signals = tuple(replace(signal, name=re.sub(r"\W", "_", signal.name)) for signal in carried)
+        is_sent = cob_id in senders
+        ends = (node_name(senders[cob_id]), _HOST) if is_sent else (_HOST, node_name(receivers[cob_id]))
+        name = "_".join(signal.name for signal in signals)
+        name = name if len(name) <= _LONGEST_NAME else f"{'T' if is_sent else 'R'}PDO_{cob_id:03X}"
+        yield DbcMessage(cob_id, name, max(signal.length for signal in signals), *ends, signals)
+
+
+def _signal_line(signal: Signal, message: DbcMessage) -> str:
+    switches = {other.switch[0].name for other in message.signals if other.switch is not None}
+    switch = " M" if signal.name in switches else "" if signal.switch is None else f" m{signal.switch[1]}"
+    order, sign = "0" if signal.is_big_endian else "1", "-" if signal.signed or signal.is_float else "+"
     return (
-        f"BO_ {0x700 + node} heartbeat_{node}: 1 {node_name(node)}\n"
-        f' SG_ state : 0|7@1+ (1,0) [0|0] "" {reader}\n'
+        f" SG_ {signal.name}{switch} : {signal.start_bit}|{signal.bits}@{order}{sign} "
+        f'({signal.factor!r},{signal.offset!r}) [0|0] "{signal.unit}" {message.receiver}'
     )
 
 
-def state_names(node: int) -> str:
-    """Return the line that names the NMT states in a node's heartbeat."""
-    states = " ".join(f'{code} "{name}"' for code, name in sorted(NMT_STATES.items()))
-    return f"VAL_ {0x700 + node} state {states} ;"
+def _value_lines(message: DbcMessage, signal: Signal) -> Iterator[str]:
+    if signal.choices:
+        words = " ".join(f'{code} "{_quoted(name)}"' for code, name in sorted(signal.choices.items()))
+        yield f"VAL_ {message.key} {signal.name} {words} ;"
+    if signal.is_float:
+        yield f"SIG_VALTYPE_ {message.key} {signal.name} : {signal.bits // 32};"
 
 
-def _encoder_messages(vehicle: VehicleParameters) -> list[str]:
-    messages = []
-    for cob_id in dict.fromkeys(encoder.cob_id for encoder in vehicle.encoders):
-        encoders = [encoder for encoder in vehicle.encoders if encoder.cob_id == cob_id]
-        size = max((encoder.start_bit + encoder.bits + 7) // 8 for encoder in encoders)
-        name = "_".join(_identifier(encoder.channel) for encoder in encoders)
-        name = name if len(name) <= _LONGEST_NAME else f"TPDO_{cob_id:03X}"
-        lines = [f"BO_ {cob_id} {name}: {size} {node_name(encoders[0].node)}"]
-        for encoder in encoders:
-            bits = f"{encoder.start_bit}|{encoder.bits}@1{'-' if encoder.signed else '+'}"
-            lines.append(_signal(_identifier(encoder.channel), bits, encoder_conversion(encoder, vehicle)))
-        messages.append("\n".join([*lines, ""]))
-    return messages
-
-
-def _drive_messages(vehicle: VehicleParameters) -> list[str]:
-    return [
-        f"BO_ {drive.cob_id} target_{_identifier(drive.wheel)}: {drive.start_bit // 8 + 4} {_READER}\n"
-        + _signal(
-            f"target_{_identifier(drive.wheel)}",
-            f"{drive.start_bit}|32@1-",
-            drive_conversion(drive),
-            node_name(drive.node),
-        )
-        + "\n"
-        for drive in vehicle.drives
-    ]
-
-
-def _node_messages(node: int) -> str:
-    return (
-        f"BO_ {0x80 + node} EMCY_{node}: 8 node_{node}\n"
-        f' SG_ error_code : 0|16@1+ (1,0) [0|0] "" {_READER}\n'
-        f' SG_ error_register : 16|8@1+ (1,0) [0|0] "" {_READER}\n\n'
-    ) + heartbeat_message(node, _READER)
-
-
-def _signal(name: str, bits: str, conversion: Conversion, reader: str = _READER) -> str:
-    factor, offset, unit = conversion
-    return f' SG_ {name} : {bits} ({factor!r},{offset!r}) [0|0] "{unit}" {reader}'
-
-
-def _identifier(channel: str) -> str:
-    return channel.replace(".", "_")
+def _quoted(text: str) -> str:
+    return text.replace("\\", "/").replace('"', "'")

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.files.logs.assemble import assemble
-from omnimate.files.logs.dbc import format_dbc
+from omnimate.files.logs.dbc import dbc_of_vehicle
 from omnimate.files.logs.frames import Frame, frames_of
 from omnimate.files.logs.recording_to_frames import encode
 from omnimate.vehicle.file import load_vehicle, parse_vehicle
@@ -57,7 +57,7 @@ counts = st.integers(-(2**14), 2**14)
 
 @given(rows=st.lists(st.tuples(*[counts] * 7), min_size=1, max_size=3))
 def test_cantools_decodes_the_values_that_the_assembler_reads(vehicle, rows):
-    database = cantools.database.load_string(format_dbc(vehicle), "dbc")
+    database = cantools.database.load_string(dbc_of_vehicle(vehicle), "dbc")
     for row in rows:
         raw = dict(zip(vehicle.channels, row, strict=True))
         frames, decoded = [Frame(0.0, 0x080)], {}
@@ -81,7 +81,7 @@ def test_cantools_decodes_the_values_that_the_assembler_reads(vehicle, rows):
 
 
 def test_units_and_names_are_those_of_the_vehicle(vehicle):
-    database = cantools.database.load_string(format_dbc(vehicle), "dbc")
+    database = cantools.database.load_string(dbc_of_vehicle(vehicle), "dbc")
     message = database.get_message_by_name("a_left_a_right")
     assert message.frame_id == 0x296
     assert [(signal.name, signal.unit) for signal in message.signals] == [
@@ -92,7 +92,7 @@ def test_units_and_names_are_those_of_the_vehicle(vehicle):
 
 
 def test_heartbeats_emergencies_and_commands_are_decoded_too(vehicle):
-    database = cantools.database.load_string(format_dbc(vehicle), "dbc")
+    database = cantools.database.load_string(dbc_of_vehicle(vehicle), "dbc")
     assert database.decode_message(0x716, b"\x05") == {"state": "operational"}
     assert database.decode_message(0x096, bytes.fromhex("1081010000000000")) == {
         "error_code": 0x8110,
@@ -103,7 +103,7 @@ def test_heartbeats_emergencies_and_commands_are_decoded_too(vehicle):
 
 
 def test_every_name_is_a_c_identifier_of_at_most_32_characters(vehicle):
-    names = re.findall(r"^(?:BO_ \d+| SG_) (\S+)", format_dbc(vehicle), re.MULTILINE)
+    names = re.findall(r"^(?:BO_ \d+| SG_) (\S+)", dbc_of_vehicle(vehicle), re.MULTILINE)
     assert len(names) > 20
     assert all(re.fullmatch(r"[A-Za-z_]\w{0,31}", name.rstrip(":")) for name in names)
 
@@ -116,7 +116,7 @@ def test_a_pdo_with_many_channels_is_named_by_its_cob_id(robot_toml):
             f"cob_id = {0x180 + node}\nstart_bit = 0\nbits = 32",
             f"cob_id = 400\nstart_bit = {start}\nbits = 8",
         )
-    database = cantools.database.load_string(format_dbc(parse_vehicle(text)), "dbc")
+    database = cantools.database.load_string(dbc_of_vehicle(parse_vehicle(text)), "dbc")
     assert len(database.get_message_by_name("TPDO_190").signals) == 7
 
 
@@ -129,6 +129,6 @@ def test_the_verb_writes_the_file(omnimate, tmp_path, robot_toml):
 def test_vehicles_of_foreign_recordings_have_a_dbc(shared_data):
     for path in sorted((shared_data / "concealed").glob("*/*/vehicle.toml")):
         vehicle = load_vehicle(path)
-        database = cantools.database.load_string(format_dbc(vehicle), "dbc")
+        database = cantools.database.load_string(dbc_of_vehicle(vehicle), "dbc")
         signals = {signal.name for message in database.messages for signal in message.signals}
         assert {channel.replace(".", "_") for channel in vehicle.channels} <= signals
