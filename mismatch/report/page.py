@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from omnimate.effects.words import component_in_words
 from omnimate.figures.page import SHADES
 from omnimate.mismatch.report.plots import FULL, floor_plans, residual_traces, signature
-from omnimate.mismatch.report.style import CSS
+from omnimate.mismatch.report.style import Head, html_report
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -31,30 +31,10 @@ HOW_TO_READ = (
 
 def render(diagnosis: Diagnosis) -> str:
     """Return the report of a diagnosis as one HTML page, with nothing outside itself."""
-    robot = escape(diagnosis.robot or "robot")
-    sections = [
-        _head(diagnosis),
-        *_findings(diagnosis),
-        *_calibrated(diagnosis),
-        *_proof(diagnosis),
-        *_next(diagnosis),
-    ]
-    sections.append(f"<h2>How to read this</h2><p class=soft>{escape(HOW_TO_READ)}</p>")
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>Diagnosis of {robot}</title><style>{CSS}</style></head>"
-        f"<body>{''.join(sections)}</body></html>\n"
-    )
-
-
-def _head(diagnosis: Diagnosis) -> str:
-    names = ", ".join(escape(name) for name in diagnosis.recordings)
-    return (
-        f"<header><span class='verdict {diagnosis.verdict}'>{diagnosis.verdict}</span>"
-        f"<h1>{escape(diagnosis.robot or 'robot')}</h1><p class=lead>{escape(diagnosis.says)}</p>"
-        f"<p class=soft>Recordings: {names}</p></header>"
-    )
+    verdict, recordings = diagnosis.verdict, f"Recordings: {', '.join(diagnosis.recordings)}"
+    head = Head("Diagnosis", diagnosis.robot or "robot", verdict, verdict, diagnosis.says, recordings)
+    sections = [*_findings(diagnosis), *_calibrated(diagnosis), *_proof(diagnosis), *_next(diagnosis)]
+    return html_report(head, sections, HOW_TO_READ)
 
 
 def _findings(diagnosis: Diagnosis) -> Iterable[str]:

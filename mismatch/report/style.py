@@ -1,4 +1,12 @@
-"""The look of the page: one style sheet, for light and dark, the phone and paper."""
+"""The frame of a report: head, verdict, explanation, and a style sheet for light, dark, phone and paper."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 # The figures of the page have the colours of `:root` by their names: `omnimate.figures.page.VARIABLES`.
 # The colours of the path go from grey to dark red through yellow, in order of lightness, so that people who
@@ -41,3 +49,42 @@ margin:.3rem 0}
 body{padding:.8rem}}
 @media print{body{max-width:none;font-size:11pt;padding:0}.card{background:none}}
 """
+
+
+class Head(NamedTuple):
+    """What a report begins with, as plain text.
+
+    Attributes:
+        kind: What the report is: the title is `<kind> of <name>`.
+        name: Name of the robot.
+        verdict: The verdict in a word.
+        colour: Class of the verdict's colour: mismatch, agreement or insufficient.
+        lead: What the report says in a sentence.
+        note: Where it comes from.
+    """
+
+    kind: str
+    name: str
+    verdict: str
+    colour: str
+    lead: str
+    note: str
+
+
+def html_report(head: Head, sections: Iterable[str], how_to_read: str) -> str:
+    """Return a report as one HTML page with nothing outside itself.
+
+    Args:
+        head: What it begins with.
+        sections: HTML of the sections.
+        how_to_read: Explanation at the end, as plain text.
+    """
+    kind, name, verdict, colour, lead, note = (escape(text) for text in head)
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width,initial-scale=1">'
+        f"<title>{kind} of {name}</title><style>{CSS}</style></head><body>"
+        f"<header><span class='verdict {colour}'>{verdict}</span>"
+        f"<h1>{name}</h1><p class=lead>{lead}</p><p class=soft>{note}</p></header>"
+        f"{''.join(sections)}<h2>How to read this</h2><p class=soft>{escape(how_to_read)}</p></body></html>\n"
+    )

@@ -10,7 +10,7 @@ import numpy as np
 
 from omnimate.figures.page import css, embedded, panel
 from omnimate.fleet.words import shown_unit
-from omnimate.mismatch.report.style import CSS
+from omnimate.mismatch.report.style import Head, html_report
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -30,26 +30,17 @@ HOW_TO_READ = (
 def render(fleet: str, history: FleetHistory, recordings: Sequence[FleetRecording]) -> str:
     """Return the report of a robot."""
     robot = history.robot
-    name = escape(robot.robot)
-    head = (
-        f"<header><span class='verdict {VERDICTS.get(robot.state, 'insufficient')}'>{robot.state}</span>"
-        f"<h1>{name}</h1><p class=lead>{escape(robot.says or 'Nothing stands out.')}</p>"
-        f"<p class=soft>Fleet {escape(fleet)}{f'; {escape(robot.kind)}' if robot.kind else ''}</p></header>"
-    )
+    note = f"Fleet {fleet}; {robot.kind}" if robot.kind else f"Fleet {fleet}"
+    colour = VERDICTS.get(robot.state, "insufficient")
+    head = Head("Report", robot.robot, robot.state, colour, robot.says or "Nothing stands out.", note)
     sections = [
-        head,
         *_evidence(history),
         "<h2>Day by day</h2>",
         *(_plot(course, history) for course in history.courses),
         "<h2>Recordings</h2>",
         *_recordings(recordings),
-        f"<h2>How to read this</h2><p class=soft>{escape(HOW_TO_READ)}</p>",
     ]
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>Report of {name}</title><style>{CSS}</style></head><body>{''.join(sections)}</body></html>\n"
-    )
+    return html_report(head, sections, HOW_TO_READ)
 
 
 def _evidence(history: FleetHistory) -> Iterable[str]:
