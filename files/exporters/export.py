@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import importlib.util
 from collections import Counter
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from omnimate.files.exporters.drive import Drive
     from omnimate.files.exporters.messages import Message
-    from omnimate.files.exporters.sinks import Sink
     from omnimate.files.logs.frames import Frame
     from omnimate.files.logs.streaming import LogStream
 
@@ -176,18 +175,13 @@ def _export_messages(
 ) -> Exported:
     make = Messages(target)
     done = Exported((target,))
-    with _sink(target, suffix, make) as sink:
+    with ExitStack() as stack:
+        if suffix == BAG:
+            write = stack.enter_context(bag_sink(target, make.typestore))
+        else:
+            partial = stack.enter_context(written_whole(target))
+            write = stack.enter_context(mcap_sink(partial, make.typestore))
         for message in messages(make):
-            sink.write(message)
+            write(message)
             done.frames += message.topic.startswith("/can")
     return done
-
-
-@contextmanager
-def _sink(target: Path, suffix: str, make: Messages) -> Iterator[Sink]:
-    if suffix == BAG:
-        with bag_sink(target, make.typestore) as sink:
-            yield sink
-    else:
-        with written_whole(target) as partial, mcap_sink(partial, make.typestore) as sink:
-            yield sink

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 from omnimate.vehicle.parameters import JOINTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path as FilePath
 
     from rosbags.typesys.store import Typestore
@@ -81,13 +81,11 @@ class Messages:
         self.typestore: Typestore = get_typestore(Stores.ROS2_HUMBLE)
         for kind, text in _DEFINITIONS.items():
             self.typestore.register(get_types_from_msg(text, kind))
-        self._types: Mapping[str, Any] = self.typestore.types
-        self._no_covariance = np.zeros(36)
-        self._none = np.zeros(0)
 
     def of_drive(self, drive: Drive) -> Iterator[Message]:
         """Yield the joints, commands, paths, poses and events of a drive, in order of time."""
-        sources = [self._joints(drive.recording), self._commands(drive.recording), self._events(drive.events)]
+        sources = [self._joints(drive.recording), self._commands(drive.recording)]
+        sources.append(map(self.of_event, drive.events))
         sources += [self._path(path) for path in drive.paths]
         sources += [self._transforms(drive.paths), self._measured(drive)]
         return heapq.merge(*sources, key=lambda message: message.stamp)
@@ -95,155 +93,132 @@ class Messages:
     def of_frame(self, frame: Frame) -> Message:
         """Return a frame as a message on the topic of its interface."""
         stamp = nanoseconds(frame.time)
-        is_error, is_extended = bool(frame.flags & ERROR), bool(frame.flags & EXTENDED)
+        is_fd, is_error, is_extended = (bool(frame.flags & bit) for bit in (FD, ERROR, EXTENDED))
         length = len(frame.data) if frame.length is None else frame.length
-        header = self._header(stamp, frame.channel)
-        if frame.flags & FD:
-            data = np.frombuffer(frame.data, np.uint8)
-            content = self._types[CAN_FD_FRAME](header, frame.can_id, is_extended, is_error, length, data)
-            return self._message(f"/can_fd/{_topic(frame.channel)}", CAN_FD_FRAME, stamp, content)
-        data = np.frombuffer(frame.data.ljust(8, b"\0"), np.uint8)
-        is_remote = bool(frame.flags & REMOTE)
-        content = self._types[CAN_FRAME](header, frame.can_id, is_remote, is_extended, is_error, length, data)
-        return self._message(f"/can/{_topic(frame.channel)}", CAN_FRAME, stamp, content)
+        data = np.frombuffer(frame.data if is_fd else frame.data.ljust(8, b"\0"), np.uint8)
+        kind = CAN_FD_FRAME if is_fd else CAN_FRAME
+        remote = () if is_fd else (bool(frame.flags & REMOTE),)
+        flags = (*remote, is_extended, is_error)
+        content = self._make(kind, self._header(stamp, frame.channel), frame.can_id, *flags, length, data)
+        topic = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in frame.channel)
+        return self._message(f"/can_fd/{topic}" if is_fd else f"/can/{topic}", kind, stamp, content)
 
     def of_event(self, event: BusEvent) -> Message:
         """Return an event as a message of a log."""
-        stamp = nanoseconds(event.time)
+        stamp, kind = nanoseconds(event.time), "rcl_interfaces/msg/Log"
         level = WARN if event.is_problem else INFO
         name = "bus" if event.node is None else f"node {event.node}"
-        time = self._time(stamp)
-        content = self._types["rcl_interfaces/msg/Log"](time, level, name, event.what, "", "", 0)
-        return self._message("/events", "rcl_interfaces/msg/Log", stamp, content)
-
-    def _events(self, events: Iterable[BusEvent]) -> Iterator[Message]:
-        yield from map(self.of_event, events)
+        content = self._make(kind, self._time(stamp), level, name, event.what, "", "", 0)
+        return self._message("/events", kind, stamp, content)
 
     def _joints(self, recording: Recording) -> Iterator[Message]:
         """Yield the positions of wheels, joints and link that were read in each sample [rad, m]."""
         names = recording.vehicle.channels
         positions = np.column_stack([channel_values(recording, name) for name in names])
-        for time, row, present in zip(recording.time.tolist(), positions, recording.present, strict=True):
-            there = [name for name, is_there in zip(names, present.tolist(), strict=True) if is_there]
-            if there:
-                yield self._joint_state("/joint_states", time, there, position=row[present])
+        shown = np.where(recording.present, positions, np.nan)
+        return self._joint_states("/joint_states", "position", recording.time, names, shown)
 
     def _commands(self, recording: Recording) -> Iterator[Message]:
         """Yield the wheel speeds that were commanded before each sample [rad/s]."""
-        names = [str(wheel) for wheel in recording.vehicle.wheels]
+        names = recording.vehicle.wheels
         commands = np.zeros((0, len(names))) if recording.commands is None else recording.commands
-        for time, row in zip(recording.time.tolist(), commands, strict=False):
-            known = ~np.isnan(row)
-            if known.any():
-                there = [name for name, is_there in zip(names, known.tolist(), strict=True) if is_there]
-                yield self._joint_state("/commands", time, there, velocity=row[known])
+        return self._joint_states("/commands", "velocity", recording.time[: len(commands)], names, commands)
 
-    def _joint_state(
-        self,
-        topic: str,
-        time: float,
-        names: Sequence[str],
-        *,
-        position: Array | None = None,
-        velocity: Array | None = None,
-    ) -> Message:
-        stamp = nanoseconds(time)
-        content = self._types["sensor_msgs/msg/JointState"](
-            self._header(stamp, ""),
-            names,
-            self._none if position is None else position,
-            self._none if velocity is None else velocity,
-            self._none,
-        )
-        return self._message(topic, "sensor_msgs/msg/JointState", stamp, content)
+    def _joint_states(
+        self, topic: str, field: str, time: Array, names: Sequence[str], values: Array
+    ) -> Iterator[Message]:
+        """Yield one field of the joints by row of `values` `(N, C)`, without those that are nan."""
+        kind, nothing = "sensor_msgs/msg/JointState", np.zeros(0)
+        for at, row, known in zip(time.tolist(), values, ~np.isnan(values), strict=True):
+            if known.any():
+                stamp = nanoseconds(at)
+                there = [str(name) for name, is_there in zip(names, known.tolist(), strict=True) if is_there]
+                fields = (row[known], nothing) if field == "position" else (nothing, row[known])
+                content = self._make(kind, self._header(stamp, ""), there, *fields, nothing)
+                yield self._message(topic, kind, stamp, content)
 
     def _path(self, path: Path) -> Iterator[Message]:
         """Yield the poses of a truck with their speeds."""
-        kind, types = "nav_msgs/msg/Odometry", self._types
-        vector, twist = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Twist"]
-        still = vector(0.0, 0.0, 0.0)
-        for time, pose, (speed, turning) in zip(
-            path.time.tolist(), path.pose.tolist(), speeds(path.time, path.pose).tolist(), strict=True
-        ):
+        kind = "nav_msgs/msg/Odometry"
+        rates = speeds(path.time, path.pose).tolist()
+        for time, pose, (speed, turning) in zip(path.time.tolist(), path.pose.tolist(), rates, strict=True):
             if math.isnan(pose[0]):
                 continue
             stamp = nanoseconds(time)
-            motion = twist(vector(speed, 0.0, 0.0), vector(0.0, 0.0, turning) if turning else still)
-            content = types[kind](
-                self._header(stamp, WORLD),
-                _body(path),
-                types["geometry_msgs/msg/PoseWithCovariance"](self._pose(pose), self._no_covariance),
-                types["geometry_msgs/msg/TwistWithCovariance"](motion, self._no_covariance),
+            motion = self._make(
+                "geometry_msgs/msg/Twist", self._vector(speed), self._vector(0.0, 0.0, turning)
             )
+            twist = self._make("geometry_msgs/msg/TwistWithCovariance", motion, np.zeros(36))
+            pose_known = self._covered(pose, np.zeros(36))
+            content = self._make(kind, self._header(stamp, WORLD), _body(path), pose_known, twist)
             yield self._message(f"/{path.method}/{path.truck}", kind, stamp, content)
 
     def _transforms(self, paths: Sequence[Path]) -> Iterator[Message]:
         """Yield where the frames of all trucks are at each sample."""
-        kind, types = "tf2_msgs/msg/TFMessage", self._types
-        vector, transform = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Transform"]
-        names = [_body(path) for path in paths]
+        kind = "tf2_msgs/msg/TFMessage"
         poses = zip(*(path.pose.tolist() for path in paths), strict=True)
         for time, places in zip(paths[0].time.tolist(), poses, strict=True):
             stamp = nanoseconds(time)
-            header = self._header(stamp, WORLD)
-            transforms = [
-                types["geometry_msgs/msg/TransformStamped"](
-                    header, name, transform(vector(x, y, 0.0), self._turn(theta))
-                )
-                for name, (x, y, theta) in zip(names, places, strict=True)
-                if not math.isnan(x)
-            ]
-            yield self._message("/tf", kind, stamp, types[kind](transforms))
+            header, transforms = self._header(stamp, WORLD), []
+            for path, (x, y, theta) in zip(paths, places, strict=True):
+                if not math.isnan(x):
+                    moved = self._make("geometry_msgs/msg/Transform", self._vector(x, y), self._turn(theta))
+                    transforms.append(
+                        self._make("geometry_msgs/msg/TransformStamped", header, _body(path), moved)
+                    )
+            yield self._message("/tf", kind, stamp, self._make(kind, transforms))
 
     def _measured(self, drive: Drive) -> Iterator[Message]:
         """Yield the absolute poses, and as points those whose heading was not measured."""
-        poses, types = drive.recording.poses, self._types
+        poses = drive.recording.poses
         if poses is None:
             return
-        for time, body, pose, sigma in zip(
-            poses.time.tolist(), poses.body.tolist(), poses.pose.tolist(), poses.sigma.tolist(), strict=True
-        ):
-            stamp = nanoseconds(time)
-            header = self._header(stamp, WORLD)
+        rows = zip(poses.time.tolist(), poses.body.tolist(), poses.pose.tolist(), poses.sigma, strict=True)
+        for time, body, pose, sigma in rows:
             if math.isnan(pose[0]) or math.isnan(pose[1]):
                 continue
+            stamp = nanoseconds(time)
             if math.isnan(pose[2]):
-                kind = "geometry_msgs/msg/PointStamped"
-                content = types[kind](header, types["geometry_msgs/msg/Point"](pose[0], pose[1], 0.0))
-                yield self._message(f"/positions/{body}", kind, stamp, content)
-                continue
-            kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
-            covariance = np.zeros(36)
-            for place, deviation in zip((_X, _Y, _YAW), sigma, strict=True):
-                covariance[place] = 0.0 if math.isnan(deviation) else deviation**2
-            known = types["geometry_msgs/msg/PoseWithCovariance"](self._pose(pose), covariance)
-            yield self._message(f"/poses/{body}", kind, stamp, types[kind](header, known))
+                topic, kind = f"/positions/{body}", "geometry_msgs/msg/PointStamped"
+                content = self._make("geometry_msgs/msg/Point", pose[0], pose[1], 0.0)
+            else:
+                topic, kind = f"/poses/{body}", "geometry_msgs/msg/PoseWithCovarianceStamped"
+                covariance = np.zeros(36)
+                covariance[[_X, _Y, _YAW]] = np.nan_to_num(sigma**2)
+                content = self._covered(pose, covariance)
+            content = self._make(kind, self._header(stamp, WORLD), content)
+            yield self._message(topic, kind, stamp, content)
+
+    def _make(self, kind: str, *fields: object) -> object:
+        """Return a message or a part of one from its fields in their order."""
+        content: object = self.typestore.types[kind](*fields)
+        return content
 
     def _message(self, topic: str, kind: str, stamp: int, content: object) -> Message:
         return Message(topic, kind, stamp, bytes(self.typestore.serialize_cdr(content, kind)))
 
     def _header(self, stamp: int, frame: str) -> object:
-        header: object = self._types["std_msgs/msg/Header"](self._time(stamp), frame)
-        return header
+        return self._make("std_msgs/msg/Header", self._time(stamp), frame)
 
     def _time(self, stamp: int) -> object:
         whole, rest = divmod(stamp, NANOSECOND)
         if whole > LAST:
             raise ExportError(self._target, f"a time of {whole} s; ROS 2 counts up to {LAST} s, in 2038")
-        time: object = self._types["builtin_interfaces/msg/Time"](whole, rest)
-        return time
+        return self._make("builtin_interfaces/msg/Time", whole, rest)
 
-    def _pose(self, pose: list[float]) -> object:
-        x, y, theta = pose
-        place: object = self._types["geometry_msgs/msg/Point"](x, y, 0.0)
-        whole: object = self._types["geometry_msgs/msg/Pose"](place, self._turn(theta))
-        return whole
+    def _vector(self, x: float, y: float = 0.0, z: float = 0.0) -> object:
+        return self._make("geometry_msgs/msg/Vector3", x, y, z)
+
+    def _covered(self, pose: list[float], covariance: Array) -> object:
+        """Return a pose x, y, theta with a covariance `(36,)`."""
+        place = self._make("geometry_msgs/msg/Point", pose[0], pose[1], 0.0)
+        whole = self._make("geometry_msgs/msg/Pose", place, self._turn(pose[2]))
+        return self._make("geometry_msgs/msg/PoseWithCovariance", whole, covariance)
 
     def _turn(self, theta: float) -> object:
         """Return a heading as a quaternion."""
         half = 0.5 * theta
-        turn: object = self._types["geometry_msgs/msg/Quaternion"](0.0, 0.0, math.sin(half), math.cos(half))
-        return turn
+        return self._make("geometry_msgs/msg/Quaternion", 0.0, 0.0, math.sin(half), math.cos(half))
 
 
 def channel_values(recording: Recording, channel: Channel) -> Array:
@@ -268,8 +243,3 @@ def speeds(time: Array, pose: Array) -> Array:
 def _body(path: Path) -> str:
     """Return the name of a truck's frame, `a` by odometry and `a_ipec` by IPEC."""
     return f"truck_{path.truck}" + ("_ipec" if path.method == "ipec" else "")
-
-
-def _topic(channel: str) -> str:
-    """Return an interface's name as a part of a topic."""
-    return "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in channel)
