@@ -100,7 +100,8 @@ def _address(text: str) -> tuple[str, int]:
 
 
 def _write(journal: Journal, folder: Path | None) -> None:
-    from omnimate.files.recordings.folder import POSES, RUN, write_poses
+    from omnimate.files.recordings.folder import POSES, RUN
+    from omnimate.files.recordings.poses_csv import write_poses
     from omnimate.files.recordings.run_toml import write_run
 
     if folder is None:

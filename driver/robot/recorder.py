@@ -10,7 +10,8 @@ import numpy as np
 
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
-from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE, write_poses
+from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
+from omnimate.files.recordings.poses_csv import write_poses
 from omnimate.files.recordings.run_toml import write_run
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.file import save_vehicle

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -189,7 +189,7 @@ class Messages:
             content = self._make(kind, self._header(stamp, WORLD), content)
             yield self._message(topic, kind, stamp, content)
 
-    def _make(self, kind: str, *fields: object) -> object:
+    def _make(self, kind: str, *fields: Any) -> object:  # noqa: ANN401 - types are made at run time
         """Return a message or a part of one from its fields in their order."""
         content: object = self.typestore.types[kind](*fields)
         return content

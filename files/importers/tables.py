@@ -18,6 +18,9 @@ class Table:
 
     Attributes:
         source: File and dotted key, for messages.
+
+    Raises:
+        MappingError: By every method, where a value is not what it expects.
     """
 
     def __init__(self, values: dict[str, Any], source: str) -> None:
@@ -32,66 +35,42 @@ class Table:
         return list(self._values)
 
     def text(self, key: str, default: str | None = None, among: Collection[str] = ()) -> str:
-        """Return a text.
-
-        Raises:
-            MappingError: The value is not a text, or not among those expected.
-        """
+        """Return a text."""
         value = self._take(key, default)
         if not isinstance(value, str) or (among and value not in among):
             raise self._error(key, value, f"one of {', '.join(among)}" if among else "text")
         return value
 
     def number(self, key: str, default: float | None = None) -> float:
-        """Return a finite number.
-
-        Raises:
-            MappingError: The value is not a finite number.
-        """
+        """Return a finite number."""
         value = self._take(key, default)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise self._error(key, value, "a finite number")
         return float(value)
 
     def switch(self, key: str, *, default: bool = False) -> bool:
-        """Return true or false.
-
-        Raises:
-            MappingError: The value is neither.
-        """
+        """Return true or false."""
         value = self._take(key, default)
         if not isinstance(value, bool):
             raise self._error(key, value, "true or false")
         return value
 
     def column(self, key: str) -> str | int:
-        """Return a column's name, or its number counted from 1.
-
-        Raises:
-            MappingError: The value is neither a text nor a whole number.
-        """
+        """Return a column's name, or its number counted from 1."""
         value = self._take(key, None)
         if isinstance(value, bool) or not isinstance(value, str | int):
             raise self._error(key, value, "a column's name, or its number counted from 1")
         return value
 
     def table(self, key: str) -> Table:
-        """Return an inner table; an empty one where it is absent.
-
-        Raises:
-            MappingError: The value is not a table.
-        """
+        """Return an inner table; an empty one where it is absent."""
         value = self._take(key, {})
         if not isinstance(value, dict):
             raise self._error(key, value, "a table")
         return Table(value, f"{self.source}: {key}")
 
     def tables(self, key: str, names: Collection[str]) -> Iterator[tuple[str, Table]]:
-        """Yield the tables inside an inner table, with their names.
-
-        Raises:
-            MappingError: A name is not among those expected.
-        """
+        """Yield the tables inside an inner table, with their names."""
         outer = self.table(key)
         for name in outer.names():
             if name not in names:
@@ -99,11 +78,7 @@ class Table:
             yield name, outer.table(name)
 
     def done(self) -> None:
-        """Refuse keys that were not read.
-
-        Raises:
-            MappingError: There is such a key.
-        """
+        """Refuse keys that were not read."""
         for key in self._values:
             if key not in self._read:
                 known = ", ".join(sorted(self._read))

@@ -64,7 +64,7 @@ def format_dbc(nodes: Sequence[str], messages: Sequence[DbcMessage], comment: st
 
 def dbc_of_vehicle(vehicle: VehicleParameters) -> str:
     """Return the text of a DBC file: SYNC, PDOs, and heartbeat and EMCY of every node."""
-    nodes = sorted({owner.node for owner in (*vehicle.encoders, *vehicle.drives)})
+    nodes = sorted({encoder.node for encoder in vehicle.encoders} | {drive.node for drive in vehicle.drives})
     messages = [DbcMessage(SYNC_ID, "SYNC", 0, _HOST, _HOST), *_pdos(vehicle)]
     for node in nodes:
         emcy = (Signal("error_code", 0, 16), Signal("error_register", 16, 8))

@@ -14,16 +14,14 @@ from omnimate.files.logs.assemble import Assembly, assemble
 from omnimate.files.logs.formats.candump_text import candump_text
 from omnimate.files.logs.reading import LogReadResult, read_log
 from omnimate.files.logs.recording_to_frames import frames_of_recording
-from omnimate.files.recordings.poses_csv import format_poses, parse_poses
+from omnimate.files.recordings.poses_csv import read_poses, write_poses
 from omnimate.files.recordings.run_toml import read_run, write_run
-from omnimate.vehicle.atomic import write_bytes, write_text
+from omnimate.vehicle.atomic import write_bytes
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.file import load_vehicle, save_vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from omnimate.vehicle.recording import Poses, Recording
+    from omnimate.vehicle.recording import Recording
 
 VEHICLE, LOG, POSES, RUN = "vehicle.toml", "can.log", "poses.csv", "run.toml"
 
@@ -109,27 +107,6 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
         write_bytes(log, gzip.compress(text, 6) if compress else text)
     except OSError as error:
         raise RecordingError(folder, f"cannot be written: {error.strerror or error}") from error
-
-
-def read_poses(path: Path | str, trucks: Collection[str] = ("a", "b")) -> Poses:
-    """Return the poses of a `poses.csv`; `trucks` are the bodies that the robot has.
-
-    Raises:
-        RecordingError: The file cannot be read, or a line is wrong; the error names file and line.
-    """
-    return parse_poses(_text(Path(path)), path, trucks)
-
-
-def write_poses(poses: Poses, path: Path | str) -> None:
-    """Write a `poses.csv` in one step."""
-    write_text(Path(path), format_poses(poses))
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise RecordingError(path, f"cannot be read: {error}") from error
 
 
 def _check_clock(recording: Recording, path: Path) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.vehicle.atomic import write_text
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.parameters import TRUCKS
 from omnimate.vehicle.recording import Poses
@@ -14,43 +16,34 @@ from omnimate.vehicle.se2 import wrap
 
 if TYPE_CHECKING:
     from collections.abc import Collection
-    from pathlib import Path
 
 HEADER = "t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"
 _NAMES = HEADER.split(",")
 _ROUNDING = 1e-5  # [rad] by which pi, written with four digits, exceeds itself
 
 
-def parse_poses(text: str, source: Path | str, trucks: Collection[str] = TRUCKS) -> Poses:
-    """Return the poses of a `poses.csv`.
-
-    Args:
-        text: Text of the file.
-        source: Name of the file, for messages.
-        trucks: Names of the trucks that the robot has.
+def read_poses(path: Path | str, trucks: Collection[str] = TRUCKS) -> Poses:
+    """Return the poses of a `poses.csv`; `trucks` are the bodies that the robot has.
 
     Raises:
-        RecordingError: A line is not as the header says; the error names file and line.
+        RecordingError: The file cannot be read, or a line is wrong; the error names file and line.
     """
-    lines = text.splitlines()
+    try:
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordingError(path, f"cannot be read: {error}") from error
     if not lines or lines[0].strip() != HEADER:
-        raise RecordingError(f"{source}:1", f"expected the header `{HEADER}`")
-    rows = [
-        _row(line, f"{source}:{number}", trucks)
-        for number, line in enumerate(lines[1:], start=2)
-        if line.strip()
-    ]
+        raise RecordingError(f"{path}:1", f"expected the header `{HEADER}`")
+    numbered = enumerate(lines[1:], start=2)
+    rows = [_row(line, f"{path}:{number}", trucks) for number, line in numbered if line.strip()]
     values = np.array([row[1] for row in rows], np.float64).reshape(-1, 7)
     pose = values[:, 1:4].copy()
     pose[:, 2] = wrap(pose[:, 2])
     return Poses(values[:, 0].copy(), np.array([row[0] for row in rows], "U1"), pose, values[:, 4:7].copy())
 
 
-def format_poses(poses: Poses) -> str:
-    """Return the text of a `poses.csv`, with every digit that the numbers have.
-
-    Headings that went round are wrapped.
-    """
+def write_poses(poses: Poses, path: Path | str) -> None:
+    """Write a `poses.csv` in one step, with every digit that the numbers have, and headings wrapped."""
     pose = poses.pose.copy()
     round_about = np.abs(pose[:, 2]) > math.pi
     pose[round_about, 2] = wrap(pose[round_about, 2])
@@ -59,7 +52,7 @@ def format_poses(poses: Poses) -> str:
     for body, (time, *values) in zip(poses.body.tolist(), numbers, strict=True):
         cells = ["" if math.isnan(value) else repr(value) for value in values]
         lines.append(",".join([repr(time), body, *cells]))
-    return "\n".join(lines) + "\n"
+    write_text(Path(path), "\n".join(lines) + "\n")
 
 
 def _row(line: str, place: str, trucks: Collection[str]) -> tuple[str, list[float]]:

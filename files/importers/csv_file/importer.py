@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.importers.clock import recording_of
-from omnimate.files.importers.csv_file.reading import DELIMITERS, read_csv_table
+from omnimate.files.importers.csv_file.table import DELIMITERS, read_csv_table
 from omnimate.files.importers.errors import MappingError, SourceError
 from omnimate.files.importers.poses import joined, poses_of
 from omnimate.files.importers.robots import robot_of

@@ -1,10 +1,12 @@
-"""The cells of a CSV file as columns of numbers; errors name file, line and column."""
+"""The cells of a CSV file, with delimiter and header recognised; errors name file, line and column."""
 
 from __future__ import annotations
 
+import csv
 import math
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,9 +15,12 @@ from omnimate.files.importers.errors import SourceError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from omnimate.vehicle.se2 import Array
+
+DELIMITERS = {"tab": "\t", ";": ";", "|": "|", ",": ",", "space": " "}  # in the order in which they are tried
+_COMMENTS = ("#", "%")
+_LOOKED_AT = 20  # lines from which the delimiter is recognised
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +51,7 @@ class CsvTable:
         Raises:
             SourceError: There is no such column, or a cell is not a finite number.
         """
-        cells = self._cells(column)
-        return self._converted(cells, column, float)
+        return self._converted(column, float, "number")
 
     def moments(self, column: str | int) -> Array:
         """Return a column of ISO 8601 dates and times [s since 1970], shape `(N,)`; UTC without a time zone.
@@ -55,11 +59,7 @@ class CsvTable:
         Raises:
             SourceError: There is no such column, or a cell is not a date and time.
         """
-        return self._converted(self._cells(column), column, _moment)
-
-    def _cells(self, column: str | int) -> list[str]:
-        number = self._number(column)
-        return [row[number].strip() for row in self.rows]
+        return self._converted(column, _moment, "date and time of ISO 8601")
 
     def _number(self, column: str | int) -> int:
         width = len(self.rows[0])
@@ -76,21 +76,22 @@ class CsvTable:
         names = ", ".join(self.header) if self.header else f"no header; name columns by number, 1 to {width}"
         raise SourceError(self.path, f"no column {column!r}; the file has: {names}")
 
-    def _converted(self, cells: list[str], column: str | int, convert: Callable[[str], float]) -> Array:
-        values = np.empty(len(cells))
-        for row, cell in enumerate(cells):
+    def _converted(self, column: str | int, convert: Callable[[str], float], noun: str) -> Array:
+        number = self._number(column)
+        values = np.full(len(self.rows), np.nan)
+        for row, cells in enumerate(self.rows):
+            cell = cells[number].strip()
+            if not cell:
+                continue
             try:
-                values[row] = convert(self._plain(cell)) if cell else math.nan
+                values[row] = convert(cell if self.delimiter == "," else cell.replace(",", "."))
             except ValueError as error:
-                raise SourceError(self.place(row, column), f"{cell!r} is no {_noun(convert)}") from error
-            if cell and not math.isfinite(values[row]):
+                raise SourceError(self.place(row, column), f"{cell!r} is no {noun}") from error
+            if not math.isfinite(values[row]):
                 raise SourceError(
                     self.place(row, column), f"{cell!r}; expected a finite number, or nothing where unknown"
                 )
         return values
-
-    def _plain(self, cell: str) -> str:
-        return cell if self.delimiter == "," else cell.replace(",", ".")
 
 
 def _tidy(name: str) -> str:
@@ -106,5 +107,63 @@ def _moment(cell: str) -> float:
     return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
-def _noun(convert: object) -> str:
-    return "number" if convert is float else "date and time of ISO 8601"
+def read_csv_table(path: Path | str, delimiter: str = "", skip: int = 0) -> CsvTable:
+    """Return the cells of a CSV file.
+
+    Lines that begin with # or % are comments. A comment directly above the first row is the header if it has
+    as many cells.
+
+    Args:
+        path: The CSV file.
+        delimiter: A key of `DELIMITERS`; an empty one is recognised from the first lines.
+        skip: Number of lines above the header that do not belong to the table.
+
+    Raises:
+        SourceError: The file cannot be read, is empty, or a row is longer or shorter than the others.
+    """
+    path = Path(path)
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise SourceError(path, f"cannot be read: {error}") from error
+    numbered = [(number, line.strip(" ")) for number, line in enumerate(lines, start=1)]
+    kept = [(number, line) for number, line in numbered[skip:] if line.strip()]
+    data = [(number, line) for number, line in kept if not line.startswith(_COMMENTS)]
+    if not data:
+        raise SourceError(path, "empty; expected a header and rows of numbers")
+    sign = DELIMITERS[delimiter] if delimiter else _delimiter([line for _, line in data[:_LOOKED_AT]])
+    numbers, rows = [number for number, _ in data], [_split(line, sign) for _, line in data]
+    if any(map(_is_number, rows[0])):
+        above = kept[max(0, kept.index(data[0]) - 1)][1]
+        header = _split(above.lstrip("#% "), sign) if above.startswith(_COMMENTS) else []
+        header = header if len(header) == len(rows[0]) else []
+    else:
+        header = rows.pop(0)
+    if not rows:
+        raise SourceError(path, "a header without rows; expected rows of numbers")
+    numbers, width = numbers[-len(rows) :], len(header) or len(rows[0])
+    for number, row in zip(numbers, rows, strict=True):
+        while len(row) > width and not row[-1].strip():
+            row.pop()  # a delimiter at the end of the line
+        if len(row) != width:
+            raise SourceError(
+                f"{path}:{number}", f"{len(row)} cell(s); expected {width} as in the first line"
+            )
+    return CsvTable(path, tuple(name.strip() for name in header), rows, numbers, sign)
+
+
+def _split(line: str, sign: str) -> list[str]:
+    return next(csv.reader([line], delimiter=sign, skipinitialspace=True), [])
+
+
+def _delimiter(lines: list[str]) -> str:
+    """Return the first delimiter that is in every line; a comma where none is."""
+    return next((sign for sign in DELIMITERS.values() if all(sign in line for line in lines)), ",")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.files.logs.formats.candump_lines import parse_line
 from omnimate.files.logs.formats.minimon import read_trace
-from omnimate.files.recordings.poses_csv import parse_poses
+from omnimate.files.recordings.poses_csv import read_poses
 from omnimate.files.recordings.run_toml import read_run
 from omnimate.vehicle.errors import RecordingError
 
@@ -32,9 +32,12 @@ def test_a_minimon_line_without_a_frame_is_skipped_with_its_reason(text, message
 
 
 @cases("broken_poses.toml")
-def test_broken_poses_are_answered_with_file_line_and_expectation(text, message):
+def test_broken_poses_are_answered_with_file_line_and_expectation(tmp_path, monkeypatch, text, message):
+    monkeypatch.chdir(tmp_path)
+    Path("lap").mkdir()
+    Path("lap/poses.csv").write_text(text, encoding="utf-8")
     with pytest.raises(RecordingError) as caught:
-        parse_poses(text, "lap/poses.csv", ("a",))
+        read_poses("lap/poses.csv", ("a",))
     assert str(caught.value) == message
 
 

@@ -7,13 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.files.recordings.folder import (
-    load_recording,
-    read_poses,
-    read_recording,
-    save_recording,
-    write_poses,
-)
+from omnimate.files.recordings.folder import load_recording, read_recording, save_recording
+from omnimate.files.recordings.poses_csv import read_poses, write_poses
 from omnimate.vehicle.errors import LogError, OmnimateError, RecordingError, VehicleFileError
 from omnimate.vehicle.file import parse_vehicle, save_vehicle
 from omnimate.vehicle.parameters import Drive

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.files.recordings.folder import read_poses, write_poses
+from omnimate.files.recordings.poses_csv import read_poses, write_poses
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.recording import Poses
 
