@@ -15,6 +15,7 @@ from omnimate.files.exporters.parquet import frame_table, write_parquet
 from omnimate.files.exporters.sinks import bag_sink, mcap_sink
 from omnimate.files.exporters.tum import write_tum
 from omnimate.files.logs.bus_events import BusEvents
+from omnimate.files.logs.streaming import REPORT_EVERY
 from omnimate.files.logs.writing import SUFFIXES as LOG_SUFFIXES
 from omnimate.files.logs.writing import log_suffix, open_writer, written_whole
 
@@ -34,7 +35,6 @@ EXTRAS = {  # format: its extra, and the modules that it installs
     BAG: ("rosbag", ("rosbags.typesys",)),
     PARQUET: ("parquet", ("pyarrow",)),
 }
-_EVERY = 2000  # frames or messages between two reports of progress
 
 
 @dataclass(slots=True)
@@ -93,7 +93,7 @@ def export_frames(log: LogStream, target: Path, watch: Callable[[int, int], None
     if suffix == TUM:
         problem = "TUM holds trajectories; give --vehicle, or a recording folder, so that there is one"
         raise ExportError(target, problem)
-    frames = _watched(log, watch)
+    frames = log.watched(watch)
     if suffix in {MCAP, BAG}:
         return _export_messages(target, suffix, lambda make: _messages_of(frames, make))
     done = Exported((target,))
@@ -135,7 +135,7 @@ def export_drive(
         def merged(make: Messages) -> Iterator[Message]:
             sources = (make.of_drive(drive), map(make.of_frame, frames))
             for number, message in enumerate(heapq.merge(*sources, key=lambda message: message.stamp)):
-                if number % _EVERY == 0:
+                if number % REPORT_EVERY == 0:
                     watch(int(message.stamp - first), int(last - first))
                 yield message
 
@@ -152,13 +152,6 @@ def export_drive(
         f"{suffix} holds no frames; leave --frames out" if suffix == TUM else f"{suffix} holds frames only"
     )
     raise ExportError(target, problem)
-
-
-def _watched(log: LogStream, watch: Callable[[int, int], None]) -> Iterator[Frame]:
-    for number, frame in enumerate(log):
-        if number % _EVERY == 0:
-            watch(log.position, log.size)
-        yield frame
 
 
 def _messages_of(frames: Iterable[Frame], make: Messages) -> Iterator[Message]:

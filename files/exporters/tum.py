@@ -11,7 +11,6 @@ from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
 from omnimate.vehicle.atomic import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path as FilePath
 
     from omnimate.files.exporters.drive import Drive
@@ -24,11 +23,15 @@ def write_tum(drive: Drive, target: FilePath) -> tuple[FilePath, ...]:
     `drive.tum` gives `drive-odometry_a.tum`, with `ipec` where there is a linkage, and `measured` where there
     are whole absolute poses.
     """
+    trajectories = [(path.name, path.time, path.pose) for path in drive.paths]
+    for truck in drive.recording.vehicle.trucks:
+        measured = drive.measured(truck)
+        if measured is not None and np.isfinite(measured.pose).all(axis=1).any():
+            trajectories.append((f"measured_{truck}", measured.time, measured.pose))
     written = []
-    for name, time, pose in _trajectories(drive):
-        path = target.with_name(f"{target.stem}-{name}{target.suffix}")
-        write_text(path, tum_text(time, pose))
-        written.append(path)
+    for name, time, pose in trajectories:
+        written.append(target.with_name(f"{target.stem}-{name}{target.suffix}"))
+        write_text(written[-1], tum_text(time, pose))
     return tuple(written)
 
 
@@ -41,12 +44,3 @@ def tum_text(time: Array, pose: Array) -> str:
         half = 0.5 * theta
         lines.append(f"{whole}.{rest:09d} {x!r} {y!r} 0 0 0 {math.sin(half)!r} {math.cos(half)!r}\n")
     return "".join(lines)
-
-
-def _trajectories(drive: Drive) -> Iterator[tuple[str, Array, Array]]:
-    for path in drive.paths:
-        yield path.name, path.time, path.pose
-    for truck in drive.recording.vehicle.trucks:
-        measured = drive.measured(truck)
-        if measured is not None and np.isfinite(measured.pose).all(axis=1).any():
-            yield f"measured_{truck}", measured.time, measured.pose

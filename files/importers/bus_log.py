@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from typing import TYPE_CHECKING, NamedTuple
 
 from omnimate.files.importers.errors import SourceError
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
 
     from omnimate.files.logs.streaming import LogStream
     from omnimate.vehicle.parameters import VehicleParameters
-
-_EVERY = 2000  # frames between two reports of progress
 
 
 class ImportedLog(NamedTuple):
@@ -47,25 +46,19 @@ def import_log(
         SourceError: The folder holds a recording.
         LogError: The log cannot be read, or `can.log` cannot be written.
     """
-    taken = [name for name in (LOG, f"{LOG}.gz") if (folder / name).exists()]
-    if taken:
-        raise SourceError(folder, f"it holds a recording ({taken[0]}); choose another folder")
+    for name in (LOG, f"{LOG}.gz"):
+        if (folder / name).exists():
+            raise SourceError(folder, f"it holds a recording ({name}); choose another folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         save_vehicle(vehicle, folder / VEHICLE)
     except OSError as error:
         raise SourceError(folder, f"cannot be written: {error.strerror or error}") from error
     fd_frames = 0
-    with written_whole(folder / LOG) as partial:
-        writer = open_writer(partial, ".log")
-        try:
-            for number, frame in enumerate(log):
-                if number % _EVERY == 0:
-                    watch(log.position, log.size)
-                if frame.flags & FD:
-                    fd_frames += 1
-                else:
-                    writer.write_frame(frame)
-        finally:
-            writer.close()
+    with written_whole(folder / LOG) as partial, closing(open_writer(partial, ".log")) as writer:
+        for frame in log.watched(watch):
+            if frame.flags & FD:
+                fd_frames += 1
+            else:
+                writer.write_frame(frame)
     return ImportedLog(log.frames - fd_frames, fd_frames)

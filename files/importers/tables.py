@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from omnimate.files.importers.errors import MappingError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
+
+Name = TypeVar("Name", bound=str)
 
 
 class Table:
@@ -69,13 +71,14 @@ class Table:
             raise self._error(key, value, "a table")
         return Table(value, f"{self.source}: {key}")
 
-    def tables(self, key: str, names: Collection[str]) -> Iterator[tuple[str, Table]]:
-        """Yield the tables inside an inner table, with their names."""
+    def tables(self, key: str, names: Collection[Name]) -> Iterator[tuple[Name, Table]]:
+        """Yield the tables inside an inner table, with their names, which are among those expected."""
         outer = self.table(key)
         for name in outer.names():
-            if name not in names:
+            known = next((known for known in names if known == name), None)
+            if known is None:
                 raise MappingError(outer.source, f"{name!r} is unknown; expected {', '.join(names)}")
-            yield name, outer.table(name)
+            yield known, outer.table(name)
 
     def done(self) -> None:
         """Refuse keys that were not read."""

@@ -17,8 +17,10 @@ from omnimate.files.logs.frames import FD, Frame, frames_of
 from omnimate.vehicle.errors import LogError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
+
+REPORT_EVERY = 2000  # frames between two reports of progress
 
 
 @dataclass(slots=True)
@@ -71,6 +73,13 @@ class LogStream:
         if not self.frames:
             reason = f"{self.skipped[0].reason}: {self.skipped[0].text!r}" if self.skipped else "it is empty"
             raise LogError(self.source, None, f"no CAN frame in the whole file; {reason}")
+
+    def watched(self, watch: Callable[[int, int], None]) -> Iterator[Frame]:
+        """Yield the frames; every `REPORT_EVERY` of them call `watch` with the bytes read and their total."""
+        for number, frame in enumerate(self):
+            if number % REPORT_EVERY == 0:
+                watch(self.position, self.size)
+            yield frame
 
     def problems(self) -> Iterator[str]:
         """Yield in words what was left out."""

@@ -108,9 +108,7 @@ def _summed(value: Array, cells: CsvTable, column: str | int) -> Array:
 def _poses(
     table: Table, cells: CsvTable, style: Table, time: Array, robot: VehicleParameters
 ) -> Iterator[Poses]:
-    names = tuple(robot.trucks)
-    for name, entry in table.tables("poses", names):
-        truck = next(truck for truck in names if truck == name)
+    for truck, entry in table.tables("poses", robot.trucks):
         other = entry.text("file", "")
         held = _cells(cells.path.parent / other, style) if other else cells
         clock = entry.table("time")

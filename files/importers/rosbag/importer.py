@@ -6,7 +6,6 @@ the bag received the messages: these are delayed by the network, and the recordi
 
 from __future__ import annotations
 
-from collections import defaultdict
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.poses import joined, poses_of
 from omnimate.files.importers.rosbag.reader import messages_of
-from omnimate.files.importers.rosbag.values import JOINTS, StampedValue, channel_value, pose_value
+from omnimate.files.importers.rosbag.values import JOINTS, channel_value, pose_value
 from omnimate.files.importers.series import Series, check_times
 from omnimate.vehicle.recording import Lap, Run
 
@@ -23,7 +22,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from omnimate.files.importers.rosbag.plan import Plan
+    from omnimate.files.importers.rosbag.plan import Plan, Stamps
+    from omnimate.files.importers.rosbag.reader import Message
+    from omnimate.files.importers.rosbag.values import StampedValue
     from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
     from omnimate.vehicle.recording import Poses, Recording
     from omnimate.vehicle.se2 import Array
@@ -36,18 +37,29 @@ class Imported(NamedTuple):
     notes: tuple[str, ...]
 
 
-class _Taken(NamedTuple):
-    """The values of one channel or truck in the bag.
+class _Taken:
+    """The values of one channel or truck in a bag.
 
     Attributes:
+        name: File and topic, for messages.
+        topic: Topic of the messages.
         bag: Times at which the bag received the messages [ns].
         values: Values with their stamps.
         kinds: Types of the messages.
     """
 
-    bag: list[int]
-    values: list[StampedValue]
-    kinds: set[str]
+    def __init__(self, path: Path | str, topic: str) -> None:
+        self.name, self.topic = f"{path}, topic {topic}", topic
+        self.bag: list[int] = []
+        self.values: list[StampedValue] = []
+        self.kinds: set[str] = set()
+
+    def add(self, message: Message, value: StampedValue | None) -> None:
+        """Add the value in a message; None for none."""
+        if value is not None:
+            self.bag.append(message.time)
+            self.values.append(value)
+            self.kinds.add(message.kind)
 
 
 def read_bag(
@@ -73,72 +85,53 @@ def read_bag(
     for truck in plan.poses:
         if truck not in vehicle.trucks:
             raise SourceError(path, f"poses of truck {truck}, but {vehicle.name} has no such truck")
-    channels, poses = _taken(path, plan, watch)
-    notes: list[str] = []
-    series = {channel: _series(path, plan, channel, channels[channel], notes) for channel in vehicle.channels}
-    placed = joined(_poses(path, plan, truck, poses[truck], notes) for truck in plan.poses)
-    first, last = (
-        max(each.time[0] for each in series.values()),
-        min(each.time[-1] for each in series.values()),
-    )
-    run = Run("free", None, (Lap("none", float(first), float(last)),)) if last > first else None
-    return Imported(recording_of(vehicle, series, str(path), placed, run), tuple(dict.fromkeys(notes)))
-
-
-def _taken(
-    path: Path | str, plan: Plan, watch: Callable[[int, int], None] | None
-) -> tuple[dict[Channel, _Taken], dict[TruckName, _Taken]]:
-    """Return the values of all channels and trucks, from a single pass through the bag."""
-    channels: dict[Channel, _Taken] = defaultdict(lambda: _Taken([], [], set()))
-    poses: dict[TruckName, _Taken] = defaultdict(lambda: _Taken([], [], set()))
-    topics = {source.topic for source in plan.channels.values()}
-    topics |= {place.topic for place in plan.poses.values()}
+    channels = {channel: _Taken(path, source.topic) for channel, source in plan.channels.items()}
+    poses = {truck: _Taken(path, place.topic) for truck, place in plan.poses.items()}
+    topics = {taken.topic for taken in (*channels.values(), *poses.values())}
     for message in messages_of(path, sorted(topics), watch):
         for channel, source in plan.channels.items():
             if source.topic == message.topic:
-                _take(channels[channel], message.time, message.kind, channel_value(message, source))
+                channels[channel].add(message, channel_value(message, source))
         for truck, place in plan.poses.items():
             if place.topic == message.topic:
-                _take(poses[truck], message.time, message.kind, pose_value(message, place))
-    return channels, poses
+                poses[truck].add(message, pose_value(message, place))
+    notes: list[str] = []
+    series = {channel: _series(plan, channel, channels[channel], notes) for channel in vehicle.channels}
+    placed = joined(_poses(plan, truck, poses[truck], notes) for truck in plan.poses)
+    first = max(float(each.time[0]) for each in series.values())
+    last = min(float(each.time[-1]) for each in series.values())
+    run = Run("free", None, (Lap("none", first, last),)) if last > first else None
+    return Imported(recording_of(vehicle, series, str(path), placed, run), tuple(dict.fromkeys(notes)))
 
 
-def _take(taken: _Taken, time: int, kind: str, value: StampedValue | None) -> None:
-    if value is not None:
-        taken.bag.append(time)
-        taken.values.append(value)
-        taken.kinds.add(kind)
-
-
-def _series(path: Path | str, plan: Plan, channel: Channel, taken: _Taken, notes: list[str]) -> Series:
+def _series(plan: Plan, channel: Channel, taken: _Taken, notes: list[str]) -> Series:
     source = plan.channels[channel]
-    name = f"{path}, topic {source.topic}{f', {source.part}' if source.part else ''}"
+    name = f"{taken.name}{f', {source.part}' if source.part else ''}"
     if not taken.values:
         raise SourceError(name, "no message of that joint; --list shows the joints of every topic")
     natural = ("m" if channel == "link" else "rad") if JOINTS in taken.kinds else "counts"
-    time, values = _columns(name, source.topic, plan, taken, notes)
+    time, values = _columns(name, plan.stamps, taken, notes)
     return Series(time, values[:, 0], source.unit or natural, name)
 
 
-def _poses(path: Path | str, plan: Plan, truck: TruckName, taken: _Taken, notes: list[str]) -> Poses:
+def _poses(plan: Plan, truck: TruckName, taken: _Taken, notes: list[str]) -> Poses:
     source = plan.poses[truck]
-    name = f"{path}, topic {source.topic}"
     if not taken.values:
-        raise SourceError(name, f"no transform of frame {source.frame!r}; --list shows the frames")
+        raise SourceError(taken.name, f"no transform of frame {source.frame!r}; --list shows the frames")
     if "nav_msgs/Odometry" in taken.kinds:
         notes.append(
             f"{source.topic} is nav_msgs/Odometry: where the robot makes it of its own wheels, "
             "it is no absolute pose"
         )
-    time, values = _columns(name, source.topic, plan, taken, notes)
+    time, values = _columns(taken.name, plan.stamps, taken, notes)
     return poses_of(truck, time + source.offset, values[:, :3], values[:, 3:])
 
 
-def _columns(name: str, topic: str, plan: Plan, taken: _Taken, notes: list[str]) -> tuple[Array, Array]:
+def _columns(name: str, clock: Stamps, taken: _Taken, notes: list[str]) -> tuple[Array, Array]:
     """Return times `(K,)` [s] and values `(K, ...)`; of messages with equal stamps the first is used."""
-    stamps = np.array([value.stamp for value in taken.values], np.int64)
-    if plan.stamps == "bag" or not stamps.all():
-        if plan.stamps != "bag":
+    topic, stamps = taken.topic, np.array([value.stamp for value in taken.values], np.int64)
+    if clock == "bag" or not stamps.all():
+        if clock != "bag":
             notes.append(f"{topic} has no stamps; its times are those at which the bag got the messages")
         stamps = np.array(taken.bag, np.int64)
     fresh = np.concatenate(([True], np.diff(stamps) != 0))

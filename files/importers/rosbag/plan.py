@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from omnimate.files.importers.errors import MappingError
 from omnimate.files.importers.robots import robot_of
-from omnimate.files.importers.tables import Table, read_table
+from omnimate.files.importers.tables import Name, read_table
 from omnimate.files.importers.units import UNITS
 from omnimate.vehicle.parameters import CHANNELS, TRUCKS
 
@@ -67,30 +67,6 @@ class Plan:
     stamps: Stamps = "header"
 
 
-def plan_of(mapping: Table) -> Plan:
-    """Return the plan of a mapping's tables `[channel.*]` and `[poses.*]`.
-
-    Raises:
-        MappingError: A key or a value is wrong.
-    """
-    channels: dict[Channel, ChannelSource] = {}
-    for name, entry in mapping.tables("channel", CHANNELS):
-        part = entry.text("joint", "") or entry.text("field", "")
-        entry.text("field", "")  # an optional key, ignored beside a joint
-        channels[_channel(name)] = ChannelSource(
-            entry.text("topic"), part, entry.text("unit", "", among=("", *UNITS))
-        )
-        entry.done()
-    poses: dict[TruckName, PoseSource] = {}
-    for name, entry in mapping.tables("poses", TRUCKS):
-        poses[_truck(name)] = PoseSource(
-            entry.text("topic"), entry.text("frame", ""), entry.number("offset", 0.0)
-        )
-        entry.done()
-    stamps = mapping.text("stamps", "header", among=get_args(Stamps))
-    return Plan(channels, poses, "bag" if stamps == "bag" else "header")
-
-
 def read_plan(path: Path | str, vehicle: VehicleParameters | None = None) -> tuple[Plan, VehicleParameters]:
     """Return the plan of a TOML file, and the robot: the one given, or that of the file.
 
@@ -98,10 +74,20 @@ def read_plan(path: Path | str, vehicle: VehicleParameters | None = None) -> tup
         MappingError: The file cannot be read, or a key or a value is wrong.
         VehicleFileError: The robot's file is wrong.
     """
-    table = read_table(path)
-    plan, robot = plan_of(table), robot_of(table, Path(path).parent, vehicle)
+    table, plan = read_table(path), Plan()
+    for channel, entry in table.tables("channel", CHANNELS):
+        other = entry.text("field", "")
+        part, unit = entry.text("joint", "") or other, entry.text("unit", "", among=("", *UNITS))
+        plan.channels[channel] = ChannelSource(entry.text("topic"), part, unit)
+        entry.done()
+    for truck, entry in table.tables("poses", TRUCKS):
+        offset = entry.number("offset", 0.0)
+        plan.poses[truck] = PoseSource(entry.text("topic"), entry.text("frame", ""), offset)
+        entry.done()
+    stamps = table.text("stamps", "header", among=get_args(Stamps))
+    robot = robot_of(table, Path(path).parent, vehicle)
     table.done()
-    return plan, robot
+    return replace(plan, stamps="bag" if stamps == "bag" else "header"), robot
 
 
 def plan_of_options(channels: Sequence[str], poses: Sequence[str]) -> Plan:
@@ -110,37 +96,25 @@ def plan_of_options(channels: Sequence[str], poses: Sequence[str]) -> Plan:
     Raises:
         MappingError: An option has another form.
     """
-    given: dict[Channel, ChannelSource] = {}
+    plan = Plan()
     for option in channels:
-        name, parts = _split(option, "CHANNEL=TOPIC[:JOINT or FIELD[:UNIT]]", 3)
-        source = ChannelSource(*parts)
+        channel, parts = _split(option, "CHANNEL=TOPIC[:JOINT or FIELD[:UNIT]]", 3, "channel", CHANNELS)
+        source = plan.channels[channel] = ChannelSource(*parts)
         if source.unit not in {"", *UNITS}:
             raise MappingError(option, f"unit {source.unit!r}; expected one of {', '.join(UNITS)}")
-        given[_channel(name)] = source
-    placed: dict[TruckName, PoseSource] = {}
     for option in poses:
-        name, parts = _split(option, "TRUCK=TOPIC[:FRAME]", 2)
-        placed[_truck(name)] = PoseSource(parts[0], parts[1] if len(parts) > 1 else "")
-    return Plan(given, placed)
+        truck, parts = _split(option, "TRUCK=TOPIC[:FRAME]", 2, "truck", TRUCKS)
+        plan.poses[truck] = PoseSource(*parts)
+    return plan
 
 
-def _split(option: str, form: str, most: int) -> tuple[str, list[str]]:
+def _split(option: str, form: str, most: int, what: str, names: Sequence[Name]) -> tuple[Name, list[str]]:
+    """Return what an option is for, one of `names`, and its parts, `most` at the most."""
     name, equals, rest = option.partition("=")
     parts = rest.split(":")
     if not equals or not parts[0] or len(parts) > most:
         raise MappingError(option, f"expected {form}")
-    return name, parts
-
-
-def _channel(name: str) -> Channel:
-    for channel in CHANNELS:
-        if channel == name:
-            return channel
-    raise MappingError(name, f"no channel; expected one of {', '.join(CHANNELS)}")
-
-
-def _truck(name: str) -> TruckName:
-    for truck in TRUCKS:
-        if truck == name:
-            return truck
-    raise MappingError(name, f"no truck; expected one of {', '.join(TRUCKS)}")
+    for known in names:
+        if known == name:
+            return known, parts
+    raise MappingError(name, f"no {what}; expected one of {', '.join(names)}")
