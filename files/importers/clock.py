@@ -9,7 +9,7 @@ bus.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,13 +32,6 @@ if TYPE_CHECKING:
 
 _PAUSE = 3.0  # [periods] time after which a sample counts as missing
 _LONGEST = 3600.0  # [s] longest pause within a drive
-
-
-class _Column(NamedTuple):
-    """The counts of one channel at the SYNCs, and whether each was measured."""
-
-    counts: NDArray[np.int64]
-    present: NDArray[np.bool_]
 
 
 def recording_of(
@@ -73,8 +66,8 @@ def recording_of(
     counts = np.zeros((len(time), len(vehicle.channels)), np.int64)
     received = np.zeros(counts.shape, np.bool_)
     for number, encoder in enumerate(vehicle.encoders):
-        column = _column(series[encoder.channel], vehicle, encoder, clock)
-        counts[kept, number], received[kept, number] = column.counts, column.present
+        column = _on_clock(series[encoder.channel], vehicle, encoder, clock)
+        counts[kept, number], received[kept, number] = column
     _check_poses(poses, time, source)
     speeds = None if commands is None else _commands(commands, vehicle, kept, len(time))
     recording = recording_of_readings(vehicle, time, counts, received, speeds, source)
@@ -105,20 +98,24 @@ def _with_period(vehicle: VehicleParameters, clock: Array, source: str) -> Vehic
         raise SourceError(source, f"time between samples: {error.problem}; check the unit of time") from error
 
 
-def _column(series: Series, vehicle: VehicleParameters, encoder: Encoder, clock: Array) -> _Column:
+def _on_clock(
+    series: Series, vehicle: VehicleParameters, encoder: Encoder, clock: Array
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the counts of a channel at the times of a clock, and whether each was measured, `(N,)`."""
     counts, known = counts_of(series, vehicle, encoder), np.isfinite(series.value)
     if np.array_equal(series.time, clock):
-        return _Column(counts, known)
-    time, period = series.time[known], float(np.median(np.diff(series.time)))
-    slow = replace(vehicle, bus=replace(vehicle.bus, sync_period=max(period, vehicle.bus.sync_period)))
-    continuous = unwrap(counts[known], counter_law(encoder, slow))
-    after = np.clip(np.searchsorted(time, clock), 1, max(1, len(time) - 1)) if len(time) > 1 else None
-    if after is None:
+        return counts, known
+    time, counts = series.time[known], counts[known]
+    if len(time) < 2:
         raise SourceError(series.source, "one value; a drive has two or more")
-    near = time[after] - time[after - 1] <= _PAUSE * slow.bus.sync_period
+    period = max(float(np.median(np.diff(series.time))), vehicle.bus.sync_period)
+    slow = replace(vehicle, bus=replace(vehicle.bus, sync_period=period))
+    continuous = unwrap(counts, counter_law(encoder, slow))
+    after = np.clip(np.searchsorted(time, clock), 1, len(time) - 1)
+    near = time[after] - time[after - 1] <= _PAUSE * period
     inside = (clock >= time[0]) & (clock <= time[-1])
-    middle = np.rint(np.interp(clock, time, continuous - continuous[0])).astype(np.int64) + continuous[0]
-    return _Column(middle, near & inside)
+    travel = np.rint(np.interp(clock, time, continuous - continuous[0])).astype(np.int64)
+    return travel + continuous[0], near & inside
 
 
 def _filled(clock: Array, period: float, source: str) -> tuple[Array, NDArray[np.intp]]:

@@ -1,4 +1,4 @@
-"""One checked quantity over time, the common form of all sources."""
+"""The common form of all sources: checked quantities over time, and absolute poses."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.importers.errors import SourceError
+from omnimate.vehicle.recording import Poses
+from omnimate.vehicle.se2 import wrap
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
+    from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.se2 import Array
-
-Place = str  # place of a row in its source, for messages
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +45,12 @@ class Series:
             raise SourceError(self.source, "no value in it")
 
 
-def check_times(time: Array, place: Callable[[int], Place]) -> None:
+def check_times(time: Array, place: Callable[[int], str]) -> None:
     """Refuse times `(K,)` [s] that are not finite, lie before 0, or do not increase.
 
     Args:
         time: Times to check [s], shape `(K,)`.
-        place: Function that returns the place of a row, counted from 0, for the message.
+        place: Function that returns the place in its source of a row, counted from 0, for the message.
 
     Raises:
         SourceError: A time is wrong; the message names its row.
@@ -68,3 +69,32 @@ def check_times(time: Array, place: Callable[[int], Place]) -> None:
             f"time {verb}, from {time[row - 1]:.6f} s to {time[row]:.6f} s; expected rows in order of time, "
             "one clock for all",
         )
+
+
+def poses_of(truck: TruckName, time: Array, pose: Array, sigma: Array | None = None) -> Poses:
+    """Return the absolute poses of a truck; rows without a known component are left out.
+
+    Args:
+        truck: Name of the truck, a or b.
+        time: Time of each pose [s], shape `(M,)`.
+        pose: x, y [m] and theta [rad], not necessarily wrapped, shape `(M, 3)`; nan where unknown.
+        sigma: Standard deviations of the poses, shape `(M, 3)`; None where they are not stated.
+    """
+    known = np.isfinite(pose).any(axis=1)
+    stated = np.full(pose.shape, np.nan) if sigma is None else sigma
+    kept = pose[known].copy()
+    kept[:, 2] = wrap(kept[:, 2])
+    return Poses(time[known].copy(), np.full(int(known.sum()), truck, "U1"), kept, stated[known].copy())
+
+
+def joined(parts: Iterable[Poses]) -> Poses | None:
+    """Return the poses of several trucks in order of time; None where there are none."""
+    parts = [part for part in parts if len(part.time)]
+    if not parts:
+        return None
+    time = np.concatenate([part.time for part in parts])
+    order = np.argsort(time, kind="stable")
+    body, pose, sigma = (
+        np.concatenate([getattr(part, name) for part in parts])[order] for name in ("body", "pose", "sigma")
+    )
+    return Poses(time[order], body, pose, sigma)

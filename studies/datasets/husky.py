@@ -17,9 +17,8 @@ import numpy as np
 
 from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
-from omnimate.files.importers.poses import poses_of
 from omnimate.files.importers.robots import single_truck
-from omnimate.files.importers.series import Series
+from omnimate.files.importers.series import Series, poses_of
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Lap, Run
 

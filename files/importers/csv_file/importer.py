@@ -13,9 +13,8 @@ import numpy as np
 from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.csv_file.table import DELIMITERS, read_csv_table
 from omnimate.files.importers.errors import MappingError, SourceError
-from omnimate.files.importers.poses import joined, poses_of
 from omnimate.files.importers.robots import robot_of
-from omnimate.files.importers.series import Series, check_times
+from omnimate.files.importers.series import Series, check_times, joined, poses_of
 from omnimate.files.importers.tables import Table, read_table
 from omnimate.files.importers.units import METRES, RADIANS, SECONDS, UNITS
 from omnimate.vehicle.recording import Lap, Run

@@ -12,10 +12,9 @@ import numpy as np
 
 from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
-from omnimate.files.importers.poses import joined, poses_of
 from omnimate.files.importers.rosbag.reader import messages_of
 from omnimate.files.importers.rosbag.values import JOINTS, channel_value, pose_value
-from omnimate.files.importers.series import Series, check_times
+from omnimate.files.importers.series import Series, check_times, joined, poses_of
 from omnimate.vehicle.recording import Lap, Run
 
 if TYPE_CHECKING:

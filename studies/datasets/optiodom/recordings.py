@@ -14,9 +14,8 @@ import numpy as np
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
-from omnimate.files.importers.poses import poses_of
 from omnimate.files.importers.robots import single_truck
-from omnimate.files.importers.series import Series
+from omnimate.files.importers.series import Series, poses_of
 from omnimate.vehicle.recording import Lap, Run
 from studies.datasets.optiodom.drives import read_set
 from studies.datasets.optiodom.files import find_sets, read_metadata, read_numbers

@@ -8,9 +8,8 @@ from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_typestore
 
 from omnimate.files.importers.clock import recording_of
-from omnimate.files.importers.poses import poses_of
 from omnimate.files.importers.robots import single_truck
-from omnimate.files.importers.series import Series
+from omnimate.files.importers.series import Series, poses_of
 from omnimate.vehicle.parameters import Truck
 
 

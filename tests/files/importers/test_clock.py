@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
-from omnimate.files.importers.poses import poses_of
 from omnimate.files.importers.robots import single_truck
-from omnimate.files.importers.series import Series
+from omnimate.files.importers.series import Series, poses_of
 from omnimate.files.logs.assemble import assemble
 from omnimate.files.logs.recording_to_frames import frames_of_recording
 from omnimate.files.recordings.folder import load_recording, save_recording

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from omnimate.files.importers.clock import recording_of
-from omnimate.files.importers.poses import poses_of
 from omnimate.files.importers.sanity import look
-from omnimate.files.importers.series import Series
+from omnimate.files.importers.series import Series, poses_of
 
 TIME = 0.02 * np.arange(101)
 
