@@ -142,7 +142,7 @@ def _show_topics(source: Path, vehicle: VehicleParameters | None) -> None:
 
 def _report_recording(recording: Recording, to: Path) -> None:
     """Say what a recording holds, and how far its odometry is off."""
-    from omnimate.files.importers.sanity import look
+    from omnimate.files.importers.sanity import odometry_error
 
     span, period = recording.time[-1] - recording.time[0], recording.vehicle.bus.sync_period
     poses = 0 if recording.poses is None else len(recording.poses.time)
@@ -151,9 +151,9 @@ def _report_recording(recording: Recording, to: Path) -> None:
         f"{len(recording.gaps)} gap(s), {poses} poses in {to}"
     )
     for truck in recording.vehicle.trucks:
-        seen = look(recording, truck)
+        seen = odometry_error(recording, truck)
         if seen is not None:
             say(
-                f"truck {truck}: nominal odometry ends {1e3 * seen.away:.1f} mm and "
-                f"{math.degrees(seen.turned):.2f} deg from the last pose, after {seen.way:.2f} m"
+                f"truck {truck}: nominal odometry ends {1e3 * seen.position:.1f} mm and "
+                f"{math.degrees(seen.heading):.2f} deg from the last pose, after {seen.distance:.2f} m"
             )

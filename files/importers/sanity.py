@@ -6,7 +6,6 @@ wrong resolution before any calibration does.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,27 +14,25 @@ from omnimate.vehicle.odometry import dead_reckon, truck_travel
 from omnimate.vehicle.se2 import between, wrap
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Recording
 
 
-class Sanity(NamedTuple):
+class OdometryError(NamedTuple):
     """One truck's odometry with nominal parameters, from its first complete absolute pose to its last.
 
     Attributes:
-        way: Length of the path of the axle's middle, by the wheels [m].
-        away: Distance between the end of the odometry and the absolute pose [m].
-        turned: Difference of their headings [rad], in (-pi, pi].
+        distance: Length of the path of the axle's middle, by the wheels [m].
+        position: Distance between the end of the odometry and the absolute pose [m].
+        heading: Difference of their headings [rad], in (-pi, pi].
     """
 
-    way: float
-    away: float
-    turned: float
+    distance: float
+    position: float
+    heading: float
 
 
-def look(recording: Recording, truck: TruckName = "a") -> Sanity | None:
+def odometry_error(recording: Recording, truck: TruckName = "a") -> OdometryError | None:
     """Return the error of odometry at the end; None without two poses that have a heading."""
     if recording.poses is None:
         return None
@@ -49,15 +46,5 @@ def look(recording: Recording, truck: TruckName = "a") -> Sanity | None:
     path = dead_reckon(recording, truck)
     missed = between(path[first], path[last]) - between(*fixes.pose[ends])
     left, right, _ = truck_travel(recording, truck)
-    way = np.abs(np.diff(0.5 * (left + right)[first : last + 1])).sum()
-    return Sanity(float(way), float(np.hypot(missed[0], missed[1])), float(wrap(missed[2])))
-
-
-def average(results: Sequence[Sanity]) -> Sanity | None:
-    """Return the mean way, and the root mean square of distances and headings; None where there are none."""
-    if not results:
-        return None
-    count = len(results)
-    away = math.sqrt(sum(result.away**2 for result in results) / count)
-    turned = math.sqrt(sum(result.turned**2 for result in results) / count)
-    return Sanity(sum(result.way for result in results) / count, away, turned)
+    distance = np.abs(np.diff(0.5 * (left + right)[first : last + 1])).sum()
+    return OdometryError(float(distance), float(np.hypot(missed[0], missed[1])), float(wrap(missed[2])))

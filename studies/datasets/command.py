@@ -100,21 +100,24 @@ def calibrate(
 
 def save_set(recordings: Iterable[tuple[str, Recording]], to: Path) -> None:
     """Write many recordings, and say how far the odometry of all of them is off."""
-    from omnimate.files.importers.sanity import average, look
+    import numpy as np
+
+    from omnimate.files.importers.sanity import odometry_error
     from omnimate.files.recordings.folder import save_recording
 
-    samples, looks = [], []
+    samples, errors = [], []
     for name, recording in track(recordings, "importing", console=err, transient=True):
         (to / name).parent.mkdir(parents=True, exist_ok=True)
         save_recording(recording, to / name)
         samples.append(len(recording))
-        looks.append(look(recording))
+        errors.append(odometry_error(recording))
     out.print(f"{len(samples)} recording(s), {sum(samples)} samples in {to}", soft_wrap=True)
-    mean = average([result for result in looks if result is not None])
-    if mean is not None:
+    known = np.array([error for error in errors if error is not None])
+    if len(known):
+        position, heading = np.sqrt(np.mean(known[:, 1:] ** 2, axis=0))
         out.print(
-            f"nominal odometry ends {1e3 * mean.away:.1f} mm and {math.degrees(mean.turned):.2f} deg from "
-            f"the last pose (root mean square), after {mean.way:.2f} m on average",
+            f"nominal odometry ends {1e3 * position:.1f} mm and {math.degrees(heading):.2f} deg from "
+            f"the last pose (root mean square), after {known[:, 0].mean():.2f} m on average",
             soft_wrap=True,
         )
 
