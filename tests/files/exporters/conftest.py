@@ -8,10 +8,25 @@ import pytest
 from omnimate.files.exporters.drive import drive_of
 from omnimate.files.logs.frames import ERROR, Frame, concatenate, frames_of
 from omnimate.files.logs.recording_to_frames import frames_of_recording
+from omnimate.files.logs.streaming import LogStream
+from omnimate.files.logs.writing import open_writer
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.recording import Gap, Lap, Poses, Recording, Run
 
 SAMPLES, START = 120, 1763670000.0
+
+
+def silent(_done, _total):
+    """Take no notice of progress."""
+
+
+def written_log(path, rows):
+    """Write frames as a log of candump, and return what reads it."""
+    writer = open_writer(path, ".log")
+    for row in rows:
+        writer.write_frame(row)
+    writer.close()
+    return LogStream(path)
 
 
 @pytest.fixture
@@ -55,19 +70,8 @@ def drive(recording):
 def single(recording):
     """A drive of one truck only."""
     vehicle = recording.vehicle
-    alone = replace(
-        vehicle,
-        trucks={"a": vehicle.trucks["a"]},
-        linkage=None,
-        encoders=vehicle.encoders[:2],
-        drives=(),
-    )
-    recording = replace(
-        recording,
-        vehicle=alone,
-        counts=recording.counts[:, :2].copy(),
-        present=recording.present[:, :2].copy(),
-        poses=None,
-        commands=None,
-    )
+    alone = replace(vehicle, trucks={"a": vehicle.trucks["a"]}, linkage=None, encoders=vehicle.encoders[:2])
+    counts, present = recording.counts[:, :2].copy(), recording.present[:, :2].copy()
+    changes = {"vehicle": alone, "counts": counts, "present": present, "poses": None, "commands": None}
+    recording = replace(recording, **changes)
     return drive_of(recording, frames_of_recording(recording))

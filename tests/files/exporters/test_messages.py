@@ -18,15 +18,11 @@ from omnimate.files.importers.rosbag.plan import plan_of_options
 from omnimate.files.logs.formats.stamps import nanoseconds
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 from omnimate.files.logs.streaming import LogStream
-from omnimate.files.logs.writing import open_writer
 from omnimate.vehicle.arcs import arc, integrate
+from tests.files.exporters.conftest import silent, written_log
 from tests.files.logs.any_frames import logs
 
 TARGETS = ("drive.mcap", "drive_bag")
-
-
-def silent(_done, _total):
-    """Take no notice of progress."""
 
 
 def messages(path, topic):
@@ -132,11 +128,7 @@ def test_what_is_exported_can_be_imported_again(drive, tmp_path):
 @given(rows=logs(directions=(0,)), name=st.sampled_from(TARGETS))
 def test_frames_are_can_msgs_on_the_topic_of_their_interface(tmp_path_factory, rows, name):
     folder = tmp_path_factory.mktemp("frames")
-    writer = open_writer(folder / "can.log", ".log")
-    for row in rows:
-        writer.write_frame(row)
-    writer.close()
-    done = export_frames(LogStream(folder / "can.log"), folder / name, silent)
+    done = export_frames(written_log(folder / "can.log", rows), folder / name, silent)
     assert done.frames == len(rows)
     seen = []
     for channel in sorted({row.channel for row in rows}):

@@ -7,15 +7,11 @@ from evo.tools import file_interface
 from hypothesis import given
 
 from omnimate.files.exporters.errors import ExportError
-from omnimate.files.exporters.export import export_drive, export_frames, suffix_of
+from omnimate.files.exporters.export import export_drive, export_frames
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 from omnimate.files.logs.streaming import LogStream
-from omnimate.files.logs.writing import open_writer
+from tests.files.exporters.conftest import silent, written_log
 from tests.files.logs.any_frames import logs
-
-
-def silent(_done, _total):
-    """Take no notice of progress."""
 
 
 def test_evo_reads_every_trajectory(drive, tmp_path):
@@ -69,11 +65,7 @@ def test_a_drive_without_poses_or_events_has_no_such_tables(single, tmp_path):
 @given(rows=logs())
 def test_a_frame_is_a_row(tmp_path_factory, rows):
     folder = tmp_path_factory.mktemp("frames")
-    writer = open_writer(folder / "can.log", ".log")
-    for row in rows:
-        writer.write_frame(row)
-    writer.close()
-    export_frames(LogStream(folder / "can.log"), folder / "can.parquet", silent)
+    export_frames(written_log(folder / "can.log", rows), folder / "can.parquet", silent)
     table = pq.read_table(folder / "can.parquet").to_pylist()
     for seen, row in zip(table, rows, strict=True):
         assert (seen["time"], seen["channel"], seen["can_id"]) == (row.time, row.channel, row.can_id)
@@ -82,12 +74,9 @@ def test_a_frame_is_a_row(tmp_path_factory, rows):
         assert all(seen[name] == bool(row.flags & bit) for name, bit in flags.items())
 
 
-def test_a_format_that_nobody_knows_is_refused_with_those_that_are(tmp_path):
-    with pytest.raises(ExportError, match=r"no format .xyz; expected .asc, .blf"):
-        suffix_of(tmp_path / "a.xyz")
-
-
-@pytest.mark.parametrize(("name", "words"), [("a.pcap", "frames only"), ("a.xyz", "no format")])
+@pytest.mark.parametrize(
+    ("name", "words"), [("a.pcap", "frames only"), ("a.xyz", r"no format .xyz; expected .asc, .blf")]
+)
 def test_a_drive_is_no_log_of_frames(drive, tmp_path, name, words):
     with pytest.raises(ExportError, match=words):
         export_drive(drive, tmp_path / name, silent)

@@ -1,7 +1,5 @@
 """Robots, recordings and bags that the importers are tried on."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 from rosbags import rosbag1, rosbag2
@@ -30,15 +28,6 @@ def drive(robot):
 
 
 FORMS = ("ros1", "sqlite3", "mcap", "mcap-file", "db3-file")
-
-
-class Sent(NamedTuple):
-    """A message: topic, type, time of the bag [s], and what makes it out of a `Maker`."""
-
-    topic: str
-    kind: str
-    time: float
-    content: object
 
 
 class Maker:
@@ -71,9 +60,9 @@ class Maker:
         return self.make(f"std_msgs/msg/Int{bits}", data=value)
 
     def turn(self, yaw):
-        return self.make(
-            "geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=float(np.sin(yaw / 2)), w=float(np.cos(yaw / 2))
-        )
+        """Return a heading as a quaternion; None gives one that nobody filled in."""
+        z, w = (0.0, 0.0) if yaw is None else (float(np.sin(yaw / 2)), float(np.cos(yaw / 2)))
+        return self.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=z, w=w)
 
     def pose(self, x, y, yaw):
         point = self.make("geometry_msgs/msg/Point", x=float(x), y=float(y), z=0.3)
@@ -127,27 +116,18 @@ class Maker:
 def write_bag(path, maker, sent):
     """Write messages as a bag of the maker's form; return what a user would name."""
     if maker.form == "ros1":
-        return _write_ros1(path.with_suffix(".bag"), maker, sent)
-    plugin = rosbag2.StoragePlugin.MCAP if "mcap" in maker.form else rosbag2.StoragePlugin.SQLITE3
-    with rosbag2.Writer(path, version=9, storage_plugin=plugin) as writer:
+        path = path.with_suffix(".bag")
+        opened, serialise = rosbag1.Writer(path), maker.store.serialize_ros1
+    else:
+        plugin = rosbag2.StoragePlugin.MCAP if "mcap" in maker.form else rosbag2.StoragePlugin.SQLITE3
+        opened, serialise = rosbag2.Writer(path, version=9, storage_plugin=plugin), maker.store.serialize_cdr
+    with opened as writer:
         connections = {}
-        for one in sent:
-            if one.topic not in connections:
-                connections[one.topic] = writer.add_connection(one.topic, one.kind, typestore=maker.store)
-            raw = maker.store.serialize_cdr(one.content, one.kind)
-            writer.write(connections[one.topic], round(one.time * 1e9), raw)
+        for topic, kind, time, content in sent:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=maker.store)
+            writer.write(connections[topic], round(time * 1e9), bytes(serialise(content, kind)))
     return next(path.glob(f"*.{maker.form[:-5]}")) if maker.form.endswith("-file") else path
-
-
-def _write_ros1(path, maker, sent):
-    with rosbag1.Writer(path) as writer:
-        connections = {}
-        for one in sent:
-            if one.topic not in connections:
-                connections[one.topic] = writer.add_connection(one.topic, one.kind, typestore=maker.store)
-            raw = maker.store.serialize_ros1(one.content, one.kind)
-            writer.write(connections[one.topic], round(one.time * 1e9), bytes(raw))
-    return path
 
 
 @pytest.fixture
@@ -164,8 +144,8 @@ def any_maker(request):
 
 @pytest.fixture
 def bag(tmp_path):
-    """Return a function that writes messages (topic, type, time of the bag, content) as a bag."""
-    return lambda maker, sent, name="drive": write_bag(tmp_path / name, maker, [Sent(*one) for one in sent])
+    """Return a function that writes messages (topic, type, time of the bag [s], content) as a bag."""
+    return lambda maker, sent, name="drive": write_bag(tmp_path / name, maker, sent)
 
 
 @pytest.fixture

@@ -8,13 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.files.recordings.folder import load_recording, read_recording, save_recording
-from omnimate.files.recordings.poses_csv import read_poses, write_poses
-from omnimate.vehicle.errors import LogError, OmnimateError, RecordingError, VehicleFileError
+from omnimate.vehicle.errors import LogError, RecordingError, VehicleFileError
 from omnimate.vehicle.file import parse_vehicle, save_vehicle
 from omnimate.vehicle.parameters import Drive
 from omnimate.vehicle.recording import Gap, Lap, Poses, Recording, Run
 
-HEADER = "t,body,x,y,theta,sigma_x,sigma_y,sigma_theta\n"
 SAMPLES = 40
 START = 1763670000.0
 
@@ -47,17 +45,14 @@ def recording_of(vehicle, **changes):
 
 def assert_equal(one, other):
     """Two recordings say the same."""
-    assert one.vehicle == other.vehicle
+    assert (one.vehicle, one.run) == (other.vehicle, other.run)
     assert one.time == pytest.approx(other.time, abs=1e-6)
     assert np.array_equal(one.counts, other.counts)
     assert np.array_equal(one.present, other.present)
-    assert one.run == other.run
     assert (one.poses is None) == (other.poses is None)
-    if one.poses is not None and other.poses is not None:
-        assert np.array_equal(one.poses.time, other.poses.time)
-        assert np.array_equal(one.poses.body, other.poses.body)
-        assert np.array_equal(one.poses.pose, other.poses.pose, equal_nan=True)
-        assert np.array_equal(one.poses.sigma, other.poses.sigma, equal_nan=True)
+    if one.poses is not None:
+        for name in ("time", "body", "pose", "sigma"):
+            np.testing.assert_array_equal(getattr(one.poses, name), getattr(other.poses, name))
 
 
 @pytest.mark.parametrize("compress", [False, True])
@@ -161,17 +156,14 @@ def test_a_log_with_a_line_of_garbage_loads_and_the_line_is_reported(vehicle, tm
     assert [line.line for line in loaded.log.skipped] == [21]
 
 
-@pytest.mark.parametrize(
-    ("name", "error"),
-    [("vehicle.toml", VehicleFileError), ("can.log", RecordingError), (".", RecordingError)],
-)
+@pytest.mark.parametrize(("name", "error"), [("vehicle.toml", VehicleFileError), ("can.log", RecordingError)])
 def test_what_is_missing_is_named(vehicle, tmp_path, name, error):
     save_recording(recording_of(vehicle), tmp_path)
-    folder = tmp_path if name != "." else tmp_path / "nowhere"
-    if name != ".":
-        (tmp_path / name).unlink()
-    with pytest.raises(error):
-        load_recording(folder)
+    (tmp_path / name).unlink()
+    with pytest.raises(error, match=name):
+        load_recording(tmp_path)
+    with pytest.raises(RecordingError, match="no such folder"):
+        load_recording(tmp_path / "nowhere")
 
 
 def test_an_empty_log_is_an_error(vehicle, tmp_path):
@@ -189,10 +181,6 @@ def test_laps_on_another_clock_are_refused(vehicle, tmp_path, shift):
         load_recording(tmp_path)
 
 
-def test_every_error_is_one_that_the_command_line_explains():
-    assert issubclass(RecordingError, OmnimateError)
-
-
 def test_recordings_made_elsewhere_load_and_survive_being_saved(shared_data, tmp_path):
     folders = sorted((shared_data / "concealed").glob("*/*/"))
     assert len(folders) >= 14
@@ -202,15 +190,3 @@ def test_recordings_made_elsewhere_load_and_survive_being_saved(shared_data, tmp
         if number % 5 == 0:  # one of each kind is enough to write
             save_recording(loaded.recording, tmp_path / str(number))
             assert_equal(load_recording(tmp_path / str(number)), loaded.recording)
-
-
-def test_headings_that_went_round_are_written_as_a_file_has_them(tmp_path):
-    turned = Poses(
-        np.array([0.0, 1.0, 2.0]),
-        np.array(["a", "a", "a"]),
-        np.array([[0.0, 0.0, -4.76], [0.0, 0.0, 1.25], [0.0, 0.0, np.nan]]),
-        np.full((3, 3), np.nan),
-    )
-    write_poses(turned, tmp_path / "poses.csv")
-    kept = read_poses(tmp_path / "poses.csv")
-    np.testing.assert_allclose(kept.pose[:, 2], [2.0 * np.pi - 4.76, 1.25, np.nan])

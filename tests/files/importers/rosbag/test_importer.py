@@ -1,13 +1,14 @@
 """Bags of every form become recordings; what is not in them, or cannot be, is a sentence."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from omnimate.files.importers.errors import MappingError, SourceError
 from omnimate.files.importers.rosbag.importer import read_bag
-from omnimate.files.importers.rosbag.plan import Plan, plan_of_options, read_plan
+from omnimate.files.importers.rosbag.plan import plan_of_options, read_plan
 from omnimate.files.importers.rosbag.reader import messages_of, topics_of
 from omnimate.vehicle.file import save_vehicle
 
@@ -65,29 +66,17 @@ def test_ticks_without_stamps_come_at_the_times_of_the_bag_and_a_note_says_so(ma
     assert all("no stamps" in note for note in notes)
 
 
-def test_a_tick_counter_of_32_bits_is_followed_over_its_wrap(maker, robot, bag):
-    values = (2**31 - 50 + 10 * np.arange(12) + 2**31) % 2**32 - 2**31
-    sent = [
-        (topic, INT32, 0.02 * number, maker.ticks(int(value)))
-        for number, value in enumerate(values)
-        for topic in ("/left", "/right")
-    ]
-    back, _ = read(bag(maker, sent), robot, TICKS)
-    assert set(np.diff(back.counts, axis=0).ravel()) == {10}
-
-
-def test_zero_stamps_are_no_stamps(maker, drive, bag):
-    back, notes = read(bag(maker, joints_of(maker, drive, stamped=False)), drive.vehicle)
-    np.testing.assert_allclose(back.time, drive.time + LATE, atol=1e-6)
-    assert len(notes) == 1
-
-
-def test_the_bags_own_times_can_be_asked_for(maker, drive, bag):
-    plan = plan_of_options(WHEELS, [])
-    path = bag(maker, joints_of(maker, drive))
-    back, notes = read_bag(path, Plan(plan.channels, plan.poses, "bag"), drive.vehicle)
-    np.testing.assert_allclose(back.time, drive.time + LATE, atol=1e-6)
-    assert notes == ()
+@pytest.mark.parametrize(("stamped", "clock", "notes"), [(False, "header", 1), (True, "bag", 0)])
+def test_zero_stamps_are_none_and_the_bags_own_times_can_be_asked_for(
+    maker, drive, bag, stamped, clock, notes
+):
+    plan = replace(plan_of_options(WHEELS, []), stamps=clock)
+    progress = []
+    path = bag(maker, joints_of(maker, drive, stamped))
+    back = read_bag(path, plan, drive.vehicle, lambda *one: progress.append(one))
+    np.testing.assert_allclose(back.recording.time, drive.time + LATE, atol=1e-6)
+    assert len(back.notes) == notes
+    assert progress[0] == (0, len(drive))
 
 
 def test_every_type_of_pose_gives_the_same_poses(maker, drive, bag):
@@ -152,13 +141,6 @@ def test_a_message_sent_twice_counts_once(maker, drive, bag):
     assert any("1 message(s) with the stamp" in note for note in notes)
 
 
-def test_progress_is_told_up_to_the_number_of_messages(maker, drive, bag):
-    told = []
-    path = bag(maker, joints_of(maker, drive))
-    read_bag(path, plan_of_options(WHEELS, []), drive.vehicle, lambda *one: told.append(one))
-    assert told[0] == (0, len(drive))
-
-
 @pytest.mark.parametrize("form", ["ros1", "mcap-file", "db3-file"])
 def test_bags_of_one_drive_in_a_folder_are_one_drive(makers, drive, bag, tmp_path, form):
     sent = list(joints_of(makers[form], drive))
@@ -203,39 +185,27 @@ def test_times_that_go_backwards_are_refused_with_the_message(maker, drive, bag)
         read(bag(maker, sent), drive.vehicle)
 
 
-def test_numbers_that_are_none_are_refused(maker, drive, bag):
-    sent = list(joints_of(maker, drive))
-    sent[3] = (*sent[3][:3], maker.joints(drive.time[3], ["left", "right"], [0.0, math.nan]))
-    with pytest.raises(SourceError, match="right is nan at 1700000000"):
-        read(bag(maker, sent), drive.vehicle)
-
-
-def test_poses_that_are_none_are_refused(maker, drive, bag):
-    wrong = maker.stamped(drive.time[0], 0.0, math.nan, 0.0)
-    sent = [("/mocap", POSE, drive.time[0], wrong), *joints_of(maker, drive)]
-    with pytest.raises(SourceError, match="a pose that is no number"):
-        read(bag(maker, sent), drive.vehicle, poses=["a=/mocap"])
-
-
-def test_an_orientation_that_nobody_filled_in_is_refused(maker, drive, bag):
-    wrong = maker.stamped(drive.time[0], 0.0, 0.0, 0.0)
-    zero = maker.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=0.0)
-    pose = maker.make("geometry_msgs/msg/Pose", position=wrong.pose.position, orientation=zero)
-    sent = [
-        ("/mocap", POSE, drive.time[0], maker.make(POSE, header=wrong.header, pose=pose)),
-        *joints_of(maker, drive),
-    ]
-    with pytest.raises(SourceError, match="orientation of length 0"):
-        read(bag(maker, sent), drive.vehicle, poses=["a=/mocap"])
-
-
-def test_poses_on_another_clock_are_refused(maker, drive, bag):
-    def early(time, *pose):
-        return maker.stamped(time - 1.6e9, *pose)
-
-    path = bag(maker, in_order(joints_of(maker, drive), poses_of(drive, "/mocap", POSE, early)))
-    with pytest.raises(SourceError, match="the poses lie at 100000000"):
-        read(path, drive.vehicle, poses=["a=/mocap"])
+@pytest.mark.parametrize(
+    ("topic", "kind", "make", "problem"),
+    [
+        (
+            "/joints",
+            JOINTS,
+            lambda m, t: m.joints(t, ["left", "right"], [0.0, math.nan]),
+            "right is nan at 17",
+        ),
+        ("/mocap", POSE, lambda m, t: m.stamped(t, 0.0, math.nan, 0.0), "a pose that is no number"),
+        ("/mocap", POSE, lambda m, t: m.stamped(t, 0.0, 0.0, None), "orientation of length 0"),
+        ("/mocap", POSE, lambda m, t: m.stamped(t - 1.6e9, 0.0, 0.0, 0.0), "the poses lie at 100000000"),
+    ],
+)
+def test_numbers_that_are_none_and_poses_on_another_clock_are_refused(
+    maker, drive, bag, topic, kind, make, problem
+):
+    wrong = (topic, kind, drive.time[0], make(maker, drive.time[0]))
+    poses = ["a=/mocap"] if topic == "/mocap" else []
+    with pytest.raises(SourceError, match=problem):
+        read(bag(maker, [wrong, *joints_of(maker, drive)]), drive.vehicle, poses=poses)
 
 
 def test_an_empty_bag_is_refused(any_maker, robot, bag):
