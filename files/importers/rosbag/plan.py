@@ -104,7 +104,7 @@ def plan_of_options(channels: Sequence[str], poses: Sequence[str]) -> Plan:
             raise MappingError(option, f"unit {source.unit!r}; expected one of {', '.join(UNITS)}")
     for option in poses:
         truck, parts = _split(option, "TRUCK=TOPIC[:FRAME]", 2, "truck", TRUCKS)
-        plan.poses[truck] = PoseSource(*parts)
+        plan.poses[truck] = PoseSource(parts[0], parts[1] if len(parts) > 1 else "")
     return plan
 
 

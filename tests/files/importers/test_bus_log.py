@@ -11,10 +11,6 @@ from omnimate.files.logs.writing import open_writer
 from omnimate.files.recordings.folder import load_recording
 
 
-def silent(_done, _total):
-    """Take no notice of progress."""
-
-
 @pytest.fixture
 def capture(drive, tmp_path):
     """The bus of a drive as a capture of Wireshark, with a CAN FD frame at its end."""
@@ -26,15 +22,11 @@ def capture(drive, tmp_path):
     return tmp_path / "bus.pcapng"
 
 
-def test_the_recording_has_the_counts_of_the_drive(capture, drive, tmp_path):
-    done = import_log(LogStream(capture), drive.vehicle, tmp_path / "new", silent)
+def test_the_recording_has_the_counts_of_the_drive_and_is_not_written_over(capture, drive, tmp_path):
+    done = import_log(LogStream(capture), drive.vehicle, tmp_path / "new", lambda _done, _total: None)
     assert done.fd_frames == 1
     again = load_recording(tmp_path / "new")
     assert again.counts.tolist() == drive.counts.tolist()
     assert again.vehicle == drive.vehicle
-
-
-def test_a_recording_is_not_written_over(capture, drive, tmp_path):
-    import_log(LogStream(capture), drive.vehicle, tmp_path / "new", silent)
     with pytest.raises(SourceError, match=r"it holds a recording \(can.log\)"):
-        import_log(LogStream(capture), drive.vehicle, tmp_path / "new", silent)
+        import_log(LogStream(capture), drive.vehicle, tmp_path / "new", lambda _done, _total: None)

@@ -18,6 +18,7 @@ from omnimate.vehicle.parameters import Drive, Truck
 from omnimate.vehicle.recording import Recording
 
 ROBOT = single_truck("tried", Truck(0.5, 0.2, 0.2), 1000.0, 0.02)
+TIME = 0.02 * np.arange(10)
 
 
 def made(left, right, **more):
@@ -44,7 +45,7 @@ def test_counts_on_one_clock_are_not_touched(steps):
     st.booleans(),
 )
 def test_an_import_is_what_its_frames_on_a_bus_would_have_given(steps, periods, speeds, bits, signed):
-    """Missing values, jumps, wraps, encoders in one PDO, and commands."""
+    """With missing values, jumps, wraps, two encoders in one PDO, and commands."""
     left, right = (replace(encoder, bits=bits, signed=signed) for encoder in ROBOT.encoders)
     right = replace(right, cob_id=left.cob_id, start_bit=32)
     robot = replace(ROBOT, encoders=(left, right), drives=(Drive("a.left", 11, 0x20B, -1, 40000.0),))
@@ -117,31 +118,20 @@ def test_a_pause_is_filled_with_syncs_that_nobody_answers_and_no_count_is_lost()
     assert [gap.reason for gap in recording.gaps] == ["missing", "missing"]
 
 
-def test_poses_on_another_clock_are_refused():
-    time = 0.02 * np.arange(10)
-    wheel = Series(time, np.arange(10.0), "counts", "wheel")
-    with pytest.raises(SourceError, match=r"the poses lie at 1700000000\.000.*one clock"):
-        made(wheel, wheel, poses=poses_of("a", time + 1.7e9, np.zeros((10, 3))))
-
-
-def test_channels_on_clocks_that_never_meet_are_refused():
-    time = 0.02 * np.arange(10)
-    with pytest.raises(SourceError, match="no time in common"):
-        made(Series(time, time, "rad", "left"), Series(time + 9.0, time, "rad", "right"))
-
-
-def test_a_drive_of_hours_with_nothing_in_it_is_refused():
-    time = np.array([0.0, 0.02, 0.04, 9000.0])
-    wheel = Series(time, np.arange(4.0), "counts", "wheel")
-    with pytest.raises(SourceError, match="cut it in two"):
-        made(wheel, wheel)
-
-
-def test_milliseconds_taken_for_seconds_are_found_by_the_period():
-    time = 20.0 * np.arange(10)
-    wheel = Series(time, np.arange(10.0), "counts", "wheel")
-    with pytest.raises(SourceError, match="check the unit of time"):
-        made(wheel, wheel)
+@pytest.mark.parametrize(
+    ("left", "right", "poses", "problem"),
+    [
+        (TIME, TIME, TIME + 1.7e9, r"the poses lie at 1700000000\.000.*one clock"),
+        (TIME, TIME + 9.0, None, "no time in common"),
+        (np.append(TIME, 9e3), np.append(TIME, 9e3), None, "cut it in two"),
+        (1e3 * TIME, 1e3 * TIME, None, "check the unit of time"),
+    ],
+)
+def test_clocks_that_cannot_be_one_drive_are_refused(left, right, poses, problem):
+    wheels = (Series(time, np.arange(float(len(time))), "counts", "wheel") for time in (left, right))
+    placed = None if poses is None else poses_of("a", poses, np.zeros((10, 3)))
+    with pytest.raises(SourceError, match=problem):
+        made(*wheels, poses=placed)
 
 
 def test_a_channel_that_nothing_gives_is_named():
