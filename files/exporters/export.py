@@ -5,13 +5,13 @@ from __future__ import annotations
 import heapq
 import importlib.util
 from collections import Counter
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from omnimate.files.exporters.errors import ExportError, MissingLibraryError
 from omnimate.files.exporters.messages import Messages
-from omnimate.files.exporters.parquet import frame_table, write_parquet
+from omnimate.files.exporters.parquet import write_frames, write_parquet
 from omnimate.files.exporters.sinks import bag_sink, mcap_sink
 from omnimate.files.exporters.tum import write_tum
 from omnimate.files.logs.bus_events import BusEvents
@@ -97,17 +97,14 @@ def export_frames(log: LogStream, target: Path, watch: Callable[[int, int], None
     if suffix in {MCAP, BAG}:
         return _export_messages(target, suffix, lambda make: _messages_of(frames, make))
     done = Exported((target,))
-    with written_whole(target) as partial, ExitStack() as stack:
+    with written_whole(target) as partial:
         if suffix == PARQUET:
-            take = stack.enter_context(frame_table(partial))
-            for frame in frames:
-                take(frame)
+            write_frames(frames, partial)
             done.frames = log.frames
         else:
-            writer = open_writer(partial, suffix)
-            stack.callback(writer.close)
-            for frame in frames:
-                done.left_out[writer.write_frame(frame) or ""] += 1
+            with closing(open_writer(partial, suffix)) as writer:
+                for frame in frames:
+                    done.left_out[writer.write_frame(frame) or ""] += 1
             done.frames = done.left_out.pop("", 0)
     return done
 

@@ -5,7 +5,7 @@ Only this file uses the library `pyarrow`, which is optional.
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from omnimate.files.exporters.messages import channel_values
 from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, RECEIVED, REMOTE, SENT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterable
     from pathlib import Path as FilePath
 
     from omnimate.files.exporters.drive import Drive
@@ -40,9 +40,8 @@ def write_parquet(drive: Drive, target: FilePath) -> tuple[FilePath, ...]:
     return tuple(written)
 
 
-@contextmanager
-def frame_table(path: FilePath) -> Iterator[Callable[[Frame], None]]:
-    """Open a table of frames for writing, and give what takes each frame."""
+def write_frames(frames: Iterable[Frame], path: FilePath) -> None:
+    """Write a table of frames, `BLOCK` of them at a time."""
     arrow, parquet = _libraries()
     schema = arrow.schema(
         [
@@ -55,21 +54,10 @@ def frame_table(path: FilePath) -> Iterator[Callable[[Frame], None]]:
             arrow.field("data", arrow.binary()),
         ]
     )
-    rows: list[Frame] = []
+    remaining = iter(frames)
     with parquet.ParquetWriter(path, schema) as writer:
-
-        def flush() -> None:
-            if rows:
-                writer.write_table(arrow.table(_frame_columns(rows), schema=schema))
-                rows.clear()
-
-        def take(frame: Frame) -> None:
-            rows.append(frame)
-            if len(rows) == BLOCK:
-                flush()
-
-        yield take
-        flush()
+        while rows := list(islice(remaining, BLOCK)):
+            writer.write_table(arrow.table(_frame_columns(rows), schema=schema))
 
 
 def _frame_columns(rows: list[Frame]) -> dict[str, list[Any]]:
