@@ -51,7 +51,8 @@ def recording_of_events(
     time = events.times[events.opens]
     shape = len(time), len(vehicle.channels)
     samples = np.zeros(shape, np.int64), np.zeros(shape, bool), np.zeros(shape, np.uint8)
-    assemble_events(*records, *events, *samples)
+    opens, kinds, words, lengths, times = events
+    assemble_events(*records, opens, kinds, words, lengths, times, *samples)
     counts, present, _ = samples
     for column, first in enumerate(np.argmax(present, axis=0).tolist()):
         counts[:first, column] = counts[first, column]
