@@ -17,8 +17,8 @@ from omnimate.driver.canopen.described import load_descriptions
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.driver import open_driver as open_configured
 from omnimate.files.recordings.folder import load_recording, save_recording
+from omnimate.ipec.filter.estimate import Estimate
 from omnimate.ipec.filter.estimate import estimate as track
-from omnimate.ipec.filter.forward import Estimate
 from omnimate.mismatch import Diagnosis, diagnose
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_vehicle

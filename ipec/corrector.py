@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from omnimate.ipec.corrector_records import CLAPPER, OMNIMATE, PLAIN, Settings, State
-from omnimate.ipec.corrector_step import advance_all, advance_one
+from omnimate.ipec.corrections import CLAPPER, OMNIMATE, PLAIN, Settings, State, advance_all, advance_one
 from omnimate.ipec.linkage_check import check_linkage
 from omnimate.ipec.readings import SampleReader, scales_of, table_of
 from omnimate.vehicle.compiled import Array, Record, record
@@ -31,7 +30,7 @@ class IpecState:
     """The poses of both trucks after a sample. It is never changed: each step returns another one.
 
     Attributes:
-        record: The state as one read-only record `(1,)` of `omnimate.ipec.corrector_records.State`.
+        record: The state as one read-only record `(1,)` of `omnimate.ipec.corrections.State`.
     """
 
     record: Record
@@ -73,7 +72,7 @@ class Trajectory:
 
 
 def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
-    """Return the settings of a method as one record `(1,)` of `omnimate.ipec.corrector_records.Settings`.
+    """Return the settings of a method as one record `(1,)` of `omnimate.ipec.corrections.Settings`.
 
     Raises:
         NoLinkageError: The robot has a single truck.

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN, Corrector, correct
-from omnimate.ipec.filter.disturbances import NOTABLE, Disturbance
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.findings import Findings, findings
+from omnimate.ipec.filter.findings import NOTABLE, Disturbance, Findings, findings
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
@@ -24,8 +23,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from omnimate.ipec.filter.forward import Estimate
-    from omnimate.ipec.filter.slow_parameters import SlowParameters
+    from omnimate.ipec.filter.estimate import Estimate
+    from omnimate.ipec.filter.findings import SlowParameters
     from omnimate.vehicle.parameters import Channel, VehicleParameters
     from omnimate.vehicle.sample import Sample
     from omnimate.vehicle.se2 import Array

@@ -10,8 +10,7 @@ from omnimate.calib.linkage.calibration import without_biases
 from omnimate.vehicle.parameters import JOINTS, WHEELS, Truck
 
 if TYPE_CHECKING:
-    from omnimate.ipec.filter.findings import Findings
-    from omnimate.ipec.filter.slow_parameters import SlowParameters
+    from omnimate.ipec.filter.findings import Findings, SlowParameters
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
 Unit = Literal["m", "s", "rad"]

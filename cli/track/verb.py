@@ -17,8 +17,8 @@ from omnimate.cli.track.words import disturbance_in_words, show_summary
 if TYPE_CHECKING:
     from omnimate.driver.robot.driver import Driver
     from omnimate.driver.robot.passive import PassiveReader
+    from omnimate.ipec.filter.findings import SlowParameters
     from omnimate.ipec.filter.prior import Prior
-    from omnimate.ipec.filter.slow_parameters import SlowParameters
     from omnimate.ipec.tracker import Tracker
     from omnimate.vehicle.parameters import VehicleParameters
 

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.calib.linkage.learned import LearnedValue
-    from omnimate.ipec.filter.disturbances import Disturbance
-    from omnimate.ipec.filter.findings import Findings
+    from omnimate.ipec.filter.findings import Disturbance, Findings
     from omnimate.ipec.linkage_check import FrozenChannel
     from omnimate.ipec.tracker import Row
     from omnimate.vehicle.parameters import TruckName, VehicleParameters

@@ -35,13 +35,7 @@ class Adjoint:
 
 @compiled
 def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
-    """Take the adjoint back through a scalar update.
-
-    Args:
-        adjoint: Adjoint after the update; changed to that before it.
-        row: Derivative of the reading by the states, shape `(19,)`.
-        gain: Gain of the update as in `OpenFilter`, shape `(21,)`.
-    """
+    """Take the adjoint back through an update with a row `(19,)` and a gain `(21,)` as in `OpenFilter`."""
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
     along, total = 0.0, 0.0
@@ -77,10 +71,7 @@ def undo_linkage(adjoint: Adjoint, step: Step) -> None:
 def undo_wander(adjoint: Adjoint, lasting: float, reading: int) -> None:
     """Take the adjoint back through what a reading, or a heading by wheels, wandered in a step.
 
-    Args:
-        adjoint: Adjoint after the step; changed to that before it.
-        lasting: Share of the error that outlasts the step.
-        reading: What errs, a number in `hypotheses.READINGS`; -1 for nothing.
+    `lasting` is the share of the error that outlasts the step; `reading` is as in `Step`.
     """
     vector, information, row = adjoint.vector, adjoint.information, WANDER
     if reading < 0:
@@ -99,11 +90,8 @@ def undo_step(adjoint: Adjoint, transition: Array) -> None:
     """Take the adjoint back through one prediction: F' r and F' L F.
 
     With F = 1 + N they are r + N' r and L + H + H' + H N, where H = N' L. N has the rows of `POSE` and the
-    columns from the link's heading to the creep: neither place nor biases move anything.
-
-    Args:
-        adjoint: Adjoint after the prediction; changed to that before it.
-        transition: First rows of F, shape `(6, 19)`.
+    columns from the link's heading to the creep: neither place nor biases move anything. `transition`
+    `(6, 19)` are the first rows of F.
     """
     vector, information = adjoint.vector, adjoint.information
     change, drawn, pull = adjoint.change, adjoint.drawn, adjoint.carried

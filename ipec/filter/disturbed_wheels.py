@@ -43,11 +43,7 @@ def square(information: Array, offsets: Array, pull: Array) -> float:
 def by_input(state: FilterState, number: int, information: Array, pull: Array) -> tuple[float, float]:
     """Return how the innovations pull an input, and how much they say about it.
 
-    Args:
-        state: Predicted estimate.
-        number: Number of the input.
-        information: Inverse covariance of the innovations, shape `(3, 3)`.
-        pull: Product of `information` and the innovations, shape `(3,)`.
+    `information` `(3, 3)` is the innovations' inverse covariance, `pull` `(3,)` its product with them.
     """
     along, weight = 0.0, 0.0
     for i in range(3):
@@ -60,16 +56,9 @@ def by_input(state: FilterState, number: int, information: Array, pull: Array) -
 
 @compiled
 def explain(state: FilterState, opened: OpenFilter, number: int, information: Array, pull: Array) -> float:
-    """Return how much of the squared innovation an input explains.
+    """Return how much of the squared innovation an input explains; arguments as for `by_input`.
 
     It is 0 where a wheel would have to gain travel, but for one that brakes: rubber slips on.
-
-    Args:
-        state: Predicted estimate.
-        opened: Open filter.
-        number: Number of the input.
-        information: Inverse covariance of the innovations, shape `(3, 3)`.
-        pull: Product of `information` and the innovations, shape `(3,)`.
     """
     if opened.alert[number] > 0.0:
         return 0.0
@@ -84,9 +73,7 @@ def explain(state: FilterState, opened: OpenFilter, number: int, information: Ar
 def density(left: float, information: Array) -> float:
     """Return the logarithm of the density of innovations, but for a constant, by Student's distribution.
 
-    Args:
-        left: Squared innovations [squared standard deviations].
-        information: Inverse of their covariance, shape `(3, 3)`.
+    `left` is their square [squared standard deviations], `information` `(3, 3)` their inverse covariance.
     """
     a, b, c = information[0, 0], information[0, 1], information[0, 2]
     d, e, f = information[1, 1], information[1, 2], information[2, 2]
@@ -95,17 +82,12 @@ def density(left: float, information: Array) -> float:
 
 
 @compiled
-def looked_at(settings: FilterSettings, attempt: int, left: float, scores: Array) -> tuple[int, int]:
-    """Return the first of the inputs among which an explanation is looked for, and that after the last.
+def inputs_to_examine(settings: FilterSettings, attempt: int, left: float, scores: Array) -> tuple[int, int]:
+    """Return the first of the inputs that an attempt examines, and that after the last.
 
     They are the wheels first. But a push to the side that explains alone what no wheel explains alone comes
-    before two wheels: these do so only where they lose alike, to the resolution of the link.
-
-    Args:
-        settings: Settings of the filter.
-        attempt: Number of the attempt.
-        left: Squared innovations [squared standard deviations].
-        scores: What each input explains of it, shape `(8,)`.
+    before two wheels: these do so only where they lose alike, to the resolution of the link. `scores` `(8,)`
+    is what each input explains of the squared innovation `left`.
     """
     wheel, push = left - scores[:SIDES].max(), left - scores[SIDES:AHEAD].max()
     odds = 0.5 * (FREEDOM + 3.0) * (math.log1p(wheel / FREEDOM) - math.log1p(max(push, 0.0) / FREEDOM))
@@ -134,7 +116,7 @@ def find_disturbed(settings: FilterSettings, state: FilterState, opened: OpenFil
             break
         for number in range(INPUTS):
             scores[number] = explain(state, opened, number, information, pull)
-        first, last = looked_at(settings, attempt, left, scores)
+        first, last = inputs_to_examine(settings, attempt, left, scores)
         best = scores[first:last].max()
         if best < (settings.gate if first == 0 else CLEARLY * settings.gate):
             continue
@@ -144,7 +126,7 @@ def find_disturbed(settings: FilterSettings, state: FilterState, opened: OpenFil
         spread(state, opened)
         invert_into(information, state.spread)
         left = square(information, offsets, pull)
-    learn(settings, state, opened, information, pull, left)
+    learn_noise(settings, state, opened, information, pull, left)
     if left > settings.gate:  # nothing of these: all inputs scattered more than they do
         more = (left - 3.0) / FREEDOM
         for number in range(INPUTS):
@@ -155,7 +137,7 @@ def find_disturbed(settings: FilterSettings, state: FilterState, opened: OpenFil
 
 
 @compiled
-def learn(
+def learn_noise(
     settings: FilterSettings,
     state: FilterState,
     opened: OpenFilter,

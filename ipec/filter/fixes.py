@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from omnimate.ipec.filter.belief import settle
 from omnimate.ipec.filter.disturbed_wheels import FREEDOM
+from omnimate.ipec.filter.mixture import move_to_mixture
 from omnimate.ipec.filter.poses import fill_pose_rows, look
-from omnimate.ipec.filter.records import BELIEFS, STATES, FilterSettings, FilterState, OpenFilter
-from omnimate.ipec.filter.step import finish
+from omnimate.ipec.filter.records import BANK, STATES, FilterSettings, FilterState, OpenFilter
+from omnimate.ipec.filter.step import finish_open_step
 from omnimate.vehicle.compiled import Array, Record, compiled, layout
 from omnimate.vehicle.se2 import wrap_angle
 
@@ -22,7 +22,7 @@ SMALLEST_SIGMA = 1e-7  # [m], [rad] of a fix: one that were exact would leave no
 
 
 class Fix:
-    """An absolute pose, taken after the linkage of a sample.
+    """An absolute pose, applied after the linkage of a sample.
 
     Attributes:
         sample: Number of the sample after which it is taken.
@@ -38,7 +38,7 @@ class Fix:
     pose: Annotated[Array, 3]
     sigma: Annotated[Array, 3]
     row: Annotated[Array, (3, 19)]
-    gain: Annotated[Array, (BELIEFS, 3, 21)]
+    gain: Annotated[Array, (BANK, 3, 21)]
 
 
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
@@ -59,16 +59,10 @@ def fix_records(recording: Recording, fixes: Poses | None) -> Record:
 def fix_coordinate(
     state: FilterState, opened: OpenFilter, truck: int, axis: int, value: float, sigma: float, gain: Array
 ) -> None:
-    """Take one coordinate of an absolute pose, a scalar Kalman update.
+    """Update an open filter by one coordinate (x, y, heading) of an absolute pose, a scalar Kalman update.
 
-    Args:
-        state: Estimate, changed in place.
-        opened: Open filter, changed in place.
-        truck: 0 for truck a, 1 for truck b.
-        axis: 0 for x, 1 for y, 2 for the heading.
-        value: Measured coordinate [m] or [rad]; with nan nothing changes.
-        sigma: Its standard deviation [m] or [rad]; with nan nothing changes.
-        gain: Filled with the gain as in `OpenFilter`, shape `(21,)`; all zero where nothing changed.
+    `value` and its standard deviation `sigma` are in [m] or [rad]; with nan nothing changes. `gain` `(21,)`
+    is filled as in `OpenFilter`, with zeros where nothing changed.
     """
     row, pose, sigmas = np.empty((3, STATES)), np.empty(3), np.empty(3)
     covariance, ahead = opened.covariance, opened.offset
@@ -98,21 +92,21 @@ def fix_coordinate(
 
 
 @compiled
-def take_fix(
+def apply_fix(
     settings: Record, states: Record, filters: Record, truck: int, pose: Array, sigma: Array
 ) -> None:
-    """Take an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
+    """Apply an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
     gain, moves = np.empty(STATES + 2), np.empty((0, STATES + 1))
-    finish(settings[0], states[0], filters, moves)
-    for hypothesis in range(BELIEFS):
+    finish_open_step(settings[0], states[0], filters, moves)
+    for hypothesis in range(BANK):
         for axis in range(3):
             fix_coordinate(states[0], filters[hypothesis], truck, axis, pose[axis], sigma[axis], gain)
     states[0].fixed = 1
-    settle(settings[0], states[0], filters, moves)
+    move_to_mixture(settings[0], states[0], filters, moves)
 
 
 @compiled
-def take_fixes(
+def apply_fixes(
     settings: FilterSettings,
     state: FilterState,
     filters: Record,
@@ -121,26 +115,18 @@ def take_fixes(
     following: int,
     moves: Array,
 ) -> int:
-    """Take the fixes of a sample, in order; return the number of the next fix. `moves` as in `settle`."""
+    """Apply a sample's fixes in order; return the number of the next; `moves` as in `move_to_mixture`."""
     while following < len(fixes) and fixes[following].sample <= sample:
         fix = fixes[following]
-        finish(settings, state, filters, moves)
+        finish_open_step(settings, state, filters, moves)
         fill_pose_rows(state.mean, fix.truck, fix.row)
-        for hypothesis in range(BELIEFS):
+        for hypothesis in range(BANK):
             if not filters[hypothesis].followed:
                 continue
-            gain = fix.gain[hypothesis]
+            opened, gain = filters[hypothesis], fix.gain[hypothesis]
             for axis in range(3):
-                fix_coordinate(
-                    state,
-                    filters[hypothesis],
-                    fix.truck,
-                    axis,
-                    fix.pose[axis],
-                    fix.sigma[axis],
-                    gain[axis],
-                )
+                fix_coordinate(state, opened, fix.truck, axis, fix.pose[axis], fix.sigma[axis], gain[axis])
         state.fixed = 1
-        settle(settings, state, filters, moves)
+        move_to_mixture(settings, state, filters, moves)
         following += 1
     return following

@@ -2,27 +2,88 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.disturbed_wheels import STEP
-from omnimate.ipec.filter.fixes import take_fix
+from omnimate.ipec.filter.findings import SlowParameters, slow_parameters
+from omnimate.ipec.filter.fixes import apply_fix
 from omnimate.ipec.filter.hypotheses import HYPOTHESES, LATE, chances_before
-from omnimate.ipec.filter.noise import FilterNoise
-from omnimate.ipec.filter.prior import CALIBRATED, OPEN, SIZES, Prior, directions
-from omnimate.ipec.filter.records import BELIEFS, FAST, LINK, FilterSettings, FilterState, OpenFilter, X, Y
-from omnimate.ipec.filter.state import FilteredState
-from omnimate.ipec.filter.step import NOTHING, follow_live, go_live
+from omnimate.ipec.filter.poses import look
+from omnimate.ipec.filter.prior import CALIBRATED, OPEN, SIZES, FilterNoise, Prior, directions
+from omnimate.ipec.filter.records import BANK, FAST, LINK, FilterSettings, FilterState, OpenFilter, X, Y
+from omnimate.ipec.filter.step import NOTHING, predict_live, run_hypotheses_live
 from omnimate.ipec.readings import SampleReader, scales_of
-from omnimate.vehicle.compiled import Record, layout, record
+from omnimate.vehicle.compiled import Array, Record, layout, record
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.sample import Sample
+
+
+@dataclass(frozen=True, slots=True)
+class FilteredState:
+    """The estimate after a sample. It is never changed: each step returns another one.
+
+    Attributes:
+        record: The estimate as one read-only record `(1,)` of `omnimate.ipec.filter.records.FilterState`.
+        filters: The open filters as read-only records `(H,)` of `omnimate.ipec.filter.records.OpenFilter`;
+            states between which no step has ended share them.
+    """
+
+    record: Record
+    filters: Record
+
+    def pose(self, truck: TruckName = "a") -> Array:
+        """Return the pose x, y, heading of a truck [m, m, rad], shape `(3,)`.
+
+        The pose of truck b is nan until the linkage has been read.
+        """
+        return self._look(truck)[0]
+
+    def sigma(self, truck: TruckName = "a") -> Array:
+        """Return the standard deviations of a truck's pose [m, m, rad], shape `(3,)`."""
+        return self._look(truck)[1]
+
+    def _look(self, truck: TruckName) -> tuple[Array, Array]:
+        pose, sigma = np.empty(3), np.empty(3)
+        state = self.record[0]
+        look(state["mean"], state["known"], 0 if truck == "a" else 1, pose, sigma)
+        if truck == "b" and not state["placed"]:
+            pose[:], sigma[:] = np.nan, np.nan
+        return pose, sigma
+
+    @property
+    def _likely(self) -> np.void:
+        """The open filter of the most probable hypothesis."""
+        likely: np.void = self.filters[self.record["weight"][0].argmax()]
+        return likely
+
+    @property
+    def nis(self) -> float:
+        """Normalised innovation squared of the last sample, 3 degrees of freedom; nan without one."""
+        return float(self._likely["nis"]) if self.record["predicted"][0] else math.nan
+
+    @property
+    def disturbed(self) -> tuple[bool, ...]:
+        """Whether each wheel is distrusted, in the order of `WHEELS`."""
+        return tuple((self._likely["alert"][:4] > 0.0).tolist())
+
+    @property
+    def lost(self) -> tuple[float, ...]:
+        """Travel that each distrusted wheel lost in the last sample [m], in the order of `WHEELS`."""
+        return tuple(self._likely["lost"].tolist()) if self.record["predicted"][0] else (0.0,) * 4
+
+    @property
+    def slow(self) -> SlowParameters:
+        """The estimated systematic errors of the encoders and their standard deviations."""
+        return slow_parameters(self.record["mean"][0], self.record["known"][0])
 
 
 class Filter:
@@ -52,13 +113,13 @@ class Filter:
             sigma: Standard deviations of that pose [m, m, rad], shape `(3,)`.
         """
         period = self.settings["period"][0]
-        states, filters = record(FilterState), np.zeros(BELIEFS, layout(OpenFilter))
+        states, filters = record(FilterState), np.zeros(BANK, layout(OpenFilter))
         state = states[0]
         state["mean"][[X, Y, LINK]] = pose_a
         state["known"][[X, Y, LINK], [X, Y, LINK]] = np.square(sigma)
         filters["covariance"] = state["known"]
         filters["covariance"][:, FAST:, FAST:] = np.diag(self.settings["open"][0])
-        filters["number"], filters["followed"], filters["nis"] = np.arange(BELIEFS), 1, np.nan
+        filters["number"], filters["followed"], filters["nis"] = np.arange(BANK), 1, np.nan
         filters["reading"] = [hypothesis.reading for hypothesis in HYPOTHESES]
         filters["form"] = [hypothesis.form for hypothesis in HYPOTHESES]
         sizes = [hypothesis.sizes for hypothesis in HYPOTHESES]
@@ -75,10 +136,10 @@ class Filter:
         """Return the state after a sample; `state` stays as it is."""
         counts, present = self._reader.read(sample)
         following, filters = _copy(state.record), state.filters
-        todo = go_live(self.settings, following, counts, present)
+        todo = predict_live(self.settings, following, counts, present)
         if todo != NOTHING:  # the open filters are large: most samples leave them as they are
             filters = _copy(filters)
-            follow_live(self.settings, following, filters, todo)
+            run_hypotheses_live(self.settings, following, filters, todo)
         return _frozen(following, filters)
 
     def fix(
@@ -96,7 +157,7 @@ class Filter:
         """
         following, filters = _copy(state.record), _copy(state.filters)
         measured, sigmas = np.asarray(pose, np.float64), np.asarray(sigma, np.float64)
-        take_fix(self.settings, following, filters, 0 if truck == "a" else 1, measured, sigmas)
+        apply_fix(self.settings, following, filters, 0 if truck == "a" else 1, measured, sigmas)
         return _frozen(following, filters)
 
 

@@ -42,15 +42,11 @@ def part_below(value: float) -> float:
 
 @compiled
 def cut(offset: float, variance: float, half: float) -> tuple[float, float]:
-    """Return what remains of a normal distribution within a step: shift / variance, and information.
+    """Return what remains of a normal distribution within a step of half a width `half`.
 
     The first is the shift of the mean divided by the variance, the second the decrease of the variance
-    divided by the variance squared; both are 0 where the step says nothing new.
-
-    Args:
-        offset: Centre of the step minus the mean.
-        variance: Variance of the distribution before the reading.
-        half: Half the width of the step.
+    divided by the variance squared; both are 0 where the step says nothing new. `offset` is the centre of the
+    step minus the mean.
     """
     sigma = math.sqrt(variance)
     low, high = (offset - half) / sigma, (offset + half) / sigma
@@ -104,14 +100,8 @@ def find_scatter(settings: FilterSettings, state: FilterState) -> None:
 
 
 @compiled
-def update(state: FilterState, opened: OpenFilter, number: int) -> None:
-    """Take one reading of the linkage; keep its gain and the estimates of the lost travel.
-
-    Args:
-        state: Predicted estimate; its `shares` are changed.
-        opened: Open filter, changed in place.
-        number: 0 for joint_a, 1 for joint_b, 2 for the link.
-    """
+def apply_reading(state: FilterState, opened: OpenFilter, number: int) -> None:
+    """Update an open filter by joint_a (0), joint_b (1) or the link (2); keep gain and lost travel."""
     covariance, gain, row = opened.covariance, opened.gain[number], opened.row[number]
     shares = state.shares
     blur, half = state.scatter[number], state.sure[number]

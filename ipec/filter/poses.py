@@ -10,14 +10,9 @@ from omnimate.vehicle.compiled import Array, compiled
 
 @compiled
 def look(mean: Array, covariance: Array, truck: int, pose: Array, sigma: Array) -> None:
-    """Fill the pose of a truck and its standard deviations.
+    """Fill pose and standard deviations [m, m, rad] `(3,)` of truck a (0) or b (1).
 
-    Args:
-        mean: Mean of at least the first six states.
-        covariance: Covariance of at least the first six states.
-        truck: 0 for truck a, 1 for truck b.
-        pose: Filled with x, y, heading [m, m, rad], shape `(3,)`.
-        sigma: Filled with their standard deviations [m, m, rad], shape `(3,)`.
+    `mean` and `covariance` are those of at least the first six states.
     """
     joint = JOINT_A + truck
     pose[0], pose[1], pose[2] = mean[X], mean[Y], mean[LINK] + mean[joint]
@@ -35,13 +30,9 @@ def look(mean: Array, covariance: Array, truck: int, pose: Array, sigma: Array) 
 
 @compiled
 def spread_along(covariance: Array, axis: int, by_link: float, by_length: float) -> float:
-    """Return the standard deviation of a coordinate of a truck [m].
+    """Return the standard deviation of a truck's coordinate X or Y [m].
 
-    Args:
-        covariance: Covariance of at least the first six states.
-        axis: X or Y.
-        by_link: Derivative of the coordinate by the link's heading [m/rad].
-        by_length: Derivative of the coordinate by the link's length.
+    `by_link` and `by_length` are its derivatives by the link's heading [m/rad] and length.
     """
     total = covariance[axis, axis]
     total += 2.0 * (by_link * covariance[axis, LINK] + by_length * covariance[axis, LENGTH])
@@ -53,13 +44,8 @@ def spread_along(covariance: Array, axis: int, by_link: float, by_length: float)
 def turn(covariance: Array, mean: Array, origin: Array, variance: float) -> None:
     """Add to a covariance that the wheels of truck a may roll at an angle to its body.
 
-    The pose at the start is that of the body; the path is turned about it, the body's heading is not.
-
-    Args:
-        covariance: Covariance of at least the first six states, changed in place.
-        mean: Mean of at least the first six states.
-        origin: Place of truck a at the start [m], shape `(2,)`.
-        variance: Variance of the angle [rad^2].
+    The pose at the start is that of the body; the path is turned about `origin`, truck a's place at the start
+    [m] `(2,)`, the body's heading is not. `variance` is that of the angle [rad^2].
     """
     if variance == 0.0:
         return

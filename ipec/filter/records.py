@@ -21,7 +21,7 @@ STATES = 19
 SLOW = STATES - FAST  # what makes the encoders err
 INPUTS = 8  # travel of the four wheels, sideways slip of the two trucks, their slip ahead
 SIDES, AHEAD = 4, 6  # the first of each kind
-BELIEFS = len(HYPOTHESES)
+BANK = len(HYPOTHESES)  # filters that run side by side, one for each hypothesis
 SUSPECTS = 15  # ways in which the robot may differ from its description
 
 
@@ -54,7 +54,7 @@ class FilterSettings(Scales):
     memory: float
     resolution: Annotated[Array, 4]
     half: Annotated[Array, 3]
-    credit: Annotated[Array, BELIEFS]
+    credit: Annotated[Array, BANK]
     drift: float
     gate: float
     hold: float
@@ -71,11 +71,11 @@ class Step:
     """What the smoother needs of a step under one hypothesis; fields of `FilterState` and `OpenFilter`.
 
     Attributes:
-        predicted: 1 where a step was closed; 0 for a first reading or a fix.
+        predicted: 1 where a step was finished; 0 for a first reading or a fix.
         mean: Estimate of the first six states, shape `(6,)`.
         offset: What the open filter would add to them, shape `(6,)`.
         covariance: Covariance of the open filter, shape `(19, 19)`.
-        shift: How far the first six states moved to what is believed, shape `(6,)`.
+        shift: How far the first six states moved to the mixture, shape `(6,)`.
         way: Travel of the wheels [m], shape `(4,)`.
         lasting: Share of the error that outlasts the step.
         reading: What errs, a number in `hypotheses.READINGS`; -1 for nothing.
@@ -108,27 +108,27 @@ class FilterState(Reading):
 
     Attributes:
         placed: 1 since the linkage has been read.
-        predicted: 1 where this sample closed a step.
+        predicted: 1 where this sample finished a step.
         mean: Estimate of the states, shape `(19,)`: reading = true + wander + bias,
             travel = rolled x (1 + factor). What wanders has no mean of all hypotheses; it is 0 here.
         known: Covariance of the estimate's error, shape `(19, 19)`.
         score: Logarithm of the probability density of what was read, under each hypothesis, shape `(H,)`.
         weight: Probability of each hypothesis, shape `(H,)`.
-        repeated: 1 where a part of a drive runs again, with what was believed then.
-        decided: How many times it was decided what is believed.
+        repeated: 1 where a part of a drive runs again, with the mixture of then.
+        decided: How many times the mixture was decided.
         bumpy: 1 while a wheel is distrusted.
-        move: Way from the estimate to what was believed last, shape `(19,)`.
+        move: Step from the estimate to the last mixture, shape `(19,)`.
         origin: Place of truck a at the start [m], shape `(2,)`.
         fixed: 1 since an absolute pose was taken.
         turned: Variance of the angle between body and wheels of truck a [rad^2].
         suspicion: Probability that each suspect is at work, shape `(15,)`.
-        shift: How far the first six states moved to what is believed after this sample, shape `(6,)`.
+        shift: How far the first six states moved to the mixture after this sample, shape `(6,)`.
         begun: Heading of the link, joint angles and length at the start of the step, shape `(4,)`.
         way: Travel of the wheels since the start of the step [m], shape `(4,)`.
-        went: Travel of the wheels in the step that was closed last [m], shape `(4,)`.
-        speed: Mean speed of the wheels in the step that was closed last [m/s], shape `(4,)`.
+        went: Travel of the wheels in the step that was finished last [m], shape `(4,)`.
+        speed: Mean speed of the wheels in the step that was finished last [m/s], shape `(4,)`.
         speed_before: The same of the step before it [m/s], shape `(4,)`.
-        rate: Mean rate of the two joints in the step that was closed last [rad/s], shape `(2,)`.
+        rate: Mean rate of the two joints in the step that was finished last [rad/s], shape `(2,)`.
         rate_before: The same of the step before it [rad/s], shape `(2,)`.
         rolled: What `way` would be without signs, shape `(4,)`.
         samples: Samples since then.
@@ -157,8 +157,8 @@ class FilterState(Reading):
     predicted: int
     mean: Annotated[Array, 19]
     known: Annotated[Array, (19, 19)]
-    score: Annotated[Array, BELIEFS]
-    weight: Annotated[Array, BELIEFS]
+    score: Annotated[Array, BANK]
+    weight: Annotated[Array, BANK]
     repeated: int
     decided: int
     bumpy: int

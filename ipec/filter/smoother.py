@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.adjoint import Adjoint
-from omnimate.ipec.filter.forward import Estimate, ForwardRun, run_forward
+from omnimate.ipec.filter.estimate import BLOCK, Estimate, ForwardRun, run_forward
 from omnimate.ipec.filter.records import POSE, Step
-from omnimate.ipec.filter.smoothing import begin_adjoints, run_block, smooth_block, spread_moves
-from omnimate.ipec.filter.trace import BLOCK
-from omnimate.vehicle.compiled import Array, IntArray, layout
+from omnimate.ipec.filter.smoothing import Block, begin_adjoint, run_block, smooth_block, spread_moves
+from omnimate.vehicle.compiled import Array, layout
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from omnimate.ipec.filter.noise import FilterNoise
-    from omnimate.ipec.filter.prior import Prior
+    from omnimate.ipec.filter.prior import FilterNoise, Prior
     from omnimate.vehicle.recording import Poses, Recording
 
 
@@ -49,44 +47,21 @@ def smooth(
         LinkageChannelError: A channel of the linkage was never read, or stood still while it must move.
     """
     run = run_forward(recording, start, sigma, fixes, noise, prior)
-    weight = run.last["weight"][0]
+    weight, trace = run.last["weight"][0], run.trace
     likely = np.flatnonzero(weight > 0.0)
     buffer, adjoints = np.zeros((len(likely), BLOCK), layout(Step)), np.zeros(len(likely), layout(Adjoint))
-    begin_adjoints(run.settings, run.last, run.filters, likely, adjoints)
+    for place, hypothesis in enumerate(likely.tolist()):
+        begin_adjoint(run.settings[0], run.last[0], run.filters[hypothesis], adjoints[place])
     ends = np.empty(BLOCK, np.int64)
-    blocks: list[list[_Block]] = [[] for _ in likely]
-    for number in range(len(run.marks) - 1, -1, -1):
-        first = number * BLOCK
-        last, mark = min(first + BLOCK, len(recording)), run.marks[number : number + 1]
-        kept = run_block(
-            run.settings,
-            mark,
-            run.filter_marks[number],
-            run.counts,
-            run.present,
-            run.fixes,
-            run.moves,
-            likely,
-            buffer,
-            ends,
-            first,
-            last,
-        )
+    blocks: list[list[Block]] = [[] for _ in likely]
+    for number in range(len(trace.marks) - 1, -1, -1):
+        kept = run_block(run.settings, (run.table, trace), number, likely, buffer, ends)
         for place, hypothesis in enumerate(likely.tolist()):
-            block = _Block(
+            block = Block(
                 ends[:kept].copy(), np.empty((kept, 2, POSE)), np.empty((kept, 2, 3)), np.zeros((kept, 4))
             )
-            smooth_block(
-                buffer[place, :kept],
-                block.samples,
-                adjoints[place : place + 1],
-                hypothesis,
-                run.fixes,
-                run.last,
-                block.moves,
-                block.sigmas,
-                block.lost,
-            )
+            steps, adjoint = buffer[place, :kept], adjoints[place : place + 1]
+            smooth_block(steps, adjoint, hypothesis, run.table.fixes, run.last, block)
             blocks[place].append(block)
     return _averaged([_joined(run, parts[::-1]) for parts in blocks], weight[likely])
 
@@ -107,26 +82,13 @@ def _moments(parts: list[tuple[Array, Array]], weight: Array) -> tuple[Array, Ar
     return mean, np.sqrt(np.tensordot(weight, sigmas**2 + (means - mean) ** 2, 1))
 
 
-@dataclass(frozen=True, slots=True)
-class _Block:
-    """The smoothed steps of a block: numbers of their samples, and what `smooth_block` fills."""
-
-    samples: IntArray
-    moves: Array
-    sigmas: Array
-    lost: Array
-
-
-def _joined(run: ForwardRun, blocks: list[_Block]) -> Estimate:
+def _joined(run: ForwardRun, blocks: list[Block]) -> Estimate:
     """Return the smoothed estimate at every sample."""
-    samples = np.concatenate([block.samples for block in blocks])
-    moves = np.concatenate([block.moves for block in blocks])
-    step_sigmas = np.concatenate([block.sigmas for block in blocks])
-    poses = np.stack([run.estimate.pose_a, run.estimate.pose_b])
-    sigmas = np.stack([run.estimate.sigma_a, run.estimate.sigma_b])
-    lost = np.zeros((len(run.means), 4))
-    lost[samples] = np.concatenate([block.lost for block in blocks])
-    spread_moves(run.means, samples, moves, step_sigmas, poses, sigmas)
-    return replace(
-        run.estimate, pose_a=poses[0], pose_b=poses[1], sigma_a=sigmas[0], sigma_b=sigmas[1], lost=lost
-    )
+    whole = Block(*map(np.concatenate, zip(*blocks, strict=True)))
+    poses, sigmas = run.trace.poses.copy(), run.trace.sigmas.copy()
+    lost = np.zeros((len(run.trace.means), 4))
+    lost[whole.samples] = whole.lost
+    spread_moves(run.trace.means, whole, poses, sigmas)
+    pose_a, pose_b = poses
+    sigma_a, sigma_b = sigmas
+    return replace(run.estimate, pose_a=pose_a, pose_b=pose_b, sigma_a=sigma_a, sigma_b=sigma_b, lost=lost)

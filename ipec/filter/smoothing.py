@@ -3,28 +3,28 @@
 A first pass has kept the filter's state at the start of each block, so that the steps of one block at a time
 are in memory, however long the recording is. It has kept how the mean moved, too, so that each hypothesis can
 run again without the others. The adjoint goes back through the open filter. It begins with
-what is believed at the end, which it takes for a reading of the slow states.
+the prior's part of the estimate at the end, which it takes for a reading of the slow states.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from omnimate.ipec.filter.adjoint import Adjoint, undo_linkage, undo_step, undo_update, undo_wander
-from omnimate.ipec.filter.belief import average
-from omnimate.ipec.filter.fixes import take_fixes
+from omnimate.ipec.filter.estimate import BLOCK, Table, Trace
+from omnimate.ipec.filter.fixes import apply_fixes
 from omnimate.ipec.filter.forms import move_by_error
+from omnimate.ipec.filter.mixture import average_slow_states
 from omnimate.ipec.filter.poses import look, turn
 from omnimate.ipec.filter.records import (
-    BELIEFS,
+    BANK,
     FAST,
     POSE,
     SLOW,
     STATES,
-    SUSPECTS,
     FilterSettings,
     FilterState,
     OpenFilter,
@@ -32,59 +32,63 @@ from omnimate.ipec.filter.records import (
 )
 from omnimate.ipec.filter.step import advance
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
-from omnimate.vehicle.matrices import invert, multiply
+from omnimate.vehicle.matrices import multiply
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+
+class Block(NamedTuple):
+    """The smoothed steps of a block of samples.
+
+    Attributes:
+        samples: Number of the sample of each step, shape `(M,)`, ascending.
+        moves: From the filter's states to the smoothed ones after and before each step, shape `(M, 2, 6)`.
+        sigmas: Standard deviations of both trucks' poses, shape `(M, 2, 3)`.
+        lost: Travel that each wheel lost in each step [m], shape `(M, 4)`.
+    """
+
+    samples: IntArray
+    moves: Array
+    sigmas: Array
+    lost: Array
 
 
 @compiled
 def run_block(
     settings: Record,
-    mark: Record,
-    filters: Record,
-    counts: IntArray,
-    present: NDArray[np.bool_],
-    fixes: Record,
-    moves: Array,
+    run: tuple[Table, Trace],
+    number: int,
     hypotheses: IntArray,
     steps: Record,
     samples: IntArray,
-    first: int,
-    last: int,
 ) -> int:
     """Run the filter over one block again, keep the end of every step of it, and return how many.
 
     Args:
         settings: One record `(1,)` of `FilterSettings`.
-        mark: State before the block, one record `(1,)` of `FilterState`; changed in place.
-        filters: Open filters before the block, `(H,)` records of `OpenFilter`; changed in place.
-        counts: Counts of the whole recording in the order of `CHANNELS`, shape `(N, 7)`.
-        present: Whether each count was read, shape `(N, 7)`.
-        fixes: Absolute poses of the whole recording, `(K,)` records of `Fix`; their gains are filled again.
-        moves: Way to what was believed, each time that it was decided, shape `(D, 20)`.
+        run: The recording and its trace, whose marks of this block are changed to the states behind it.
+        number: Number of the block.
         hypotheses: Numbers of the hypotheses that run again and are kept, shape `(C,)`.
         steps: Filled with what was known of them where the linkage was read first, after each step, and after
             fixes, `(C, M)` records of `Step`.
         samples: Filled with the numbers of these samples.
-        first: Number of the block's first sample.
-        last: Number of the sample after the block.
     """
+    table, trace = run
+    state, filters, fixes = trace.marks[number], trace.filter_marks[number], table.fixes
+    first, last = number * BLOCK, min((number + 1) * BLOCK, len(table.counts))
     following, kept = 0, 0
-    mark[0].repeated = 1
-    for hypothesis in range(BELIEFS):
+    state.repeated = 1
+    for hypothesis in range(BANK):
         filters[hypothesis].followed = 0
     for hypothesis in hypotheses:
         filters[hypothesis].followed = 1
     while following < len(fixes) and fixes[following].sample < first:
         following += 1
     for sample in range(first, last):
-        placed, fixed = mark[0].placed, following
-        advance(settings[0], mark[0], filters, counts[sample], present[sample], moves)
-        following = take_fixes(settings[0], mark[0], filters, fixes, sample, following, moves)
-        if mark[0].predicted or following > fixed or (mark[0].placed and not placed):
+        placed, fixed = state.placed, following
+        advance(settings[0], state, filters, table.counts[sample], table.present[sample], trace.moves)
+        following = apply_fixes(settings[0], state, filters, fixes, sample, following, trace.moves)
+        if state.predicted or following > fixed or (state.placed and not placed):
             for place in range(len(hypotheses)):
-                keep(mark[0], filters[hypotheses[place]], steps[place, kept])
+                keep(state, filters[hypotheses[place]], steps[place, kept])
             samples[kept] = sample
             kept += 1
     return kept
@@ -106,35 +110,19 @@ def keep(state: FilterState, opened: OpenFilter, step: Step) -> None:
 
 @compiled
 def begin_adjoint(settings: FilterSettings, state: FilterState, opened: OpenFilter, adjoint: Adjoint) -> None:
-    """Fill the adjoint at the end: what is believed of the slow states beside what the open filter says."""
-    covariance, offset = opened.covariance, opened.offset
-    seen, known, pull = np.empty((SLOW, SLOW)), np.empty((SLOW, SLOW)), np.empty(SLOW)
-    mean, suspicion = np.empty(SLOW), np.empty(SUSPECTS)
-    seen[:] = covariance[FAST:, FAST:]
-    invert(seen)
-    average(settings, state, opened, seen, mean, known, suspicion)
-    for row in range(SLOW):
-        mean[row] -= state.mean[FAST + row] + offset[FAST + row]
-    multiply(pull, seen, mean)
+    """Fill the adjoint at the end: what the prior says of the slow states beyond the open filter."""
+    seen, mean, known, _ = average_slow_states(settings, state, opened)
+    mean -= state.mean[FAST:] + opened.offset[FAST:]
+    multiply(adjoint.vector[FAST:], seen, mean)
     carried = np.zeros((SLOW, SLOW))
     for row in range(SLOW):
         multiply(carried[row], known, seen[row])
     for row in range(SLOW):
-        adjoint.vector[FAST + row] = pull[row]
         for column in range(SLOW):
             total = seen[row, column]
             for middle in range(SLOW):
                 total -= carried[row, middle] * seen[column, middle]
             adjoint.information[FAST + row, FAST + column] = total
-
-
-@compiled
-def begin_adjoints(
-    settings: Record, states: Record, filters: Record, hypotheses: IntArray, adjoints: Record
-) -> None:
-    """Fill the adjoint of each of some hypotheses, records `(C,)`, at the end."""
-    for place in range(len(hypotheses)):
-        begin_adjoint(settings[0], states[0], filters[hypotheses[place]], adjoints[place])
 
 
 @compiled
@@ -165,51 +153,40 @@ def smoothed_covariance(adjoint: Adjoint, step: Step, covariance: Array) -> None
 
 @compiled
 def smooth_block(
-    steps: Record,
-    samples: IntArray,
-    adjoints: Record,
-    hypothesis: int,
-    fixes: Record,
-    ends: Record,
-    moves: Array,
-    sigmas: Array,
-    lost: Array,
+    steps: Record, adjoints: Record, hypothesis: int, fixes: Record, ends: Record, block: Block
 ) -> None:
-    """Run backward through the steps of one block.
+    """Run backward through the steps of one block, and fill `block` but for its samples.
 
     Args:
         steps: What was known after each step of the block, `(M,)` records of `Step`.
-        samples: Number of the sample of each, shape `(M,)`.
         adjoints: Adjoint after the block, one record `(1,)`; changed to that before the block.
         hypothesis: Number of the hypothesis.
         fixes: Absolute poses of the whole recording with their gains, `(K,)` records of `Fix`.
         ends: State at the end of the recording, one record `(1,)` of `FilterState`.
-        moves: Filled with the way to the smoothed states after and before each step, shape `(M, 2, 6)`.
-        sigmas: Filled with the standard deviations of both trucks' poses, shape `(M, 2, 3)`.
-        lost: Filled with the travel that each wheel lost in each step [m], shape `(M, 4)`.
+        block: The block to fill.
     """
     adjoint = adjoints[0]
     mean, pose, covariance = np.empty(POSE), np.empty(3), np.empty((POSE, POSE))
     last = len(fixes) - 1
     for place in range(len(steps) - 1, -1, -1):
         step = steps[place]
-        smoothed_move(adjoint, step, moves[place, 0])
+        smoothed_move(adjoint, step, block.moves[place, 0])
         smoothed_covariance(adjoint, step, covariance)
         for row in range(POSE):
-            mean[row] = step.mean[row] + moves[place, 0, row]
-            moves[place, 1, row] = moves[place, 0, row] + step.shift[row]
+            mean[row] = step.mean[row] + block.moves[place, 0, row]
+            block.moves[place, 1, row] = block.moves[place, 0, row] + step.shift[row]
         turn(covariance, mean, ends[0].origin, ends[0].turned)
         for truck in range(2):
-            look(mean, covariance, truck, pose, sigmas[place, truck])
-        while last >= 0 and fixes[last].sample > samples[place]:
+            look(mean, covariance, truck, pose, block.sigmas[place, truck])
+        while last >= 0 and fixes[last].sample > block.samples[place]:
             last -= 1
-        while last >= 0 and fixes[last].sample == samples[place]:
+        while last >= 0 and fixes[last].sample == block.samples[place]:
             for number in range(2, -1, -1):
                 undo_update(adjoint, fixes[last].row[number], fixes[last].gain[hypothesis, number])
             last -= 1
         if step.predicted:
             undo_linkage(adjoint, step)
-            find_lost(adjoint, step, lost[place])
+            find_lost(adjoint, step, block.lost[place])
             undo_wander(adjoint, step.lasting, step.reading)
             undo_step(adjoint, step.transition)
 
@@ -225,24 +202,16 @@ def find_lost(adjoint: Adjoint, step: Step, lost: Array) -> None:
 
 
 @compiled
-def spread_moves(
-    means: Array,
-    samples: IntArray,
-    moves: Array,
-    step_sigmas: Array,
-    poses: Array,
-    sigmas: Array,
-) -> None:
+def spread_moves(means: Array, block: Block, poses: Array, sigmas: Array) -> None:
     """Fill the smoothed poses at every sample, between the ends of steps by interpolation.
 
     Args:
         means: First six states by the filter at each sample, shape `(N, 6)`.
-        samples: Number of the sample of each step, shape `(M,)`, ascending.
-        moves: Way to the smoothed states after and before each step, shape `(M, 2, 6)`.
-        step_sigmas: Standard deviations of both trucks' poses at each step, shape `(M, 2, 3)`.
+        block: All steps of the recording.
         poses: Filled with the poses of truck a and b [m, m, rad], shape `(2, N, 3)`.
         sigmas: Filled with their standard deviations, shape `(2, N, 3)`.
     """
+    samples, moves = block.samples, block.moves
     mean, unused, none = np.empty(POSE), np.empty(3), np.zeros((POSE, POSE))
     for place in range(len(samples)):
         start = samples[place]
@@ -256,6 +225,6 @@ def spread_moves(
             for truck in range(2):
                 look(mean, none, truck, poses[truck, sample], unused)
                 for axis in range(3):
-                    own = step_sigmas[place, truck, axis] ** 2
-                    other = step_sigmas[min(place + 1, len(samples) - 1), truck, axis] ** 2
+                    own = block.sigmas[place, truck, axis] ** 2
+                    other = block.sigmas[min(place + 1, len(samples) - 1), truck, axis] ** 2
                     sigmas[truck, sample, axis] = math.sqrt(own + part * (other - own))

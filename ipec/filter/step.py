@@ -1,4 +1,4 @@
-"""One sample of the filter: predict; at the end of a step find disturbances, update, and believe."""
+"""One sample of the filter: predict; at the end of a step find disturbances, update, and mix; compiled."""
 
 from __future__ import annotations
 
@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.ipec.filter.belief import settle
 from omnimate.ipec.filter.disturbed_wheels import STEP, find_disturbed, find_levels
 from omnimate.ipec.filter.forms import follow_motion, shape_error
-from omnimate.ipec.filter.measurement import compare, expected_reading, fill_rows, find_scatter, update
+from omnimate.ipec.filter.measurement import (
+    apply_reading,
+    compare,
+    expected_reading,
+    fill_rows,
+    find_scatter,
+)
+from omnimate.ipec.filter.mixture import move_to_mixture
 from omnimate.ipec.filter.prediction import (
     differentiate,
     find_input_variance,
@@ -19,7 +25,7 @@ from omnimate.ipec.filter.prediction import (
     wander,
 )
 from omnimate.ipec.filter.records import (
-    BELIEFS,
+    BANK,
     ERRORS,
     INPUTS,
     JOINT_A,
@@ -39,7 +45,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SHORT = 0.0125  # [m], the same on a bump, which a wheel rolls over in 0.05 m
-NOTHING, PLACE, CLOSE = range(3)  # what the open filters have to do after a sample
+NOTHING, PLACE, FINISH = range(3)  # what the open filters have to do after a sample
 STEADY = 1.0 / 200.0  # share of a sample in the learned scatter of the readings
 
 
@@ -49,15 +55,15 @@ def place(settings: FilterSettings, state: FilterState, filters: Record) -> None
     for number in range(3):
         reading = state.joint[number] if number < 2 else state.length
         state.mean[JOINT_A + number] = reading - state.mean[JOINT_BIAS + number]
-    begin(state)
+    begin_step(state)
     _place(settings, state, state.known, np.zeros(ERRORS), np.zeros((ERRORS, 3)))
-    for hypothesis in range(BELIEFS):
+    for hypothesis in range(BANK):
         opened = filters[hypothesis]
         shape_error(settings, state, opened)
         _place(settings, state, opened.covariance, opened.variance, opened.share)
     state.mean[LINK] -= state.mean[JOINT_A]
     state.placed = 1
-    begin(state)
+    begin_step(state)
 
 
 @compiled
@@ -66,12 +72,8 @@ def _place(
 ) -> None:
     """Fill what a first reading leaves open in a covariance `(19, 19)`.
 
-    Args:
-        settings: Settings of the filter.
-        state: Estimate.
-        covariance: Filled.
-        variance: Variance of the sizes of what errs, shape `(2,)`.
-        shares: By what joint_a, joint_b and link change per unit of them, shape `(2, 3)`.
+    `variance` `(2,)` is that of the sizes of what errs; `shares` `(2, 3)` is by what joint_a, joint_b and the
+    link change per unit of them.
     """
     for error in range(ERRORS):
         covariance[WANDER + error, WANDER + error] = variance[error]
@@ -95,10 +97,9 @@ def _read(covariance: Array, true: int, error: int, share: float) -> None:
 
 
 @compiled
-def begin(state: FilterState) -> None:
+def begin_step(state: FilterState) -> None:
     """Begin a step."""
-    for number in range(4):
-        state.begun[number] = state.mean[LINK + number]
+    state.begun[:] = state.mean[LINK : LINK + 4]
     state.way[:] = 0.0
     state.rolled[:] = 0.0
     state.missed[:] = 0.0
@@ -107,7 +108,7 @@ def begin(state: FilterState) -> None:
 
 
 @compiled
-def watch(settings: FilterSettings, state: FilterState) -> None:
+def accumulate(settings: FilterSettings, state: FilterState) -> None:
     """Compare the readings of one sample with the estimate, and learn how they scatter."""
     state.seen += 1
     for number in range(3):
@@ -129,8 +130,8 @@ def has_ended(state: FilterState) -> bool:
 
 
 @compiled
-def take(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
-    """Carry an open filter over a step, and let it take the readings."""
+def update(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
+    """Predict an open filter over a step, and update it by the readings."""
     opened.nis = math.nan
     opened.lost[:] = 0.0
     opened.updated[:] = 0
@@ -153,49 +154,40 @@ def take(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> No
             for row in range(POSE):
                 shares[wheel, row] = opened.input_variance[wheel] * state.inputs[row, wheel]
     for number in range(3):
-        update(state, opened, number)
+        apply_reading(state, opened, number)
     for wheel in range(4):
         opened.lost[wheel] *= -math.copysign(1.0, state.way[wheel])
 
 
 @compiled
-def close(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
-    """End a step: carry the covariance on, take the readings, and move the estimate to what is believed.
-
-    `moves` `(D, 20)` is what `settle` takes.
-    """
+def finish_step(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
+    """End a step: predict covariances, take the readings, and move to the mixture; `moves` as there."""
     state.predicted = 1
     state.went[:] = state.way
     differentiate(settings, state)
     follow_motion(settings, state)
     if state.seen > 0:
         find_scatter(settings, state)
-    for hypothesis in range(BELIEFS):
+    for hypothesis in range(BANK):
         if filters[hypothesis].followed:
-            take(settings, state, filters[hypothesis])
+            update(settings, state, filters[hypothesis])
     before = np.empty(3)
     for number in range(3):
         before[number] = expected_reading(state.mean, number)
-    settle(settings, state, filters, moves)
+    move_to_mixture(settings, state, filters, moves)
     for number in range(3):
         state.late[number] -= expected_reading(state.mean, number) - before[number]
-    begin(state)
+    begin_step(state)
 
 
 @compiled
-def go(settings: FilterSettings, state: FilterState, counts: IntArray, present: NDArray[np.bool_]) -> int:
-    """Take one sample in place, but for the open filters; return what they have to do now.
+def predict(
+    settings: FilterSettings, state: FilterState, counts: IntArray, present: NDArray[np.bool_]
+) -> int:
+    """Move the estimate by one sample, and return what the open filters have to do: NOTHING, PLACE or FINISH.
 
-    The trucks move only where all four wheels were read.
-
-    Args:
-        settings: Settings of the filter.
-        state: Estimate before the sample; changed to the estimate after it.
-        counts: Counts in the order of `CHANNELS`, shape `(7,)`.
-        present: Whether each count was read, shape `(7,)`.
-
-    Returns:
-        `NOTHING`, `PLACE` or `CLOSE`.
+    The trucks move only where all four wheels were read; counts and presence `(7,)` are in the order of
+    `CHANNELS`.
     """
     state.shift[:] = 0.0
     state.predicted = 0
@@ -212,17 +204,19 @@ def go(settings: FilterSettings, state: FilterState, counts: IntArray, present: 
         state.way[wheel] += state.travel[wheel]
         state.rolled[wheel] += abs(state.travel[wheel])
     if state.linked:
-        watch(settings, state)
-    return CLOSE if has_ended(state) else NOTHING
+        accumulate(settings, state)
+    return FINISH if has_ended(state) else NOTHING
 
 
 @compiled
-def follow(settings: FilterSettings, state: FilterState, filters: Record, todo: int, moves: Array) -> None:
-    """Let the open filters do what `go` has returned; `moves` as in `close`."""
+def run_hypotheses(
+    settings: FilterSettings, state: FilterState, filters: Record, todo: int, moves: Array
+) -> None:
+    """Let the open filters do what `predict` has returned; `moves` as in `move_to_mixture`."""
     if todo == PLACE:
         place(settings, state, filters)
-    elif todo == CLOSE:
-        close(settings, state, filters, moves)
+    elif todo == FINISH:
+        finish_step(settings, state, filters, moves)
 
 
 @compiled
@@ -234,33 +228,24 @@ def advance(
     present: NDArray[np.bool_],
     moves: Array,
 ) -> None:
-    """Take one sample in place.
-
-    Args:
-        settings: Settings of the filter.
-        state: Estimate before the sample; changed to the estimate after it.
-        filters: Open filters, changed as well, `(H,)` records of `OpenFilter`.
-        counts: Counts in the order of `CHANNELS`, shape `(7,)`.
-        present: Whether each count was read, shape `(7,)`.
-        moves: Way to what is believed after each step, `(D, 20)`, see `settle`.
-    """
-    follow(settings, state, filters, go(settings, state, counts, present), moves)
+    """Take one sample in place, with its open filters `(H,)`."""
+    run_hypotheses(settings, state, filters, predict(settings, state, counts, present), moves)
 
 
 @compiled
-def finish(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
-    """End the step that is under way, if the robot has moved in it; `moves` as in `close`."""
+def finish_open_step(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
+    """End the step that is under way, if the robot has moved in it; `moves` as in `move_to_mixture`."""
     if state.rolled.sum() > 0.0:
-        close(settings, state, filters, moves)
+        finish_step(settings, state, filters, moves)
 
 
 @compiled
-def go_live(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> int:
-    """Take one sample `(7,)` of a live stream, in place, as `go`; both are records `(1,)`."""
-    return go(settings[0], states[0], counts, present)
+def predict_live(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> int:
+    """Return what `predict` returns, for settings and a state that are records `(1,)`."""
+    return predict(settings[0], states[0], counts, present)
 
 
 @compiled
-def follow_live(settings: Record, states: Record, filters: Record, todo: int) -> None:
-    """Let the open filters do what `go_live` has returned, in place."""
-    follow(settings[0], states[0], filters, todo, np.empty((0, STATES + 1)))
+def run_hypotheses_live(settings: Record, states: Record, filters: Record, todo: int) -> None:
+    """Let the open filters do what `predict_live` has returned, in place."""
+    run_hypotheses(settings[0], states[0], filters, todo, np.empty((0, STATES + 1)))

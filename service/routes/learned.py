@@ -24,9 +24,8 @@ from omnimate.service.umbmark.models import Advice
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
 
-    from omnimate.ipec.filter.findings import Findings
-    from omnimate.ipec.filter.forward import Estimate
-    from omnimate.ipec.filter.slow_parameters import SlowParameters
+    from omnimate.ipec.filter.estimate import Estimate
+    from omnimate.ipec.filter.findings import Findings, SlowParameters
     from omnimate.ipec.tracker import Tracker
     from omnimate.service.store.tables import VehicleRow
     from omnimate.vehicle.parameters import VehicleParameters

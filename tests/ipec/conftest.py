@@ -1,4 +1,4 @@
-"""Robots and drives for the correctors' tests."""
+"""Robots, recordings and live samples for the tests of correctors and filter."""
 
 from dataclasses import replace
 
@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.recording import Poses
+from omnimate.vehicle.sample import Sample
 from omnimate.vehicle.se2 import between, compose, wrap
 
 
@@ -62,6 +64,27 @@ def _lap_errors():
     return lap_errors
 
 
-@pytest.fixture(name="with_joints")
-def _with_joints():
-    return with_joints
+def samples(recording):
+    """Yield the samples of a recording as a driver would."""
+    nan = (float("nan"),) * 7
+    for index, time in enumerate(recording.time):
+        counts, present = recording.counts[index].tolist(), recording.present[index].tolist()
+        yield Sample(index, float(time), tuple(counts), tuple(present), nan, nan)
+
+
+def thinned(recording, seed=1, part=0.1):
+    """Return the recording with readings missing at random; a missing one repeats the one before."""
+    present = np.random.default_rng(seed).random(recording.counts.shape) > part
+    present[0] = True
+    rows = np.maximum.accumulate(np.where(present, np.arange(len(present))[:, None], 0), axis=0)
+    counts = np.take_along_axis(recording.counts, rows, axis=0)
+    return replace(recording, counts=counts, present=present)
+
+
+SIGMA = (0.002, 0.002, np.radians(0.2))
+
+
+def noisy(poses, seed):
+    """Return poses that scatter by `SIGMA`."""
+    pose = poses.pose + np.random.default_rng(seed).normal(size=poses.pose.shape) * np.array(SIGMA)
+    return Poses(poses.time, poses.body, pose, np.tile(SIGMA, (len(poses.time), 1)))

@@ -6,40 +6,29 @@ import numpy as np
 import pytest
 
 from omnimate.ipec.corrector import METHODS, Corrector, correct
-from omnimate.ipec.errors import NoLinkageError
+from omnimate.ipec.filter.estimate import estimate
 from omnimate.motion.paths import free, rounded_rectangle, squares
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import SMOOTH, Floor
-from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.linkage import follower
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.recording import Recording
-from omnimate.vehicle.sample import Sample
+from omnimate.vehicle.se2 import compose
 from omnimate.vehicle.sonar import Sonar
+from tests.ipec.conftest import samples, thinned
 
 EXACT = Sonar(sigma=0.0)
 
 
-def samples(recording):
-    nan = (float("nan"),) * 7
-    for index, time in enumerate(recording.time):
-        counts, present = recording.counts[index].tolist(), recording.present[index].tolist()
-        yield Sample(index, time, tuple(counts), tuple(present), nan, nan)
+START = np.array([3.0, -7.0, 2.0])
 
 
-def thinned(recording, seed=1, part=0.1):
-    """Return the recording with readings missing at random; a missing one repeats the one before."""
-    present = np.random.default_rng(seed).random(recording.counts.shape) > part
-    present[0] = True
-    rows = np.maximum.accumulate(np.where(present, np.arange(len(present))[:, None], 0), axis=0)
-    counts = np.take_along_axis(recording.counts, rows, axis=0)
-    return replace(recording, counts=counts, present=present)
-
-
-@pytest.fixture
-def drive(robot):
+@pytest.fixture(scope="module")
+def drive():
+    robot = reference_vehicle()
     bumps = bumps_under("a.left", 3, 1.0, 6.0) + bumps_under("b.right", 3, 1.5, 6.0)
     return simulate(robot, Truth(robot, floor=Floor(bumps=bumps), seed=3), free(1, 1))
 
@@ -113,18 +102,33 @@ def test_missing_readings_do_not_look_like_bumps(robot, lap_errors):
     assert abs(np.degrees(lap_errors(recording, path.pose_a)[0, 2])) < 0.1
 
 
-def test_truck_b_is_unknown_until_the_linkage_is_read(drive):
+@pytest.mark.parametrize("method", [correct, estimate])
+def test_truck_b_is_unknown_until_the_linkage_is_read(drive, method):
     present = drive.present.copy()
     present[:5, 4] = False
-    path = correct(replace(drive, present=present))
+    path = method(replace(drive, present=present))
     assert np.isnan(path.pose_b[:5]).all()
     assert np.isfinite(path.pose_b[5:]).all()
 
 
-def test_a_robot_with_one_truck_is_refused():
-    single = reference_single()
-    recording = Recording(single, np.arange(2.0), np.zeros((2, 2), np.int64), np.ones((2, 2), bool))
-    with pytest.raises(NoLinkageError, match=r"recording: .* single truck"):
-        correct(recording)
-    with pytest.raises(NoLinkageError, match="labmate"):
-        Corrector(single)
+@pytest.mark.parametrize("method", METHODS)
+def test_the_trajectory_from_another_start_is_the_same_one_moved(drive, method):
+    here, there = correct(drive, method=method), correct(drive, START, method=method)
+    assert there.pose_a == pytest.approx(compose(START, here.pose_a), abs=1e-6)
+    assert there.corrections == pytest.approx(here.corrections, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS[1:])
+def test_truck_b_is_at_the_link_length_behind_truck_a_in_every_sample(drive, method):
+    path = correct(drive, method=method)
+    distance = np.hypot(*(path.pose_a - path.pose_b)[:, :2].T)
+    assert distance == pytest.approx(drive.link_length(), abs=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_robot_that_stands_stays_at_its_start(drive, method):
+    counts = np.repeat(drive.counts[:1], 50, axis=0)
+    still = Recording(drive.vehicle, drive.time[:50], counts, np.ones((50, 7), bool))
+    path = correct(still, START, method=method)
+    assert path.pose_a == pytest.approx(np.tile(START, (50, 1)), abs=1e-12)
+    assert np.ptp(path.pose_b, axis=0) == pytest.approx([0.0] * 3, abs=1e-12)

@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.ipec.corrector import correct
+from omnimate.ipec.corrector import Corrector, correct
 from omnimate.ipec.errors import LinkageChannelError, NoLinkageError
 from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.smoother import smooth
 from omnimate.ipec.linkage_check import LINKAGE, check_linkage, frozen_channels
+from omnimate.ipec.readings import SampleReader, scales_of, table_of
+from omnimate.ipec.tracker import Tracker, track_recording
 from omnimate.motion.paths import free, out_and_back, squares
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import Floor
@@ -76,14 +79,6 @@ def test_a_channel_that_was_never_read_is_named(robot, channel):
         check_linkage(recording)
 
 
-def test_a_robot_with_one_truck_has_no_linkage():
-    recording = Recording(
-        reference_single(), np.arange(2.0), np.zeros((2, 2), np.int64), np.ones((2, 2), bool)
-    )
-    with pytest.raises(NoLinkageError):
-        check_linkage(recording)
-
-
 @pytest.mark.parametrize("method", [correct, estimate, smooth])
 def test_every_method_refuses_a_frozen_channel(robot, method):
     recording = frozen_from(bumpy(robot, PROGRAMS[0]), "joint_a", 500)
@@ -96,3 +91,20 @@ def test_a_wheel_that_spins_once_is_no_frozen_joint(coarse):
     counts = recording.counts.copy()
     counts[1000:, 0] += round(0.05 / coarse.metres_per_count("a.left"))
     check_linkage(replace(recording, counts=counts))
+
+
+@pytest.mark.parametrize(
+    "method",
+    [correct, estimate, smooth, check_linkage, table_of, lambda recording: track_recording(recording, 0.1)],
+)
+def test_a_recording_of_one_truck_is_refused(method):
+    single = reference_single()
+    recording = Recording(single, np.arange(2.0), np.zeros((2, 2), np.int64), np.ones((2, 2), bool))
+    with pytest.raises(NoLinkageError, match=r"recording: .* single truck"):
+        method(recording)
+
+
+@pytest.mark.parametrize("make", [Corrector, Filter, Tracker, SampleReader, scales_of])
+def test_a_live_robot_with_one_truck_is_refused(make):
+    with pytest.raises(NoLinkageError, match="labmate"):
+        make(reference_single())

@@ -5,30 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.ipec.errors import LinkageChannelError, NoLinkageError
+from omnimate.ipec.errors import LinkageChannelError
 from omnimate.ipec.tracker import Tracker, track_recording
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import Floor
-from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
-from omnimate.vehicle.recording import Recording
-from omnimate.vehicle.sample import Sample
-
-NAN = (float("nan"),) * 7
+from tests.ipec.conftest import samples
 
 
 @pytest.fixture
 def recording(robot):
     truth = Truth(robot, floor=Floor(bumps=bumps_under("a.left", 3, 1.0, 6.0)), seed=1)
     return simulate(robot, truth, rounded_rectangle(3.0, 2.0, ["cw"]))
-
-
-def samples(recording):
-    for index, time in enumerate(recording.time):
-        counts, present = recording.counts[index].tolist(), recording.present[index].tolist()
-        yield Sample(index, float(time), tuple(counts), tuple(present), NAN, NAN)
 
 
 def frozen(recording, channel):
@@ -82,12 +72,3 @@ def test_a_channel_that_is_not_read_is_reported_and_truck_b_is_unknown(recording
         tracker.step(sample)
     assert [(frozen.channel, frozen.expected) for frozen in tracker.frozen()] == [("joint_b", 0.0)]
     assert tracker.look().as_dict()["b_x"] is None
-
-
-def test_a_robot_with_one_truck_is_refused():
-    single = reference_single()
-    recording = Recording(single, np.arange(2.0), np.zeros((2, 2), np.int64), np.ones((2, 2), bool))
-    with pytest.raises(NoLinkageError):
-        Tracker(single)
-    with pytest.raises(NoLinkageError):
-        track_recording(recording, 0.1)

@@ -7,22 +7,7 @@ from hypothesis import strategies as st
 
 from omnimate.ipec.filter.adjoint import Adjoint, undo_step, undo_update, undo_wander
 from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, WANDER
-from omnimate.vehicle.compiled import compiled, record
-
-
-@compiled
-def step_back(adjoints, transition):
-    undo_step(adjoints[0], transition)
-
-
-@compiled
-def wander_back(adjoints, lasting, reading):
-    undo_wander(adjoints[0], lasting, reading)
-
-
-@compiled
-def update_back(adjoints, row, gain):
-    undo_update(adjoints[0], row, gain)
+from omnimate.vehicle.compiled import record
 
 
 def adjoint_by(chance):
@@ -41,7 +26,7 @@ def test_a_step_back_is_the_product_of_whole_matrices(seed):
     whole[:POSE, LINK:JOINT_BIAS] += chance.normal(size=(POSE, JOINT_BIAS - LINK))
     vector = whole.T @ adjoint["vector"][0]
     information = whole.T @ adjoint["information"][0] @ whole
-    step_back(adjoint, np.ascontiguousarray(whole[:POSE]))
+    undo_step(adjoint[0], np.ascontiguousarray(whole[:POSE]))
     assert adjoint["vector"][0] == pytest.approx(vector, rel=1e-9, abs=1e-9)
     assert adjoint["information"][0] == pytest.approx(information, rel=1e-9, abs=1e-9)
     assert np.array_equal(adjoint["information"][0], adjoint["information"][0].T)
@@ -56,7 +41,7 @@ def test_what_wandered_goes_back_as_the_product_of_whole_matrices(seed, number, 
         whole[JOINT_A + number - 3, WANDER] = 1.0 - lasting
     vector = whole.T @ adjoint["vector"][0]
     information = whole.T @ adjoint["information"][0] @ whole
-    wander_back(adjoint, lasting, number)
+    undo_wander(adjoint[0], lasting, number)
     assert adjoint["vector"][0] == pytest.approx(vector, rel=1e-9, abs=1e-9)
     assert adjoint["information"][0] == pytest.approx(information, rel=1e-9, abs=1e-9)
 
@@ -72,7 +57,7 @@ def test_an_update_goes_back_as_the_product_of_whole_matrices(seed, sparse):
     whole = np.eye(STATES) - weight * np.outer(gain[:STATES], row)
     vector = whole.T @ adjoint["vector"][0] + push * row
     information = whole.T @ adjoint["information"][0] @ whole + weight * np.outer(row, row)
-    update_back(adjoint, row, gain)
+    undo_update(adjoint[0], row, gain)
     assert adjoint["vector"][0] == pytest.approx(vector, rel=1e-9, abs=1e-9)
     assert adjoint["information"][0] == pytest.approx(information, rel=1e-9, abs=1e-8)
     assert np.array_equal(adjoint["information"][0], adjoint["information"][0].T)

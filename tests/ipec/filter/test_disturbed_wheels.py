@@ -5,35 +5,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.disturbed_wheels import explain, learn, looked_at
+from omnimate.ipec.filter.disturbed_wheels import explain, inputs_to_examine, learn_noise
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vehicle.compiled import compiled, record
+from omnimate.vehicle.compiled import record
 
 many = settings(max_examples=60)
 seeds, wheels = st.integers(0, 2**32 - 1), st.integers(0, 3)
 
 
-@compiled
-def by_wheel(states, filters, wheel, information, pull):
-    return explain(states[0], filters[0], wheel, information, pull)
-
-
 def explained(states, wheel, information, pull, alert=0.0):
     filters = record(OpenFilter)
     filters["alert"] = alert
-    return by_wheel(states, filters, wheel, information, pull)
-
-
-@compiled
-def learn_first(settings, states, filters, information, pull):
-    learn(settings[0], states[0], filters[0], information, pull, 10.0)
-
-
-@compiled
-def looked(settings, attempt, left, scores):
-    return looked_at(settings[0], attempt, left, scores)
+    return explain(states[0], filters[0], wheel, information, pull)
 
 
 def positive(chance):
@@ -101,12 +86,12 @@ def test_a_push_that_explains_alone_what_no_wheel_does_comes_before_two_wheels(r
     settings_, left = Filter(robot).settings, 400.0
     scores = np.zeros(INPUTS)
     scores[0], scores[SIDES] = 250.0, 398.0
-    assert looked(settings_, 0, left, scores) == (SIDES, AHEAD)
+    assert inputs_to_examine(settings_[0], 0, left, scores) == (SIDES, AHEAD)
     scores[0] = 390.0
-    assert looked(settings_, 0, left, scores) == (0, SIDES)
+    assert inputs_to_examine(settings_[0], 0, left, scores) == (0, SIDES)
     scores[0], scores[SIDES] = 250.0, 300.0
-    assert looked(settings_, 0, left, scores) == (0, SIDES)
-    assert looked(settings_, 3, left, scores) == (SIDES, INPUTS)
+    assert inputs_to_examine(settings_[0], 0, left, scores) == (0, SIDES)
+    assert inputs_to_examine(settings_[0], 3, left, scores) == (SIDES, INPUTS)
 
 
 @many
@@ -116,6 +101,6 @@ def test_a_step_teaches_no_more_noise_than_a_distrusted_input_has(seed):
     states, filters = predicted(chance), record(OpenFilter)
     states["rolled"] = 0.05
     filters["input_variance"] = 1.0
-    learn_first(given_, states, filters, positive(chance), 1e6 * chance.normal(size=3))
+    learn_noise(given_[0], states[0], filters[0], positive(chance), 1e6 * chance.normal(size=3), 10.0)
     most = 2.0 * (given_["distrust"][0] * 0.05) ** 2  # of each of a level's two inputs
     assert 0.0 < filters["learned"][0, :, 0].max() <= most * (1.0 + 1e-12)

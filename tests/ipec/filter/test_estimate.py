@@ -8,22 +8,19 @@ import pytest
 from omnimate.effects.crossing import cable_loss
 from omnimate.effects.law import Law
 from omnimate.ipec.corrector import correct
-from omnimate.ipec.errors import NoLinkageError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.noise import FilterNoise
 from omnimate.ipec.filter.prior import Prior
 from omnimate.motion.paths import free, out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import SMOOTH, Floor
-from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
-from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.sample import Sample
 from omnimate.vehicle.se2 import wrap
 from omnimate.vehicle.sonar import Sonar
+from tests.ipec.conftest import noisy, samples, thinned
 
 EXACT = Sonar(sigma=0.0)
 CALIBRATED = Prior(scale=1e-4, ratio=2e-4, wheelbase=1e-3, joint=np.radians(0.01), link=3e-4)
@@ -52,15 +49,6 @@ def rms(errors):
     return np.sqrt(np.mean(np.square(errors), axis=0))
 
 
-SIGMA = (0.002, 0.002, np.radians(0.2))
-
-
-def noisy(poses, seed):
-    chance = np.random.default_rng(seed)
-    scattered = poses.pose + chance.normal(size=poses.pose.shape) * np.array(SIGMA)
-    return Poses(poses.time, poses.body, scattered, np.tile(SIGMA, (len(poses.time), 1)))
-
-
 def test_without_errors_the_estimate_is_true_to_resolution(robot):
     recording = simulate(robot, Truth(robot, floor=SMOOTH, sonar=EXACT), free(1, 1))
     result = estimate(recording)
@@ -73,18 +61,13 @@ def test_without_errors_the_estimate_is_true_to_resolution(robot):
 def test_live_and_at_once_are_equal_also_with_missing_readings_and_fixes(robot):
     bumps = bumps_under("a.left", 3, 1.0, 6.0)
     recording = simulate(robot, robots(robot, 1, bumps), out_and_back(2.0, 1, link_length=1.0))
-    present = np.random.default_rng(1).random(recording.counts.shape) > 0.1
-    present[0] = True
-    rows = np.maximum.accumulate(np.where(present, np.arange(len(present))[:, None], 0), axis=0)
-    counts = np.take_along_axis(recording.counts, rows, axis=0)
-    recording = replace(recording, counts=counts, present=present)
+    recording = thinned(recording)
     fixes = noisy(recording.poses, 1)
     at_once = estimate(recording, fixes=fixes)
-    filter_, nan = Filter(robot), (float("nan"),) * 7
+    filter_ = Filter(robot)
     state, following = filter_.start(), 0
     places = np.searchsorted(recording.time, fixes.time, side="right") - 1
-    for index, time in enumerate(recording.time):
-        sample = Sample(index, time, tuple(counts[index].tolist()), tuple(present[index].tolist()), nan, nan)
+    for index, sample in enumerate(samples(recording)):
         state = filter_.step(state, sample)
         while following < len(fixes.time) and places[following] <= index:
             fix = fixes.pose[following], fixes.sigma[following], fixes.body[following]
@@ -189,19 +172,6 @@ def test_straight_out_and_back_with_20_bumps_it_stays_close(robot):
     assert np.hypot(*rms(filtered)[:2]) < 0.015
 
 
-@pytest.mark.slow
-def test_a_lap_with_20_bumps_it_is_clearly_better_than_ipec(robot):
-    """O 3, lap 7: 9 mm cables under the outside wheel of the front truck."""
-    filtered, corrected = [], []
-    for seed in range(16):
-        bumps = bumps_under("a.right", 20, 1.0, 16.0, height=0.009)
-        recording = simulate(robot, robots(robot, seed, bumps), rounded_rectangle(6.0, 3.25, ["ccw"]))
-        filtered.append(final_error(recording, estimate(recording, prior=CALIBRATED).pose_a[-1]))
-        corrected.append(final_error(recording, correct(recording).pose_a[-1]))
-    assert rms(filtered)[2] < 0.7 * rms(corrected)[2]
-    assert np.hypot(*rms(filtered)[:2]) < 0.7 * np.hypot(*rms(corrected)[:2])
-
-
 def test_fixes_teach_it_the_joints_biases(robot):
     """A difference of the biases of 0.08 degrees, a lap and a fix later known to 0.015 degrees."""
     truth = replace(robots(robot, 2), effects=linkage_biases(np.radians(0.05), np.radians(-0.03)))
@@ -216,21 +186,3 @@ def test_what_the_linkage_cannot_tell_stays_as_the_prior_has_it(robot):
     recording = simulate(robot, robots(robot, 1), rounded_rectangle(6.0, 3.25, ["cw"]))
     slow = estimate(recording, prior=Prior(scale=1e-3)).slow
     assert slow.sigma[:4] == pytest.approx(1e-3 / np.sqrt(2.0), rel=0.2)
-
-
-def test_truck_b_is_unknown_until_the_linkage_is_read(robot):
-    recording = simulate(robot, robots(robot, 1), out_and_back(1.0, 1, link_length=1.0))
-    present = recording.present.copy()
-    present[:5, 4] = False
-    result = estimate(replace(recording, present=present))
-    assert np.isnan(result.pose_b[:5]).all()
-    assert np.isfinite(result.pose_b[5:]).all()
-
-
-def test_a_robot_with_one_truck_is_refused():
-    single = reference_single()
-    recording = Recording(single, np.arange(2.0), np.zeros((2, 2), np.int64), np.ones((2, 2), bool))
-    with pytest.raises(NoLinkageError, match="single truck"):
-        estimate(recording)
-    with pytest.raises(NoLinkageError):
-        Filter(single, FilterNoise(), Prior())

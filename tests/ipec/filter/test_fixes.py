@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.fixes import fix_records, take_fix
+from omnimate.ipec.filter.fixes import apply_fix, fix_records
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.poses import fill_pose_rows, look
-from omnimate.ipec.filter.records import BELIEFS, LENGTH, STATES, FilterState, OpenFilter
+from omnimate.ipec.filter.records import BANK, LENGTH, STATES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.compiled import layout, record
 from omnimate.vehicle.recording import Poses, Recording
@@ -24,9 +24,9 @@ def state_by(seed):
     states["mean"][0] = 0.1 * chance.normal(size=STATES)
     states["mean"][0, LENGTH] = 1.0
     states["weight"][0, 0] = states["placed"] = 1.0
-    filters = np.zeros(BELIEFS, layout(OpenFilter))
+    filters = np.zeros(BANK, layout(OpenFilter))
     filters["covariance"] = 1e-3 * root @ root.T
-    filters["number"], filters["followed"] = np.arange(BELIEFS), 1
+    filters["number"], filters["followed"] = np.arange(BANK), 1
     return states, filters
 
 
@@ -39,7 +39,7 @@ def pose_of(both, truck):
 def fix(both, truck, pose, sigma):
     states, filters = both[0].copy(), both[1].copy()
     settings = Filter(reference_vehicle()).settings
-    take_fix(settings, states, filters, truck, np.asarray(pose, float), np.asarray(sigma, float))
+    apply_fix(settings, states, filters, truck, np.asarray(pose, float), np.asarray(sigma, float))
     return states, filters
 
 

@@ -21,13 +21,6 @@ from omnimate.ipec.filter.hypotheses import (
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, LINK, SIDES, WANDER
 from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vehicle.compiled import compiled
-
-
-@compiled
-def step_by(settings, states, filters, number):
-    follow_motion(settings[0], states[0])
-    shape_error(settings[0], states[0], filters[number])
 
 
 def number_of(reading, form):
@@ -46,7 +39,8 @@ def step(start, states, filters, number, *, way=(0.0,) * 4, rolled=(0.0,) * 4, j
     states["begun"][0] = states["mean"][0, LINK : LINK + 4]
     states["mean"][0, JOINT_A : JOINT_A + 2] += joint
     states["way"][0], states["rolled"][0], states["samples"] = way, rolled, 5
-    step_by(start[0], states, filters, number)
+    follow_motion(start[0][0], states[0])
+    shape_error(start[0][0], states[0], filters[number])
     return filters[number]
 
 

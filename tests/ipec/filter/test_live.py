@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.noise import FilterNoise
+from omnimate.ipec.filter.prior import FilterNoise
 from omnimate.ipec.filter.smoother import smooth
 from omnimate.motion.paths import free
 from omnimate.vcan_sim.bumps import bumps_under

@@ -7,19 +7,12 @@ from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prediction import differentiate, predict_mean
 from omnimate.ipec.filter.records import CREEP, JOINT_A, LENGTH, LINK, STATES, WHEEL, WHEELBASE
 from omnimate.vehicle.arcs import arc
-from omnimate.vehicle.compiled import compiled
 from omnimate.vehicle.linkage import follower, linkage_of
 from omnimate.vehicle.se2 import compose
 
 SLOW = 1e-3, -2e-3, 5e-4, 2e-3, 4e-3, -3e-3, 0.0, 0.0, 1e-3, 2e-3, 1e-3
 MEAN = np.array([1.0, -2.0, 0.7, 0.9, -0.4, 1.05, 0.0, 0.0, *SLOW])
 TRAVEL = np.array([0.021, 0.030, 0.027, 0.018])
-
-
-@compiled
-def predict(settings, states):
-    predict_mean(settings[0], states[0])
-    differentiate(settings[0], states[0])
 
 
 @pytest.fixture
@@ -31,7 +24,8 @@ def move(robot):
         state = filter_.start().record.copy()
         state["mean"][0], state["travel"][0], state["way"][0] = mean, travel, travel
         state["begun"][0], state["samples"] = mean[LINK : LINK + 4], 1
-        predict(filter_.settings, state)
+        predict_mean(filter_.settings[0], state[0])
+        differentiate(filter_.settings[0], state[0])
         return state[0]
 
     return moved

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SUSPECTED, Prior, directions
+from omnimate.ipec.filter.hypotheses import HYPOTHESES, READINGS, SLOPE, chances_before
+from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SUSPECTED, WATCHED, Prior, directions
 
 sigmas = st.floats(1e-6, 0.1)
 priors = st.builds(Prior, sigmas, sigmas, sigmas, sigmas, sigmas)
@@ -51,3 +52,14 @@ def test_each_suspect_changes_what_its_name_says():
     assert rows["both diameters of a"].tolist() == [1, 1, *[0] * 9]
     assert rows["unequal diameters of b"][2:4] @ [-1.0, 1.0] == 1.0
     assert rows["bias of link"].tolist() == [*[0] * 10, 1]
+
+
+@pytest.mark.parametrize("prior", [CALIBRATED, NOMINAL, WATCHED])
+def test_each_reading_wanders_with_the_odds_of_the_prior(prior):
+    """Forms share the odds; a truck that creeps alone on a slope needs two things to be wrong."""
+    chance, wrong = np.exp(chances_before(prior.wrong)), prior.wrong
+    for number in range(len(READINGS)):
+        forms = {hypothesis.form for hypothesis in HYPOTHESES if hypothesis.reading == number}
+        share = 1.0 - (1.0 - wrong) / len(forms) if SLOPE in forms else 1.0
+        wandering = [hypothesis.reading == number for hypothesis in HYPOTHESES]
+        assert chance[wandering].sum() / chance[0] == pytest.approx(share * wrong / (1.0 - wrong))

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prediction import differentiate, predict_mean
 from omnimate.ipec.filter.records import JOINT_A, LINK, STATES, WHEEL
-from omnimate.ipec.filter.step import begin, take
+from omnimate.ipec.filter.step import begin_step, update
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.compiled import compiled
 
@@ -20,7 +20,7 @@ WRONG = 0.01  # of a wheel's travel
 def drive(all_settings, states, truths, travel):
     """Drive a step with an estimate and with the truth, whose linkage is read without an error."""
     given, state, truth = all_settings[0], states[0], truths[0]
-    begin(state)
+    begin_step(state)
     for _ in range(SAMPLES):
         state.travel[:], truth.travel[:] = travel, travel
         predict_mean(given, state)
@@ -32,11 +32,6 @@ def drive(all_settings, states, truths, travel):
         for number in range(3):
             state.missed[number] += truth.mean[JOINT_A + number] - state.mean[JOINT_A + number]
     differentiate(given, state)
-
-
-@compiled
-def take_first(all_settings, states, filters):
-    take(all_settings[0], states[0], filters[0])
 
 
 def begun(joints=(0.3, -0.2)):
@@ -60,7 +55,7 @@ def test_an_open_filter_that_knows_the_wrong_wheel_is_not_corrected(travel, whee
     truths = states.copy()
     truths["mean"][0, WHEEL + wheel] = filters["offset"][0, WHEEL + wheel] = WRONG
     drive(given, states, truths, np.array(travel))
-    take_first(given, states, filters)
+    update(given[0], states[0], filters[0])
     estimate = states["mean"][0] + filters["offset"][0]
     turned = WRONG * SAMPLES * travel[wheel] / given["wheelbase"][0, 0]
     assert estimate[LINK:6] == pytest.approx(truths["mean"][0, LINK:6], abs=0.02 * turned)

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from omnimate.ipec.filter.forward import run_forward
+from omnimate.ipec.filter.estimate import BLOCK, run_forward
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.records import Step
 from omnimate.ipec.filter.smoothing import run_block
-from omnimate.ipec.filter.trace import BLOCK
 from omnimate.motion.paths import out_and_back
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import Floor
@@ -30,46 +29,29 @@ def run():
 
 
 def test_there_is_a_mark_before_each_block_and_the_first_is_the_start(run):
-    count = len(run.counts)
-    assert len(run.marks) == -(-count // BLOCK)
+    count = len(run.table.counts)
+    assert len(run.trace.marks) == -(-count // BLOCK)
     start = Filter(reference_vehicle()).start().record
-    assert run.marks[0]["mean"].tolist() == start["mean"][0].tolist()
-    assert run.marks[0]["placed"] == 0
+    assert run.trace.marks[0]["mean"].tolist() == start["mean"][0].tolist()
+    assert run.trace.marks[0]["placed"] == 0
 
 
 def again(run, number):
     """Return the steps of a block that runs again, the numbers of their samples, and what is behind."""
     steps, samples = np.zeros((1, BLOCK), layout(Step)), np.empty(BLOCK, np.int64)
-    mark, filters, first = (
-        run.marks[number : number + 1].copy(),
-        run.filter_marks[number].copy(),
-        number * BLOCK,
-    )
+    trace = run.trace._replace(marks=run.trace.marks.copy(), filter_marks=run.trace.filter_marks.copy())
     likely = run.last["weight"][0].argmax(keepdims=True)
-    kept = run_block(
-        run.settings,
-        mark,
-        filters,
-        run.counts,
-        run.present,
-        run.fixes,
-        run.moves,
-        likely,
-        steps,
-        samples,
-        first,
-        first + BLOCK,
-    )
-    return steps[0, :kept], samples[:kept], (mark[0], filters), likely
+    kept = run_block(run.settings, (run.table, trace), number, likely, steps, samples)
+    return steps[0, :kept], samples[:kept], (trace.marks[number], trace.filter_marks[number]), likely
 
 
 def test_each_block_runs_again_to_the_mark_behind_it(run):
-    for number in range(len(run.marks) - 1):
+    for number in range(len(run.trace.marks) - 1):
         _, _, (behind, filters), likely = again(run, number)
         for name in ("mean", "counts", "decided"):
-            assert np.array_equal(behind[name], run.marks[number + 1][name])
+            assert np.array_equal(behind[name], run.trace.marks[number + 1][name])
         for name in ("offset", "covariance", "alert", "learned"):
-            assert np.array_equal(filters[name][likely], run.filter_marks[number + 1][name][likely])
+            assert np.array_equal(filters[name][likely], run.trace.filter_marks[number + 1][name][likely])
 
 
 def test_a_block_runs_again_to_the_poses_of_the_estimate(run):

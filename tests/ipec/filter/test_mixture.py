@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.belief import forget_scale
+from omnimate.ipec.filter.mixture import forget_scale
 from omnimate.ipec.filter.records import SLOW
 
 WHEELS = np.array([1.0] * 4 + [0.0] * (SLOW - 4))
