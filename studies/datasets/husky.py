@@ -10,8 +10,8 @@ Source: norlab-ulaval/DRIVE, Universite Laval.
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,13 +20,8 @@ from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
 from omnimate.vehicle.parameters import Truck
-from omnimate.vehicle.recording import Lap, Run
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
+from omnimate.vehicle.recording import Lap, Recording, Run
+from omnimate.vehicle.se2 import Array
 
 WINDOWS = "husky_windows.npz"
 NOMINAL = Truck(0.55, 0.33, 0.33)

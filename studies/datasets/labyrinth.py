@@ -8,7 +8,6 @@ Source: T. Pfeifer, TU Chemnitz, libRSF, datasets/Indoor_UWB.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,13 +15,9 @@ from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
-from omnimate.vehicle.parameters import Truck
-from omnimate.vehicle.recording import Lap, Run
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import Channel
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
+from omnimate.vehicle.parameters import Channel, Truck
+from omnimate.vehicle.recording import Lap, Recording, Run
+from omnimate.vehicle.se2 import Array
 
 INPUT, TRUTH = "Indoor_UWB_Input.txt", "Indoor_UWB_GT.txt"
 # The readme gives speeds over the floor, so the wheel diameter is free: it only turns metres into counts.

@@ -11,24 +11,20 @@ Usage: python -m studies.estimators.bump_bound [seeds [first seed]]
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from omnimate.ipec.corrector import correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.step import follow_live, go_live
+from omnimate.ipec.filter.step import predict_live, run_hypotheses_live
 from omnimate.ipec.readings import table_of
 from omnimate.vcan_sim.bumps import Bump, bumps_under
+from omnimate.vehicle.parameters import Channel
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import Array
 from studies.benchmark import options
 from studies.estimators.ipec_accuracy import lap, return_error, show
 from studies.papers.robots import LEFT_BEHIND
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import Channel
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
 
 HEIGHT = 0.009  # [m] of the cables
 
@@ -60,8 +56,8 @@ def told(recording: Recording, seed: int) -> Array:
     for sample in range(len(counts)):
         if near[sample]:
             filters["alert"][:, wheel] = 1e-3
-        todo = go_live(filter_.settings, state, counts[sample], present[sample])
-        follow_live(filter_.settings, state, filters, todo)
+        todo = predict_live(filter_.settings, state, counts[sample], present[sample])
+        run_hypotheses_live(filter_.settings, state, filters, todo)
         mean = state["mean"][0]
         path[sample] = mean[0], mean[1], mean[2] + mean[3]
     return path

@@ -14,34 +14,26 @@ Usage: python -m studies.estimators.docking_poses [ROOT]
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from omnimate.calib.paths.kinematics import Differential
-from omnimate.calib.paths.least_squares import SPACING, calibrate_path
+from omnimate.calib.paths.drives import Drive
+from omnimate.calib.paths.kinematics import Differential, Kinematics
+from omnimate.calib.paths.least_squares import SPACING, PathCalibration, calibrate_path
 from omnimate.calib.paths.reference import dead_reckoned
 from omnimate.fleet.segments import segments_of
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
-from omnimate.vehicle.recording import Poses
+from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.se2 import Array
 from studies.benchmark import options
-from studies.datasets.optiodom.drives import read_set
+from studies.datasets.optiodom.drives import DriveSet, read_set
 from studies.datasets.optiodom.files import find_sets
 from studies.datasets.optiodom.recordings import each_run
 from studies.datasets.optiodom.scores import score
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from omnimate.calib.paths.drives import Drive
-    from omnimate.calib.paths.kinematics import Kinematics
-    from omnimate.calib.paths.least_squares import PathCalibration
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
-    from studies.datasets.optiodom.drives import DriveSet
 
 ROOT = "../shared/data/real/optiodom/diff"
 WANTED = 0.020  # [m] rms on the free drives

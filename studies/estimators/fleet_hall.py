@@ -19,38 +19,30 @@ from __future__ import annotations
 import multiprocessing
 import os
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from multiprocessing.pool import Pool
 
 import numpy as np
 
 from omnimate.fleet.crossings import CELL, crossings_of
-from omnimate.fleet.hall.hall import draw_hall, hall_lap
+from omnimate.fleet.hall.hall import Hall, draw_hall, hall_lap
+from omnimate.fleet.hall.ills import Ill
+from omnimate.fleet.hall.places import Place
+from omnimate.fleet.hall.robots import HallRobot
 from omnimate.fleet.hall.store import date_of
 from omnimate.fleet.joints import JOINT_NUMBERS, joints_of
 from omnimate.fleet.model.changes import changes_of, listed
-from omnimate.fleet.model.days import histories_of, kind_of
-from omnimate.fleet.model.floor import Driven, floor_under
-from omnimate.fleet.model.histories import ordinary
+from omnimate.fleet.model.days import Day, histories_of, kind_of
+from omnimate.fleet.model.floor import Driven, Floor, floor_under
+from omnimate.fleet.model.histories import History, Ordinary, ordinary
 from omnimate.fleet.model.places import ENOUGH
+from omnimate.fleet.morning import BadPlace, Change
 from omnimate.fleet.segments import PARAMETERS, segments_of
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import Array
 from studies.benchmark import options
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from multiprocessing.pool import Pool
-
-    from omnimate.fleet.hall.hall import Hall
-    from omnimate.fleet.hall.ills import Ill
-    from omnimate.fleet.hall.places import Place
-    from omnimate.fleet.hall.robots import HallRobot
-    from omnimate.fleet.model.days import Day
-    from omnimate.fleet.model.floor import Floor
-    from omnimate.fleet.model.histories import History, Ordinary
-    from omnimate.fleet.morning import BadPlace, Change
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
 
 WEEK = 7  # days that find the places
 SEEN = {"wheel_diameter", "wheelbase", "joint_bias"}  # ills that poses at docks, or the linkage, show

@@ -11,59 +11,29 @@ Usage: python -m studies.estimators.ipec_accuracy [seeds [first seed]]
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from omnimate.ipec.corrector import correct
+from omnimate.ipec.corrector import Method, correct
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.noise import FilterNoise
+from omnimate.ipec.filter.prior import FilterNoise
 from omnimate.motion.paths import out_and_back, rounded_rectangle
-from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.motion.program import Program
 from omnimate.vcan_sim.bumps import Bump, bumps_under
-from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth, with_errors
-from omnimate.vehicle.recording import Poses
-from omnimate.vehicle.se2 import between, compose, wrap
-from omnimate.vehicle.sonar import Sonar
+from omnimate.vehicle.parameters import Channel
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import Array, between, compose, wrap
 from studies.benchmark import options
-from studies.papers.robots import LEFT_BEHIND
-
-if TYPE_CHECKING:
-    from omnimate.ipec.corrector import Method
-    from omnimate.motion.program import Program
-    from omnimate.vehicle.parameters import Channel, TruckName
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
+from studies.papers.robots import LEFT_BEHIND, calibrated_truth
 
 ROBOT = reference_vehicle()
 LINK = 1.0  # [m], length of its link
 METHODS: dict[str, Method] = {"plain": "plain", "CLAPPER": "clapper", "OmniMate": "omnimate"}
-SONAR = np.array([0.002, 0.002, math.radians(0.2)])
 
 
 def drive(seed: int, program: Program, bumps: tuple[Bump, ...]) -> Recording:
-    chance = np.random.default_rng(1000 + seed)
-    base: dict[TruckName, float] = {
-        "a": 1.0 + chance.normal() * LEFT_BEHIND.wheelbase,
-        "b": 1.0 + chance.normal() * LEFT_BEHIND.wheelbase,
-    }
-    ratio: dict[TruckName, float] = {
-        "a": 1.0 + chance.normal() * LEFT_BEHIND.ratio,
-        "b": 1.0 + chance.normal() * LEFT_BEHIND.ratio,
-    }
-    joint_a, joint_b = (chance.normal(size=2) * LEFT_BEHIND.joint).tolist()
-    truth = Truth(
-        with_errors(ROBOT, base, ratio),
-        effects=linkage_biases(joint_a, joint_b, link=chance.normal() * LEFT_BEHIND.link),
-        floor=Floor(bumps=bumps),
-        sonar=Sonar(sigma=0.0),
-        seed=seed,
-    )
-    return simulate(ROBOT, truth, program)
+    return simulate(ROBOT, calibrated_truth(ROBOT, bumps, seed), program)
 
 
 def under(side: str, count: int, start: float, end: float, *, apart: float) -> tuple[Bump, ...]:
@@ -139,46 +109,9 @@ def single_drives(seeds: range) -> None:
             print(f"  NEES per axis {np.mean(squares, axis=0).round(2)} (1 if consistent)")
 
 
-def ten_laps(seed: int) -> dict[str, Array]:
-    """O 3: laps 1-5 without, 6-10 with bumps; each method is given the same noisy fix before each lap."""
-    ccw = seed % 2 == 0
-    inside, outside = ("left", "right") if ccw else ("right", "left")
-    bumps: tuple[Bump, ...] = ()
-    plan = [(f"a.{inside}", 20, 5), (f"a.{outside}", 20, 6)]
-    plan += [(f"{truck}.{inside}", 10, 7) for truck in "ab"] + [
-        (f"{truck}.{outside}", 10, 8) for truck in "ab"
-    ]
-    plan += [(f"{truck}.{side}", 5, 9) for truck in "ab" for side in ("left", "right")]
-    for wheel, count, number in plan:
-        later = LINK if wheel.startswith("b") else 0.0
-        bumps += bumps_under(wheel, count, 1.0 + later, 15.0 + later, lap=number, height=0.009)  # type: ignore[arg-type]
-    recording = drive(seed, rounded_rectangle(6.0, 3.25, ["ccw" if ccw else "cw"] * 10), bumps)
-    fixes = recording.poses.of("a")  # type: ignore[union-attr]
-    noise = np.random.default_rng(seed).normal(size=fixes.pose.shape) * SONAR
-    seen = Poses(fixes.time, fixes.body, fixes.pose + noise, np.tile(SONAR, (len(fixes.time), 1)))
-    marks = [(lap.start, lap.end) for lap in recording.run.laps]  # type: ignore[union-attr]
-    first, last = np.searchsorted(recording.time, np.array(marks).T - 1e-6)
-    out = {}
-    for name, method in METHODS.items():
-        path = correct(recording, method=method).pose_a
-        out[name] = compose(seen.pose[:-1], between(path[first], path[last]))
-    out["filter"] = estimate(recording, seen.pose[0], (1.0, 1.0, 1.0), fixes=seen, prior=LEFT_BEHIND).pose_a[
-        last
-    ]
-    errors = {name: fixes.pose[1:] - poses for name, poses in out.items()}
-    return {name: np.stack([*rows[:, :2].T, wrap(rows[:, 2])], axis=1) for name, rows in errors.items()}
-
-
 def main() -> None:
     given = options(__doc__, {"seeds": 40, "first": 0})
-    count, seeds = given.seeds, range(given.first, given.first + given.seeds)
-    single_drives(seeds)
-    runs = [ten_laps(seed) for seed in seeds[: count // 2]]
-    print(f"O 3: ten laps, a fix (2 mm, 0.2 degrees) before each; rms of {count // 2} runs")
-    for laps, which in (("1-5, no bumps", slice(0, 5)), ("6-10, bumps", slice(5, 10))):
-        print(f" laps {laps}")
-        for name in runs[0]:
-            show(name, np.concatenate([run[name][which] for run in runs]))
+    single_drives(range(given.first, given.first + given.seeds))
 
 
 if __name__ == "__main__":

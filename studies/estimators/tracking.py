@@ -17,24 +17,21 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from omnimate.ipec.corrector import correct
+from omnimate.ipec.corrector import Method, correct
 from omnimate.ipec.errors import LinkageChannelError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SIZES
-from studies.estimators.tracking_pictures import draw_errors, draw_nees, draw_states
-from studies.estimators.tracking_scores import errors_of, judge_of, nees, rms, squared
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import Array, between, wrap
 from studies.estimators.tracking_worlds import SEED, drives_of
-
-if TYPE_CHECKING:
-    from omnimate.ipec.corrector import Method
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
+from studies.figures import framed
 
 DATA = Path("../shared/data")
 RECORDED = tuple(str(DATA / name) for name in ("contact", "concealed", "concealed2"))
@@ -42,6 +39,20 @@ METHODS: dict[str, Method] = {"plain": "plain", "IPEC": "clapper", "OmniMate": "
 PRIORS = {"calibrated": CALIBRATED, "nominal": NOMINAL}
 FACTOR, SMALL = 1.1, 0.005  # times the best peer; [m] below which an error always counts as reached
 LIMITS = 0.216, 9.348  # of NEES: 95 % of a chi-squared variable with 3 degrees of freedom
+FLOOR = np.array([1e-3, 1e-3, 1e-3])  # [m, m, rad] below which no error counts: a good tracker's scatter
+STILL = 2e-3  # [m] of the way within which the poses before a drive are averaged
+ACROSS = 4  # panels in a row
+STYLES = {
+    "plain": ("0.6", 1.0),
+    "IPEC": ("tab:orange", 1.0),
+    "OmniMate": ("tab:green", 1.0),
+    "calibrated": ("tab:blue", 1.8),
+    "nominal": ("tab:red", 1.2),
+}
+STATES = (
+    *("a.left", "a.right", "b.left", "b.right", "wheelbase a", "wheelbase b"),
+    *("creep a", "creep b", "joint_a", "joint_b", "link"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +87,68 @@ class Row:
     def is_reached(self, prior: str) -> bool:
         """Whether the estimator is as good as is wanted."""
         return self.errors[prior] <= max(FACTOR * self.best, SMALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Judge:
+    """Poses of truck a from outside, from the pose at the start on.
+
+    Attributes:
+        time: Time of each pose [s], shape `(K,)`.
+        pose: Poses in the frame of the first [m, m, rad], shape `(K, 3)`.
+        sigma: Their standard deviations, those of the first pose included, shape `(K, 3)`.
+    """
+
+    time: Array
+    pose: Array
+    sigma: Array
+
+
+def judge_of(recording: Recording) -> Judge:
+    """Return what judges a recording; the poses before it moves are averaged."""
+    assert recording.poses is not None
+    poses = recording.poses.of("a")
+    known = np.isfinite(poses.pose).all(axis=1)
+    time, pose, sigma = poses.time[known], poses.pose[known], poses.sigma[known]
+    wheels = [recording.wheel_angle(wheel) for wheel in ("a.left", "a.right")]
+    rolled = (
+        sum(np.abs(angle - angle[0]) for angle in wheels) * recording.vehicle.trucks["a"].wheel_diameter_left
+    )
+    still = max(1, int(np.searchsorted(time, recording.time[np.argmax(rolled > 4.0 * STILL)])))
+    first = np.array([*pose[:still, :2].mean(axis=0), pose[0, 2] + wrap(pose[:still, 2] - pose[0, 2]).mean()])
+    own = sigma[0] / np.sqrt(still)
+    away = pose - first
+    spread = np.hypot(sigma, own)
+    spread[:, :2] = np.hypot(spread[:, :2], (own[2] * np.hypot(away[:, 0], away[:, 1]))[:, None])
+    return Judge(time, between(first, pose), spread)
+
+
+def errors_of(judge: Judge, time: Array, path: Array) -> Array:
+    """Return judge minus estimate [m, m, rad] at each of the judge's poses, shape `(K, 3)`."""
+    from_start = between(path[0], path)
+    heading = np.unwrap(from_start[:, 2])
+    seen = np.stack(
+        [np.interp(judge.time, time, column) for column in (*from_start[:, :2].T, heading)], axis=1
+    )
+    error = judge.pose - seen
+    return np.stack([error[:, 0], error[:, 1], wrap(error[:, 2])], axis=1)
+
+
+def rms(error: Array) -> float:
+    """Return the root mean square of the distance along the drive [m]."""
+    return float(np.sqrt(np.mean(error[:, 0] ** 2 + error[:, 1] ** 2)))
+
+
+def squared(judge: Judge, error: Array, time: Array, sigma: Array) -> Array:
+    """Return the squared error in standard deviations, summed over x, y and heading, at each pose `(K,)`."""
+    known = np.stack([np.interp(judge.time, time, column) for column in sigma.T], axis=1)
+    return np.asarray(np.sum(error**2 / (known**2 + judge.sigma**2 + FLOOR**2), axis=1))
+
+
+def nees(judge: Judge, error: Array, time: Array, sigma: Array) -> float:
+    """Return the mean squared error in standard deviations, summed over x, y and heading: 3 where honest."""
+    moved = judge.time > judge.time[0] + 1.0
+    return float(np.mean(squared(judge, error, time, sigma)[moved]))
 
 
 def measure(what: str, recording: Recording) -> Row:
@@ -127,6 +200,58 @@ def summarise(rows: list[Row]) -> bool:
     return good
 
 
+def draw_panels(
+    rows: Sequence[Row], path: Path, draw: Callable[[Axes, Row], object], below: str, beside: str
+) -> None:
+    """Draw a panel for each case, with its name above it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    down = -(-len(rows) // ACROSS)
+    with framed(path, (4.0 * ACROSS, 2.4 * down)) as figure:
+        grid = figure.subplots(down, ACROSS, squeeze=False)
+        for axes in grid.flat[len(rows) :]:
+            axes.set_visible(False)
+        for axes, row in zip(grid.flat, rows, strict=False):
+            axes.set_title(row.what[:48], fontsize=8)
+            axes.tick_params(labelsize=7)
+            draw(axes, row)
+        figure.supylabel(beside, fontsize=9)
+        figure.supxlabel(below, fontsize=9)
+
+
+def draw_errors(axes: Axes, row: Row) -> None:
+    """Draw the distance from the truth along a drive."""
+    for name, (colour, width) in STYLES.items():
+        error = 1e3 * np.hypot(row.curves[name][:, 0], row.curves[name][:, 1])
+        axes.plot(row.time, np.maximum(error, 0.1), color=colour, lw=width, label=name)
+    axes.set_yscale("log")
+    axes.set_ylim(0.3)
+    axes.legend(fontsize=6)
+
+
+def draw_nees(axes: Axes, row: Row) -> None:
+    """Draw NEES along a drive, and the limits between which it is consistent."""
+    axes.axhspan(*LIMITS, color="tab:green", alpha=0.2, lw=0)
+    axes.plot(row.time, np.maximum(row.standing, 1e-3), color="tab:blue", lw=1.0)
+    axes.set_yscale("log")
+    axes.set_ylim(1e-2)
+
+
+def draw_states(axes: Axes, row: Row) -> None:
+    """Draw what was learned of the encoders at the end of a drive, with two standard deviations."""
+    axes.errorbar(range(len(STATES)), row.slow, 2.0 * row.sigma, fmt="o", ms=3, lw=1, color="tab:blue")
+    axes.axhline(0.0, color="0.7", lw=0.5)
+    axes.set_xticks(range(len(STATES)), STATES, rotation=90)
+    axes.set_yscale("symlog", linthresh=0.01)
+    axes.margins(y=0.15)
+
+
+PICTURES = {
+    "errors": (draw_errors, "time [s]", "position error [mm]"),
+    "nees": (draw_nees, "time [s]", "NEES; green: 95 % of a chi-squared variable, 3 degrees of freedom"),
+    "states": (draw_states, "", "learned, in the largest size that is expected; bars: 2 standard deviations"),
+}
+
+
 def main() -> None:
     """Print the table of each world, and draw its pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -151,9 +276,8 @@ def main() -> None:
             show(rows[-1])
         good = summarise(rows) and good
         name = f"{Path(world).name}-{asked.seed}"
-        draw_errors(rows, folder / f"{name}-errors.png")
-        draw_nees(rows, folder / f"{name}-nees.png", LIMITS)
-        draw_states(rows, folder / f"{name}-states.png")
+        for kind, (draw, below, beside) in PICTURES.items():
+            draw_panels(rows, folder / f"{name}-{kind}.png", draw, below, beside)
         print(f"  drawn: {folder / name}-errors.png, -nees.png and -states.png")
     sys.exit(not good)
 

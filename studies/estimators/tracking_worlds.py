@@ -13,10 +13,11 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from omnimate.effects.effect import Effect
 from omnimate.effects.floor_slope import FloorSlope
 from omnimate.effects.lateral_slip import LateralSlip
 from omnimate.effects.law import Law
@@ -40,9 +41,6 @@ from studies.mismatch.engines.cases import Case
 from studies.mismatch.engines.scene import scene
 from studies.mismatch.engines.vocabulary import VOCABULARY
 from studies.mismatch.engines.writing import Measuring, write
-
-if TYPE_CHECKING:
-    from omnimate.effects.effect import Effect
 
 Drives = Iterator[tuple[str, Recording]]
 

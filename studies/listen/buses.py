@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from studies.listen.devices import Pdo, described, eds_files, pdos_of
 from studies.listen.foreign import foreign_messages
 from studies.listen.motion import drive
 from studies.listen.objects import Shaft
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 SECONDS = 60.0
 FOREIGN = 0.3  # share of buses on which others than CANopen devices send, too

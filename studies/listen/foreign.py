@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from studies.listen.devices import FieldTruth, Pdo
-from studies.listen.objects import _flags, _slow
+from studies.listen.objects import _counter, _flags, _slow, sampled
 
 IDENTIFIERS = np.arange(0x101, 0x180)  # none of CANopen's services or PDOs
 
@@ -43,7 +43,7 @@ def _field(random, kind, bit, bits, is_big):
     signed = kind == "number" and bool(random.random() < 0.4)
     values = {
         "number": lambda: _number(random, bits, signed),
-        "counter": lambda: _rolling(random, bits),
+        "counter": lambda: _counter(random, bits, 2**bits),
         "flags": lambda: _flags(random, bits),
         "checksum": lambda: _noise(random, bits),
     }[kind]()
@@ -57,18 +57,8 @@ def _number(random, bits, signed):
     path = _slow(random, middle, span * random.uniform(0.02, 0.08))
     swing, beat = span * random.uniform(0.02, 0.2), random.uniform(0.3, 3.0)
     noise = random.choice([0.2, 1.0, span * 0.002])
-
-    def at(times):
-        value = path(times) + swing * np.sin(beat * times) + random.normal(0, noise, len(times))
-        value = np.clip(np.rint(value), -span if signed else 0, span - 1)
-        return [int(each) % 2**bits for each in value]
-
-    return at
-
-
-def _rolling(random, bits):
-    start = int(random.integers(0, 2**bits))
-    return lambda times: [(start + n) % 2**bits for n in range(len(times))]
+    limits = -span if signed else 0, span - 1
+    return sampled(random, lambda times: path(times) + swing * np.sin(beat * times), noise, bits, limits)
 
 
 def _noise(random, bits):

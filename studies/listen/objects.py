@@ -74,12 +74,34 @@ class Shaft:
         delay = random.choice([0.0, 0.004, 0.02])
         noise = random.choice([0.0, 0.003, 0.02]) * self.busy * unit + random.choice([0.0, 0.6])
 
-        def at(times):
-            value = self.sign * unit * np.interp(times - delay, self.time, self.rate)
-            value = np.rint(value + random.normal(0, noise or 1e-9, len(times))).astype(np.int64)
-            return [int(each) % 2**bits for each in (value if signed else np.abs(value))]
-
+        at = sampled(
+            random,
+            lambda times: self.sign * unit * np.interp(times - delay, self.time, self.rate),
+            noise or 1e-9,
+            bits,
+            is_size=not signed,
+        )
         return at, unit
+
+
+def sampled(random, path, noise, bits, limits=None, *, is_size=False):
+    """Return a function of times: raw numbers modulo 2^bits of a path with noise, rounded.
+
+    Args:
+        random: Source of chance, drawn from at each call.
+        path: Function of times.
+        noise: Standard deviation of the noise.
+        bits: Width.
+        limits: Smallest and largest number; None for all.
+        is_size: Whether a device shows the size alone, without a sign.
+    """
+
+    def at(times):
+        value = np.rint(path(times) + random.normal(0, noise, len(times)))
+        value = np.abs(value) if is_size else value
+        return _pack(value if limits is None else np.clip(value, *limits), bits)
+
+    return at
 
 
 def values_of(random, index, subindex, name, kind, shaft, session, access="ro"):
@@ -151,37 +173,32 @@ def _torque(random, shaft, bits, signed):
     size = random.choice([200.0, 600.0, 1500.0] if bits > 8 else [40.0])
     load = np.gradient(shaft.rate, shaft.time)
     load = load / (np.max(np.abs(load)) + 1e-9) * 0.7 + 0.3 * np.tanh(shaft.rate / shaft.busy * 5)
-    noise = random.choice([0.004, 0.02, 0.06])
-
-    def at(times):
-        value = size * (np.interp(times, shaft.time, load) + random.normal(0, noise, len(times)))
-        return _pack(np.rint(value if signed else np.abs(value)), bits)
-
-    return at
+    noise = size * random.choice([0.004, 0.02, 0.06])
+    return sampled(
+        random, lambda times: size * np.interp(times, shaft.time, load), noise, bits, is_size=not signed
+    )
 
 
 def _acceleration(random, shaft, bits):
     rate = np.gradient(shaft.rate, shaft.time)
     unit = 0.8 * 2 ** (bits - 1) / (np.max(np.abs(rate)) + 1e-9) * random.choice([0.01, 0.1, 1.0])
-    noise = random.uniform(0.5, 3.0)
-
-    def at(times):
-        value = shaft.sign * unit * np.interp(times, shaft.time, rate) + random.normal(0, noise, len(times))
-        return _pack(np.clip(np.rint(value), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1), bits)
-
-    return at
+    noise, span = random.uniform(0.5, 3.0), 2 ** (bits - 1)
+    return sampled(
+        random,
+        lambda times: shaft.sign * unit * np.interp(times, shaft.time, rate),
+        noise,
+        bits,
+        (-span, span - 1),
+    )
 
 
 def _following(random, shaft, bits, signed):
     lag = random.uniform(0.002, 0.02) * shaft.scale
     lag = min(lag, 0.6 * 2 ** (bits - 1) / shaft.busy)
     noise = random.uniform(0.5, 3.0)
-
-    def at(times):
-        value = lag * np.interp(times, shaft.time, shaft.rate) + random.normal(0, noise, len(times))
-        return _pack(np.rint(value if signed else np.abs(value)), bits)
-
-    return at
+    return sampled(
+        random, lambda times: lag * np.interp(times, shaft.time, shaft.rate), noise, bits, is_size=not signed
+    )
 
 
 def _hall(shaft):
@@ -267,22 +284,13 @@ def _status_flags(random, bits):
 
 
 def _held(random, bits):
-    value = int(
-        random.choice(
-            [
-                0,
-                0,
-                1,
-                int(random.integers(0, 2 ** min(bits, 15))),
-                int(random.integers(0, 2 ** min(bits, 62))),
-            ]
-        )
-    )
+    chosen = [int(random.integers(0, 2 ** min(bits, most))) for most in (15, 62)]
+    value = int(random.choice([0, 0, 1, *chosen]))
     return lambda times: [value % 2**bits] * len(times)
 
 
-def _counter(random, bits):
-    start = int(random.integers(0, 200))
+def _counter(random, bits, most=200):
+    start = int(random.integers(0, most))
     return lambda times: [(start + n) % 2**bits for n in range(len(times))]
 
 
@@ -297,12 +305,7 @@ def _line(random, bits):
     path = np.cumsum(random.normal(0, 1, len(grid))) * 1.5
     path = 60 * np.tanh((path - np.convolve(path, np.ones(100) / 100, "same")) / 30)
     noise = random.choice([0.0, 0.3, 1.0])
-
-    def at(times):
-        value = np.interp(times, grid, path) + random.normal(0, noise or 1e-9, len(times))
-        return _pack(np.rint(value), bits)
-
-    return at
+    return sampled(random, lambda times: np.interp(times, grid, path), noise or 1e-9, bits)
 
 
 def _slow(random, base, wander):
@@ -318,12 +321,7 @@ def _analog(random, bits, signed):
     base = -base * 0.3 if signed and random.random() < 0.2 else base
     path = _slow(random, base, abs(base) * random.choice([0.002, 0.01, 0.05]) + 0.2)
     noise = random.choice([0.2, 0.5, 3.0, 12.0]) if abs(base) > 100 else random.choice([0.05, 0.3])
-
-    def at(times):
-        value = np.rint(path(times) + random.normal(0, noise, len(times)))
-        return _pack(np.clip(value, -span if signed else 0, span - 1), bits)
-
-    return at
+    return sampled(random, path, noise, bits, (-span if signed else 0, span - 1))
 
 
 def _float(random):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,13 +12,10 @@ from omnimate.ipec.corrector import correct
 from omnimate.ipec.errors import NoLinkageError
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.linkage import linkage_of
-from omnimate.vehicle.parameters import CHANNELS, WHEELS
+from omnimate.vehicle.parameters import CHANNELS, WHEELS, Channel, VehicleParameters
 from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import Array
 from studies.papers.robots import fine
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import Channel, VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)

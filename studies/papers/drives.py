@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.vcan_sim.bumps import Bump, bumps_under
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vehicle.parameters import WHEELS
-from studies.papers.robots import calibrated_truth, clapper, omnimate, uncalibrated_truth, without_steps
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import Channel
-    from omnimate.vehicle.recording import Direction, Recording
-    from studies.papers.robots import Term
+from omnimate.vehicle.parameters import WHEELS, Channel
+from omnimate.vehicle.recording import Direction, Recording
+from studies.papers.robots import Term, calibrated_truth, clapper, omnimate, uncalibrated_truth, without_steps
 
 Turning = Literal["cw", "ccw"]
 _LINK = 1.0  # [m] the truck behind meets the same cable so much later

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
-from omnimate.ipec.corrector import Corrector, correct
-from omnimate.ipec.corrector_step import advance_all
+from omnimate.ipec.corrections import advance_all
+from omnimate.ipec.corrector import Corrector, Method, correct
 from omnimate.ipec.filter.estimate import estimate
+from omnimate.ipec.filter.prior import Prior
 from omnimate.ipec.filter.smoother import smooth
 from omnimate.ipec.readings import table_of
-from omnimate.vehicle.recording import Poses
+from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.se2 import Array
 from studies.papers.linkage_numbers import lap_errors
-from studies.papers.robots import LEFT_BEHIND, UNCALIBRATED
-
-if TYPE_CHECKING:
-    from omnimate.ipec.corrector import Method
-    from omnimate.ipec.filter.prior import Prior
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
-    from studies.papers.robots import Term
+from studies.papers.robots import LEFT_BEHIND, UNCALIBRATED, Term
 
 # CLAPPER and OmniMate are the papers' equations to the letter, but for the signs. "dead band" is what this
 # project runs: CLAPPER which leaves alone what lies within a step of the joint encoder.

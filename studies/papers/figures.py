@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from omnimate.figures.clusters import Clusters, plot_clusters
 from omnimate.figures.files import PlotError
 from omnimate.figures.style import BLUE, GREEN, GREY, VERMILLION
+from omnimate.vehicle.se2 import Array
 from studies.figures import framed
-from studies.papers.bumps import bump_growth
+from studies.papers.bumps import Growth, bump_growth
+from studies.papers.drives import Turning
 from studies.papers.estimates import sizes
 from studies.papers.protocols import lap_errors_of, rectangle_errors, straight_errors
 from studies.papers.squares import FIGURE_11, stages_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
-
-    from matplotlib.axes import Axes
-
-    from omnimate.vehicle.se2 import Array
-    from studies.papers.bumps import Growth
-    from studies.papers.drives import Turning
 
 ROBOT = 0  # the papers show a single robot; this is the first of the table
 

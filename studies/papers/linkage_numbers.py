@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.effects.crossing import cable_loss, chord_loss, edge_loss
+from omnimate.ipec.corrections import advance_one
 from omnimate.ipec.corrector import Corrector, correct
-from omnimate.ipec.corrector_step import advance_one
 from omnimate.ipec.readings import table_of
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
@@ -18,15 +17,12 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.linkage import direction, follow
-from omnimate.vehicle.se2 import between, compose, wrap
+from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.se2 import Array, between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
 from studies.papers.bumps import bump_drive, bump_errors
 from studies.papers.robots import clapper, fine
 from studies.papers.rows import Row, judged, number
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.recording import Poses, Recording
-    from omnimate.vehicle.se2 import Array
 
 EXACT = Sonar(sigma=0.0)
 _RADIUS, _HEIGHT, _WHEELBASE = 0.075, 0.010, 0.340  # [m] C 6

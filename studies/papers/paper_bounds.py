@@ -19,17 +19,19 @@ Usage: python -m studies.papers.paper_bounds [robots]
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.ipec.corrector import correct
+from omnimate.calib.paths.drives import Drive
+from omnimate.calib.paths.least_squares import PathCalibration
+from omnimate.ipec.corrector import Method, correct
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.noise import FilterNoise
+from omnimate.ipec.filter.prior import FilterNoise, Prior
 from omnimate.vehicle.arcs import integrate
-from omnimate.vehicle.recording import Poses
-from omnimate.vehicle.se2 import compose
+from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.se2 import Array, compose
 from studies.benchmark import options
 from studies.datasets.optiodom.drives import read_set
 from studies.datasets.optiodom.files import find_sets
@@ -38,16 +40,6 @@ from studies.papers.drives import laps, rectangle
 from studies.papers.estimates import CLAPPER_SONAR, OMNIMATE_SONAR, as_derived
 from studies.papers.linkage_numbers import lap_errors
 from studies.papers.robots import LEFT_BEHIND, UNCALIBRATED
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from omnimate.calib.paths.drives import Drive
-    from omnimate.calib.paths.least_squares import PathCalibration
-    from omnimate.ipec.corrector import Method
-    from omnimate.ipec.filter.prior import Prior
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
 
 EXPERIMENTS = 4000
 KNOWN = FilterNoise(sideways=0.0, trust=1e9)  # the simulated floor, which needs no learning

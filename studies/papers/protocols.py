@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.calib.umbmark.extended import extended_umbmark
-from studies.papers.drives import laps, rectangle, straight
+from omnimate.vehicle.se2 import Array
+from studies.papers.drives import Turning, laps, rectangle, straight
 from studies.papers.estimates import (
     CLAPPER_SONAR,
     ESTIMATORS,
@@ -17,18 +18,12 @@ from studies.papers.estimates import (
     return_errors,
     sizes,
 )
+from studies.papers.robots import Term
 from studies.papers.rows import Row, at_least, at_most, drawn, explained, judged
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from omnimate.vehicle.se2 import Array
-    from studies.papers.drives import Turning
-    from studies.papers.robots import Term
-
-    Errors = dict[Estimator, Array]
-    # The values of a figure of each robot `(n,)` without one cause of error.
-    Figure = Callable[[Term], Array]
+Errors = dict[Estimator, Array]
+# The values of a figure of each robot `(n,)` without one cause of error.
+Figure = Callable[[Term], Array]
 
 BUDGETED: tuple[Estimator, ...] = ("plain", "CLAPPER", "OmniMate")
 # O Table I: with and without IPEC; whether a position [mm] or a heading [degrees].

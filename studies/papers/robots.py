@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
 from omnimate.ipec.filter.prior import Prior
 from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.vcan_sim.bumps import Bump
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+from omnimate.vehicle.parameters import VehicleParameters
 from omnimate.vehicle.sonar import Sonar
-
-if TYPE_CHECKING:
-    from omnimate.vcan_sim.bumps import Bump
-    from omnimate.vehicle.parameters import VehicleParameters
 
 # The terms of the error budget; each can be left out alone, see `studies.papers.rows`.
 Term = Literal["nothing", "sonar", "floor", "joint bias", "link bias", "wheels", "joint steps"]

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
-from studies.papers.robots import TERMS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from omnimate.vehicle.se2 import Array
-    from studies.papers.robots import Term
+from omnimate.vehicle.se2 import Array
+from studies.papers.robots import TERMS, Term
 
 Verdict = Literal["agrees", "better", "misprint", "unexplained", "missed", "unsure", "shown", "differs"]
 LEGEND = (

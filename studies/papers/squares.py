@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +16,9 @@ from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
-from studies.papers.rows import Row, drawn, interval, judged, number
+from omnimate.vehicle.parameters import Truck, VehicleParameters
+from omnimate.vehicle.se2 import Array
+from studies.papers.rows import Row, Verdict, drawn, interval, judged, number
 from studies.papers.trials import (
     LABMATE,
     Trial,
@@ -27,11 +28,6 @@ from studies.papers.trials import (
     left_over,
     plain_covariance,
 )
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import Truck, VehicleParameters
-    from omnimate.vehicle.se2 import Array
-    from studies.papers.rows import Verdict
 
 SIDE = 4.0  # [m]
 FIGURE_11 = (336.17 / 340.0, 1.00084)

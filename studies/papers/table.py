@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from multiprocessing import get_context
-from typing import TYPE_CHECKING
 
 from studies.papers.linkage_numbers import linkage_numbers
 from studies.papers.protocols import omnimate_laps, rectangular_path, straight_line
+from studies.papers.rows import Row
 from studies.papers.squares import TABLE_I, square_numbers, statistics, table_i
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from studies.papers.rows import Row
-
-    Stage = tuple[str, Callable[[], tuple[Row, ...]]]
-    from collections.abc import Iterator, Sequence
+Stage = tuple[str, Callable[[], tuple[Row, ...]]]
 
 FULL, QUICK = (2000, 30, 30), (200, 4, 2)  # trials of the method, drives of Table I, robots of a protocol
 

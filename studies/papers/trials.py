@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from omnimate.calib.umbmark.bootstrap import weighted_factors
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.calib.umbmark.experiment import Experiment, calibrate
 from omnimate.calib.umbmark.floor import square_covariance
+from omnimate.calib.umbmark.printed import Method
 from omnimate.calib.umbmark.return_errors import ReturnErrors
 from omnimate.calib.umbmark.scatter import MIRROR, weights_of
 from omnimate.calib.umbmark.square import factor_scales, fit_factors, square_ends
@@ -24,10 +24,7 @@ from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.parameters import Truck
-
-if TYPE_CHECKING:
-    from omnimate.calib.umbmark.printed import Method
-    from omnimate.vehicle.se2 import Array
+from omnimate.vehicle.se2 import Array
 
 LABMATE = Truck(wheelbase=0.340, wheel_diameter_left=0.150, wheel_diameter_right=0.150)  # U V
 HEADING = math.radians(0.55)  # [rad] scatter of the heading on a floor that scatters the position by 25 mm

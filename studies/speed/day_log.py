@@ -21,8 +21,9 @@ import resource
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import can
 import numpy as np
@@ -33,9 +34,6 @@ from omnimate.files.logs.formats.candump_text import candump_text
 from omnimate.files.logs.frames import Frames
 from omnimate.vcan_sim.reference import reference_vehicle
 from studies.benchmark import cost, options
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 MILLIONS = 4.0  # 164 MB: the shorter log, too, is one that threads read
 DAY = 7.8e8  # frames: 1 Mbit/s, 110 bits each

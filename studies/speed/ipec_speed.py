@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
@@ -23,15 +23,11 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.odometry import Odometer, dead_reckon
+from omnimate.vehicle.parameters import VehicleParameters
+from omnimate.vehicle.recording import Direction, Recording
 from omnimate.vehicle.sample import Sample
+from omnimate.vehicle.se2 import Array
 from studies.benchmark import best, options
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.recording import Direction, Recording
-    from omnimate.vehicle.se2 import Array
 
 STEPS = 20_000
 ROUNDS = 5  # the best counts: the machine may be shared

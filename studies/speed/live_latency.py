@@ -19,12 +19,11 @@ import tempfile
 import time
 from collections import deque
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import can
 
 from omnimate.driver.bus.bus import open_bus
-from omnimate.driver.bus.clock import SyncClock, WallClock
+from omnimate.driver.bus.clock import Clock, SyncClock, WallClock
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.vcan_sim.coupled_bus import CoupledBus
@@ -32,11 +31,8 @@ from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.parameters import VehicleParameters
 from studies.benchmark import options
-
-if TYPE_CHECKING:
-    from omnimate.driver.bus.clock import Clock
-    from omnimate.vehicle.parameters import VehicleParameters
 
 LATENCY_TARGET = 2.0  # [ms], 99th percentile
 PACE_TARGET = 30.0  # times real time at 15 ms

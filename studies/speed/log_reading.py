@@ -9,17 +9,14 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import can
 import numpy as np
 
 from omnimate.files.logs.reading import read_log
 from studies.benchmark import best, options
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 FRAMES = 1_000_000
 TARGET = 10.0  # times python-can's reader

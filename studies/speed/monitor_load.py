@@ -17,7 +17,6 @@ import resource
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING
 
 import can
 
@@ -32,10 +31,8 @@ from omnimate.motion import paths
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.recording import Recording
 from studies.benchmark import options
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.recording import Recording
 
 RATE = 9000  # frames per second
 SECONDS = 20.0

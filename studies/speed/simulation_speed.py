@@ -8,7 +8,7 @@ Usage: python -m studies.speed.simulation_speed
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from omnimate.motion.paths import umbmark
 from omnimate.motion.runner import Runner
@@ -17,9 +17,6 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from studies.benchmark import best, duration, options
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 TARGET = 1000.0  # times real time
 STEPS = 20_000

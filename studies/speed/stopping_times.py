@@ -16,8 +16,8 @@ import statistics
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from omnimate.driver.errors import DrivesStopped
 from omnimate.driver.robot.driver import Driver
@@ -29,13 +29,8 @@ from studies.benchmark import options
 from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
 from tests.foreign.canopennode import nodes
-from tests.foreign.devices import PRE_OPERATIONAL, STOPPED, SWITCH_ON_DISABLED
+from tests.foreign.devices import PRE_OPERATIONAL, STOPPED, SWITCH_ON_DISABLED, ForeignDrive
 from tests.foreign.robots import FIRST_DRIVE, devices, two_trucks
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from tests.foreign.devices import ForeignDrive
 
 TARGET = 100.0  # [ms]
 MOMENTS = 30

@@ -11,14 +11,11 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.files.importers.errors import OptiOdomError
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.se2 import Array
+from omnimate.vehicle.se2 import Array
 
 
 def is_optiodom(folder: Path) -> bool:

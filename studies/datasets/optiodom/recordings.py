@@ -6,26 +6,21 @@ Source: Sousa et al., J Intell Robot Syst 105:39 (2022); `studies.datasets.optio
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
-from omnimate.vehicle.recording import Lap, Run
+from omnimate.vehicle.parameters import VehicleParameters
+from omnimate.vehicle.recording import Direction, Lap, Recording, Run
 from studies.datasets.optiodom.drives import read_set
 from studies.datasets.optiodom.files import find_sets, read_metadata, read_numbers
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from omnimate.calib.paths.drives import Drive
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.recording import Direction, Recording
 
 _PERIOD = 0.05  # [s] of the robot's cycle
 

@@ -5,29 +5,24 @@ The calibration uses the squares alone; `circular`, `free` and `ivanjko` are hel
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from omnimate.calib.apply import corrected_truck
-from omnimate.calib.paths.kinematics import Differential
+from omnimate.calib.paths.drives import Drive
+from omnimate.calib.paths.kinematics import Differential, Kinematics
 from omnimate.calib.paths.least_squares import PathCalibration, calibrate_path
 from omnimate.calib.paths.reference import dead_reckoned
 from omnimate.calib.umbmark.printed import solve_printed
 from omnimate.calib.umbmark.runs import return_errors
 from omnimate.files.importers.errors import OptiOdomError
+from omnimate.vehicle.se2 import Array
 from studies.datasets.optiodom.drives import DriveSet, read_set
 from studies.datasets.optiodom.files import find_sets
 from studies.datasets.optiodom.squares import read_squares
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from omnimate.calib.paths.drives import Drive
-    from omnimate.calib.paths.kinematics import Kinematics
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,19 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.calib.umbmark.experiment import experiment_of_runs
+from omnimate.calib.umbmark.experiment import Experiment, experiment_of_runs
 from omnimate.calib.umbmark.runs import SquareDirection, SquareRun
 from omnimate.files.importers.errors import OptiOdomError
 from omnimate.vehicle.parameters import ParameterError, Truck
 from omnimate.vehicle.se2 import between
 from studies.datasets.optiodom.files import read_metadata, read_numbers, read_rows
-
-if TYPE_CHECKING:
-    from omnimate.calib.umbmark.experiment import Experiment
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.calib.estimation.chains import Coordinate, NoiseSource
 from omnimate.calib.paths.kinematics import ROUGHNESS, Steps
 from omnimate.vehicle.arcs import arc, arc_derivative
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.se2 import Array
+from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
