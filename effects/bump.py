@@ -13,7 +13,7 @@ The source is C (1)-(3), with the exact arc in place of the printed approximatio
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Scan, Stage
     from omnimate.vehicle.parameters import VehicleParameters
 
 
@@ -41,20 +40,18 @@ class BumpEvents(Effect):
     times: tuple[float, ...] = ()
     lost: tuple[float, ...] = ()
 
-    name: ClassVar[str] = "bump"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "bump"
+    stage = "travel"
+    components = WHEEL
+    parameters = (
         Parameter("times", "s", null=None, scale=60.0, low=-1e12, high=1e12),
         Parameter("lost", "m", null=0.0, scale=3e-3, low=0.0, high=0.1),
     )
-    prior: ClassVar[Prior] = Prior(FAULT, background=0.03, discrepancy=0.3, largest=6.0)
-    regime: ClassVar[str] = "at single moments"
-    separating_drive: ClassVar[str] = (
-        "the same path again: what lies on the floor is met again at the same place"
-    )
-    scan: ClassVar[Scan | None] = "moments"
-    linear: ClassVar[str] = "lost"
+    prior = Prior(FAULT, background=0.03, discrepancy=0.3, largest=6.0)
+    regime = "at single moments"
+    separating_drive = "the same path again: what lies on the floor is met again at the same place"
+    scan = "moments"
+    linear = "lost"
 
     def __post_init__(self) -> None:
         Effect.__post_init__(self)

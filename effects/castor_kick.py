@@ -13,7 +13,7 @@ The source is U III-C: castors as a cause of non-systematic errors.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Drive, Stage
+    from omnimate.effects.effect import Drive
     from omnimate.vehicle.se2 import Array
 
 SWINGS = (0.0, 0.05, 0.15)  # [m] over which castors swing round: a few of their own trails
@@ -48,17 +48,17 @@ class CastorKick(Effect):
     yaw: float = 0.0
     swing: float = 0.0
 
-    name: ClassVar[str] = "castor_kick"
-    stage: ClassVar[Stage] = "body"
-    components: ClassVar[tuple[str, ...]] = TRUCK
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "castor_kick"
+    stage = "body"
+    components = TRUCK
+    parameters = (
         Parameter("yaw", "rad", null=0.0, scale=0.003, low=-1.0, high=1.0),
         Parameter("swing", "m", null=None, scale=0.05, low=0.0, high=1.0),
     )
-    prior: ClassVar[Prior] = Prior(FAULT, background=0.1, discrepancy=0.3)
-    regime: ClassVar[str] = "at reversals of travel"
-    separating_drive: ClassVar[str] = "ten reversals on one straight"
-    says: ClassVar[str] = "{part} yaws by {yaw:+.3f} degrees each time it reverses: its castors swing round."
+    prior = Prior(FAULT, background=0.1, discrepancy=0.3)
+    regime = "at reversals of travel"
+    separating_drive = "ten reversals on one straight"
+    says = "{part} yaws by {yaw:+.3f} degrees each time it reverses: its castors swing round."
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Yaw after each reversal; remember the way, how far it is followed, and how long ago it turned."""

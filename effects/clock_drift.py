@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from omnimate.effects.ageing import AgedSamples
 from omnimate.effects.effect import FAULT, JOINT, LINK, POSES, WHEEL, Parameter, Prior
 
 if TYPE_CHECKING:
-    from omnimate.effects.effect import Excitation, Stage
     from omnimate.vehicle.se2 import Array
 
 SYNCHRONISED = 10.0  # times rarer than a drift of poses: an encoder that answers SYNC has no clock of its own
@@ -38,17 +37,15 @@ class ClockDrift(AgedSamples):
 
     rate: float = 0.0
 
-    name: ClassVar[str] = "clock_drift"
-    stage: ClassVar[Stage] = "reading"
-    components: ClassVar[tuple[str, ...]] = (*WHEEL, *JOINT, *LINK, *POSES)
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("rate", "1", null=0.0, scale=2e-4, low=-0.1, high=0.1),
-    )
-    prior: ClassVar[Prior] = Prior(FAULT, background=0.02, largest=10.0)
-    regime: ClassVar[str] = "time"
-    separating_drive: ClassVar[str] = "a drive three times as long"
-    says: ClassVar[str] = "the clock of {part} runs off by {rate_hundredths:.4f} %."
-    excited_by: ClassVar[Excitation | None] = "channel motion"
+    name = "clock_drift"
+    stage = "reading"
+    components = (*WHEEL, *JOINT, *LINK, *POSES)
+    parameters = (Parameter("rate", "1", null=0.0, scale=2e-4, low=-0.1, high=0.1),)
+    prior = Prior(FAULT, background=0.02, largest=10.0)
+    regime = "time"
+    separating_drive = "a drive three times as long"
+    says = "the clock of {part} runs off by {rate_hundredths:.4f} %."
+    excited_by = "channel motion"
 
     def age(self, time: Array, start: float) -> Array:
         """Return how old samples are [s]."""

@@ -12,7 +12,7 @@ The source is a threshold of the speed.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Drive, Scan, Stage
+    from omnimate.effects.effect import Drive
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,21 +38,19 @@ class CountLoss(Effect):
     fraction: float = 0.0
     above: float = 0.1
 
-    name: ClassVar[str] = "count_loss"
-    stage: ClassVar[Stage] = "encoder"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "count_loss"
+    stage = "encoder"
+    components = WHEEL
+    parameters = (
         Parameter("fraction", "1", null=0.0, scale=0.01, low=0.0, high=0.99),
         Parameter("above", "m/s", null=None, scale=0.2, low=0.0, high=100.0),
     )
-    prior: ClassVar[Prior] = Prior(FAULT, background=0.01, discrepancy=0.1)
-    regime: ClassVar[str] = "speed of {component}"
-    separating_drive: ClassVar[str] = "the same straight slowly and at full speed"
-    says: ClassVar[str] = (
-        "{part} loses {fraction_hundredths:.2f} % of its counts while faster than {above:.3g} m/s."
-    )
-    plotted_over: ClassVar[Abscissa] = "speed"
-    scan: ClassVar[Scan | None] = "threshold"
+    prior = Prior(FAULT, background=0.01, discrepancy=0.1)
+    regime = "speed of {component}"
+    separating_drive = "the same straight slowly and at full speed"
+    says = "{part} loses {fraction_hundredths:.2f} % of its counts while faster than {above:.3g} m/s."
+    plotted_over = "speed"
+    scan = "threshold"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Take the lost counts out of the counted angle; remember how much is missing."""

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from omnimate.effects.block import LINKAGE, truck_number, wheels_of
 from omnimate.effects.errors import EffectError
 from omnimate.effects.words import component_in_words
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     from omnimate.effects.block import Block
     from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.se2 import Array
 
 Stage = Literal["encoder", "travel", "body", "reading", "poses"]
 STAGES: tuple[Stage, ...] = ("encoder", "travel", "body", "reading", "poses")
@@ -247,6 +249,59 @@ class Effect:
     def values(self) -> dict[str, Any]:
         """Return the parameters by name."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "component"}
+
+
+@dataclass(frozen=True, slots=True)
+class WheelEffect(Effect):
+    """An effect on the travel of a wheel, or of both wheels of a truck, that remembers nothing."""
+
+    stage: ClassVar[Stage] = "travel"
+    components: ClassVar[tuple[str, ...]] = WHEEL
+
+    def travelled(self, block: Block, wheel: int) -> Array:
+        """Return the travel `(K,)` of a wheel with the effect in it [m]."""
+        raise NotImplementedError
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Change the travel of the component's wheels."""
+        for wheel in wheels_of(self.component):
+            block = block.with_travel(wheel, self.travelled(block, wheel))
+        return block, state
+
+
+@dataclass(frozen=True, slots=True)
+class TruckEffect(Effect):
+    """An effect on the motion of a truck that remembers nothing."""
+
+    stage: ClassVar[Stage] = "body"
+    components: ClassVar[tuple[str, ...]] = TRUCK
+
+    def change(self, twist: Array, block: Block, truck: int) -> None:
+        """Change the twist `(K, 3)` of a truck in place."""
+        raise NotImplementedError
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Change the twist of the truck."""
+        truck = truck_number(self.component)
+        twist = block.twist[:, truck].copy()
+        self.change(twist, block, truck)
+        return block.with_twist(truck, twist), state
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelEffect(Effect):
+    """An effect on the reading of a joint or the link that remembers nothing."""
+
+    stage: ClassVar[Stage] = "reading"
+
+    def shown(self, block: Block, reading: Array) -> Array:
+        """Return the reading `(K,)` of the channel with the effect in it, [rad] or [m]."""
+        raise NotImplementedError
+
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+        """Change the reading of the channel."""
+        channel = LINKAGE.index(self.component)
+        return block.with_reading(channel, self.shown(block, block.reading[:, channel])), state
 
 
 def _flat(value: Any) -> tuple[float, ...]:  # noqa: ANN401  a number, or tuples of them

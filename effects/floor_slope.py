@@ -15,26 +15,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import truck_number
-from omnimate.effects.effect import FAULT, TRUCK, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, Effect, Parameter, Prior, TruckEffect
 from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Drive, Stage, Startup
+    from omnimate.effects.effect import Drive
     from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.se2 import Array
 
 FILM_DISCREPANCY = 0.15  # of the creep on a film, whose pace is a mean over the recording
 
 
 @dataclass(frozen=True, slots=True)
-class FloorSlope(Effect):
+class FloorSlope(TruckEffect):
     """The truck creeps towards one direction of the floor.
 
     Attributes:
@@ -48,30 +48,25 @@ class FloorSlope(Effect):
     direction: float = 0.0
     pace: float = 0.0
 
-    name: ClassVar[str] = "floor_slope"
-    stage: ClassVar[Stage] = "body"
-    components: ClassVar[tuple[str, ...]] = TRUCK
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "floor_slope"
+    parameters = (
         Parameter("rate", "1", null=0.0, scale=0.005, low=0.0, high=1.0),
         Parameter("direction", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
         Parameter("pace", "m/s", null=None, scale=0.3, low=0.0, high=20.0),
     )
     # 3 %: a ramp of 1 in 12 (ADA Standards 405.2), of which soft tyres creep by a third
-    prior: ClassVar[Prior] = Prior(FAULT, background=0.03, discrepancy=0.1, largest=6.0)
-    regime: ClassVar[str] = "heading on the floor"
-    separating_drive: ClassVar[str] = "the same straight in four directions of the floor, with absolute poses"
-    plotted_over: ClassVar[Abscissa] = "heading"
-    startup_nuisance: ClassVar[Startup | None] = "with poses"
+    prior = Prior(FAULT, background=0.03, discrepancy=0.1, largest=6.0)
+    regime = "heading on the floor"
+    separating_drive = "the same straight in four directions of the floor, with absolute poses"
+    plotted_over = "heading"
+    startup_nuisance = "with poses"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+    def change(self, twist: Array, block: Block, truck: int) -> None:
         """Add the creep, turned into the truck's own frame."""
-        truck = truck_number(self.component)
-        twist = block.twist[:, truck].copy()
         creep = self.rate * (self.pace * block.period if self.pace else np.abs(twist[:, 0]))
         angle = self.direction - block.heading[:, truck]
         twist[:, 0] += creep * np.cos(angle)
         twist[:, 1] += creep * np.sin(angle)
-        return block.with_twist(truck, twist), state
 
     @classmethod
     def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from omnimate.effects.play import follow
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
     from omnimate.vehicle.parameters import VehicleParameters
 
 # [rad] by which the output of a small gear turns free. What is sold for its small play states 0.15 to
@@ -41,17 +40,15 @@ class GearBacklash(Effect):
 
     width: float = 0.0
 
-    name: ClassVar[str] = "gear_backlash"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("width", "m", null=0.0, scale=5e-4, low=0.0, high=0.1),
-    )
-    prior: ClassVar[Prior] = Prior(FAULT, discrepancy=0.3)
-    regime: ClassVar[str] = "at reversals of {component}"
-    separating_drive: ClassVar[str] = "ten reversals on one straight"
-    says: ClassVar[str] = "{part} stands still through a play of {width:.2f} mm each time its motor reverses."
-    sizes: ClassVar[tuple[float, ...]] = (1.0, 6.0)
+    name = "gear_backlash"
+    stage = "travel"
+    components = WHEEL
+    parameters = (Parameter("width", "m", null=0.0, scale=5e-4, low=0.0, high=0.1),)
+    prior = Prior(FAULT, discrepancy=0.3)
+    regime = "at reversals of {component}"
+    separating_drive = "ten reversals on one straight"
+    says = "{part} stands still through a play of {width:.2f} mm each time its motor reverses."
+    sizes = (1.0, 6.0)
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Let the wheel follow its motor through the play; remember both."""

@@ -13,20 +13,19 @@ The source is the first harmonic of any periodic error.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Scan, Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class GearHarmonic(Effect):
+class GearHarmonic(WheelEffect):
     """The travelled way is s + amplitude cos(order angle + phase).
 
     Attributes:
@@ -39,25 +38,21 @@ class GearHarmonic(Effect):
     order: float = 2.0
     phase: float = 0.0
 
-    name: ClassVar[str] = "gear_harmonic"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "gear_harmonic"
+    parameters = (
         Parameter("amplitude", "m", null=0.0, scale=2e-4, low=0.0, high=0.02),
         Parameter("order", "1", null=None, scale=10.0, low=0.0, high=10000.0),
         Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
     )
-    prior: ClassVar[Prior] = Prior(FAULT)
-    regime: ClassVar[str] = "wheel angle of {component}, order {order:g}"
-    separating_drive: ClassVar[str] = "a slow straight of twenty wheel turns"
-    says: ClassVar[str] = "{part} beats {order:g} times per turn, by {amplitude:.3f} mm: a gear or a belt."
-    plotted_over: ClassVar[Abscissa] = "wheel angle"
-    scan: ClassVar[Scan | None] = "order"
+    prior = Prior(FAULT)
+    regime = "wheel angle of {component}, order {order:g}"
+    separating_drive = "a slow straight of twenty wheel turns"
+    says = "{part} beats {order:g} times per turn, by {amplitude:.3f} mm: a gear or a belt."
+    plotted_over = "wheel angle"
+    scan = "order"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Add the change of the wave over the step."""
-        wheel = wheel_number(self.component)
+    def travelled(self, block: Block, wheel: int) -> Array:
+        """Return the travel and the change of the wave over the step."""
         end = self.order * block.angle[:, wheel] + self.phase
         begin = end - self.order * block.turned[:, wheel]
-        gained = self.amplitude * (np.cos(end) - np.cos(begin))
-        return block.with_travel(wheel, block.travel[:, wheel] + gained), state
+        return block.travel[:, wheel] + self.amplitude * (np.cos(end) - np.cos(begin))

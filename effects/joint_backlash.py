@@ -12,7 +12,7 @@ The source is the play operator (Visintin, Differential Models of Hysteresis, 19
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from omnimate.effects.block import LINKAGE
 from omnimate.effects.effect import FAULT, JOINT, Effect, Parameter, Prior
@@ -20,7 +20,6 @@ from omnimate.effects.play import follow
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Excitation, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,19 +32,17 @@ class JointBacklash(Effect):
 
     width: float = 0.0
 
-    name: ClassVar[str] = "joint_backlash"
-    stage: ClassVar[Stage] = "reading"
-    components: ClassVar[tuple[str, ...]] = JOINT
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("width", "rad", null=0.0, scale=0.003, low=0.0, high=1.0),
-    )
-    prior: ClassVar[Prior] = Prior(FAULT, discrepancy=0.3)
-    regime: ClassVar[str] = "at reversals of {component}"
-    separating_drive: ClassVar[str] = "a slalom that reverses the joint often"
-    says: ClassVar[str] = "{part} lags by a play of {width:.3f} degrees when the joint reverses."
-    plotted_over: ClassVar[Abscissa] = "joint angle"
-    sizes: ClassVar[tuple[float, ...]] = (1.0, 4.0, 10.0)
-    excited_by: ClassVar[Excitation | None] = "channel motion"
+    name = "joint_backlash"
+    stage = "reading"
+    components = JOINT
+    parameters = (Parameter("width", "rad", null=0.0, scale=0.003, low=0.0, high=1.0),)
+    prior = Prior(FAULT, discrepancy=0.3)
+    regime = "at reversals of {component}"
+    separating_drive = "a slalom that reverses the joint often"
+    says = "{part} lags by a play of {width:.3f} degrees when the joint reverses."
+    plotted_over = "joint angle"
+    sizes = (1.0, 4.0, 10.0)
+    excited_by = "channel motion"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Let the reading follow the joint through the play; remember where it stood."""

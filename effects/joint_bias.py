@@ -12,18 +12,17 @@ The source is C 5.1.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
-from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import JOINT, MISCALIBRATED, Effect, Parameter, Prior
+from omnimate.effects.effect import JOINT, MISCALIBRATED, ChannelEffect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage, Startup
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class JointBias(Effect):
+class JointBias(ChannelEffect):
     """The reading is the joint's angle plus a constant.
 
     Attributes:
@@ -32,20 +31,15 @@ class JointBias(Effect):
 
     bias: float = 0.0
 
-    name: ClassVar[str] = "joint_bias"
-    stage: ClassVar[Stage] = "reading"
-    components: ClassVar[tuple[str, ...]] = JOINT
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("bias", "rad", null=0.0, scale=0.01, low=-3.2, high=3.2),
-    )
-    prior: ClassVar[Prior] = Prior(MISCALIBRATED, background=0.01, discrepancy=0.01)
-    regime: ClassVar[str] = "always"
-    separating_drive: ClassVar[str] = "a straight with the headings of both trucks measured from outside"
-    says: ClassVar[str] = "{part} reads {bias:+.3f} degrees too much, all the time."
-    startup_nuisance: ClassVar[Startup | None] = "always"
+    name = "joint_bias"
+    components = JOINT
+    parameters = (Parameter("bias", "rad", null=0.0, scale=0.01, low=-3.2, high=3.2),)
+    prior = Prior(MISCALIBRATED, background=0.01, discrepancy=0.01)
+    regime = "always"
+    separating_drive = "a straight with the headings of both trucks measured from outside"
+    says = "{part} reads {bias:+.3f} degrees too much, all the time."
+    startup_nuisance = "always"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Add the bias."""
-        channel = LINKAGE.index(self.component)
-        reading = block.reading[:, channel]
-        return block.with_reading(channel, reading + self.bias), state
+    def shown(self, block: Block, reading: Array) -> Array:  # noqa: ARG002
+        """Return the reading and the bias."""
+        return reading + self.bias

@@ -12,20 +12,19 @@ The source is the eccentricity of graduated circles.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import FAULT, JOINT, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, JOINT, ChannelEffect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class JointEccentricity(Effect):
+class JointEccentricity(ChannelEffect):
     """The reading is angle + amplitude cos(angle + phase).
 
     Attributes:
@@ -36,23 +35,20 @@ class JointEccentricity(Effect):
     amplitude: float = 0.0
     phase: float = 0.0
 
-    name: ClassVar[str] = "joint_eccentricity"
-    stage: ClassVar[Stage] = "reading"
-    components: ClassVar[tuple[str, ...]] = JOINT
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "joint_eccentricity"
+    components = JOINT
+    parameters = (
         Parameter("amplitude", "rad", null=0.0, scale=0.005, low=0.0, high=1.0),
         Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
     )
-    prior: ClassVar[Prior] = Prior(FAULT, largest=6.0)
-    regime: ClassVar[str] = "angle of {component}"
-    separating_drive: ClassVar[str] = "car-like turns that take the joint through a wide range of angles"
-    says: ClassVar[str] = (
+    prior = Prior(FAULT, largest=6.0)
+    regime = "angle of {component}"
+    separating_drive = "car-like turns that take the joint through a wide range of angles"
+    says = (
         "{part} errs by {amplitude:.3f} degrees once per turn of the joint: its disc is mounted off centre."
     )
-    plotted_over: ClassVar[Abscissa] = "joint angle"
+    plotted_over = "joint angle"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Add the error."""
-        channel = LINKAGE.index(self.component)
-        reading = block.reading[:, channel]
-        return block.with_reading(channel, reading + self.amplitude * np.cos(reading + self.phase)), state
+    def shown(self, block: Block, reading: Array) -> Array:  # noqa: ARG002
+        """Return the reading and its error."""
+        return reading + self.amplitude * np.cos(reading + self.phase)

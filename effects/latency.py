@@ -12,7 +12,7 @@ The source is a constant delay.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from omnimate.effects.ageing import SYNC_SKEW, AgedSamples
 from omnimate.effects.effect import FAULT, JOINT, LINK, POSES, WHEEL, Parameter, Prior
 
 if TYPE_CHECKING:
-    from omnimate.effects.effect import Abscissa, Excitation, Stage, Startup
     from omnimate.vehicle.se2 import Array
 
 
@@ -34,21 +33,19 @@ class Latency(AgedSamples):
 
     delay: float = 0.0
 
-    name: ClassVar[str] = "latency"
-    stage: ClassVar[Stage] = "reading"
-    components: ClassVar[tuple[str, ...]] = (*WHEEL, *JOINT, *LINK, *POSES)
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("delay", "s", null=0.0, scale=0.02, low=0.0, high=2.0),
-    )
-    prior: ClassVar[Prior] = Prior(FAULT, background=0.25, largest=5.0)
-    regime: ClassVar[str] = "in proportion to the rate of {component}"
-    separating_drive: ClassVar[str] = "a slalom with quick changes of the turn rate"
-    says: ClassVar[str] = "{part} sends samples that are {delay:.4f} s old."
-    plotted_over: ClassVar[Abscissa] = "turn rate"
-    sizes: ClassVar[tuple[float, ...]] = (1.0, 4.0)
-    excited_by: ClassVar[Excitation | None] = "channel motion"
-    startup_nuisance: ClassVar[Startup | None] = "always"
-    relative: ClassVar[bool] = True
+    name = "latency"
+    stage = "reading"
+    components = (*WHEEL, *JOINT, *LINK, *POSES)
+    parameters = (Parameter("delay", "s", null=0.0, scale=0.02, low=0.0, high=2.0),)
+    prior = Prior(FAULT, background=0.25, largest=5.0)
+    regime = "in proportion to the rate of {component}"
+    separating_drive = "a slalom with quick changes of the turn rate"
+    says = "{part} sends samples that are {delay:.4f} s old."
+    plotted_over = "turn rate"
+    sizes = (1.0, 4.0)
+    excited_by = "channel motion"
+    startup_nuisance = "always"
+    relative = True
 
     def age(self, time: Array, _start: float) -> Array:
         """Return how old samples are [s]."""

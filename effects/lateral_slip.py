@@ -13,18 +13,17 @@ The source is a tyre of linear cornering stiffness.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
-from omnimate.effects.block import truck_number
-from omnimate.effects.effect import RARE, TRUCK, Effect, Parameter, Prior
+from omnimate.effects.effect import RARE, Parameter, Prior, TruckEffect
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class LateralSlip(Effect):
+class LateralSlip(TruckEffect):
     """The sideways speed, outwards, is compliance v yaw rate.
 
     Attributes:
@@ -33,21 +32,14 @@ class LateralSlip(Effect):
 
     compliance: float = 0.0
 
-    name: ClassVar[str] = "lateral_slip"
-    stage: ClassVar[Stage] = "body"
-    components: ClassVar[tuple[str, ...]] = TRUCK
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("compliance", "s", null=0.0, scale=0.02, low=0.0, high=10.0),
-    )
-    prior: ClassVar[Prior] = Prior(RARE, discrepancy=0.2)
-    regime: ClassVar[str] = "turning, by speed times yaw rate"
-    separating_drive: ClassVar[str] = "the same arc at two speeds"
-    says: ClassVar[str] = "{part} creeps outwards in turns (compliance {compliance:.4g} s)."
-    plotted_over: ClassVar[Abscissa] = "speed"
+    name = "lateral_slip"
+    parameters = (Parameter("compliance", "s", null=0.0, scale=0.02, low=0.0, high=10.0),)
+    prior = Prior(RARE, discrepancy=0.2)
+    regime = "turning, by speed times yaw rate"
+    separating_drive = "the same arc at two speeds"
+    says = "{part} creeps outwards in turns (compliance {compliance:.4g} s)."
+    plotted_over = "speed"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+    def change(self, twist: Array, block: Block, truck: int) -> None:  # noqa: ARG002
         """Creep outwards: to the right in a turn to the left."""
-        truck = truck_number(self.component)
-        twist = block.twist[:, truck].copy()
         twist[:, 1] -= self.compliance * twist[:, 0] * twist[:, 2] / block.period
-        return block.with_twist(truck, twist), state

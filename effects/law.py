@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -71,16 +71,16 @@ class Law(Effect):
     ordinates: tuple[float, ...] = ()
     period: float = 0.0
 
-    name: ClassVar[str] = "law"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = (*WHEEL, *TRUCK, *JOINT, *LINK)
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "law"
+    stage = "travel"
+    components = (*WHEEL, *TRUCK, *JOINT, *LINK)
+    parameters = (
         Parameter("knots", "the variable's", null=None, scale=1.0, low=-1e12, high=1e12),
         Parameter("ordinates", "that of f", null=None, scale=1e-3, low=-1.0, high=1.0),
         Parameter("period", "the variable's", null=None, scale=1.0, low=0.0, high=1e12),
     )
-    prior: ClassVar[Prior] = Prior(RARE, background=0.0, discrepancy=0.1)
-    texts: ClassVar[tuple[Text, ...]] = (
+    prior = Prior(RARE, background=0.0, discrepancy=0.1)
+    texts = (
         Text(
             "acts_on",
             "`travel`; of a truck `yaw`, `turn`, `creep` or `forward`; of joints and link `reading`",
@@ -88,7 +88,7 @@ class Law(Effect):
         Text("formula", "a formula of the variables; `0` where none is given"),
         Text("over", "variable over which the curve is"),
     )
-    searched: ClassVar[bool] = False
+    searched = False
 
     def __post_init__(self) -> None:
         Effect.__post_init__(self)

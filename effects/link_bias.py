@@ -12,18 +12,17 @@ The source is C 5.1.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
-from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import FAULT, LINK, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, LINK, ChannelEffect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class LinkBias(Effect):
+class LinkBias(ChannelEffect):
     """The reading is the link's length plus a constant.
 
     Attributes:
@@ -32,19 +31,14 @@ class LinkBias(Effect):
 
     bias: float = 0.0
 
-    name: ClassVar[str] = "link_bias"
-    stage: ClassVar[Stage] = "reading"
-    components: ClassVar[tuple[str, ...]] = LINK
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("bias", "m", null=0.0, scale=0.005, low=-10.0, high=10.0),
-    )
-    prior: ClassVar[Prior] = Prior(FAULT, discrepancy=0.01)
-    regime: ClassVar[str] = "always"
-    separating_drive: ClassVar[str] = "car-like turns in both directions with the joints at large angles"
-    says: ClassVar[str] = "{part} reads {bias:+.2f} mm too much, all the time."
+    name = "link_bias"
+    components = LINK
+    parameters = (Parameter("bias", "m", null=0.0, scale=0.005, low=-10.0, high=10.0),)
+    prior = Prior(FAULT, discrepancy=0.01)
+    regime = "always"
+    separating_drive = "car-like turns in both directions with the joints at large angles"
+    says = "{part} reads {bias:+.2f} mm too much, all the time."
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Add the bias."""
-        channel = LINKAGE.index(self.component)
-        reading = block.reading[:, channel]
-        return block.with_reading(channel, reading + self.bias), state
+    def shown(self, block: Block, reading: Array) -> Array:  # noqa: ARG002
+        """Return the reading and the bias."""
+        return reading + self.bias

@@ -13,20 +13,19 @@ The source is the geometry of an offset hinge, to first order.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import LINK, RARE, Effect, Parameter, Prior
+from omnimate.effects.effect import LINK, RARE, ChannelEffect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class LinkEccentricity(Effect):
+class LinkEccentricity(ChannelEffect):
     """The reading is length + amplitude cos(angle of joint_a + phase).
 
     Attributes:
@@ -37,23 +36,18 @@ class LinkEccentricity(Effect):
     amplitude: float = 0.0
     phase: float = 0.0
 
-    name: ClassVar[str] = "link_eccentricity"
-    stage: ClassVar[Stage] = "reading"
-    components: ClassVar[tuple[str, ...]] = LINK
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "link_eccentricity"
+    components = LINK
+    parameters = (
         Parameter("amplitude", "m", null=0.0, scale=0.002, low=0.0, high=1.0),
         Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
     )
-    prior: ClassVar[Prior] = Prior(RARE, largest=5.0)
-    regime: ClassVar[str] = "angle of joint_a"
-    separating_drive: ClassVar[str] = "car-like turns that take joint_a through a wide range of angles"
-    says: ClassVar[str] = "{part} errs by {amplitude:.2f} mm with the angle of joint a."
-    plotted_over: ClassVar[Abscissa] = "joint angle"
+    prior = Prior(RARE, largest=5.0)
+    regime = "angle of joint_a"
+    separating_drive = "car-like turns that take joint_a through a wide range of angles"
+    says = "{part} errs by {amplitude:.2f} mm with the angle of joint a."
+    plotted_over = "joint angle"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Add the error."""
-        channel = LINKAGE.index(self.component)
-        reading = block.reading[:, channel]
-        return block.with_reading(
-            channel, reading + self.amplitude * np.cos(block.reading[:, 0] + self.phase)
-        ), state
+    def shown(self, block: Block, reading: Array) -> Array:
+        """Return the reading and its error."""
+        return reading + self.amplitude * np.cos(block.reading[:, 0] + self.phase)

@@ -12,18 +12,17 @@ The source is a wrong scale.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
-from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import LINK, RARE, Effect, Parameter, Prior
+from omnimate.effects.effect import LINK, RARE, ChannelEffect, Parameter, Prior
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class LinkScale(Effect):
+class LinkScale(ChannelEffect):
     """The difference from the length at rest is multiplied by a ratio.
 
     Attributes:
@@ -32,20 +31,15 @@ class LinkScale(Effect):
 
     ratio: float = 1.0
 
-    name: ClassVar[str] = "link_scale"
-    stage: ClassVar[Stage] = "reading"
-    components: ClassVar[tuple[str, ...]] = LINK
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("ratio", "1", null=1.0, scale=0.02, low=0.1, high=10.0),
-    )
-    prior: ClassVar[Prior] = Prior(RARE)
-    regime: ClassVar[str] = "link length"
-    separating_drive: ClassVar[str] = "a drive that moves the slider over its stroke"
-    says: ClassVar[str] = "{part} has a scale that is wrong by {ratio_percent:+.3f} %."
-    plotted_over: ClassVar[Abscissa] = "link length"
+    name = "link_scale"
+    components = LINK
+    parameters = (Parameter("ratio", "1", null=1.0, scale=0.02, low=0.1, high=10.0),)
+    prior = Prior(RARE)
+    regime = "link length"
+    separating_drive = "a drive that moves the slider over its stroke"
+    says = "{part} has a scale that is wrong by {ratio_percent:+.3f} %."
+    plotted_over = "link length"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Scale the difference from rest."""
-        channel = LINKAGE.index(self.component)
-        reading = block.reading[:, channel]
-        return block.with_reading(channel, block.rest + self.ratio * (reading - block.rest)), state
+    def shown(self, block: Block, reading: Array) -> Array:
+        """Return the reading, its difference from rest scaled."""
+        return block.rest + self.ratio * (reading - block.rest)

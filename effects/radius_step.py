@@ -12,20 +12,19 @@ The source is a step of the radius in time.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Scan, Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class RadiusStep(Effect):
+class RadiusStep(WheelEffect):
     """The rolling radius is R before a moment and ratio R after it.
 
     Attributes:
@@ -36,24 +35,20 @@ class RadiusStep(Effect):
     ratio: float = 1.0
     time: float = 0.0
 
-    name: ClassVar[str] = "radius_step"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "radius_step"
+    parameters = (
         Parameter("ratio", "1", null=1.0, scale=0.005, low=0.5, high=2.0),
         Parameter("time", "s", null=None, scale=60.0, low=-1e12, high=1e12),
     )
-    prior: ClassVar[Prior] = Prior(FAULT)
-    regime: ClassVar[str] = "from one moment on"
-    separating_drive: ClassVar[str] = "the same lap before and after the moment"
-    says: ClassVar[str] = (
+    prior = Prior(FAULT)
+    regime = "from one moment on"
+    separating_drive = "the same lap before and after the moment"
+    says = (
         "{part} changes its rolling radius at one moment, by {ratio_percent:+.3f} %: "
         "a load moved or a tyre lost air."
     )
-    scan: ClassVar[Scan | None] = "step"
+    scan = "step"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Scale the wheel's travel in the steps that end after the moment."""
-        wheel = wheel_number(self.component)
-        factor = np.where(block.time > self.time, self.ratio, 1.0)
-        return block.with_travel(wheel, factor * block.travel[:, wheel]), state
+    def travelled(self, block: Block, wheel: int) -> Array:
+        """Return the wheel's travel, scaled in the steps that end after the moment."""
+        return np.where(block.time > self.time, self.ratio, 1.0) * block.travel[:, wheel]

@@ -13,7 +13,7 @@ The source is Censi, Franchi, Marchionni and Oriolo (2013), section II: the sens
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
     from omnimate.vehicle.se2 import Array
 
 
@@ -42,17 +41,17 @@ class ReferenceOffset(Effect):
     y: float = 0.0
     yaw: float = 0.0
 
-    name: ClassVar[str] = "reference_offset"
-    stage: ClassVar[Stage] = "poses"
-    components: ClassVar[tuple[str, ...]] = TRUCK
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "reference_offset"
+    stage = "poses"
+    components = TRUCK
+    parameters = (
         Parameter("x", "m", null=0.0, scale=0.01, low=-5.0, high=5.0),
         Parameter("y", "m", null=0.0, scale=0.01, low=-5.0, high=5.0),
         Parameter("yaw", "rad", null=0.0, scale=0.0175, low=-3.2, high=3.2),
     )
-    prior: ClassVar[Prior] = Prior(1.0)
-    searched: ClassVar[bool] = False
-    is_setup: ClassVar[bool] = True
+    prior = Prior(1.0)
+    searched = False
+    is_setup = True
 
     @property
     def offset(self) -> Array:

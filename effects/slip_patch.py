@@ -13,22 +13,21 @@ The source is U III: slippage as a cause of non-systematic errors.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
 from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Scan, Stage
     from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class SlipPatch(Effect):
+class SlipPatch(WheelEffect):
     """Within intervals of time, the travel is (1 - fraction) of the rolled way.
 
     Attributes:
@@ -40,28 +39,22 @@ class SlipPatch(Effect):
     fraction: float = 0.0
     intervals: tuple[tuple[float, float], ...] = ()
 
-    name: ClassVar[str] = "slip_patch"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "slip_patch"
+    parameters = (
         Parameter("fraction", "1", null=0.0, scale=0.05, low=0.0, high=1.0),
         Parameter("intervals", "s", null=None, scale=60.0, low=-1e12, high=1e12),
     )
-    prior: ClassVar[Prior] = Prior(FAULT, discrepancy=0.3)
-    regime: ClassVar[str] = "on one stretch"
-    separating_drive: ClassVar[str] = (
-        "the same path again: a patch of the floor is met again at the same place"
-    )
-    scan: ClassVar[Scan | None] = "interval"
+    prior = Prior(FAULT, discrepancy=0.3)
+    regime = "on one stretch"
+    separating_drive = "the same path again: a patch of the floor is met again at the same place"
+    scan = "interval"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Take the fraction away from the travel on the stretches."""
-        wheel = wheel_number(self.component)
+    def travelled(self, block: Block, wheel: int) -> Array:
+        """Return the travel, without the fraction on the stretches."""
         inside = np.full(len(block), not self.intervals)
         for start, end in self.intervals:
             inside |= (block.time > start) & (block.time <= end)
-        factor = np.where(inside, 1.0 - self.fraction, 1.0)
-        return block.with_travel(wheel, factor * block.travel[:, wheel]), state
+        return np.where(inside, 1.0 - self.fraction, 1.0) * block.travel[:, wheel]
 
     def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  it is told by time
         """Return from the first interval's start to the last one's end [s]."""

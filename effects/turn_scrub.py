@@ -14,20 +14,19 @@ The source is a law of first order in the curvature.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import truck_number
-from omnimate.effects.effect import RARE, TRUCK, Effect, Parameter, Prior
+from omnimate.effects.effect import RARE, Parameter, Prior, TruckEffect
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Abscissa, Excitation, Stage
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class TurnScrub(Effect):
+class TurnScrub(TruckEffect):
     """The effective wheelbase is b (1 + slope |curvature|).
 
     Attributes:
@@ -36,27 +35,18 @@ class TurnScrub(Effect):
 
     slope: float = 0.0
 
-    name: ClassVar[str] = "turn_scrub"
-    stage: ClassVar[Stage] = "body"
-    components: ClassVar[tuple[str, ...]] = TRUCK
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("slope", "m", null=0.0, scale=0.005, low=-1.0, high=1.0),
-    )
-    prior: ClassVar[Prior] = Prior(RARE, background=0.01, discrepancy=0.1)
-    regime: ClassVar[str] = "turning, by curvature"
-    separating_drive: ClassVar[str] = "arcs of two radii, and a turn on the spot"
-    says: ClassVar[str] = (
-        "{part} scrubs in turns: its wheelbase grows by {slope_hundredths:.2f} % per 1/m of curvature."
-    )
-    plotted_over: ClassVar[Abscissa] = "turn rate"
-    excited_by: ClassVar[Excitation | None] = "turns"
+    name = "turn_scrub"
+    parameters = (Parameter("slope", "m", null=0.0, scale=0.005, low=-1.0, high=1.0),)
+    prior = Prior(RARE, background=0.01, discrepancy=0.1)
+    regime = "turning, by curvature"
+    separating_drive = "arcs of two radii, and a turn on the spot"
+    says = "{part} scrubs in turns: its wheelbase grows by {slope_hundredths:.2f} % per 1/m of curvature."
+    plotted_over = "turn rate"
+    excited_by = "turns"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+    def change(self, twist: Array, block: Block, truck: int) -> None:
         """Divide the yaw by what the curvature does to the wheelbase."""
-        truck = truck_number(self.component)
-        twist = block.twist[:, truck].copy()
         across = 0.5 * block.wheelbase[truck] * twist[:, 2]
         way = np.sqrt(twist[:, 0] ** 2 + across**2)
         curvature = np.abs(twist[:, 2]) / np.maximum(way, 1e-12)
         twist[:, 2] /= 1.0 + self.slope * curvature
-        return block.with_twist(truck, twist), state

@@ -13,20 +13,19 @@ The source is U (2.3): unequal wheel diameters.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
-from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import MISCALIBRATED, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.effect import MISCALIBRATED, Parameter, Prior, WheelEffect
 from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage, Startup
     from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class WheelDiameter(Effect):
+class WheelDiameter(WheelEffect):
     """The wheel's travel is multiplied by a ratio.
 
     Attributes:
@@ -35,23 +34,18 @@ class WheelDiameter(Effect):
 
     ratio: float = 1.0
 
-    name: ClassVar[str] = "wheel_diameter"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("ratio", "1", null=1.0, scale=0.01, low=0.5, high=2.0),
-    )
-    prior: ClassVar[Prior] = Prior(MISCALIBRATED, background=0.01, discrepancy=0.01)
-    regime: ClassVar[str] = "in proportion to the way rolled"
-    separating_drive: ClassVar[str] = "long straights with the heading measured at both ends"
-    startup_nuisance: ClassVar[Startup | None] = "always"
-    calibrated: ClassVar[bool] = True
-    alternatives: ClassVar[tuple[str, ...]] = ("slip_patch",)
+    name = "wheel_diameter"
+    parameters = (Parameter("ratio", "1", null=1.0, scale=0.01, low=0.5, high=2.0),)
+    prior = Prior(MISCALIBRATED, background=0.01, discrepancy=0.01)
+    regime = "in proportion to the way rolled"
+    separating_drive = "long straights with the heading measured at both ends"
+    startup_nuisance = "always"
+    calibrated = True
+    alternatives = ("slip_patch",)
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Scale the wheel's travel."""
-        wheel = wheel_number(self.component)
-        return block.with_travel(wheel, self.ratio * block.travel[:, wheel]), state
+    def travelled(self, block: Block, wheel: int) -> Array:
+        """Return the wheel's travel, scaled."""
+        return self.ratio * block.travel[:, wheel]
 
     def describe(self, vehicle: VehicleParameters) -> str:
         """Return the effect in a sentence, with the true and the nominal diameter [mm]."""

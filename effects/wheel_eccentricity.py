@@ -14,19 +14,19 @@ The source is the geometry of an eccentric circle that rolls on a plane, to firs
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import Block, wheel_number
-from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
 
 if TYPE_CHECKING:
-    from omnimate.effects.effect import Abscissa, Stage, Startup
+    from omnimate.effects.block import Block
+    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
-class WheelEccentricity(Effect):
+class WheelEccentricity(WheelEffect):
     """The rolling radius is R + amplitude cos(angle + phase).
 
     Attributes:
@@ -37,26 +37,21 @@ class WheelEccentricity(Effect):
     amplitude: float = 0.0
     phase: float = 0.0
 
-    name: ClassVar[str] = "wheel_eccentricity"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "wheel_eccentricity"
+    parameters = (
         Parameter("amplitude", "m", null=0.0, scale=3e-4, low=0.0, high=0.02),
         Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
     )
-    prior: ClassVar[Prior] = Prior(FAULT)
-    regime: ClassVar[str] = "wheel angle of {component}"
-    separating_drive: ClassVar[str] = "a slow straight of twenty wheel turns"
-    says: ClassVar[str] = (
-        "{part} runs out of round by {amplitude:.3f} mm: once per turn of that wheel the truck yaws."
-    )
-    plotted_over: ClassVar[Abscissa] = "wheel angle"
-    startup_nuisance: ClassVar[Startup | None] = "always"
+    prior = Prior(FAULT)
+    regime = "wheel angle of {component}"
+    separating_drive = "a slow straight of twenty wheel turns"
+    says = "{part} runs out of round by {amplitude:.3f} mm: once per turn of that wheel the truck yaws."
+    plotted_over = "wheel angle"
+    startup_nuisance = "always"
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Add the integral of the changed radius over the step."""
-        wheel = wheel_number(self.component)
+    def travelled(self, block: Block, wheel: int) -> Array:
+        """Return the travel and the integral of the changed radius over the step."""
         end = block.angle[:, wheel]
         begin = end - block.turned[:, wheel]
         gained = self.amplitude * (np.sin(end + self.phase) - np.sin(begin + self.phase))
-        return block.with_travel(wheel, block.travel[:, wheel] + gained), state
+        return block.travel[:, wheel] + gained

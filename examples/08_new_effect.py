@@ -6,14 +6,13 @@ Usage: python 08_new_effect.py
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 import omnimate
 from omnimate import effects
 from omnimate.effects.block import Block, wheel_number
-from omnimate.effects.effect import RARE, WHEEL, Effect, Parameter, Prior, Stage
+from omnimate.effects.effect import RARE, WHEEL, Effect, Parameter, Prior
 from omnimate.motion import paths
 
 
@@ -29,17 +28,17 @@ class TyreWarming(Effect):
     growth: float = 0.0
     time_constant: float = 60.0
 
-    name: ClassVar[str] = "tyre_warming"
-    stage: ClassVar[Stage] = "travel"
-    components: ClassVar[tuple[str, ...]] = WHEEL
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    name = "tyre_warming"
+    stage = "travel"
+    components = WHEEL
+    parameters = (
         Parameter("growth", "1", null=0.0, scale=1e-3, low=-0.05, high=0.05),
         Parameter("time_constant", "s", null=None, scale=60.0, low=1.0, high=3600.0),
     )
-    prior: ClassVar[Prior] = Prior(RARE, discrepancy=0.1)
-    regime: ClassVar[str] = "warming up"
-    separating_drive: ClassVar[str] = "the same lap cold and warm"
-    says: ClassVar[str] = "{part} grows by {growth_hundredths:.2f} % while it warms up."
+    prior = Prior(RARE, discrepancy=0.1)
+    regime = "warming up"
+    separating_drive = "the same lap cold and warm"
+    says = "{part} grows by {growth_hundredths:.2f} % while it warms up."
 
     def act(self, block: Block, state: float | None = None) -> tuple[Block, float]:
         """Lengthen the travel of the wheel; the state is the time of the first sample."""

@@ -1,7 +1,6 @@
 """A drive as a block of steps, and what an effect makes of it."""
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,19 +8,6 @@ import pytest
 from omnimate.effects.block import Block
 
 PERIOD, START = 0.015, 1000.0
-STEPWISE = (
-    "time",
-    "period",
-    "angle",
-    "turned",
-    "speed",
-    "acceleration",
-    "heading",
-    "place",
-    "travel",
-    "twist",
-    "reading",
-)
 CHANGED = ("angle", "turned", "travel", "twist", "reading")
 
 
@@ -50,18 +36,13 @@ def drive(steps=400):
     ).rolled()
 
 
-def cut(block, start, end):
-    """Return some of a block's steps."""
-    return replace(block, **{name: getattr(block, name)[start:end] for name in STEPWISE})
-
-
 def acted(effect, block, cuts=()):
     """Return the signals that an effect makes of a block that it gets in pieces."""
     state, parts, edges = None, [], [0, *sorted(cuts), len(block)]
     for start, end in itertools.pairwise(edges):
         if start == end:
             continue
-        part, state = effect.act(cut(block, start, end), state)
+        part, state = effect.act(block.between(start, end), state)
         parts.append(part)
     return {name: np.concatenate([getattr(part, name) for part in parts]) for name in CHANGED}
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from omnimate.effects import EFFECTS, effect_named
+from omnimate.effects.effect import JOINT, LINK, POSES, TRUCK, WHEEL
 from omnimate.effects.errors import EffectError
 
 VOCABULARY = {
@@ -52,12 +53,15 @@ def null(kind, component):
     return kind(component, **NULL.get(kind.name, values))
 
 
+# Of components that are alike the last one: a column that is taken for another shows there.
+FAMILIES = (WHEEL, TRUCK, JOINT, LINK, POSES)
 every_effect = pytest.mark.parametrize(
     ("kind", "component"),
     [
-        pytest.param(kind, component, id=f"{kind.name}-{component}")
+        pytest.param(kind, family[-1], id=f"{kind.name}-{family[-1]}")
         for kind in EFFECTS
-        for component in kind.components
+        for family in FAMILIES
+        if family[-1] in kind.components
     ],
 )
 
@@ -99,17 +103,10 @@ def test_what_acts_for_some_time_changes_nothing_before_and_after_it(kind, compo
 
 
 @every_effect
-def test_blocks_of_one_step_give_the_same_as_one_block(kind, component, block, acted):
-    effect = strong(kind, component)
-    whole, stepwise = acted(effect, block), acted(effect, block, range(len(block)))
-    for name, signal in whole.items():
-        assert stepwise[name] == pytest.approx(signal, abs=1e-11)
-
-
-@every_effect
 @settings(max_examples=5)
 @given(cuts=st.lists(st.integers(0, 400), max_size=5))
-def test_two_blocks_equal_one(kind, component, block, acted, cuts):
+@example(cuts=range(400))
+def test_any_cut_into_blocks_gives_the_same_as_one_block(kind, component, block, acted, cuts):
     effect = strong(kind, component)
     whole, parts = acted(effect, block), acted(effect, block, cuts)
     for name, signal in whole.items():
