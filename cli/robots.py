@@ -44,7 +44,7 @@ def truth_of(
         effects: file of the physics that the nominal robot leaves out.
     """
     from omnimate.effects.file import load_effects
-    from omnimate.vcan_sim.bump_text import parse_bump
+    from omnimate.vcan_sim.bumps import parse_bump
     from omnimate.vcan_sim.floor import Floor
     from omnimate.vcan_sim.truth import Truth, uncalibrated
 

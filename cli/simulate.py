@@ -71,7 +71,7 @@ def sim(
     seed: Seed = 0,
 ) -> None:
     """Serve the bus of a simulated vehicle to other processes by the socketcand protocol."""
-    from omnimate.vcan_sim.fault_text import parse_fault
+    from omnimate.vcan_sim.faults import parse_fault
     from omnimate.vcan_sim.plant import Plant
     from omnimate.vcan_sim.self_driving import SelfDriving
     from omnimate.vcan_sim.server import serve

@@ -1,10 +1,24 @@
-"""Bumps: obstacles of the floor, either put under one wheel or lying at a place."""
+"""Bumps: obstacles of the floor, either put under one wheel or lying at a place, and their text."""
 
 from dataclasses import dataclass
+from functools import partial
+from typing import Any, cast
 
 from omnimate.effects.crossing import SHAPES, Crossing, Shape, crossing_of
-from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.errors import BumpError, SimulationError
+from omnimate.vcan_sim.key_values import INTEGER, NUMBER, TEXT, Kind, read_values
 from omnimate.vehicle.parameters import WHEELS, Channel
+
+_KINDS: dict[str, Kind] = {
+    "wheel": TEXT,
+    "after": NUMBER,
+    "lap": INTEGER,
+    "x": NUMBER,
+    "y": NUMBER,
+    "size": NUMBER,
+    "height": NUMBER,
+    "shape": TEXT,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,3 +87,18 @@ def bumps_under(
     step = (end - start) / count
     places = [start + (number + 0.5) * step for number in range(count)]
     return tuple(Bump(height, shape, wheel, place, lap) for place in places)
+
+
+def parse_bump(text: str) -> Bump:
+    """Return the bump that a text such as `wheel=a.right,after=3,height=0.01` describes.
+
+    Raises:
+        BumpError: A key is not known, or a value cannot be read or is out of its bounds.
+    """
+    if not text:
+        raise BumpError(text, f"expected key=value with {', '.join(_KINDS)}")
+    values = read_values(text, _KINDS, partial(BumpError, text))
+    try:
+        return Bump(**cast("dict[str, Any]", values))
+    except SimulationError as error:
+        raise BumpError(text, str(error)) from error

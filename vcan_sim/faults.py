@@ -1,18 +1,24 @@
-"""Faults of devices: one small class for each, all of them in `FAULTS`."""
+"""Faults of devices: one small class for each, all of them in `FAULTS`, and their text.
+
+`reboot:node=2,at=30` is the fault `reboot` of node 2 at 30 s. Most faults change the device's `Disturbance`
+while they last, and name only what they change.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from omnimate.vcan_sim.errors import FaultError
-from omnimate.vcan_sim.nodes.disturbance import Babble
+from omnimate.vcan_sim.key_values import BYTES, INTEGER, NUMBER, Kind, read_values
+from omnimate.vcan_sim.nodes.transmitter import NONE, Babble
 
 if TYPE_CHECKING:
     from omnimate.vcan_sim.nodes.device import Device
 
-
+_KINDS: dict[str, Kind] = {"float": NUMBER, "int": INTEGER, "int | None": INTEGER, "str | None": BYTES}
 _BOUNDS = {"node": (1.0, 127.0), "at": (0.0, math.inf), "duration": (0.0, math.inf)}
 
 
@@ -40,73 +46,70 @@ class DeviceFault:
             if not low <= value <= high:
                 raise FaultError(self.name, f"{key}={value} is impossible; expected {low:g} to {high:g}")
 
+    def changes(self) -> dict[str, Any]:
+        """Return the fields of `Disturbance` that the fault changes while it lasts."""
+        return {}
+
     def begin(self, device: Device, now: float) -> None:
         """Make the device faulty."""
-        raise NotImplementedError
+        device.disturb(replace(device.transmitter.disturbance, **self.changes()), now)
 
     def end(self, device: Device, now: float) -> None:
         """End the fault."""
-        raise NotImplementedError
-
-
-def _disturb(device: Device, now: float, **changes: Any) -> None:  # noqa: ANN401 - fields of several types
-    device.disturb(replace(device.transmitter.disturbance, **changes), now)
+        healthy = {name: getattr(NONE, name) for name in self.changes()}
+        device.disturb(replace(device.transmitter.disturbance, **healthy), now)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Silence(DeviceFault):
     """The device sends nothing, as with a broken transmit line; it still counts and receives."""
 
-    name: ClassVar[str] = "silence"
+    name = "silence"
 
-    def begin(self, device: Device, now: float) -> None:
+    def changes(self) -> dict[str, Any]:
         """Cut the line."""
-        _disturb(device, now, silent=True)
-
-    def end(self, device: Device, now: float) -> None:
-        """Connect the line again."""
-        _disturb(device, now, silent=False)
+        return {"silent": True}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reboot(DeviceFault):
     """The device loses power for `duration`, then boots: defaults, wheel counters at 0, pre-operational."""
 
-    name: ClassVar[str] = "reboot"
+    name = "reboot"
 
     duration: float = 0.3
 
-    def begin(self, device: Device, now: float) -> None:
+    def changes(self) -> dict[str, Any]:
         """Take the power away."""
+        return {"off": True}
+
+    def begin(self, device: Device, now: float) -> None:
+        """Switch the device off."""
         device.switch_off(now)
-        _disturb(device, now, off=True)
+        DeviceFault.begin(self, device, now)
 
     def end(self, device: Device, now: float) -> None:
-        """Give the power back."""
-        _disturb(device, now, off=False)
+        """Give the power back, and let the device boot."""
+        DeviceFault.end(self, device, now)
         device.reset(now)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WrongLength(DeviceFault):
-    """The device's PDOs have another length than their mapping.
+    """The device's PDOs have another length than their mapping: cut, or filled up with zeros.
 
     Attributes:
         length: Length of the PDOs [byte].
     """
 
-    name: ClassVar[str] = "length"
+    name = "length"
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"length": (0, 8)}
 
     length: int = 3
 
-    def begin(self, device: Device, now: float) -> None:
-        """Cut the PDOs, or fill them up with zeros."""
-        _disturb(device, now, length=self.length)
-
-    def end(self, device: Device, now: float) -> None:
-        """Send them whole again."""
-        _disturb(device, now, length=None)
+    def changes(self) -> dict[str, Any]:
+        """Change the length."""
+        return {"length": self.length}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +120,7 @@ class EmergencyMessage(DeviceFault):
         code: Error code of the EMCY message; 5000h (device hardware) unless another is given.
     """
 
-    name: ClassVar[str] = "emcy"
+    name = "emcy"
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"code": (0x0001, 0xFFFF)}
 
     code: int = 0x5000
@@ -137,15 +140,11 @@ class EmergencyMessage(DeviceFault):
 class FrozenCounter(DeviceFault):
     """The device answers in time with what it sent last, as with a broken disc."""
 
-    name: ClassVar[str] = "frozen"
+    name = "frozen"
 
-    def begin(self, device: Device, now: float) -> None:
+    def changes(self) -> dict[str, Any]:
         """Repeat the last values."""
-        _disturb(device, now, frozen=True)
-
-    def end(self, device: Device, now: float) -> None:
-        """Send the present values again."""
-        _disturb(device, now, frozen=False)
+        return {"frozen": True}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,7 +158,7 @@ class Babbling(DeviceFault):
         data: Data of the frames, as hexadecimal digits; None for what the PDO sent last.
     """
 
-    name: ClassVar[str] = "babbling"
+    name = "babbling"
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"frames": (1, 1000), "every": (1e-4, math.inf)}
 
     frames: int = 20
@@ -167,14 +166,10 @@ class Babbling(DeviceFault):
     cob_id: int | None = None
     data: str | None = None
 
-    def begin(self, device: Device, now: float) -> None:
-        """Begin to flood the bus."""
+    def changes(self) -> dict[str, Any]:
+        """Flood the bus."""
         data = None if self.data is None else bytes.fromhex(self.data)
-        _disturb(device, now, babble=Babble(self.frames, self.every, self.cob_id, data))
-
-    def end(self, device: Device, now: float) -> None:
-        """Stop flooding the bus."""
-        _disturb(device, now, babble=None)
+        return {"babble": Babble(self.frames, self.every, self.cob_id, data)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,19 +181,15 @@ class ClockJitter(DeviceFault):
         late_every: Number of answers of which one is late.
     """
 
-    name: ClassVar[str] = "jitter"
+    name = "jitter"
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"late_by": (0.0, 10.0), "late_every": (1, 1_000_000)}
 
     late_by: float = 0.01
     late_every: int = 2
 
-    def begin(self, device: Device, now: float) -> None:
+    def changes(self) -> dict[str, Any]:
         """Hold answers back."""
-        _disturb(device, now, late_by=self.late_by, late_every=self.late_every)
-
-    def end(self, device: Device, now: float) -> None:
-        """Answer in time again."""
-        _disturb(device, now, late_by=0.0, late_every=1)
+        return {"late_by": self.late_by, "late_every": self.late_every}
 
 
 FAULTS: tuple[type[DeviceFault], ...] = (
@@ -210,3 +201,21 @@ FAULTS: tuple[type[DeviceFault], ...] = (
     Babbling,
     ClockJitter,
 )
+
+
+def parse_fault(text: str) -> DeviceFault:
+    """Return the fault that a text such as `emcy:node=3,at=12.5,duration=2,code=0x5000` describes.
+
+    Raises:
+        FaultError: The name or a key is not known, the node is missing, or a value cannot be read or is
+            out of its bounds.
+    """
+    name, _, rest = text.partition(":")
+    faults = {fault.name: fault for fault in FAULTS}
+    if name not in faults:
+        raise FaultError(text, f"unknown name {name!r}; expected one of {', '.join(faults)}")
+    kinds = {field.name: _KINDS[str(field.type)] for field in fields(faults[name])}
+    values = read_values(rest, kinds, partial(FaultError, text))
+    if "node" not in values:
+        raise FaultError(text, f"expected a node, as in `{name}:node=2`")
+    return faults[name](**cast("dict[str, Any]", values))

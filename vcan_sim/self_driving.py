@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.motion.journal import Journal
-from omnimate.motion.reading import LinkReader
 from omnimate.motion.runner import Runner
-from omnimate.vehicle.counters import counter_law, counters_of, take_readings
-from omnimate.vehicle.odometry import Odometer
-from omnimate.vehicle.sample import Sample
+from omnimate.vcan_sim.onboard import odometry_of, see
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,6 +23,8 @@ class SelfDriving:
 
     Attributes:
         journal: Laps and fixes so far, on the clock given.
+        runner: Program under way.
+        odometry: Odometry record `(1,)` of the robot.
     """
 
     def __init__(
@@ -34,7 +32,7 @@ class SelfDriving:
         vehicle: VehicleParameters,
         plant: Plant,
         program: Program,
-        clock: Callable[[], float],
+        clock: Callable[[], float] = lambda: 0.0,
         on_fix: Callable[[Journal], None] = lambda _journal: None,
     ) -> None:
         """Begin a program where the plant stands.
@@ -43,46 +41,35 @@ class SelfDriving:
             vehicle: Robot as its owner believes it to be.
             plant: Plant that the wheel speeds move.
             program: Program to drive.
-            clock: Clock of the journal [s].
+            clock: Clock of the journal [s], for each SYNC.
             on_fix: Function that is called after each absolute fix.
         """
         self.journal = Journal(program)
+        self.runner = Runner(program, vehicle)
+        self.odometry = odometry_of(vehicle)
         self._plant, self._clock, self._on_fix = plant, clock, on_fix
-        self._trucks = tuple(vehicle.trucks)
-        self._counters = counters_of([counter_law(encoder, vehicle) for encoder in vehicle.encoders])
-        self._odometer, self._link = Odometer(vehicle, "a"), LinkReader(vehicle)
-        self._runner = Runner(program, vehicle)
-        self._standing = (0.0,) * len(vehicle.wheels)
-        self._steps = 0
+        self._vehicle = vehicle
 
     def __call__(self, _simulated: object) -> Sequence[float]:
         """Return the wheel speeds [rad/s] until the next SYNC."""
-        if self._runner.done:
-            return self._standing
+        if self.runner.done:
+            return (0.0,) * len(self._vehicle.wheels)
         now = self._clock()
-        sample = self._read(now)
-        speeds = self._runner.step(self._odometer.step(sample), self._link.read(sample.counts))
-        lap = self.journal.lap
-        self.journal.observe(now, self._runner)
-        if self.journal.lap != lap:
-            self._plant.begin_lap(self.journal.lap)
-        if self._runner.fix_due:
-            self._take_fixes(now)
+        speeds = self.runner.step(*see(self.odometry[0], self._plant.state["counts"][0]))
+        self.note(now)
         return speeds
 
-    def _read(self, now: float) -> Sample:
-        take_readings(self._counters, np.array(self._plant.raw_counts(), np.int64))
-        counts = tuple(self._counters["count"].tolist())
-        unknown = (math.nan,) * len(counts)
-        self._steps += 1
-        return Sample(
-            self._steps - 1, now, counts, tuple(self._counters["present"].tolist()), unknown, unknown
-        )
-
-    def _take_fixes(self, now: float) -> None:
-        for truck in self._trucks:
+    def note(self, now: float) -> None:
+        """Keep the lap, take a fix where one is due, and start odometry from it, U III-C 1)."""
+        lap = self.journal.lap
+        self.journal.observe(now, self.runner)
+        if self.journal.lap != lap:
+            self._plant.begin_lap(self.journal.lap)
+        if not self.runner.fix_due:
+            return
+        for truck in self._vehicle.trucks:
             pose, sigma = self._plant.fix(truck)
             self.journal.fix(now, truck, pose, sigma)
-            if truck == "a" and all(map(math.isfinite, pose)):
-                self._odometer.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
+            if truck == "a" and np.all(np.isfinite(pose)):
+                self.odometry["pose"] = pose
         self._on_fix(self.journal)

@@ -7,13 +7,12 @@ the stage before left in the state. Wheels stand in the order of `WHEELS`, count
 import math
 
 from omnimate.vcan_sim.noise import FLOOR, STREAMS, normal_pair
-from omnimate.vcan_sim.obstacles import lose_travel
-from omnimate.vcan_sim.records import Constants, State
+from omnimate.vcan_sim.records import Constants, Obstacle, State
 from omnimate.vehicle.arcs import glide as glide_pose
 from omnimate.vehicle.arcs import roll as roll_pose
 from omnimate.vehicle.compiled import Array, Record, compiled
 from omnimate.vehicle.linkage import direction
-from omnimate.vehicle.se2 import wrap_angle
+from omnimate.vehicle.se2 import transform_xy, wrap_angle
 
 
 @compiled
@@ -42,6 +41,39 @@ def roll(constants: Constants, state: State) -> None:
         state.travel[wheel] = constants.radius[wheel] * state.turned[wheel]
         state.rolled[0, wheel] += abs(state.travel[wheel])
         state.rolled[1, wheel] += abs(state.travel[wheel])
+
+
+@compiled
+def touches(obstacle: Obstacle, constants: Constants, state: State) -> bool:
+    """Return whether a wheel stands where an obstacle begins."""
+    if obstacle.scheduled:
+        if obstacle.lap >= 0:
+            return bool(obstacle.lap == state.lap and state.rolled[1, obstacle.wheel] >= obstacle.after)
+        return bool(state.rolled[0, obstacle.wheel] >= obstacle.after)
+    truck, right = obstacle.wheel // 2, obstacle.wheel % 2
+    arm = constants.wheelbase[truck] * (0.5 - right)
+    x, y = transform_xy(state.pose[truck], 0.0, arm)
+    return math.hypot(x - obstacle.x, y - obstacle.y) <= obstacle.size
+
+
+@compiled
+def lose_travel(obstacle: Obstacle, constants: Constants, state: State) -> None:
+    """Take off a wheel's travel what one obstacle costs in this step, spread evenly over the crossing.
+
+    The effect `bump` follows the exact course of the loss, which a diagnosis can identify.
+    """
+    touching = touches(obstacle, constants, state)
+    if touching and not obstacle.met:
+        obstacle.met = 1
+        obstacle.remaining = obstacle.span
+    elif obstacle.met and not touching and not obstacle.scheduled:
+        obstacle.met = 0
+    if obstacle.remaining <= 0.0:
+        return
+    rolled = constants.radius[obstacle.wheel] * state.turned[obstacle.wheel]
+    part = min(abs(rolled), obstacle.remaining)
+    obstacle.remaining -= part
+    state.travel[obstacle.wheel] -= math.copysign(obstacle.lost * part / obstacle.span, rolled)
 
 
 @compiled

@@ -4,12 +4,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.motion.journal import Journal
-from omnimate.motion.runner import Runner
 from omnimate.motion.stepping import step
 from omnimate.vcan_sim.errors import EndStopError, SimulationError
-from omnimate.vcan_sim.onboard import odometry_of, see
+from omnimate.vcan_sim.onboard import see
 from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.self_driving import SelfDriving
 from omnimate.vcan_sim.signal_path import advance
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 from omnimate.vehicle.parameters import CHANNELS
@@ -17,6 +16,7 @@ from omnimate.vehicle.recording import Recording
 
 if TYPE_CHECKING:
     from omnimate.motion.program import Program
+    from omnimate.motion.runner import Runner
     from omnimate.vcan_sim.truth import Truth
     from omnimate.vehicle.parameters import VehicleParameters
 
@@ -51,7 +51,7 @@ def drive_block(
 
 
 def drive_altered(
-    runner: Runner, odometries: Record, plant: Plant, counts: IntArray, commands: Array, first: int
+    runner: "Runner", odometries: Record, plant: Plant, counts: IntArray, commands: Array, first: int
 ) -> int:
     """Do as `drive_block` does, for a robot with effects."""
     period = plant.vehicle.bus.sync_period
@@ -65,60 +65,14 @@ def drive_altered(
     return len(counts)
 
 
-class _Drive:
-    """A robot and its runner, on their way through a program."""
-
-    def __init__(
-        self, vehicle: "VehicleParameters", truth: "Truth", program: "Program", start_time: float
-    ) -> None:
-        self.vehicle, self.start_time = vehicle, start_time
-        self.plant = Plant(truth, vehicle, start_time=start_time)
-        self.runner = Runner(program, vehicle)
-        self.journal = Journal(program)
-        self.odometry = odometry_of(vehicle)
-        self.samples = 0
-
-    def block(self, counts: IntArray, commands: Array) -> int:
-        """Fill a block of samples and commands; return how many."""
-        plant, runner, filled = self.plant, self.runner, 0
-        period = self.vehicle.bus.sync_period
-        while filled < len(counts) and not runner.done:
-            before = filled
-            if plant.has_effects:
-                filled = drive_altered(runner, self.odometry, plant, counts, commands, filled)
-            else:
-                filled = drive_block(
-                    runner.rows,
-                    runner.settings,
-                    runner.state,
-                    self.odometry,
-                    plant.constants,
-                    plant.state,
-                    plant.obstacles,
-                    counts,
-                    commands,
-                    filled,
-                    period,
-                )
-            self.samples += filled - before
-            self._note(self.start_time + (self.samples - 1) * period)
-        return filled
-
-    def _note(self, time: float) -> None:
-        """Keep the lap, take a fix where one is due, and start odometry from it, U III-C 1)."""
-        lap = self.journal.lap
-        self.journal.observe(time, self.runner)
-        if self.journal.lap != lap:
-            self.plant.begin_lap(self.journal.lap)
-        if self.plant.at_end_stop:
-            raise EndStopError(time - self.start_time, self.plant.link_length)
-        if not self.runner.fix_due:
-            return
-        for truck in self.vehicle.trucks:
-            pose, sigma = self.plant.fix(truck)
-            self.journal.fix(time, truck, pose, sigma)
-            if truck == "a" and np.all(np.isfinite(pose)):
-                self.odometry["pose"] = pose
+def fill_block(robot: SelfDriving, plant: Plant, counts: IntArray, commands: Array, first: int) -> int:
+    """Fill samples and commands from `first` on, until something happens; return where."""
+    runner, period = robot.runner, plant.vehicle.bus.sync_period
+    if plant.has_effects:
+        return drive_altered(runner, robot.odometry, plant, counts, commands, first)
+    program = runner.rows, runner.settings, runner.state
+    records = robot.odometry, plant.constants, plant.state, plant.obstacles
+    return drive_block(*program, *records, counts, commands, first, period)
 
 
 def simulate(
@@ -136,15 +90,20 @@ def simulate(
         EndStopError: The linkage was driven to its end stop.
         SimulationError: The program does not end within a day of driving.
     """
-    drive = _Drive(vehicle, truth, program, start_time)
-    period = vehicle.bus.sync_period
+    plant, period, driven = Plant(truth, vehicle, start_time=start_time), vehicle.bus.sync_period, 0
+    robot = SelfDriving(vehicle, plant, program)
     all_counts, all_commands = [], []
-    while not drive.runner.done:
-        counts, commands = np.zeros((BLOCK, len(CHANNELS)), np.int64), np.zeros((BLOCK, 4))
-        filled = drive.block(counts, commands)
+    while not robot.runner.done:
+        counts, commands, filled = np.zeros((BLOCK, len(CHANNELS)), np.int64), np.zeros((BLOCK, 4)), 0
+        while filled < BLOCK and not robot.runner.done:
+            before, filled = filled, fill_block(robot, plant, counts, commands, filled)
+            driven += filled - before
+            robot.note(start_time + (driven - 1) * period)
+            if plant.at_end_stop:
+                raise EndStopError((driven - 1) * period, plant.link_length)
         all_counts.append(counts[:filled])
         all_commands.append(commands[:filled])
-        if drive.samples * period > LONGEST:
+        if driven * period > LONGEST:
             raise SimulationError(f"the program {program.protocol} does not end within {LONGEST:.0f} s")
     columns = [CHANNELS.index(channel) for channel in vehicle.channels]
     samples = np.concatenate(all_counts)[:, columns]
@@ -153,8 +112,8 @@ def simulate(
         time=start_time + period * np.arange(len(samples), dtype=np.float64),
         counts=samples,
         present=np.ones(samples.shape, np.bool_),
-        poses=drive.journal.poses,
-        run=drive.journal.run,
+        poses=robot.journal.poses,
+        run=robot.journal.run,
         commands=np.concatenate(all_commands)[:, : len(vehicle.wheels)],
         source=f"simulation of {vehicle.name}",
     )

@@ -40,7 +40,7 @@ def demo(
     """Drive UMBmark with a simulated robot on a virtual bus, calibrate it, drive again."""
     from omnimate.cli.demo.drive import Settings, draw_clusters, draw_paths, drive, result_table
     from omnimate.cli.tables import show
-    from omnimate.vcan_sim.fault_text import parse_fault
+    from omnimate.vcan_sim.faults import parse_fault
     from omnimate.vcan_sim.reference import reference_vehicle
 
     settings = Settings(side, runs, speed)

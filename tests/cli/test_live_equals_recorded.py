@@ -12,7 +12,7 @@ from omnimate.motion.drive import drive
 from omnimate.motion.journal import Journal
 from omnimate.motion.paths import umbmark
 from omnimate.motion.runner import Runner
-from omnimate.vcan_sim.fault_text import parse_fault
+from omnimate.vcan_sim.faults import parse_fault
 from omnimate.vcan_sim.reference import reference_vehicle
 
 FAULTS = [

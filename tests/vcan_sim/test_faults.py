@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.errors import FaultError
-from omnimate.vcan_sim.fault_text import parse_fault
 from omnimate.vcan_sim.faults import (
     FAULTS,
     Babbling,
@@ -18,6 +17,7 @@ from omnimate.vcan_sim.faults import (
     Reboot,
     Silence,
     WrongLength,
+    parse_fault,
 )
 
 

@@ -29,7 +29,7 @@ def driven(truth):
         VEHICLE, plant, PROGRAM, lambda: steps * PERIOD, lambda journal: fixes.append(len(journal.poses.time))
     )
     speeds = [()]
-    while steps < 20_000 and not (steps > 100 and driver._runner.done):
+    while steps < 20_000 and not (steps > 100 and driver.runner.done):
         speeds.append(tuple(driver(None)))
         plant.step(speeds[-1], PERIOD)
         steps += 1

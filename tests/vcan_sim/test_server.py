@@ -11,7 +11,7 @@ import can
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 120.0  # [s]; an upper bound, never waited for
 PROGRAM = """
-from omnimate.vcan_sim.fault_text import parse_fault
+from omnimate.vcan_sim.faults import parse_fault
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.server import serve
 

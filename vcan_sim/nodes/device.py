@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
-    from omnimate.vcan_sim.nodes.disturbance import Disturbance
     from omnimate.vcan_sim.nodes.pdo import Rpdo
+    from omnimate.vcan_sim.nodes.transmitter import Disturbance
 
 SYNC_ID = 0x080
 _LAST_COMMUNICATION_OBJECT, _LAST_OBJECT = 0x1FFF, 0xFFFF

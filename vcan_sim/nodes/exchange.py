@@ -6,9 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes import pdo_rules
 from omnimate.vcan_sim.nodes.emergency import LENGTH_ERROR, RPDO_TIMEOUT, Emergency
-from omnimate.vcan_sim.nodes.pdo import DEVICE_EVENT, MAPPING, Rpdo, Tpdo
+from omnimate.vcan_sim.nodes.pdo import DEVICE_EVENT, MAPPING, Rpdo, Tpdo, check_communication, check_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,9 +55,9 @@ class PdoExchange:
     def check(self, index: int, sub: int, value: int, *, pre_operational: bool) -> None:
         """Refuse a PDO parameter that must not be written now; raises SdoAbort."""
         if index & MAPPING:
-            pdo_rules.check_mapping(self._store, index, sub, value, pre_operational=pre_operational)
+            check_mapping(self._store, index, sub, value, pre_operational=pre_operational)
         else:
-            pdo_rules.check_communication(self._store, index, sub, value)
+            check_communication(self._store, index, sub, value)
 
     def configure(self, now: float, *, operational: bool) -> None:
         """Take over the object dictionary and the NMT state; all timers start anew."""

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from omnimate.vcan_sim.nodes.disturbance import NONE, Babble, Disturbance
-from omnimate.vcan_sim.nodes.transmitter import Transmitter
+from omnimate.vcan_sim.nodes.transmitter import NONE, Babble, Disturbance, Transmitter
 
 
 @pytest.fixture
