@@ -84,11 +84,6 @@ def test_a_bump_before_a_motion_of_which_nothing_is_remembered_is_over(forward, 
     assert np.array_equal(both["travel"], alone["travel"])
 
 
-def test_an_edge_of_height_h_loses_2_r_q_minus_sin_q_while_it_rolls_2_r_q():
-    q = math.acos(1.0 - 0.010 / 0.075)
-    assert losing(0.075, 2.0 * 0.075 * (q - math.sin(q))).rolled == pytest.approx(2.0 * 0.075 * q)
-
-
 def test_as_many_losses_as_times_are_asked_for():
     with pytest.raises(EffectError, match="expected equal"):
         effect("bump", "a.left", times=(1.0, 2.0), lost=(1e-3,))
@@ -277,3 +272,8 @@ def test_a_reference_ahead_of_the_axle_runs_round_it_when_the_truck_turns():
     ahead = effect("reference_offset", "a", x=0.1)
     seen = ahead.measured(np.array([[1.0, 2.0, 0.0], [1.0, 2.0, 0.5 * math.pi]]))
     assert seen[:, :2] == pytest.approx(np.array([[1.1, 2.0], [1.0, 2.1]]))
+
+
+def test_an_edge_of_height_h_loses_2_r_q_minus_sin_q_while_it_rolls_2_r_q():
+    q = math.acos(1.0 - 0.010 / 0.075)
+    assert losing(0.075, 2.0 * 0.075 * (q - math.sin(q))).rolled == pytest.approx(2.0 * 0.075 * q)

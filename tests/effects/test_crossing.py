@@ -30,14 +30,6 @@ def test_the_loss_grows_from_0_to_the_whole_and_stays_there(shape, radius, part)
     assert lost[-1] == pytest.approx(crossing.lost, abs=1e-9 * radius)
 
 
-@given(shapes, radii, parts)
-def test_half_of_the_way_has_lost_half(shape, radius, part):
-    crossing = crossing_of(shape, radius, part * radius)
-    assert crossing.lost_after(0.5 * crossing.rolled) == pytest.approx(
-        0.5 * crossing.lost, abs=1e-12 * radius
-    )
-
-
 @given(radii, parts)
 def test_the_edge_that_loses_as_much_is_found_from_its_loss(radius, part):
     edge = crossing_of("edge", radius, part * radius)
@@ -51,3 +43,11 @@ def test_a_crossing_scales_with_the_wheel(radius, part, factor):
     small, large = (crossing_of("cable", size, part * size) for size in (radius, factor * radius))
     assert large.lost == pytest.approx(factor * small.lost)
     assert large.half_angle == pytest.approx(small.half_angle)
+
+
+@given(shapes, radii, parts)
+def test_half_of_the_way_has_lost_half(shape, radius, part):
+    crossing = crossing_of(shape, radius, part * radius)
+    assert crossing.lost_after(0.5 * crossing.rolled) == pytest.approx(
+        0.5 * crossing.lost, abs=1e-12 * radius
+    )

@@ -274,12 +274,6 @@ def test_fixes_report_the_pose_of_some_time_ago(late, age):
     assert plant.pose("a")[0] - plant.fix("a")[0][0] == pytest.approx(age * speed, abs=1e-9)
 
 
-def test_before_the_first_pose_can_be_old_it_is_the_start():
-    alone = reference_single()
-    plant = way(alone, effect("latency", "poses", delay=1.0), steps=3)
-    assert plant.fix("a")[0] == pytest.approx(np.zeros(3), abs=1e-12)
-
-
 def test_an_effect_on_what_the_robot_has_not_is_refused():
     alone = reference_single()
     for name, component in (("wheel_diameter", "b.left"), ("joint_bias", "joint_a"), ("wheelbase", "b")):

@@ -23,10 +23,6 @@ def test_biases_come_back_from_their_effects_and_leave_none(joint_a, joint_b, li
     assert split_biases(linkage_biases(joint_a, joint_b, link)) == ((joint_a, joint_b, link), ())
 
 
-def test_an_encoder_without_bias_needs_no_effect():
-    assert [effect.component for effect in linkage_biases(joint_b=0.01)] == ["joint_b"]
-
-
 def test_biases_of_the_same_encoder_add_up():
     total, left = split_biases((*linkage_biases(0.01), *linkage_biases(0.02)))
     assert total == pytest.approx((0.03, 0.0, 0.0))
@@ -55,3 +51,7 @@ def test_a_robot_reads_the_same_whether_its_biases_are_shifts_or_effects():
         for plant in (shifted, acting):
             plant.step(command, 0.015)
         assert shifted.raw_counts() == acting.raw_counts()
+
+
+def test_an_encoder_without_bias_needs_no_effect():
+    assert [effect.component for effect in linkage_biases(joint_b=0.01)] == ["joint_b"]

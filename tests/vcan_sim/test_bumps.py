@@ -3,14 +3,19 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.effects.crossing import cable_loss, chord_loss, edge_loss
 from omnimate.vcan_sim.bumps import Bump, bumps_under
 from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.truth import Truth
 
 R, H, B = 0.075, 0.010, 0.340
+VEHICLE = reference_single()
 
 
 def degrees(lost):
@@ -39,12 +44,6 @@ def test_every_model_loses_travel_and_more_on_a_higher_bump(radius, part):
         assert 0.0 < loss(radius, part * radius) < loss(radius, 1.1 * part * radius) < radius
 
 
-def test_a_crossing_is_longer_than_what_it_loses():
-    crossing = Bump(0.01, "cable").crossing(R)
-    assert crossing.lost == cable_loss(R, 0.01)
-    assert crossing.rolled == pytest.approx(2.0 * math.sqrt(2.0 * R * H) + crossing.lost)
-
-
 def test_bumps_under_a_wheel_are_evenly_spaced():
     bumps = bumps_under("a.right", 4, 10.0, 18.0, lap=3, height=0.009)
     assert [bump.after for bump in bumps] == [11.0, 13.0, 15.0, 17.0]
@@ -63,3 +62,38 @@ def test_a_bump_that_cannot_be_is_refused(wrong, says):
 def test_a_bump_as_high_as_the_wheels_axle_is_refused():
     with pytest.raises(SimulationError, match="too high"):
         Bump(height=0.08).crossing(R)
+
+
+def heading_after(bump, speeds, period):
+    plant = Plant(Truth(VEHICLE, floor=Floor(0.0, (bump,)), servo=1e9), VEHICLE)
+    for speed in speeds:
+        plant.step((speed, speed), period)
+    return float(plant.pose("a")[2])
+
+
+@settings(max_examples=30)
+@given(
+    shape=st.sampled_from(["chord", "edge", "cable"]),
+    height=st.floats(0.002, 0.03),
+    period=st.floats(0.002, 0.1),
+    after=st.floats(0.0, 0.2),
+)
+def test_a_crossing_turns_the_truck_by_the_loss_over_the_wheelbase_whatever_the_step(
+    shape, height, period, after
+):
+    bump = Bump(height, shape, "a.left", after)
+    speeds = [4.0] * math.ceil((after + bump.crossing(0.075).rolled + 0.1) / (4.0 * 0.075 * period))
+    turn = bump.crossing(0.075).lost / VEHICLE.trucks["a"].wheelbase
+    assert heading_after(bump, speeds, period) == pytest.approx(turn, abs=1e-9)
+
+
+def test_a_wheel_that_stops_on_the_obstacle_loses_the_rest_when_it_goes_on():
+    bump = Bump(0.01, "cable", "a.left", 0.0)
+    without, with_stop = ([4.0] * 60, [4.0] * 5 + [0.0] * 50 + [4.0] * 55)
+    assert heading_after(bump, with_stop, 0.015) == pytest.approx(heading_after(bump, without, 0.015))
+
+
+def test_a_crossing_is_longer_than_what_it_loses():
+    crossing = Bump(0.01, "cable").crossing(R)
+    assert crossing.lost == cable_loss(R, 0.01)
+    assert crossing.rolled == pytest.approx(2.0 * math.sqrt(2.0 * R * H) + crossing.lost)

@@ -18,9 +18,3 @@ def test_values_come_back_as_they_were_written(number, whole, data):
 @pytest.mark.parametrize("text", ["n=16", "n=0x10", "n=0b10000"])
 def test_an_integer_may_be_written_in_any_base(text):
     assert read_values(text, KINDS, ValueError) == {"n": 16}
-
-
-@pytest.mark.parametrize("text", ["y=1", "x", "x=far", "n=1.5", "data=xyz"])
-def test_a_pair_that_cannot_be_read_is_named_in_the_error(text):
-    with pytest.raises(LookupError, match=text):
-        read_values(f"name=a,{text}", KINDS, LookupError)

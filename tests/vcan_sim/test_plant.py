@@ -58,23 +58,6 @@ def test_unequal_speeds_drive_the_exact_circle_whatever_the_step(vehicle):
         assert plant.pose("a") == pytest.approx(circle, abs=1e-9)
 
 
-def test_a_wider_wheelbase_and_a_larger_wheel_act_on_the_truth_not_on_the_counts(vehicle):
-    truck = replace(vehicle.trucks["a"], wheelbase=0.400, wheel_diameter_left=0.160)
-    true = Plant(Truth(vehicle.with_truck("a", truck), floor=SMOOTH, servo=1e9), vehicle)
-    plain = prompt(vehicle)
-    for plant in (true, plain):
-        drive(plant, (3.0, 3.0, 3.0, 3.0), 100)
-    assert true.raw_counts()[:4] == plain.raw_counts()[:4]
-    assert true.pose("a")[2] == pytest.approx(-3.0 * 100 * DT * 0.005 / 0.400)
-
-
-def test_the_servos_follow_within_their_acceleration(vehicle):
-    plant = plant_of(vehicle, servo=0.3)
-    drive(plant, (4.0,) * 4, 20)
-    gone = plant.pose("a")[0]
-    assert gone == pytest.approx(0.3 * DT * DT * 20 * 21 / 2.0)
-
-
 @settings(max_examples=30)
 @given(
     sign=st.sampled_from([1, -1]),
@@ -218,3 +201,13 @@ def test_fixes_scatter_about_the_true_pose_and_the_next_one_is_another(vehicle):
     assert fixes.std(axis=0) == pytest.approx(sigma, rel=0.15)
     assert np.all(np.abs(fixes.mean(axis=0) - [0.1, 0.2, 0.05]) < 4.0 * sigma / math.sqrt(500))
     assert not np.array_equal(plant.fix("b")[0], plant.fix("b")[0])
+
+
+def test_a_wider_wheelbase_and_a_larger_wheel_act_on_the_truth_not_on_the_counts(vehicle):
+    truck = replace(vehicle.trucks["a"], wheelbase=0.400, wheel_diameter_left=0.160)
+    true = Plant(Truth(vehicle.with_truck("a", truck), floor=SMOOTH, servo=1e9), vehicle)
+    plain = prompt(vehicle)
+    for plant in (true, plain):
+        drive(plant, (3.0, 3.0, 3.0, 3.0), 100)
+    assert true.raw_counts()[:4] == plain.raw_counts()[:4]
+    assert true.pose("a")[2] == pytest.approx(-3.0 * 100 * DT * 0.005 / 0.400)

@@ -87,7 +87,7 @@ class Channel:
 
     def __enter__(self):
         self.simulated.start()
-        self.network.notifier = can.Notifier(self.master, self.network.listeners)
+        self.network.notifier = can.Notifier(self.master, self.network.listeners, timeout=0.02)
         return self
 
     def __exit__(self, *_):

@@ -25,12 +25,6 @@ def test_a_heartbeat_tells_the_state_at_its_period(bench):
     assert heartbeats(bench, 1) == [0x04]
 
 
-def test_a_heartbeat_keeps_its_rhythm_where_the_period_is_no_multiple_of_the_sync_period(bench):
-    bench.write(1, 0x1017, 0, 100, 2)
-    bench.sync(200)  # 3 s
-    assert len(heartbeats(bench, 1)) == 30
-
-
 def test_a_heartbeat_time_of_0_ends_the_heartbeat(bench):
     bench.write(1, 0x1017, 0, 30, 2)
     bench.write(1, 0x1017, 0, 0, 2)
@@ -89,13 +83,6 @@ def test_a_watched_heartbeat_that_stops_is_reported_once_and_taken_back_when_it_
     bench.frame(0x77F, b"\x05")
     assert bench.pdos(0x081) == [bytes(8)]
     assert bench.read(1, 0x1001) == 0
-
-
-def test_writing_0_to_the_history_of_errors_erases_it(bench):
-    bench.simulated.devices[1].emergency.set(0x5000)
-    assert bench.read(1, 0x1003, 0) == 1
-    bench.write(1, 0x1003, 0, 0, 1)
-    assert bench.read(1, 0x1003, 0) == 0
 
 
 def test_frames_that_are_not_of_the_base_format_are_ignored(bench):

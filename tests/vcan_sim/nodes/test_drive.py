@@ -60,17 +60,6 @@ def test_the_states_follow_shutdown_switch_on_and_enable(bench):
         assert state(bench) == expected
 
 
-def test_from_switch_on_disabled_only_shutdown_leads_on():
-    for controlword in (0x07, 0x0F, 0x00, 0x02):
-        assert follow(PowerState.SWITCH_ON_DISABLED, controlword, 0) is PowerState.SWITCH_ON_DISABLED
-
-
-def test_a_fault_is_left_by_the_rising_edge_of_its_reset_only():
-    assert follow(PowerState.FAULT, 0x0F, 0x0F) is PowerState.FAULT
-    assert follow(PowerState.FAULT, 0x80, 0x80) is PowerState.FAULT
-    assert follow(PowerState.FAULT, 0x80, 0x00) is PowerState.SWITCH_ON_DISABLED
-
-
 def test_a_target_velocity_by_rpdo_turns_the_wheel(bench):
     enable(bench)
     command(bench, COUNTS)
@@ -224,3 +213,8 @@ def test_a_drive_whose_encoder_is_a_channel_shows_it_at_6064h(make_bench):
     bench.plant.counts = (-5,) * 7
     bench.sync()
     assert bench.read(NODE, 0x6064) == 2**32 - 5
+
+
+def test_from_switch_on_disabled_only_shutdown_leads_on():
+    for controlword in (0x07, 0x0F, 0x00, 0x02):
+        assert follow(PowerState.SWITCH_ON_DISABLED, controlword, 0) is PowerState.SWITCH_ON_DISABLED

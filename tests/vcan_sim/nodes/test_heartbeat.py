@@ -29,13 +29,6 @@ def test_after_a_pause_of_more_than_a_period_the_rhythm_starts_anew(period, late
     assert producer.due == pytest.approx(now + period * 1e-3)
 
 
-def test_a_period_of_0_ends_the_heartbeat():
-    producer = HeartbeatProducer()
-    producer.configure(100, 0.0)
-    producer.configure(0, 1.0)
-    assert producer.due == math.inf
-
-
 @given(st.integers(1, 127), milliseconds, st.floats(0.0, 1e4))
 def test_a_node_is_watched_from_its_first_heartbeat_on(node, period, now):
     consumer = HeartbeatConsumer()

@@ -17,14 +17,6 @@ DISABLED, READY, ON, ENABLED = (
 )
 
 
-def test_shutdown_switch_on_and_enable_lead_to_operation_enabled():
-    state, states = DISABLED, []
-    for controlword in (0x06, 0x07, 0x0F):
-        state = follow(state, controlword, 0)
-        states.append(state)
-    assert states == [READY, ON, ENABLED]
-
-
 @given(states, controlwords, controlwords)
 def test_without_voltage_no_drive_that_is_sound_stays_switched_on(state, controlword, previous):
     after = follow(state, controlword & ~0x02, previous)

@@ -32,24 +32,6 @@ def calls_of(devices, can_id, data=b"\x01\x02"):
     return [device.calls for device in devices]
 
 
-def test_an_nmt_command_goes_to_its_node_or_to_all(devices):
-    assert calls_of(devices, 0x000, b"\x01\x02") == [[], [("on_nmt", 1, 5.0)], []]
-    assert all(calls[-1] == ("on_nmt", 0x81, 5.0) for calls in calls_of(devices, 0x000, b"\x81\x00"))
-
-
-def test_an_nmt_command_of_a_wrong_length_goes_to_no_device(devices):
-    assert calls_of(devices, 0x000, b"\x01") == [[], [], []]
-
-
-def test_an_sdo_request_goes_to_its_node_alone(devices):
-    assert calls_of(devices, 0x603) == [[], [], [("on_sdo", b"\x01\x02", 5.0)]]
-    assert calls_of(devices, 0x67F)[:2] == [[], []]
-
-
-def test_a_heartbeat_goes_to_all_devices(devices):
-    assert calls_of(devices, 0x77F) == [[("on_heartbeat", 0x7F, 5.0)]] * 3
-
-
 def test_a_pdo_goes_to_every_device_with_a_valid_rpdo_of_its_cob_id(devices):
     first, second, third = calls_of(devices, 0x201)
     assert first == [("on_rpdo", devices[0].rpdos[0], b"\x01\x02", 5.0)]

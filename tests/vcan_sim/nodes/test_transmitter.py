@@ -17,31 +17,12 @@ def transmitter(sent):
     return Transmitter(lambda cob_id, data: sent.append((cob_id, data)))
 
 
-@pytest.mark.parametrize("disturbance", [Disturbance(off=True), Disturbance(silent=True)])
-def test_a_device_without_power_or_line_sends_nothing(transmitter, sent, disturbance):
-    transmitter.disturb(disturbance, 0.0)
-    transmitter.send(0x701, b"\x05")
-    transmitter.send_pdo(0x181, b"\x01", 0.0)
-    assert sent == []
-    transmitter.disturb(NONE, 1.0)
-    transmitter.send_pdo(0x181, b"\x02", 1.0)
-    assert sent == [(0x181, b"\x02")]
-
-
 @pytest.mark.parametrize(("length", "data"), [(0, b""), (1, b"\x01"), (4, b"\x01\x02\0\0")])
 def test_a_wrong_length_cuts_or_fills_pdos_and_leaves_other_frames_alone(transmitter, sent, length, data):
     transmitter.disturb(Disturbance(length=length), 0.0)
     transmitter.send_pdo(0x181, b"\x01\x02", 0.0)
     transmitter.send(0x581, b"\x01\x02")
     assert sent == [(0x181, data), (0x581, b"\x01\x02")]
-
-
-def test_a_frozen_counter_repeats_what_each_pdo_sent_last(transmitter, sent):
-    transmitter.send_pdo(0x181, b"\x01", 0.0)
-    transmitter.disturb(Disturbance(frozen=True), 0.0)
-    transmitter.send_pdo(0x181, b"\x02", 1.0)
-    transmitter.send_pdo(0x281, b"\x07", 1.0)
-    assert sent == [(0x181, b"\x01"), (0x181, b"\x01"), (0x281, b"\x07")]
 
 
 def test_a_late_answer_is_held_back_until_its_time(transmitter, sent):
@@ -57,6 +38,20 @@ def test_a_late_answer_is_held_back_until_its_time(transmitter, sent):
     assert transmitter.due == math.inf
 
 
+def test_a_device_that_has_not_sent_a_pdo_babbles_with_the_lowest_priority(transmitter, sent):
+    transmitter.disturb(Disturbance(babble=Babble(1, 0.1, None, None)), 0.0)
+    transmitter.run(0.0)
+    assert sent == [(0x7FF, b"\xff" * 8)]
+
+
+def test_a_frozen_counter_repeats_what_each_pdo_sent_last(transmitter, sent):
+    transmitter.send_pdo(0x181, b"\x01", 0.0)
+    transmitter.disturb(Disturbance(frozen=True), 0.0)
+    transmitter.send_pdo(0x181, b"\x02", 1.0)
+    transmitter.send_pdo(0x281, b"\x07", 1.0)
+    assert sent == [(0x181, b"\x01"), (0x181, b"\x01"), (0x281, b"\x07")]
+
+
 def test_babbling_sends_bursts_of_the_devices_pdo_until_it_ends(transmitter, sent):
     transmitter.send_pdo(0x181, b"\x09", 0.0)
     transmitter.disturb(Disturbance(babble=Babble(3, 0.1, None, None)), 1.0)
@@ -66,9 +61,3 @@ def test_babbling_sends_bursts_of_the_devices_pdo_until_it_ends(transmitter, sen
     transmitter.disturb(NONE, 1.2)
     transmitter.run(2.0)
     assert len(sent) == 7
-
-
-def test_a_device_that_has_not_sent_a_pdo_babbles_with_the_lowest_priority(transmitter, sent):
-    transmitter.disturb(Disturbance(babble=Babble(1, 0.1, None, None)), 0.0)
-    transmitter.run(0.0)
-    assert sent == [(0x7FF, b"\xff" * 8)]
