@@ -20,7 +20,7 @@ from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from omnimate.mismatch import Diagnosis
-    from omnimate.mismatch.diagnosis import Parameter
+    from omnimate.mismatch.diagnosis import Fit, Parameter
     from omnimate.vehicle.recording import Recording
 
 
@@ -163,21 +163,28 @@ def _show(diagnosis: Diagnosis) -> None:
             out.print(f"       or {other.effect} on {other.component} ({other.probability:.0%})")
         if finding.separates:
             say(f"       to distinguish them, drive: {finding.separates}")
+    for trace in diagnosis.traces:
+        say(f"trace, {trace.probability:.0%}: {trace.effect} on {trace.component}: {trace.says}")
     if diagnosis.calibrated:
         out.print("\ncalibrated from the recorded poses, not a finding:")
     for effect in diagnosis.calibrated:
         out.print(f"       {effect.effect} on {effect.component}: {', '.join(map(shown, effect.parameters))}")
     if diagnosis.fit is not None:
-        out.print()
-        table = Table(title="residual on data that no fit has seen (1.00 = the sensors' own noise)")
-        for heading in ("channel", "before", "after"):
-            table.add_column(heading, justify="left" if heading == "channel" else "right")
-        for name, change in diagnosis.fit.channels.items():
-            table.add_row(name, f"{change.before:.2f}", f"{change.after:.2f}")
-        table.add_row(
-            "all", f"{diagnosis.fit.heldout.before:.2f}", f"{diagnosis.fit.heldout.after:.2f}", style="bold"
-        )
-        out.print(table)
+        _show_fit(diagnosis.fit)
+
+
+def _show_fit(fit: Fit) -> None:
+    """Print the residuals, and levels of noise that are not usual."""
+    table = Table(title="residual on data that no fit has seen (1.00 = the noise that is expected)")
+    for heading in ("channel", "before", "after"):
+        table.add_column(heading, justify="left" if heading == "channel" else "right")
+    for name, change in fit.channels.items():
+        table.add_row(name, f"{change.before:.2f}", f"{change.after:.2f}")
+    table.add_row("all", f"{fit.heldout.before:.2f}", f"{fit.heldout.after:.2f}", style="bold")
+    out.print()
+    out.print(table)
+    for level in fit.unusual_noise:
+        say(f"noise of {level}")
 
 
 def shown(parameter: Parameter) -> str:

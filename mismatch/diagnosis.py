@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 Verdict = Literal["agreement", "mismatch", "insufficient"]
 
 Key = tuple[str, str]  # an effect, and the component on which it acts
+USUAL_FACTOR = (
+    3.3  # by which levels of noise of robots in use differ: one standard deviation of `noise.levels`
+)
 ASSERTED = 0.5  # a finding of this probability or more is an assertion, one of less a possibility
 
 
@@ -157,7 +160,7 @@ class Calibrated:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A normalised residual without and with what was found; 1.0 is the sensors' own noise."""
+    """A normalised residual without and with what was found; 1.0 is the noise that is expected."""
 
     before: float
     after: float
@@ -184,6 +187,7 @@ class Fit:
         rerun: of each channel, open-loop mismatch of the simulator run over the held-out laps from
             the effects file alone [m, rad]: without and with the effects.
         noise: levels used, by name, with unit in the name.
+        usual_noise: the same levels of a usual robot; of poses, 1 is what their file states.
     """
 
     metric: str
@@ -193,6 +197,17 @@ class Fit:
     gain: tuple[float, float] = (0.0, 0.0)
     rerun: dict[str, Change] = field(default_factory=dict)
     noise: dict[str, float] = field(default_factory=dict)
+    usual_noise: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def unusual_noise(self) -> tuple[str, ...]:
+        """What is said of levels that differ from usual ones by more than they are expected to."""
+        return tuple(
+            f"{name.replace('[', '').replace(']', '').replace(' 1', '')}: {self.noise[name]:.2g}, "
+            f"{self.noise[name] / usual:.2g} times as much as is usual"
+            for name, usual in self.usual_noise.items()
+            if name in self.noise and not 1.0 / USUAL_FACTOR < self.noise[name] / usual < USUAL_FACTOR
+        )
 
     def unchanged(self) -> Self:
         """Return the fit where nothing is added to the robot as described."""
@@ -215,6 +230,7 @@ class Fit:
             "gain": {"value": self.gain[0], "sigma": self.gain[1]},
             "rerun": {name: change.as_json() for name, change in self.rerun.items()},
             "noise": dict(self.noise),
+            "usual_noise": dict(self.usual_noise),
         }
 
 

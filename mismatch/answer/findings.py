@@ -33,10 +33,11 @@ from omnimate.mismatch.diagnosis import (
     Where,
 )
 from omnimate.mismatch.evidence.search import FULLY_JUDGED, NAMELESS_MARGIN, ranked_candidates
+from omnimate.mismatch.noise.levels import usual_levels
 from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Container, Sequence
 
     from omnimate.mismatch.answer.heldout import HeldOut
     from omnimate.mismatch.answer.omnibus import Leftover
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.fit import Acting, Fitted
     from omnimate.mismatch.investigate import Investigation
-    from omnimate.vehicle.se2 import Array
 
 _SHOWN = 6  # alternatives of a finding
 EVEN = 0.5  # probability of a name that is the best of wrong ones, at most
@@ -57,8 +57,8 @@ _SEEN = 0.7
 
 def _drop(fit: Fitted, number: int) -> float:
     """Return by how much the chi-square falls with an effect of a fit."""
-    after = fit.regression.white[:, 0]
-    before = after + fit.regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
+    after = fit.rows[:, 0]
+    before = after + fit.rows[:, fit.chosen.places[number]] @ fit.chosen.values[number]
     return float(before @ before - after @ after)
 
 
@@ -67,7 +67,9 @@ def answer(found: Investigation) -> Diagnosis:
     fit = found.fit
     nominal = Regression(fit.regression.windows, fit.regression.noise, fit.mounted)
     residuals = held_out(nominal, fit)
-    excess = max(_excess(nominal.white[:, 0]), 1e-9)
+    remaining = max(0.0, float(residuals.train @ residuals.train) - len(residuals.train))
+    fall = float(residuals.before @ residuals.before - residuals.train @ residuals.train)
+    excess = max(fall, 1e-9) + remaining
     numbers = {member: number for number, member in enumerate(found.named)}
     left = leftover(fit)
     present = [
@@ -77,7 +79,9 @@ def answer(found: Investigation) -> Diagnosis:
         for member in found.members
     ]
     told = _fit(fit, residuals)
-    findings, traces = _relevant(_ordered(_merged([*present, *_without_name(left, present, excess)])), told)
+    laws = {effect.component for effect in fit.chosen.effects if effect.name == "law"}
+    present = [*present, *_without_name(left, present, excess)]
+    findings, traces = _relevant(_ordered(_merged(present)), told, laws)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
     if not findings and told.gain[0] <= told.gain[1]:  # what was calibrated does not help where it is new
@@ -106,7 +110,7 @@ def answer(found: Investigation) -> Diagnosis:
         says,
         findings,
         told,
-        min(1.0, max(0.0, _excess(residuals.train)) / excess) if findings else 0.0,
+        remaining / excess if findings else 0.0,
         tuple(dict.fromkeys(quantities)),
         found.signals[0].recording.vehicle.name,
         tuple(single.recording.source for single in found.signals),
@@ -118,16 +122,24 @@ def answer(found: Investigation) -> Diagnosis:
     )
 
 
-def _relevant(present: Sequence[Finding], fit: Fit) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+def _relevant(
+    present: Sequence[Finding], fit: Fit, laws: Container[str]
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     """Return what is found apart from its traces: what is there, and changes hardly anything.
 
     Findings are relevant together, if the simulator that has them misses some channel by a twentieth less
-    where no fit has seen it, from one reading to the next or open loop. What has no name is relevant if it is
-    a twentieth of the mismatch: what is less may be what the laws of named effects leave.
+    where no fit has seen it, from one reading to the next or open loop. What has no name must also be a
+    twentieth of the mismatch: what is less may be what the laws of named effects leave. Without a law, only
+    that can be said of it.
     """
     changes = [*fit.channels.values(), *fit.rerun.values()]
     helps = any(change.after < (1.0 - RELEVANT) * change.before for change in changes)
-    relevant = [finding.explained >= RELEVANT if finding.effect == UNKNOWN else helps for finding in present]
+    relevant = [
+        finding.explained >= RELEVANT and (helps or finding.component not in laws)
+        if finding.effect == UNKNOWN
+        else helps
+        for finding in present
+    ]
     pairs = list(zip(present, relevant, strict=True))
     return tuple(each for each, yes in pairs if yes), tuple(each for each, yes in pairs if not yes)
 
@@ -155,11 +167,6 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
             depends_on=quantities,
         )
     ]
-
-
-def _excess(rows: Array) -> float:
-    """Return the chi-square beyond that of noise."""
-    return float(rows @ rows) - len(rows)
 
 
 def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float, left: Leftover) -> Finding:
@@ -316,6 +323,7 @@ def _fit(fit: Fitted, residuals: HeldOut) -> Fit:
         (float(gain.sum()), spread),
         rerun(regression, residuals, fit.mounted),
         regression.noise.named(),
+        usual_levels(regression.windows).named(),
     )
 
 
@@ -325,7 +333,7 @@ def _headline(findings: Sequence[Finding], fit: Fit) -> str:
     more = f", and {len(findings) - 1} more" if len(findings) > 1 else ""
     return (
         f"{maybe}{first.says.rstrip('.')}{more}. Residual on data that no fit has seen: "
-        f"{fit.heldout.before:.2f} before, {fit.heldout.after:.2f} after (1.00 is the sensors' own noise)."
+        f"{fit.heldout.before:.2f} before, {fit.heldout.after:.2f} after (1.00 is the expected noise)."
     )
 
 

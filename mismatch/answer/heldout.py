@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.folds import Kind
     from omnimate.vehicle.se2 import Array
 
-METRIC = "root mean square of the whitened innovations (1.0 = the sensors' own noise); held out: {}"
+METRIC = "root mean square of the whitened innovations (1.0 = the noise that is expected); held out: {}"
 HELD = {
     "laps": "each lap, or block of time, with effects fitted to the others",
     "blocks": "every fourth block of 8 s, with effects fitted to the others: some act in one lap only",

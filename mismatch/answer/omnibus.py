@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 
 DRAWS = 99  # of the null: the scale of its tail is then known to a tenth
 ERROR_RATE = 1e-3  # declared: one healthy recording in a thousand is said to leave something
-RELEVANT = 0.05  # declared share of an error below which a mismatch is a trace: a twentieth
+RELEVANT = (
+    0.05  # declared share of an error (not of its square) below which a mismatch is a trace: a twentieth
+)
 OUTLYING = 4.0  # [standard deviations] at which innovations are cut: single pushes are no pattern
 SHORTEST = 0.05  # share of a recording by which innovations are shifted at least
 FEWEST_ROWS = 60  # of a channel, to which eight stretches with some coefficients can be fitted
@@ -47,7 +49,8 @@ class Prediction:
     Attributes:
         channel: Name of the channel.
         quantity: On which it depends.
-        share: Of the innovations' square in that channel, on stretches that are left out.
+        share: Of the innovations' square in that channel, or of the expected noise's where that is larger, on
+            stretches that are left out.
         gain: The same, as a fall of the chi-square.
         columns: What predicts it, in all rows of the regression, `(V, k)`.
     """
@@ -74,7 +77,7 @@ class Leftover:
     @property
     def relevant(self) -> bool:
         """Whether something predicts a share of a channel that is no trace."""
-        return any(prediction.share >= RELEVANT for prediction in self.predictions)
+        return any(prediction.share >= 1.0 - (1.0 - RELEVANT) ** 2 for prediction in self.predictions)
 
     @property
     def probability(self) -> float:
@@ -127,7 +130,15 @@ def leftover(fit: Fitted) -> Leftover:
         data = np.column_stack([own, _null(regression, mine, own, chance)])
         for name, (start, end) in zip(shared, itertools.pairwise(edges.tolist()), strict=True):
             gains.append(_heldout_gain(columns[:, start:end], data, fold))
-            found.append((names[channel], name, float(own @ own), mine, columns[:, start:end]))
+            found.append(
+                (
+                    names[channel],
+                    name,
+                    max(float(own @ own), len(own) / scale**2),
+                    mine,
+                    columns[:, start:end],
+                )
+            )
     if not gains:
         return Leftover(1.0)
     gain = np.array(gains)

@@ -226,7 +226,7 @@ def estimate_noise(
         waves: Lengths of the floor's waves that are tried [m].
         tolerance: Part of the log likelihood by which a turn of the search must raise it.
     """
-    centre = _first_guess(windows)
+    centre = usual_levels(windows)
     guess = centre if start is None else start
     best, lowest = guess, math.inf
     for wave in waves:
@@ -331,7 +331,8 @@ def _slopes(run: Filter, noise: NoiseLevels, white: Array) -> Array:
     return slope
 
 
-def _first_guess(windows: Sequence[Windows]) -> NoiseLevels:
+def usual_levels(windows: Sequence[Windows]) -> NoiseLevels:
+    """Return the levels of a usual robot with the resolution of this one's encoders."""
     resolution = windows[0].signals.resolution
     if len(resolution) == 0:
         return NoiseLevels()

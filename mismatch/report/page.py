@@ -33,7 +33,13 @@ def render(diagnosis: Diagnosis) -> str:
     """Return the report of a diagnosis as one HTML page, with nothing outside itself."""
     verdict, recordings = diagnosis.verdict, f"Recordings: {', '.join(diagnosis.recordings)}"
     head = Head("Diagnosis", diagnosis.robot or "robot", verdict, verdict, diagnosis.says, recordings)
-    sections = [*_findings(diagnosis), *_calibrated(diagnosis), *_proof(diagnosis), *_next(diagnosis)]
+    sections = [
+        *_findings(diagnosis),
+        *_traces(diagnosis),
+        *_calibrated(diagnosis),
+        *_proof(diagnosis),
+        *_next(diagnosis),
+    ]
     return html_report(head, sections, HOW_TO_READ)
 
 
@@ -48,6 +54,14 @@ def _findings(diagnosis: Diagnosis) -> Iterable[str]:
             if curve.finding == number
         )
         yield f"<article class=card>{_finding(finding)}{pictures}</article>"
+
+
+def _traces(diagnosis: Diagnosis) -> Iterable[str]:
+    if not diagnosis.traces:
+        return
+    yield "<h2>Traces</h2>"
+    yield "<p class=soft>Present, but they change what the simulation misses by less than a twentieth.</p>"
+    yield from (f"<article class=card>{_finding(trace)}</article>" for trace in diagnosis.traces)
 
 
 def _finding(finding: Finding) -> str:
