@@ -43,6 +43,10 @@ def diagnose(
         bool,
         typer.Option("--triage", help="Only test, in 0.3 s, whether there is a mismatch, and where."),
     ] = False,
+    budget: Annotated[
+        float | None,
+        typer.Option(help="Processor time [s] of the search; 20 s for 20,000 samples.", min=0.0),
+    ] = None,
 ) -> None:
     """Compare recordings with a simulation: where they differ, which physics is missing."""
     if triage and (report or effects_out):
@@ -63,12 +67,12 @@ def diagnose(
     if triage:
         _triage(loaded, json_out)
         return
-    diagnosis = _diagnose_with_progress(loaded)
+    diagnosis = _diagnose_with_progress(loaded, budget)
     _write(diagnosis, json_out, report, effects_out)
     _show(diagnosis)
 
 
-def _diagnose_with_progress(recordings: Sequence[Recording]) -> Diagnosis:
+def _diagnose_with_progress(recordings: Sequence[Recording], budget: float | None) -> Diagnosis:
     """Return the diagnosis, with a progress bar."""
     from omnimate.mismatch import diagnose as ask
 
@@ -79,7 +83,7 @@ def _diagnose_with_progress(recordings: Sequence[Recording]) -> Diagnosis:
         def report_progress(done: int, total: int, doing: str) -> None:
             progress.update(task, completed=done, total=total, description=doing)
 
-        return ask(recordings, progress=report_progress)
+        return ask(recordings, progress=report_progress, budget=budget)
 
 
 def _triage(recordings: Sequence[Recording], json_out: Path | None) -> None:

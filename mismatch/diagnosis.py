@@ -315,6 +315,7 @@ class Diagnosis:
         calibrated: what is in the effects beside the findings: numbers of robot and reference that are
             known better than the file says, though nothing says that the file is wrong.
         traces: what is there, but changes what the simulation misses by less than a twentieth.
+        complete: whether the search ended by itself, and not for its budget of time.
     """
 
     verdict: Verdict
@@ -330,6 +331,7 @@ class Diagnosis:
     effects: tuple[Effect, ...] = ()
     calibrated: tuple[Calibrated, ...] = ()
     traces: tuple[Finding, ...] = ()
+    complete: bool = True
 
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object."""
@@ -344,6 +346,7 @@ class Diagnosis:
             "drive_next": list(self.drive_next),
             "calibrated": [single.as_json() for single in self.calibrated],
             "traces": [single.as_json() for single in self.traces],
+            "complete": self.complete,
         }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -46,6 +47,8 @@ MAX_DISAGREEMENT = 3.0  # standard deviations beyond which two estimates of a si
 NEGLIGIBLE_SIZE = 1e-6  # [declared sizes] below which an effect is absent
 ROUNDS = 5  # of candidates, search, fit and noise, if the answer still changes
 PROGRESS_STEPS = 2 * ROUNDS + 2
+BUDGET, BUDGET_SAMPLES = 20.0, 20_000  # [s] of processor time for recordings of so many samples, or fewer
+MIN_ROUNDS = 2  # that are made whatever they take: the first has no unknown errors in it
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,7 @@ class Investigation:
         members: Numbers of the best set's candidates; all bumps of one wheel are one of them.
         named: Those of them that are effects of the fit, in its order; laws come after them.
         fit: The best set's effects.
+        complete: Whether the search ended because the answer did not change any more, not for its budget.
     """
 
     signals: tuple[Signals, ...]
@@ -65,12 +69,14 @@ class Investigation:
     members: tuple[int, ...]
     named: tuple[int, ...]
     fit: Fitted
+    complete: bool = True
 
 
 def investigate(
     recordings: Sequence[Recording],
     without: Iterable[str] = (),
     progress: Progress = lambda _done, _all, _doing: None,
+    budget: float | None = None,
 ) -> Investigation:
     """Return the set of effects that explains recordings best.
 
@@ -78,6 +84,8 @@ def investigate(
         recordings: Of one robot.
         without: Effects to leave out of the library.
         progress: Called with steps done, total steps, and a description.
+        budget: Processor time [s] after which no other round begins; `BUDGET`, in proportion to the samples,
+            where none is given.
     """
     progress(0, PROGRESS_STEPS, "noise levels of the nominal robot")
     signals = tuple(signals_of(recording) for recording in recordings)
@@ -91,7 +99,13 @@ def investigate(
     noise = found.noise
     fit = fitted(signals, noise, found.terms, found.values, 1, nominal, found.disturbances)
     names: set[tuple[tuple[str, str], int]] = set()
+    complete, started = True, time.process_time()
+    if budget is None:
+        budget = BUDGET * max(1.0, sum(len(recording) for recording in recordings) / BUDGET_SAMPLES)
     for turn in range(ROUNDS):
+        if turn >= MIN_ROUNDS and time.process_time() - started > budget:
+            complete = False
+            break
         progress(2 * turn + 1, PROGRESS_STEPS, "comparing sets of effects")
         posterior, start = _posterior(fit, library, excluded, nameless=turn > 0)
         members = search(posterior, start if turn > 0 else (*start, *_calibration(posterior, fit)))
@@ -112,7 +126,8 @@ def investigate(
     posterior, start = _posterior(fit, library, excluded, scan=False)
     if UNKNOWN not in excluded:
         posterior = _with_unknown(posterior, start)
-    return _final(signals, noise, found.disturbances, disturbances, posterior, start, fit)
+    best = _final(signals, noise, found.disturbances, disturbances, posterior, start, fit)
+    return replace(best, complete=complete)
 
 
 def _final(

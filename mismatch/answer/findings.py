@@ -103,6 +103,8 @@ def answer(found: Investigation) -> Diagnosis:
         says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
         if traces:
             says = f"Simulation and recording agree, but for traces that change it little: {traces[0].says}"
+    if not found.complete:
+        says += " The search ended for its budget of time: a larger one may change the answer."
     quantities = [quantity for finding in findings for quantity in finding.depends_on]
     quantities += [prediction.quantity for prediction in left.predictions]
     return Diagnosis(
@@ -119,6 +121,7 @@ def answer(found: Investigation) -> Diagnosis:
         tuple(effect for effect in effects if effect.name != UNKNOWN),
         calibrated,
         traces,
+        found.complete,
     )
 
 

@@ -1,6 +1,7 @@
 """From recordings to findings, on simulated robots and on recordings of a simulator that is not ours."""
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -99,3 +100,11 @@ def test_recordings_of_another_simulator_get_a_right_answer(name):
     for truth in label["effects"] if diagnosis.verdict == "mismatch" else ():
         right = {(single["effect"], single["component"]) for single in [truth, *truth["acceptable"]]}
         assert right & set(names(diagnosis))
+
+
+def test_a_search_that_is_ended_by_its_budget_still_answers_and_says_so(drive, effect, monkeypatch):
+    monkeypatch.setattr(sys.modules["omnimate.mismatch.investigate"], "MIN_ROUNDS", 1)
+    answer = diagnose([drive(effect("wheel_diameter", "a.left", ratio=1.01))], budget=0.0)
+    assert answer.verdict == "mismatch"
+    assert "budget" in answer.says
+    assert answer.as_json()["complete"] is False
