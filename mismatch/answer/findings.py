@@ -49,6 +49,9 @@ if TYPE_CHECKING:
 
 _SHOWN = 6  # alternatives of a finding
 EVEN = 0.5  # probability of a name that is the best of wrong ones, at most
+# Held-out residual from which no name is sure: a posterior predictive check (Gelman, Meng & Stern, Statistica
+# Sinica 1996); what is 1.2 times the noise is 0.66 of it in addition.
+MISFIT = 1.2
 SUREST = 0.999  # no probability above it is printed: the model itself is no surer
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
@@ -72,8 +75,13 @@ def answer(found: Investigation) -> Diagnosis:
     excess = max(fall, 1e-9) + remaining
     numbers = {member: number for number, member in enumerate(found.named)}
     left = leftover(fit)
+    misfit = size(residuals.after) >= MISFIT
+    surest = [
+        EVEN if misfit or _is_predicted(fit, number, left) else SUREST
+        for number in range(len(fit.chosen.effects))
+    ]
     present = [
-        _finding(fit, numbers[member], rivalry(found, member), excess, left)
+        _finding(fit, numbers[member], rivalry(found, member), excess, surest[numbers[member]])
         if member in numbers
         else _unknown(found, member, rivalry(found, member), excess)
         for member in found.members
@@ -172,12 +180,8 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
     ]
 
 
-def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float, left: Leftover) -> Finding:
-    """Return an effect of the fit as a finding.
-
-    Where something is left that can be predicted, and what predicts it explains what the effect does as well,
-    the name is no surer than even odds.
-    """
+def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float, surest: float) -> Finding:
+    """Return an effect of the fit as a finding, whose name is no surer than a probability."""
     effect, regression = fit.chosen.effects[number], fit.regression
     part_of = regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
     drop = _drop(fit, number)
@@ -191,7 +195,7 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float, left: Lef
     return Finding(
         effect.name,
         effect.component,
-        min(rivals.probability, EVEN if _is_predicted(fit, number, left) else SUREST),
+        min(rivals.probability, SUREST if unknown else surest),
         others,
         Where(
             channels_of(regression, part_of),
