@@ -16,6 +16,7 @@ from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
 from omnimate.mismatch.fit import Fitted, fitted
+from omnimate.mismatch.heldout import predicts_better
 from omnimate.mismatch.learn.law_terms import learned
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, FINE, ROUGH, WAVES, estimate_noise
 from omnimate.mismatch.recording.signals import signals_of
@@ -124,9 +125,12 @@ def investigate(
     fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, disturbances)
     progress(2 * ROUNDS + 1, PROGRESS_STEPS, "holding the answer against its rivals")
     posterior, start = _posterior(fit, library, excluded, scan=False)
-    if UNKNOWN not in excluded:
-        posterior = _with_unknown(posterior, start)
     best = _final(signals, noise, found.disturbances, disturbances, posterior, start, fit)
+    if UNKNOWN not in excluded:
+        wider = _with_unknown(best.posterior, start)
+        other = _final(signals, noise, found.disturbances, disturbances, wider, start, fit)
+        better = other.members != best.members and predicts_better(other.fit, best.fit)
+        best = other if better else replace(best, posterior=wider)
     return replace(best, complete=complete)
 
 

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from omnimate.effects.effect import Effect
-    from omnimate.mismatch.answer.heldout import HeldOut
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.diagnosis import Finding
     from omnimate.mismatch.fit import Fitted
+    from omnimate.mismatch.heldout import HeldOut
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 

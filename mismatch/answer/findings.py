@@ -10,7 +10,6 @@ import numpy as np
 from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.drawn import evidence_of
-from omnimate.mismatch.answer.heldout import HELD, METRIC, held_out, size
 from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
@@ -18,7 +17,6 @@ from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at, row_names
 from omnimate.mismatch.answer.words import drives_for, regime, sentence
 from omnimate.mismatch.candidates.pushes import PUSH_REGIME
-from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import UNKNOWN
 from omnimate.mismatch.diagnosis import (
     ASSERTED,
@@ -33,18 +31,20 @@ from omnimate.mismatch.diagnosis import (
     Where,
 )
 from omnimate.mismatch.evidence.search import FULLY_JUDGED, NAMELESS_MARGIN, ranked_candidates
+from omnimate.mismatch.heldout import HELD, METRIC, held_out, nominal_of, size
 from omnimate.mismatch.noise.levels import usual_levels
 from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
     from collections.abc import Container, Sequence
 
-    from omnimate.mismatch.answer.heldout import HeldOut
     from omnimate.mismatch.answer.omnibus import Leftover
     from omnimate.mismatch.answer.rivals import Rivalry
+    from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.diagnosis import Verdict
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.fit import Acting, Fitted
+    from omnimate.mismatch.heldout import HeldOut
     from omnimate.mismatch.investigate import Investigation
 
 _SHOWN = 6  # alternatives of a finding
@@ -68,13 +68,13 @@ def _drop(fit: Fitted, number: int) -> float:
 def answer(found: Investigation) -> Diagnosis:
     """Return the diagnosis; only effects that are in it are in the fit and in the effects file."""
     fit = found.fit
-    nominal = Regression(fit.regression.windows, fit.regression.noise, fit.mounted)
+    nominal = nominal_of(fit)
     residuals = held_out(nominal, fit)
     remaining = max(0.0, float(residuals.train @ residuals.train) - len(residuals.train))
     fall = float(residuals.before @ residuals.before - residuals.train @ residuals.train)
     excess = max(fall, 1e-9) + remaining
     numbers = {member: number for number, member in enumerate(found.named)}
-    left = leftover(fit)
+    left = leftover(found.posterior, found.members)
     misfit = size(residuals.after) >= MISFIT
     surest = [
         EVEN if misfit or _is_predicted(fit, number, left) else SUREST
@@ -92,12 +92,13 @@ def answer(found: Investigation) -> Diagnosis:
     findings, traces = _relevant(_ordered(_merged(present)), told, laws)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
-    if not findings and told.gain[0] <= told.gain[1]:  # what was calibrated does not help where it is new
-        effects, acting = fit.mounted, replace(acting, terms=(), values=(), effects=(), places=())
-        told = told.unchanged()
+    helps = bool(findings) or told.gain[0] > told.gain[1]
+    if not helps:  # what was calibrated predicts nothing better where it is new
+        effects, told = fit.mounted, told.unchanged()
     calibrated = tuple(
         Calibrated(effect.name, effect.component, _parameters(fit.regression, acting, number))
         for number, effect in enumerate(acting.effects)
+        if helps or effect.is_setup
     )
     drawn = evidence_of(fit, nominal, residuals, findings, _candidates(found, findings))
     unseen = [] if findings or traces else blind(found.posterior)

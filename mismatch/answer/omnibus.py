@@ -20,14 +20,15 @@ import numpy as np
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.quantities import excited, quantities
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
-from omnimate.mismatch.evidence.candidates import SCORE_STRETCH
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from omnimate.mismatch.candidates.regression import Regression
-    from omnimate.mismatch.fit import Fitted
+    from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.vehicle.se2 import Array
 
 DRAWS = 99  # of the null: the scale of its tail is then known to a tenth
@@ -101,9 +102,13 @@ class Leftover:
         return np.asarray(rows - axes @ (axes.T @ rows))
 
 
-def leftover(fit: Fitted) -> Leftover:
-    """Return what predicts the innovations that a fit leaves."""
-    regression, innovations = fit.regression, fit.rows[:, 0]
+def leftover(posterior: Posterior, members: Iterable[int]) -> Leftover:
+    """Return what predicts the innovations that a set of candidates leaves.
+
+    What every robot has a little of, and members' discrepancies from their laws, are noise there.
+    """
+    regression, stretch = posterior.regression, posterior.candidates.stretch
+    innovations = posterior.given(members).residual
     names = row_names(regression.windows[0])
     moving = excited([windows.signals for windows in regression.windows])
     curves = [quantities(windows.signals, moving) for windows in regression.windows]
@@ -127,7 +132,7 @@ def leftover(fit: Fitted) -> Leftover:
                 for owner, number in enumerate(folds)
             ]
         )
-        data = np.column_stack([own, _null(regression, mine, own, chance)])
+        data = np.column_stack([own, _null(own, stretch[mine], chance)])
         for name, (start, end) in zip(shared, itertools.pairwise(edges.tolist()), strict=True):
             gains.append(_heldout_gain(columns[:, start:end], data, fold))
             found.append(
@@ -176,11 +181,8 @@ def _now_and_before(
     return np.asarray(columns - columns.mean(axis=0))
 
 
-def _null(regression: Regression, mine: NDArray[np.int64], own: Array, chance: np.random.Generator) -> Array:
+def _null(own: Array, stretch: NDArray[np.int64], chance: np.random.Generator) -> Array:
     """Return innovations (V, DRAWS) that are shifted in a circle, with signs drawn for each stretch."""
-    time = regression.time[mine]
-    stretch = np.floor((time - time.min()) / SCORE_STRETCH).astype(np.int64)
-    stretch += regression.owner[mine] * (int(stretch.max()) + 1)
     sign = chance.choice([-1.0, 1.0], size=(int(stretch.max()) + 1, DRAWS))
     least = int(SHORTEST * len(own))
     shifts = chance.integers(least, len(own) - least, size=DRAWS)

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.effects.effect import Effect
-    from omnimate.mismatch.answer.heldout import HeldOut
     from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.heldout import HeldOut
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.se2 import Array
 
-KNOTS = 5  # of a curve over a quantity: its range and its quartiles
+KNOTS = 5  # of a curve over a quantity, evenly spaced: a drive's large excursions decide, not what jitters
+RARE = 0.005  # share of the samples beyond either end of a curve: too few to tell it there
 
 Curves = dict[str, list["Array"]]
 
@@ -30,7 +31,9 @@ def quantities(signals: Signals, moving: Container[str]) -> Curves:
     """Return curves `(N - 1,)` of order one over each quantity on which an error may depend.
 
     They are taken from the wheels, and from the linkage's angles: what readings round off must not stand on
-    both sides of a regression on readings.
+    both sides of a regression on readings. The second truck's wheels follow the linkage, so that their speeds
+    and accelerations answer what disturbs it: only what the first truck does tells of a cause (closed-loop
+    identification: Forssell & Ljung, Automatica 1999).
 
     Args:
         signals: Of a recording.
@@ -47,30 +50,28 @@ def quantities(signals: Signals, moving: Container[str]) -> Curves:
     }
     for number, wheel in enumerate(signals.recording.vehicle.wheels):
         curves[f"angle of {wheel}"] = waves(block.angle[:, number], (1, 2, 3))
-        curves[f"speed of {wheel}"] = bends(block.speed[:, number])
-        curves[f"acceleration of {wheel}"] = bends(block.acceleration[:, number])
-        curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
+        if number < 2:
+            curves[f"speed of {wheel}"] = bends(block.speed[:, number])
+            curves[f"acceleration of {wheel}"] = bends(block.acceleration[:, number])
+            curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
     for number, truck in enumerate(signals.trucks):
         x, y = (standard(block.place[:, number, axis]) for axis in range(2))
         facing = waves(block.heading[:, number], (1,))
         curves[f"heading of {truck}"] = [*facing, *waves(block.heading[:, number], (2,))]
         curves[f"place of {truck}"] = [x, y, x * y, x**2, y**2]
         curves[f"place and heading of {truck}"] = [*facing, *(at * way for at in (x, y) for way in facing)]
-        if "turning" in moving:
-            turning = lead.turn_rates[:, number]
-            curves[f"turn rate of {truck}"] = bends(turning)
-            curves[f"yaw acceleration of {truck}"] = bends(lead.yaw_accelerations[:, number])
-            curves[f"lateral acceleration of {truck}"] = bends(turning * lead.speeds[:, number])
+    if "turning" in moving:
+        turning = lead.turn_rates[:, 0]
+        curves["turn rate"] = bends(turning)
+        curves["yaw acceleration"] = bends(lead.yaw_accelerations[:, 0])
+        curves["lateral acceleration"] = bends(turning * lead.speeds[:, 0])
     for number, joint in enumerate(JOINTS if linked else ()):
         if joint in moving:
             curves[f"angle of {joint}"] = waves(block.reading[:, number], (1, 2))
             curves[f"turns of {joint}"] = bends(block.reading[:, number])
-            curves[f"rate of {joint}"] = bends(lead.joint_rates[:, number])
     if "link" in moving:
         curves["link length"] = bends(block.reading[:, 2])
-        curves["rate of link"] = bends(lead.link_rate)
     if linked and "turning" in moving:
-        curves["yaw rate of link"] = bends(lead.link_yaw_rate)
         curves["yaw acceleration of link"] = bends(lead.link_yaw_acceleration)
     return {quantity: curve for quantity, curve in curves.items() if curve}
 
@@ -81,8 +82,8 @@ def waves(angle: Array, orders: Sequence[int]) -> list[Array]:
 
 
 def bends(values: Array) -> list[Array]:
-    """Return curves that run straight between the quartiles of values; none where they are constant."""
-    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, KNOTS)))
+    """Return curves that are straight between knots over the range of values; none if they are constant."""
+    knots = np.linspace(*np.quantile(values, (RARE, 1.0 - RARE)), KNOTS)
     if knots[-1] - knots[0] < 1e-9:
         return []
     return [standard(np.interp(values, knots, ordinate)) for ordinate in np.eye(len(knots))[1:]]

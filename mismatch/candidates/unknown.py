@@ -73,8 +73,6 @@ def _columns(
     for error in errors(windows):
         curves = []
         for quantity, values in shared.items():
-            if error.acts_on == "reading" and quantity == f"rate of {error.component}":
-                continue  # that is a delay, which has a name
             groups.append(((error.component, error.acts_on, quantity), 1 + len(values)))
             curves += [level, *values]
         push, shown = error.build(np.stack(curves, axis=1))

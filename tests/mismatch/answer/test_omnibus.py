@@ -24,14 +24,18 @@ def fit_of(regression, drive):
             mine = np.flatnonzero(shown.channel == channel)
             curve = curves[quantity][0][np.maximum(shown.windows[0].ends[shown.moment[mine]] - 1, 0)]
             rows[mine, 0] += np.sqrt(share / (1.0 - share)) * curve
-        return SimpleNamespace(regression=shown, rows=rows)
+        stretch = (shown.time // 4.0).astype(int)
+        residual = SimpleNamespace(residual=rows[:, 0])
+        return SimpleNamespace(
+            regression=shown, candidates=SimpleNamespace(stretch=stretch), given=lambda _: residual, rows=rows
+        )
 
     return made
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_is_predicted_by_nothing(fit_of, seed):
-    found = leftover(fit_of(seed))
+    found = leftover(fit_of(seed), ())
     assert found.p_value > ERROR_RATE
     assert not found.predictions
     assert not found.relevant
@@ -41,17 +45,17 @@ def test_noise_is_predicted_by_nothing(fit_of, seed):
     "quantity", ["yaw acceleration of link", "turns of joint_a", "past acceleration of a.left"]
 )
 def test_what_depends_on_a_quantity_is_predicted_by_it_on_its_channel(fit_of, quantity):
-    found = leftover(fit_of(1, quantity, share=0.3))
+    found = leftover(fit_of(1, quantity, share=0.3), ())
     assert found.p_value < ERROR_RATE
     assert found.predictions[0].channel == "joint_b"
     assert quantity in {prediction.quantity for prediction in found.predictions}
     assert found.predictions[0].share == pytest.approx(0.3, abs=0.15)
-    assert found.probability > leftover(fit_of(1)).probability
+    assert found.probability > leftover(fit_of(1), ()).probability
 
 
 def test_what_predicts_explains_itself_away(fit_of):
     fit = fit_of(1, "turns of joint_a", share=0.3)
-    found = leftover(fit)
+    found = leftover(fit, ())
     assert np.var(found.project_out(fit.rows)) < np.var(fit.rows)
     assert found.project_out(found.predictions[0].columns) == pytest.approx(0.0, abs=1e-9)
 
@@ -62,6 +66,11 @@ def test_a_reading_that_follows_the_links_yaw_acceleration_is_unknown_there(driv
     assert answer.verdict == "mismatch"
     assert (answer.findings[0].effect, answer.findings[0].component) == ("unknown", "joint_b")
     assert "yaw acceleration of link" in answer.findings[0].depends_on
+
+
+def test_what_the_second_truck_answers_to_the_floor_is_no_cause(drive):
+    names = quantities(signal := signals_of(drive(laps=1)), excited([signal]))
+    assert not {"speed of b.left", "acceleration of b.right", "rate of joint_b"} & set(names)
 
 
 def test_a_healthy_robot_leaves_neither_findings_nor_numbers_that_change_it(drive):

@@ -10,7 +10,7 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 
-TURNING = {"turn rate of a", "angle of joint_a", "turns of joint_b", "yaw acceleration of link"}
+TURNING = {"turn rate", "angle of joint_a", "turns of joint_b", "yaw acceleration of link"}
 
 
 @pytest.fixture(scope="module")

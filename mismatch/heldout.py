@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.evidence.rows import whiten_nuisances
 from omnimate.mismatch.recording.folds import folds_of
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.effects.effect import Effect
-    from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.fit import Fitted
     from omnimate.mismatch.recording.folds import Kind
     from omnimate.vehicle.se2 import Array
@@ -53,7 +53,7 @@ class HeldOut:
     folds: tuple[NDArray[np.int64], ...]
 
 
-def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
+def held_out(nominal: Regression, fit: Fitted, kind: Kind | None = None) -> HeldOut:
     """Return the residuals of the nominal robot and of the effects, fitted with and without each fold.
 
     What every robot has is noise to both, and is integrated out of them.
@@ -64,6 +64,7 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
     Args:
         nominal: The recordings whitened about no effect, in the windows of the fit.
         fit: The effects.
+        kind: Of stretches to leave out; where none is given, the longest that all parameters allow.
     """
     before = whiten_nuisances(nominal.white[:, :1], fit.nuisance)[:, 0]
     regression = fit.regression
@@ -71,7 +72,7 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
     train = rows[:, 0]
     after = train.copy()
     columns, origin = _shared(fit, rows)
-    kind = _kind(regression, columns)
+    kind = kind or _kind(regression, columns)
     stretches = tuple(folds_of(regression.windows, kind))
     folds = _of_rows(regression, stretches)
     effects, gain = [], []
@@ -86,6 +87,22 @@ def held_out(nominal: Regression, fit: Fitted) -> HeldOut:
         gain.append(0.5 * float((before[mine] ** 2 - after[mine] ** 2).sum()))
         effects.append(_built(fit, known))
     return HeldOut(before, train, after, np.array(gain), tuple(effects), kind, stretches)
+
+
+def nominal_of(fit: Fitted) -> Regression:
+    """Return the recordings of a fit whitened about the robot as described, and its references as mounted."""
+    return Regression(fit.regression.windows, fit.regression.noise, fit.mounted)
+
+
+def predicts_better(richer: Fitted, simpler: Fitted) -> bool:
+    """Say whether effects predict unseen data better than others, by more than a standard error.
+
+    The one-standard-error rule is that of Hastie, Tibshirani and Friedman, The Elements of Statistical
+    Learning, 2nd edition, 2009, section 7.10.
+    """
+    with_more = held_out(nominal_of(richer), richer)
+    more = with_more.gain - held_out(nominal_of(simpler), simpler, with_more.kind).gain
+    return float(more.sum()) > float(np.sqrt(len(more)) * more.std(ddof=1)) if len(more) > 1 else True
 
 
 def _of_rows(fitted: Regression, stretches: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
