@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _TWO_SIGMA = 2.448  # of an ellipse that holds a place with 95 %: the square root of chi-square's, 2 degrees
 _COLORS = {"loss": VERMILLION, "creep": BLUE}
-_WORDS = {"loss": "way is lost", "creep": "robots creep"}
+_WORDS = {"loss": "travel is lost", "creep": "robots creep"}
 
 
 @dataclass(frozen=True, slots=True)

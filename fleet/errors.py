@@ -1,10 +1,10 @@
-"""The errors of a night's work."""
+"""The errors of the fleet's daily run."""
 
 from omnimate.vehicle.errors import OmnimateError
 
 
 class FleetError(OmnimateError):
-    """A store, results or a request that a night's work cannot go on with.
+    """A store, results or a request that the daily run cannot go on with.
 
     Attributes:
         source: Store, file or robot that the problem is in.

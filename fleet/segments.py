@@ -1,9 +1,10 @@
-"""Segments: what the ways between two absolute poses say of robot and floor, as small linear problems.
+"""Segments of a recording between absolute poses, as small linear problems, and the cells that they cross.
 
-For each way of a truck from one pose to the next: how far its odometry ends from the measured pose, and how
-this depends, to first order, on the robot's parameters, on the floor's roughness, and on way that wheels lose
-anywhere. The drive is linearised along the likeliest path between both poses, not along odometry's, which may
-end half a metre beside it: the floor's random walk (Chong & Kleeman, 1997) is conditioned on both ends.
+For each segment of a truck from one pose to the next: how far its odometry ends from the measured pose, and
+how this depends, to first order, on the robot's parameters, on the floor's roughness, and on travel that
+wheels lose anywhere. The drive is linearised along the likeliest path between both poses, not along
+odometry's, which may end half a metre from it: the floor's random walk (Chong & Kleeman, 1997) is conditioned
+on both ends.
 """
 
 from __future__ import annotations
@@ -21,32 +22,36 @@ from omnimate.vehicle.odometry import truck_travel, wheels_of
 from omnimate.vehicle.se2 import lever_matrix, wrap
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Poses, Recording
 
-PARAMETERS = ("left wheel", "right wheel", "wheelbase")  # ratios of true to believed size, less 1 [1]
-SHORTEST = 2.0  # [m] of travel, below which a way joins the next one
-STEP = 0.05  # [m] of travel between the points of a path
-_ROUNDS = 2  # of linearisation; a third one changes no residual by 0.1 mm on an ordinary floor
+PARAMETERS = ("left wheel", "right wheel", "wheelbase")  # ratios of true to nominal size, less 1 [1]
+JOINT_NUMBERS = ("joint_a", "joint_b")  # biases of the joints' encoders [rad]
+CELL = 0.25  # [m] side of a cell of the floor; cells lie on whole multiples of it
+MIN_SEGMENT = 2.0  # [m] of travel, below which a segment joins the next one
+STEP_LENGTH = 0.05  # [m] of travel between the points of a path
+_LINEARISATIONS = 2  # a third one changes no residual by 0.1 mm on a floor of usual roughness
 # Where poses.csv states no standard deviation: of a good docking station [m, m, rad].
-_UNSTATED = np.array([0.003, 0.003, 0.003])
+_DEFAULT_POSE_SIGMA = np.array([0.003, 0.003, 0.003])
 
 
 @dataclass(frozen=True, slots=True)
 class Segments:
-    """The ways of one truck in one recording.
+    """The segments of one truck in one recording.
 
     Attributes:
-        time: Time at the end of each way [s], `(S,)`.
+        time: Time at the end of each segment [s], `(S,)`.
         residual: Measured pose at the end less odometry's from the pose at the start, in the world's frame
             [m, m, rad], `(S, 3)`.
         jacobian: Its derivative by `PARAMETERS`, `(S, 3, 3)`.
         rough: Its covariance for a roughness of 1 m/sqrt(m), `(S, 3, 3)`.
         lever: End less start of the path [m], `(S, 2)`, by which an error of the first heading acts.
         sigma: Standard deviations of the first and of the last pose [m, m, rad], `(S, 2, 3)`.
-        follows: Whether the first pose of a way is the last one of the way before, `(S,)`.
+        follows: Whether the first pose of a segment is the last one of the segment before, `(S,)`.
     """
 
     time: Array
@@ -63,7 +68,7 @@ class Segments:
     def covariance(self, roughness: float) -> Array:
         """Return the covariance of all residuals `(3 S, 3 S)` on a floor of a roughness [m/sqrt(m)].
 
-        Ways that follow each other share the error of the pose between them.
+        Segments that follow each other share the error of the pose between them.
         """
         count = len(self)
         transport = lever_matrix(self.lever)
@@ -81,102 +86,36 @@ class Segments:
 
 
 @dataclass(frozen=True, slots=True)
-class Steps:
-    """The steps of the paths of all ways.
+class Crossings:
+    """One row for each segment and each cell that one of its wheels, or the truck's middle, goes over.
 
     Attributes:
-        way: Number of the way, `(N,)`.
-        left: Position of the left wheel in the middle of the step [m], `(N, 2)`.
-        right: Likewise of the right wheel.
-        travel: Travel of the left and the right wheel [m], `(N, 2)`.
-        gain: Derivative of the residual by travel of the left and the right wheel, `(N, 3, 2)`.
+        segment: Number of the segment, `(K,)`.
+        cell: Number of the cell along x and along y, `(K, 2)`.
+        loss: Derivative of the residual by the part of their travel that wheels lose in the cell
+            [m, m, rad], `(K, 3)`.
+        creep: Travel of the truck's middle over the cell [m], `(K,)`: derivative of the residual's x and y
+            by creep along x and y.
     """
 
-    way: NDArray[np.int64]
-    left: Array
-    right: Array
-    travel: Array
-    gain: Array
+    segment: NDArray[np.int32]
+    cell: NDArray[np.int32]
+    loss: Array
+    creep: Array
 
-
-def segments_of(recording: Recording, truck: TruckName = "a") -> tuple[Segments, Steps] | None:
-    """Return the ways of a truck between absolute poses, and their steps; None where there are not two poses.
-
-    Args:
-        recording: A recording with poses, dense or at docks; only poses with a heading are used.
-        truck: Name of the truck.
-    """
-    fixes = _fixes(recording, truck)
-    if fixes is None:
-        return None
-    left, right, _ = truck_travel(recording, truck)
-    travelled = np.concatenate(([0.0], np.cumsum(0.5 * np.abs(np.diff(left)) + 0.5 * np.abs(np.diff(right)))))
-    chosen = _far_apart(np.interp(fixes.time, recording.time, travelled))
-    cuts = [gap.end for gap in recording.gaps if gap.channel in wheels_of(truck) and gap.reason != "missing"]
-    base = recording.vehicle.trucks[truck].wheelbase
-    sigma = np.where(np.isfinite(fixes.sigma) & (fixes.sigma > 0.0), fixes.sigma, _UNSTATED)
-    ways, ends = [], []
-    for start, end in pairwise(chosen):
-        if any(fixes.time[start] < cut <= fixes.time[end] for cut in cuts):
-            continue
-        at = _moments(recording.time, travelled, fixes.time[start], fixes.time[end])
-        rolled = np.column_stack([np.diff(np.interp(at, recording.time, wheel)) for wheel in (left, right)])
-        ways.append(_way(rolled, base, fixes.pose[[start, end]], sigma[[start, end]]))
-        ends.append((start, end))
-    if not ways:
-        return None
-    numbers = np.repeat(np.arange(len(ways)), [len(way.travel) for way in ways])
-    starts, lasts = np.array(ends).T
-    segments = Segments(
-        fixes.time[lasts],
-        np.array([way.residual for way in ways]),
-        np.array([way.jacobian for way in ways]),
-        np.array([way.rough for way in ways]),
-        np.array([way.lever for way in ways]),
-        np.stack([sigma[starts], sigma[lasts]], axis=1),
-        np.concatenate(([False], starts[1:] == lasts[:-1])),
-    )
-    steps = Steps(
-        numbers,
-        np.concatenate([way.left for way in ways]),
-        np.concatenate([way.right for way in ways]),
-        np.concatenate([way.travel for way in ways]),
-        np.concatenate([way.gain for way in ways]),
-    )
-    return segments, steps
-
-
-def _fixes(recording: Recording, truck: TruckName) -> Poses | None:
-    """Return the whole poses of a truck within the recording's time; None where there are not two."""
-    if recording.poses is None:
-        return None
-    poses = recording.poses.of(truck)
-    inside = (poses.time >= recording.time[0]) & (poses.time <= recording.time[-1])
-    kept = inside & np.isfinite(poses.pose).all(axis=1)
-    if kept.sum() < 2:
-        return None
-    return type(poses)(poses.time[kept], poses.body[kept], poses.pose[kept], poses.sigma[kept])
-
-
-def _far_apart(travelled: Array) -> list[int]:
-    """Return the numbers of poses that lie at least `SHORTEST` of travel apart."""
-    chosen = [0]
-    for number, way in enumerate(travelled.tolist()):
-        if way - travelled[chosen[-1]] >= SHORTEST:
-            chosen.append(number)
-    return chosen
-
-
-def _moments(time: Array, travelled: Array, start: float, end: float) -> Array:
-    """Return times [s] from start to end with `STEP` of travel between them."""
-    inside = (time > start) & (time < end)
-    _, first = np.unique(np.floor(travelled[inside] / STEP), return_index=True)
-    return np.concatenate(([start], time[inside][first], [end]))
+    def rows(self, rows: NDArray[np.int64]) -> Crossings:
+        """Return some of the rows."""
+        return Crossings(self.segment[rows], self.cell[rows], self.loss[rows], self.creep[rows])
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
-    """One way; the fields are rows of `Segments` and `Steps`."""
+class _Segment:
+    """One segment of N steps.
+
+    `residual` to `lever` are rows of `Segments`; `left` and `right` are the positions of both wheels in the
+    middle of each step [m], `(N, 2)`; `travel` is what these roll in it [m], `(N, 2)`; `gain` is the
+    derivative of the residual by that, `(N, 3, 2)`.
+    """
 
     residual: Array
     jacobian: Array
@@ -188,13 +127,83 @@ class _Way:
     gain: Array
 
 
-def _way(rolled: Array, base: float, poses: Array, sigma: Array) -> _Way:
-    """Return one way from the travel of its wheels `(N, 2)` [m] between two measured poses `(2, 3)`."""
+def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments, Crossings] | None:
+    """Return the segments of a truck between absolute poses, and their crossings; None without two poses.
+
+    Args:
+        recording: A recording with poses, dense or at docks; only poses with a heading are used.
+        truck: Name of the truck.
+    """
+    fixes = _poses_with_heading(recording, truck)
+    if fixes is None:
+        return None
+    left, right, _ = truck_travel(recording, truck)
+    travelled = np.concatenate(([0.0], np.cumsum(0.5 * np.abs(np.diff(left)) + 0.5 * np.abs(np.diff(right)))))
+    chosen = _choose_ends(np.interp(fixes.time, recording.time, travelled))
+    cuts = [gap.end for gap in recording.gaps if gap.channel in wheels_of(truck) and gap.reason != "missing"]
+    base = recording.vehicle.trucks[truck].wheelbase
+    sigma = np.where(np.isfinite(fixes.sigma) & (fixes.sigma > 0.0), fixes.sigma, _DEFAULT_POSE_SIGMA)
+    segments, ends = [], []
+    for start, end in pairwise(chosen):
+        if any(fixes.time[start] < cut <= fixes.time[end] for cut in cuts):
+            continue
+        at = _choose_times(recording.time, travelled, fixes.time[start], fixes.time[end])
+        rolled = np.column_stack([np.diff(np.interp(at, recording.time, wheel)) for wheel in (left, right)])
+        segments.append(_linearise_segment(rolled, base, fixes.pose[[start, end]], sigma[[start, end]]))
+        ends.append((start, end))
+    if not segments:
+        return None
+    starts, lasts = np.array(ends).T
+    residual, jacobian, rough, lever = (
+        np.array([getattr(segment, name) for segment in segments])
+        for name in ("residual", "jacobian", "rough", "lever")
+    )
+    return Segments(
+        fixes.time[lasts],
+        residual,
+        jacobian,
+        rough,
+        lever,
+        np.stack([sigma[starts], sigma[lasts]], axis=1),
+        np.concatenate(([False], starts[1:] == lasts[:-1])),
+    ), _find_crossings(segments)
+
+
+def _poses_with_heading(recording: Recording, truck: TruckName) -> Poses | None:
+    """Return the whole poses of a truck within the recording's time; None where there are not two."""
+    if recording.poses is None:
+        return None
+    poses = recording.poses.of(truck)
+    inside = (poses.time >= recording.time[0]) & (poses.time <= recording.time[-1])
+    usable = inside & np.isfinite(poses.pose).all(axis=1)
+    if usable.sum() < 2:
+        return None
+    return type(poses)(poses.time[usable], poses.body[usable], poses.pose[usable], poses.sigma[usable])
+
+
+def _choose_ends(travelled: Array) -> list[int]:
+    """Return the numbers of poses that lie at least `MIN_SEGMENT` of travel apart."""
+    chosen = [0]
+    for number, distance in enumerate(travelled.tolist()):
+        if distance - travelled[chosen[-1]] >= MIN_SEGMENT:
+            chosen.append(number)
+    return chosen
+
+
+def _choose_times(time: Array, travelled: Array, start: float, end: float) -> Array:
+    """Return times [s] from start to end with `STEP_LENGTH` of travel between them."""
+    inside = (time > start) & (time < end)
+    _, first = np.unique(np.floor(travelled[inside] / STEP_LENGTH), return_index=True)
+    return np.concatenate(([start], time[inside][first], [end]))
+
+
+def _linearise_segment(rolled: Array, base: float, poses: Array, sigma: Array) -> _Segment:
+    """Return one segment from the travel of its wheels `(N, 2)` [m] between two measured poses `(2, 3)`."""
     variance = CONCRETE_ROUGHNESS**2 * np.abs(rolled)
-    lost = np.zeros_like(rolled)  # what the floor did to each wheel in each step, to the best of knowledge
+    slip = np.zeros_like(rolled)  # travel that the floor adds in each step, the likeliest
     path, gain = np.empty((len(rolled) + 1, 3)), np.empty((len(rolled), 3, 2))
-    for _ in range(_ROUNDS):
-        _linearise(rolled, lost, base, poses[0], path, gain)
+    for _ in range(_LINEARISATIONS):
+        _linearise(rolled, slip, base, poses[0], path, gain)
         rough = floor_covariance(gain, rolled).sum(axis=0)
         lever = path[-1, :2] - path[0, :2]
         transport = lever_matrix(lever)
@@ -203,27 +212,27 @@ def _way(rolled: Array, base: float, poses: Array, sigma: Array) -> _Way:
         )
         ended = poses[1] - path[-1]
         ended[2] = float(wrap(ended[2]))
-        residual = ended + np.einsum("nij,nj->i", gain, lost)
-        lost = variance * np.einsum("nij,i->nj", gain, np.linalg.solve(covariance, residual))
+        residual = ended + np.einsum("nij,nj->i", gain, slip)
+        slip = variance * np.einsum("nij,i->nj", gain, np.linalg.solve(covariance, residual))
     turn = (rolled[:, 1] - rolled[:, 0]) / base
     by_turn = 0.5 * base * (gain[:, :, 1] - gain[:, :, 0])
     jacobian = np.column_stack(
         [gain[:, :, 0].T @ rolled[:, 0], gain[:, :, 1].T @ rolled[:, 1], -by_turn.T @ turn]
     )
     middle = 0.5 * (path[:-1] + path[1:])
-    beside = 0.5 * base * np.column_stack([-np.sin(middle[:, 2]), np.cos(middle[:, 2])])
-    return _Way(
-        residual, jacobian, rough, lever, middle[:, :2] + beside, middle[:, :2] - beside, rolled, gain
+    to_left = 0.5 * base * np.column_stack([-np.sin(middle[:, 2]), np.cos(middle[:, 2])])
+    return _Segment(
+        residual, jacobian, rough, lever, middle[:, :2] + to_left, middle[:, :2] - to_left, rolled, gain
     )
 
 
 @compiled
-def _linearise(rolled: Array, lost: Array, base: float, start: Array, path: Array, gain: Array) -> None:
-    """Fill the likeliest path of a way, and how its end depends on what the wheels roll.
+def _linearise(rolled: Array, slip: Array, base: float, start: Array, path: Array, gain: Array) -> None:
+    """Fill the likeliest path of a segment, and how its end depends on what the wheels roll.
 
     Args:
         rolled: Travel of the wheels in each step [m], `(N, 2)`.
-        lost: What the floor did to it [m], `(N, 2)`.
+        slip: What the floor adds to it [m], `(N, 2)`.
         base: Wheelbase [m].
         start: First pose, `(3,)`.
         path: Filled with the poses between the steps, `(N + 1, 3)`.
@@ -232,7 +241,7 @@ def _linearise(rolled: Array, lost: Array, base: float, start: Array, path: Arra
     path[0] = start
     for step in range(len(rolled)):
         path[step + 1] = path[step]
-        roll(path[step + 1], rolled[step, 0] + lost[step, 0], rolled[step, 1] + lost[step, 1], base)
+        roll(path[step + 1], rolled[step, 0] + slip[step, 0], rolled[step, 1] + slip[step, 1], base)
     for step in range(len(rolled)):
         x = path[-1, 0] - 0.5 * (path[step, 0] + path[step + 1, 0])
         y = path[-1, 1] - 0.5 * (path[step, 1] + path[step + 1, 1])
@@ -241,3 +250,21 @@ def _linearise(rolled: Array, lost: Array, base: float, start: Array, path: Arra
             turn = (2.0 * wheel - 1.0) / base
             gain[step, 0, wheel], gain[step, 1, wheel] = travel_lever(heading, x, y, turn)
             gain[step, 2, wheel] = turn
+
+
+def _find_crossings(segments: Sequence[_Segment]) -> Crossings:
+    """Return the crossings of all segments, summed over the steps in each cell."""
+    owner = np.repeat(np.arange(len(segments)), [len(segment.travel) for segment in segments])
+    left, right, travel, gain = (
+        np.concatenate([getattr(segment, name) for segment in segments])
+        for name in ("left", "right", "travel", "gain")
+    )
+    count = len(owner)
+    rows = np.zeros((3 * count, 4))
+    rows[:count, :3] = -gain[:, :, 0] * travel[:, :1]
+    rows[count : 2 * count, :3] = -gain[:, :, 1] * travel[:, 1:]
+    rows[2 * count :, 3] = np.abs(travel.mean(axis=1))
+    cells = np.round(np.concatenate([left, right, 0.5 * (left + right)]) / CELL).astype(np.int64)
+    keys, group = np.unique(np.column_stack([np.tile(owner, 3), cells]), axis=0, return_inverse=True)
+    sums: Array = np.array([np.bincount(group.ravel(), column, len(keys)) for column in rows.T], np.float64)
+    return Crossings(keys[:, 0].astype(np.int32), keys[:, 1:].astype(np.int32), sums[:3].T, sums[3])

@@ -9,35 +9,44 @@ import numpy as np
 
 from omnimate.cli.console import say
 from omnimate.cli.tables import new_table, show
-from omnimate.fleet.words import shown_unit, since, size, speed, what
+from omnimate.fleet.report import (
+    describe_effect,
+    describe_mismatch,
+    display_unit,
+    format_onset,
+    format_rate,
+    format_size,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from omnimate.figures.fleet import MapPlace
     from omnimate.fleet.model.histories import History
-    from omnimate.fleet.morning import BadPlace, Change, Night
+    from omnimate.fleet.report import BadPlace, Change, DailyReport
 
 
-def show_daily_report(night: Night) -> None:
+def show_daily_report(report: DailyReport) -> None:
     """Print a daily report: recordings judged, faulty robots, bad places, and what failed."""
     floors = ", ".join(
-        f"floor {floor.floor} {1e3 * floor.roughness:.2f}".replace("  ", " ") for floor in night.floors
+        f"floor {floor.floor} {1e3 * floor.roughness:.2f}".replace("  ", " ") for floor in report.floors
     )
     say(
-        f"{night.day}: {night.recordings} recordings, {len(night.changes)} robots judged, "
-        f"{len(night.sick)} faulty, {len(night.places)} bad places; {floors} mm/sqrt(m)"
+        f"{report.day}: {report.recordings} recordings, {len(report.changes)} robots judged, "
+        f"{len(report.faulty)} faulty, {len(report.places)} bad places; {floors} mm/sqrt(m)"
     )
-    if night.sick:
+    if report.faulty:
         table = new_table("faulty robots")
         for head in ("robot", "what", "since", "by", "a day"):
             table.add_column(head)
-        for change in night.sick:
-            table.add_row(change.robot, change.name, since(change), size(change), speed(change))
+        for change in report.faulty:
+            table.add_row(
+                change.robot, change.name, format_onset(change), format_size(change), format_rate(change)
+            )
         show(table)
-    if night.places:
+    if report.places:
         table = new_table("bad places")
-        several = len(night.floors) > 1
+        several = len(report.floors) > 1
         for head in (
             *(("floor",) if several else ()),
             "x [m]",
@@ -48,28 +57,25 @@ def show_daily_report(night: Night) -> None:
             "crossings",
         ):
             table.add_column(head)
-        for place in night.places:
+        for place in report.places:
             spread = math.sqrt(0.5 * float(np.trace(place.covariance)))
             table.add_row(
                 *((place.floor,) if several else ()),
                 f"{place.x:.2f}",
                 f"{place.y:.2f}",
                 f"{spread:.2f}",
-                what(place),
+                describe_effect(place),
                 f"{1e3 * place.per_crossing:.1f}",
                 f"{place.crossings}",
             )
         show(table)
-    for asked in night.asked:
-        say(
-            f"{asked.robot}: triage asks for the same diagnosis since {asked.since}: "
-            f"{asked.effect} of {asked.component}"
-        )
-    for robot, recording, why in night.errors:
+    for mismatch in report.repeated:
+        say(describe_mismatch(mismatch))
+    for robot, recording, why in report.failed:
         say(f"{robot}, {recording}: no results: {why}")
 
 
-def draw_daily_report(night: Night, folder: Path) -> None:
+def draw_daily_report(report: DailyReport, folder: Path) -> None:
     """Draw the floor, and the history of every faulty robot's parameter, into a folder.
 
     Raises:
@@ -78,13 +84,13 @@ def draw_daily_report(night: Night, folder: Path) -> None:
     from omnimate.figures.fleet import plot_floor_map
 
     folder.mkdir(parents=True, exist_ok=True)
-    for floor, driven in night.driven.items():
-        places = [_on_map(place) for place in night.places if place.floor == floor]
+    for floor, driven in report.driven.items():
+        places = [_on_map(place) for place in report.places if place.floor == floor]
         words = f"floor {floor}" if floor else "the floor"
         path = folder / (f"floor-{floor}.png" if floor else "floor.png")
-        plot_floor_map(places, driven, path, title=f"{night.day}: bad places of {words}")
-    histories = {history.robot: history for history in night.histories}
-    for change in night.sick:
+        plot_floor_map(places, driven, path, title=f"{report.day}: bad places of {words}")
+    histories = {history.robot: history for history in report.histories}
+    for change in report.faulty:
         _draw_history(change, histories[change.robot], folder / f"{change.robot}.png")
 
 
@@ -106,7 +112,7 @@ def _draw_history(change: Change, history: History, path: Path) -> None:
     from omnimate.figures.fleet import plot_history
 
     column = history.names.index(change.name)
-    factor, unit = shown_unit(change.name)
+    factor, unit = display_unit(change.name)
     plot_history(
         history.days,
         factor * history.value[:, column],

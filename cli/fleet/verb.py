@@ -22,7 +22,7 @@ def simulate_hall(
     days: Annotated[int, typer.Option(help="Days.", min=1)] = 6,
     laps: Annotated[int, typer.Option(help="Laps of each robot on each day.", min=1)] = 1,
     minutes: Annotated[float, typer.Option(help="Time of a lap, about [min].", min=0.5, max=60.0)] = 5.0,
-    sick: Annotated[
+    faulty: Annotated[
         int,
         typer.Option("--faulty", "--sick", help="Robots that become faulty, half of them gradually.", min=0),
     ] = 1,
@@ -37,10 +37,9 @@ def simulate_hall(
     seed: Annotated[int, typer.Option(help="Seed of all random numbers.", min=0)] = 0,
 ) -> None:
     """Write the recordings of a simulated hall, and its truth as hall.toml."""
-    from omnimate.fleet.hall.hall import draw_hall
-    from omnimate.fleet.hall.store import write_store
+    from omnimate.fleet.hall.hall import draw_hall, write_store
 
-    hall = draw_hall(robots, days, sick=sick, places=places, length=length, width=width, seed=seed)
+    hall = draw_hall(robots, days, faulty=faulty, places=places, length=length, width=width, seed=seed)
     with progress_bar("driving") as progress:
         count = write_store(
             hall, store, range(days), laps, minutes, pose_period=pose_period, progress=progress
@@ -99,11 +98,11 @@ def report(
     """Print the daily report: faulty robots, since when and how fast they get worse; bad places."""
     from omnimate.cli.fleet.report import draw_daily_report, show_daily_report
     from omnimate.fleet.batch.files import open_files
-    from omnimate.fleet.night import judge_night
+    from omnimate.fleet.judge import judge_day
 
     with progress_bar("reading") as progress:
-        night = judge_night(open_files(results or f"{store}/results"), day, progress)
-    show_daily_report(night)
+        daily = judge_day(open_files(results or f"{store}/results"), day, progress)
+    show_daily_report(daily)
     if plots is not None:
-        draw_daily_report(night, plots)
+        draw_daily_report(daily, plots)
         say(f"pictures in {plots}")

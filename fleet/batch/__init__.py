@@ -1,1 +1,1 @@
-"""A night's batch: every recording of a store once, by whatever workers, with the same results."""
+"""The daily batch: every recording of a store once, by whatever workers, with the same results."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.store import recordings_in
 from omnimate.fleet.batch.tables import parquet_libraries
-from omnimate.fleet.batch.work import work_on
+from omnimate.fleet.batch.work import process_recording
 from omnimate.fleet.errors import FleetError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ MEMORY = "1.5GiB"  # of one worker, which works on one recording at a time
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Who does the work.
+    """The processes that do the work.
 
     Attributes:
         jobs: Number of processes on this machine; 1 for this process alone.
@@ -43,7 +43,7 @@ class Workers:
 
 @dataclass(frozen=True, slots=True)
 class BatchResult:
-    """What a batch did.
+    """The outcome of a batch.
 
     Attributes:
         done: Number of recordings worked on.
@@ -75,7 +75,7 @@ def run_batch(
         results: Folder or URL of the results.
         day: Date of the recordings, YYYY-MM-DD; None for all.
         diagnosed: Whether the whole diagnosis is made where triage asks for it.
-        workers: Who does the work; this process alone by default.
+        workers: The processes; this one alone by default.
         progress: Called with how many recordings are through, and of how many.
 
     Raises:
@@ -105,22 +105,22 @@ def _in_process(
 ) -> Iterator[Outcome]:
     for stored in recordings:
         try:
-            yield stored, work_on(store, results, stored, diagnosed=diagnosed)
+            yield stored, process_recording(store, results, stored, diagnosed=diagnosed)
         except FleetError:
             raise  # of the call, not of the recording
-        except Exception as error:  # noqa: BLE001 -- one recording's trouble is not the others'
+        except Exception as error:  # noqa: BLE001 -- the others go on
             yield stored, error
 
 
 def _by_dask(
     store: str, results: str, recordings: Sequence[StoredRecording], diagnosed: bool, workers: Workers
 ) -> Iterator[Outcome]:
-    """Yield what came out of each recording, in the order in which they are through."""
+    """Yield the outcome of each recording, in the order in which they end."""
     distributed = _distributed()
     with distributed.Client(**_cluster(workers)) as client:
         futures = {
             client.submit(
-                work_on, store, results, stored, diagnosed=diagnosed, pure=False, retries=RETRIES
+                process_recording, store, results, stored, diagnosed=diagnosed, pure=False, retries=RETRIES
             ): stored
             for stored in recordings
         }
@@ -138,8 +138,8 @@ def _cluster(workers: Workers) -> dict[str, object]:
         "threads_per_worker": 1,
         "processes": True,
         "memory_limit": workers.memory,
-        "dashboard_address": "127.0.0.1:0",  # any free port: the usual one may be taken
-        "silence_logs": logging.CRITICAL,  # what goes wrong comes back with its recording
+        "dashboard_address": "127.0.0.1:0",  # any free port: the nominal one may be taken
+        "silence_logs": logging.CRITICAL,  # errors are returned with their recordings
     }
 
 

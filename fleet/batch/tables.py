@@ -25,8 +25,8 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "floor": ("string", "on which it was driven, by run.toml; empty for the only one"),
         "start": ("double", "s"),
         "duration": ("double", "s"),
-        "way": ("double", "m, of truck a"),
-        "error": ("string", "why there is no more; null where all went well"),
+        "way": ("double", "m, travel of truck a"),
+        "error": ("string", "why there is no more; null where nothing failed"),
         "triage": ("string", "agreement, mismatch or insufficient"),
         "probability": ("double", "that anything is there, by triage"),
         "effect": ("string", "that comes closest"),
@@ -34,7 +34,7 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "says": ("string", "triage in a sentence"),
         "diagnosis": (
             "string",
-            "the whole one, of a minute with a linkage, as JSON; null where triage did not ask",
+            "the full one, of a minute with a linkage, as JSON; null where triage found no mismatch",
         ),
     },
     "numbers": {
@@ -46,29 +46,29 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
     },
     "ways": {
         "recording": ("string", "name"),
-        "way": ("int32", "number of the way between two poses, from 0"),
+        "way": ("int32", "number of the segment between two poses, from 0"),
         "time": ("double", "s, at its end"),
         "residual": ("double[3]", "m, m, rad: measured less odometry"),
         "jacobian": ("double[9]", "residual by left wheel, right wheel, wheelbase; row by row"),
         "rough": ("double[9]", "covariance of the residual for a roughness of 1 m/sqrt(m)"),
         "lever": ("double[2]", "m, end less start"),
         "sigma": ("double[6]", "m, m, rad of the first and of the last pose"),
-        "follows": ("bool", "whether it begins with the last pose of the way before"),
+        "follows": ("bool", "whether it begins with the last pose of the segment before"),
     },
     "crossings": {
         "recording": ("string", "name"),
-        "way": ("int32", "number of the way"),
+        "way": ("int32", "number of the segment"),
         "x": ("int32", "number of the cell of 0.25 m"),
         "y": ("int32", "likewise"),
         "loss_x": ("float", "m: residual by the part of the travel that is lost in the cell"),
         "loss_y": ("float", "m"),
         "loss_theta": ("float", "rad"),
-        "creep": ("float", "m: way over the cell"),
+        "creep": ("float", "m: travel over the cell"),
     },
     "robots": {
         "robot": ("string", "name"),
         "kind": ("string", "type of the robot"),
-        "listed": ("bool", "whether it is on the night's list"),
+        "listed": ("bool", "whether it is faulty"),
         "log_e": ("double", "logarithm of the evidence for a change"),
         "name": ("string", "number that changed most likely"),
         "share": ("double", "probability of this number, given a change"),
@@ -92,11 +92,11 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "size": ("double[]", "part lost, or creep per metre along x and y"),
         "sigma": ("double[]", "likewise"),
         "gain": ("double", "twice the gain in log likelihood"),
-        "crossings": ("int32", "number of ways over it"),
+        "crossings": ("int32", "number of segments over it"),
     },
     "asked": {
-        "robot": ("string", "name, of a robot that is not listed"),
-        "effect": ("string", "for which triage asks again and again"),
+        "robot": ("string", "name, of a robot that is not faulty"),
+        "effect": ("string", "of the mismatch that triage repeats"),
         "component": ("string", "on which"),
         "since": ("string", "date"),
     },
@@ -109,60 +109,87 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
         "floor": ("string", "on which it is; empty for the only one"),
         "x": ("double", "m, middle of a cell that was driven over within the week"),
         "y": ("double", "m"),
-        "count": ("int32", "number of ways over it"),
+        "count": ("int32", "number of segments over it"),
     },
     "nights": {
         "recordings": ("int32", "number of recordings of the day"),
-        "roughness": ("double", "m/sqrt(m), of the floor with most recordings, beside its bad places"),
+        "roughness": ("double", "m/sqrt(m), of the floor with most recordings, outside its bad places"),
     },
     "floors": {
         "floor": ("string", "name; empty for the only one"),
         "recordings": ("int32", "number of recordings within the week"),
-        "roughness": ("double", "m/sqrt(m), beside its bad places"),
+        "roughness": ("double", "m/sqrt(m), outside its bad places"),
     },
     "latest": {
-        "day": ("string", "date of the last night that was judged"),
+        "day": ("string", "date of the latest report"),
     },
     "histories": {
         "day": ("string", "date"),
         "name": ("string", "of the number"),
         "unit": ("string", "1, or rad"),
-        "value": ("double", "in that unit, beside vehicle.toml, without what bad places did"),
+        "value": ("double", "in that unit, relative to vehicle.toml, without the effect of bad places"),
         "sigma": ("double", "in that unit"),
     },
 }
 
 
-def parquet_bytes(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
+def encode_columns(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
     """Return the bytes of a table; `columns` has a list for each of its columns.
 
     Raises:
         FleetError: pyarrow is not installed.
     """
-    arrow, parquet = parquet_libraries()
-    schema = arrow.schema(
+    arrow, _ = parquet_libraries()
+    return _encode(arrow.table({name: columns[name] for name in TABLES[table]}, schema=_schema(arrow, table)))
+
+
+def encode_rows(table: str, rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return the bytes of a table from its rows; keys that are no columns are left out.
+
+    Raises:
+        FleetError: pyarrow is not installed.
+    """
+    arrow, _ = parquet_libraries()
+    return _encode(arrow.Table.from_pylist(rows, schema=_schema(arrow, table)))
+
+
+def decode_columns(content: bytes) -> dict[str, Any]:
+    """Return the columns of a table's bytes; lists stay lists, numbers become arrays."""
+    table = _decode(content)
+    return {
+        name: column.to_pylist() if _is_object(column) else column.to_numpy()
+        for name, column in zip(table.column_names, table.columns, strict=True)
+    }
+
+
+def decode_rows(content: bytes) -> list[dict[str, Any]]:
+    """Return the rows of a table's bytes, with plain Python's numbers."""
+    rows: list[dict[str, Any]] = _decode(content).to_pylist()
+    return rows
+
+
+def _encode(table: Any) -> bytes:  # noqa: ANN401 -- pyarrow has no types
+    _, parquet = parquet_libraries()
+    out = io.BytesIO()
+    parquet.write_table(table, out, compression="zstd")
+    return out.getvalue()
+
+
+def _decode(content: bytes) -> Any:  # noqa: ANN401 -- likewise
+    _, parquet = parquet_libraries()
+    return parquet.ParquetFile(io.BytesIO(content)).read(use_threads=False)  # small: threads only wait
+
+
+def _schema(arrow: Any, table: str) -> Any:  # noqa: ANN401 -- likewise
+    return arrow.schema(
         [
             arrow.field(name, _type(arrow, kind), metadata={"meaning": meaning})
             for name, (kind, meaning) in TABLES[table].items()
         ]
     )
-    out = io.BytesIO()
-    rows = arrow.table({name: columns[name] for name in TABLES[table]}, schema=schema)
-    parquet.write_table(rows, out, compression="zstd")
-    return out.getvalue()
 
 
-def columns_of(content: bytes) -> dict[str, Any]:
-    """Return the columns of a table's bytes; lists stay lists, numbers become arrays."""
-    _, parquet = parquet_libraries()
-    rows = parquet.ParquetFile(io.BytesIO(content)).read(use_threads=False)  # small: threads only wait
-    return {
-        name: column.to_pylist() if _is_object(column) else column.to_numpy()
-        for name, column in zip(rows.column_names, rows.columns, strict=True)
-    }
-
-
-def _is_object(column: Any) -> bool:  # noqa: ANN401 -- pyarrow has no types
+def _is_object(column: Any) -> bool:  # noqa: ANN401 -- likewise
     text = str(column.type)
     return text == "string" or "list" in text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -11,34 +12,44 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
-from omnimate.fleet.batch.part import part_of
 from omnimate.fleet.batch.store import folder_of
-from omnimate.fleet.batch.tables import TABLES, parquet_bytes
-from omnimate.fleet.crossings import crossings_of
-from omnimate.fleet.joints import JOINT_NUMBERS, joints_of
-from omnimate.fleet.model.days import kind_of
-from omnimate.fleet.segments import PARAMETERS, segments_of
+from omnimate.fleet.batch.tables import TABLES, encode_columns
+from omnimate.fleet.features import (
+    MIN_SEGMENTS,
+    crossing_columns,
+    estimate_joints,
+    name_kind,
+    segment_columns,
+)
+from omnimate.fleet.segments import JOINT_NUMBERS, PARAMETERS, cut_segments
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.triage.triage import triage
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.odometry import truck_travel
+from omnimate.vehicle.recording import Poses
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from omnimate.fleet.batch.files import Files
     from omnimate.fleet.batch.store import StoredRecording
-    from omnimate.fleet.segments import Segments, Steps
+    from omnimate.fleet.segments import Segments
+    from omnimate.mismatch.diagnosis import Where
     from omnimate.vehicle.recording import Recording
 
 Status = Literal["done", "known"]
 Columns = dict[str, Any]
-OF_RECORDINGS = ("crossings", "ways", "numbers", "recordings")  # the last one says that all are there
-_FEWEST = 2  # ways from which on a recording says something of its robot
+Number = tuple[str, str, float, float | None]  # name, unit, value and sigma of a row of `numbers`
+OF_RECORDINGS = ("crossings", "ways", "numbers", "recordings")  # the last one: where it is, all are
+# Part of a drive with a linkage that is diagnosed [s]. A linkage identifies both trucks at every sample, and
+# a diagnosis takes time and memory in proportion to these: five minutes take 20 to 90 s of processor time and
+# 2.7 GB, while what triage finds there, such as a joint of the floor, takes some seconds. A single truck is
+# observed at docks alone, which needs the whole drive, and takes a second or two.
+DIAGNOSED_PART = 60.0
 
 
-def work_on(store: str, results: str, stored: StoredRecording, *, diagnosed: bool) -> Status:
+def process_recording(store: str, results: str, stored: StoredRecording, *, diagnosed: bool) -> Status:
     """Make the results of one recording, unless they are known.
 
     Args:
@@ -56,7 +67,7 @@ def work_on(store: str, results: str, stored: StoredRecording, *, diagnosed: boo
         key = version.key(diagnosed=diagnosed)
         if target.glob(_path("recordings", stored, key)):
             return "known"
-        tables = _tables(folder, diagnosed=diagnosed)
+        tables = _make_tables(folder, diagnosed=diagnosed)
     tables["recordings"] |= {
         "key": [key],
         "recording_hash": [version.recording],
@@ -64,9 +75,10 @@ def work_on(store: str, results: str, stored: StoredRecording, *, diagnosed: boo
         "tool": [version.tool],
     }
     for table in OF_RECORDINGS:
-        columns = {"recording": [stored.name] * _length(tables[table]), **tables[table]}
-        target.write(_path(table, stored, key), parquet_bytes(table, columns))
-    _forget_others(target, stored, key)
+        count = len(next(iter(tables[table].values())))
+        columns = {"recording": [stored.name] * count, **tables[table]}
+        target.write(_path(table, stored, key), encode_columns(table, columns))
+    _delete_old_results(target, stored, key)
     return "done"
 
 
@@ -74,7 +86,7 @@ def _path(table: str, stored: StoredRecording, key: str) -> str:
     return f"{table}/{stored.place}/{stored.name}-{key}.parquet"
 
 
-def _forget_others(target: Files, stored: StoredRecording, key: str) -> None:
+def _delete_old_results(target: Files, stored: StoredRecording, key: str) -> None:
     """Delete results of the same recording from before it, its vehicle or the software changed."""
     for table in OF_RECORDINGS:
         for path in target.glob(_path(table, stored, "*")):
@@ -82,36 +94,32 @@ def _forget_others(target: Files, stored: StoredRecording, key: str) -> None:
                 target.delete(path)
 
 
-def _length(columns: Columns) -> int:
-    return len(next(iter(columns.values())))
-
-
 def _empty(table: str) -> Columns:
     return {name: [] for name in TABLES[table] if name != "recording"}
 
 
-def _tables(folder: Path, *, diagnosed: bool) -> dict[str, Columns]:
-    """Return the tables of a recording; where it cannot be worked on, one row that says why."""
+def _make_tables(folder: Path, *, diagnosed: bool) -> dict[str, Columns]:
+    """Return the tables of a recording; where it cannot be processed, one row that says why."""
     tables = {table: _empty(table) for table in OF_RECORDINGS}
     row: Columns = dict.fromkeys(tables["recordings"])
     try:
         recording = load_recording(folder)
-        row |= _drive(recording)
-        cut = segments_of(recording)
-        tables["numbers"] = _numbers(recording, cut[0] if cut else None)
+        row |= _describe_drive(recording)
+        cut = cut_segments(recording)
+        tables["numbers"] = _estimate_numbers(recording, cut[0] if cut else None)
         if cut:
-            tables["ways"], tables["crossings"] = _ways(cut[0]), _crossings(cut[1])
-        row |= _asked(recording, diagnosed=diagnosed)
+            tables["ways"], tables["crossings"] = segment_columns(cut[0]), crossing_columns(cut[1])
+        row |= _run_triage(recording, diagnosed=diagnosed)
     except OmnimateError as error:
         row["error"] = str(error).replace(str(folder), folder.name)
     tables["recordings"] = {name: [value] for name, value in row.items()}
     return tables
 
 
-def _drive(recording: Recording) -> Columns:
+def _describe_drive(recording: Recording) -> Columns:
     left, right, _ = truck_travel(recording, "a")
     return {
-        "kind": kind_of(recording.vehicle),
+        "kind": name_kind(recording.vehicle),
         "floor": recording.run.floor if recording.run else "",
         "start": float(recording.time[0]),
         "duration": float(recording.time[-1] - recording.time[0]),
@@ -119,14 +127,14 @@ def _drive(recording: Recording) -> Columns:
     }
 
 
-def _asked(recording: Recording, *, diagnosed: bool) -> Columns:
-    """Return what triage says, and the whole diagnosis where it asks for it."""
+def _run_triage(recording: Recording, *, diagnosed: bool) -> Columns:
+    """Return the result of triage, and the whole diagnosis where it asks for it."""
     answer = triage([recording])
     closest = answer.closest[0] if answer.closest else None
-    whole = None
+    diagnosis = None
     if diagnosed and answer.verdict == "mismatch":
-        found = diagnose([part_of(recording, answer.where)]).as_json()
-        whole = json.dumps(found, sort_keys=True).replace(
+        found = diagnose([diagnosed_part(recording, answer.where)]).as_json()
+        diagnosis = json.dumps(found, sort_keys=True).replace(
             recording.source, recording.source.rpartition("/")[2]
         )
     return {
@@ -135,14 +143,44 @@ def _asked(recording: Recording, *, diagnosed: bool) -> Columns:
         "effect": closest.effect if closest else None,
         "component": closest.component if closest else None,
         "says": answer.says,
-        "diagnosis": whole,
+        "diagnosis": diagnosis,
     }
 
 
-def _numbers(recording: Recording, segments: Segments | None) -> Columns:
-    """Return the numbers of a recording: parameters beside the file, joints, and UMBmark of squares."""
-    rows: list[tuple[str, str, float, float | None]] = []
-    if segments is not None and len(segments) >= _FEWEST:
+def diagnosed_part(recording: Recording, where: Where) -> Recording:
+    """Return the part to diagnose: around the first mismatch, or the middle where it is everywhere."""
+    first, last = float(recording.time[0]), float(recording.time[-1])
+    if recording.vehicle.linkage is None or last - first <= DIAGNOSED_PART:
+        return recording
+    seen = min(where.intervals, default=(first, last))
+    start = min(max(0.5 * (seen[0] + seen[1]) - 0.5 * DIAGNOSED_PART, first), last - DIAGNOSED_PART)
+    return _cut_recording(recording, start, start + DIAGNOSED_PART)
+
+
+def _cut_recording(recording: Recording, start: float, end: float) -> Recording:
+    """Return a recording from a time to another [s]: samples, poses, gaps and whole laps."""
+    rows, poses, run = recording.between(start, end), recording.poses, recording.run
+    if poses is not None:
+        inside = (poses.time >= start) & (poses.time <= end)
+        poses = Poses(poses.time[inside], poses.body[inside], poses.pose[inside], poses.sigma[inside])
+    if run is not None:
+        run = replace(run, laps=tuple(lap for lap in run.laps if start <= lap.start and lap.end <= end))
+    return replace(
+        recording,
+        time=recording.time[rows],
+        counts=recording.counts[rows],
+        present=recording.present[rows],
+        commands=None if recording.commands is None else recording.commands[rows],
+        poses=poses if poses is not None and len(poses.time) else None,
+        run=run,
+        gaps=tuple(gap for gap in recording.gaps if start <= gap.start and gap.end <= end),
+    )
+
+
+def _estimate_numbers(recording: Recording, segments: Segments | None) -> Columns:
+    """Return the numbers of a recording: parameters relative to the file, joints, and UMBmark of squares."""
+    rows: list[Number] = []
+    if segments is not None and len(segments) >= MIN_SEGMENTS:
         jacobian = segments.jacobian.reshape(-1, len(PARAMETERS))
         weighed = np.linalg.solve(segments.covariance(CONCRETE_ROUGHNESS), jacobian)
         covariance = np.linalg.pinv(jacobian.T @ weighed)
@@ -152,54 +190,27 @@ def _numbers(recording: Recording, segments: Segments | None) -> Columns:
             (name, "1", value, sigma)
             for name, value, sigma in zip(PARAMETERS, fitted.tolist(), sigmas.tolist(), strict=True)
         ]
-    joints = joints_of(recording)
+    joints = estimate_joints(recording)
     rows += [
         (name, "rad", value, sigma)
         for name, value, sigma in zip(
             JOINT_NUMBERS, joints.bias.tolist(), joints.sigma.tolist(), strict=False
         )
     ]
-    rows += _umbmark(recording)
+    rows += _estimate_umbmark(recording)
     names = "name", "unit", "value", "sigma"
     return dict(zip(names, map(list, zip(*rows, strict=True)), strict=True)) if rows else _empty("numbers")
 
 
-def _umbmark(recording: Recording) -> list[tuple[str, str, float, float | None]]:
+def _estimate_umbmark(recording: Recording) -> list[Number]:
     """Return E_max,syst of each truck whose squares were driven in both directions with fixes around them."""
     if recording.run is None or recording.run.side is None:
         return []
-    rows: list[tuple[str, str, float, float | None]] = []
+    rows: list[Number] = []
     for truck in recording.vehicle.trucks:
         try:
             errors = experiment_of_recordings([recording], truck).errors
         except CalibrationError:
-            continue  # one direction alone, or no fixes: nothing to say of squares
+            continue  # one direction alone, or no fixes
         rows.append((f"E_max,syst of truck {truck}", "m", errors.e_max_syst, None))
     return rows
-
-
-def _ways(segments: Segments) -> Columns:
-    count = len(segments)
-    return {
-        "way": np.arange(count, dtype=np.int32),
-        "time": segments.time,
-        "residual": segments.residual.tolist(),
-        "jacobian": segments.jacobian.reshape(count, 9).tolist(),
-        "rough": segments.rough.reshape(count, 9).tolist(),
-        "lever": segments.lever.tolist(),
-        "sigma": segments.sigma.reshape(count, 6).tolist(),
-        "follows": segments.follows,
-    }
-
-
-def _crossings(steps: Steps) -> Columns:
-    crossings = crossings_of(steps)
-    return {
-        "way": crossings.way,
-        "x": np.ascontiguousarray(crossings.cell[:, 0]),
-        "y": np.ascontiguousarray(crossings.cell[:, 1]),
-        "loss_x": crossings.loss[:, 0].astype(np.float32),
-        "loss_y": crossings.loss[:, 1].astype(np.float32),
-        "loss_theta": crossings.loss[:, 2].astype(np.float32),
-        "creep": crossings.creep.astype(np.float32),
-    }

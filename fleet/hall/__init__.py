@@ -1,1 +1,1 @@
-"""A simulated hall: many robots, day after day, on a floor with bad places, some of them turning sick."""
+"""A simulated hall: many robots, day after day, on a floor with bad places; some robots become faulty."""

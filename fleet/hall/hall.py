@@ -1,47 +1,37 @@
-"""The hall: its floor, docks and robots, drawn by chance from one seed; and any lap of any robot in it."""
+"""The hall: its floor, docks and robots, drawn by chance from one seed; its laps, and their store."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
+import tomli_w
 
-from omnimate.fleet.hall.ills import Ill
+from omnimate.files.recordings.folder import save_recording
+from omnimate.fleet.hall.faults import draw_fault
 from omnimate.fleet.hall.lap import Errand, drive_lap
-from omnimate.fleet.hall.places import Place, place_records
+from omnimate.fleet.hall.places import draw_places, place_records
 from omnimate.fleet.hall.robots import TYPES, HallRobot, draw_robot
 from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vehicle.atomic import write_text
 
 if TYPE_CHECKING:
-    from omnimate.fleet.hall.ills import IllKind
-    from omnimate.fleet.hall.places import PlaceKind
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from omnimate.fleet.hall.places import Place
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
+TRUTH = "hall.toml"
 DAY = 86400.0  # [s]
 FIRST_DAY = 1_772_409_600.0  # [s] 2026-03-02 00:00 UTC, a Monday
-_MORNING = 6.0 * 3600.0  # [s] after midnight, when the first lap begins
+_FIRST_LAP = 6.0 * 3600.0  # [s] after midnight, when the first lap begins
 _MARGIN = 1.5  # [m] that docks, points and places keep from the walls
-_GRADUAL = 10  # [days] in which what comes gradually comes
-_APART = 3.0  # [m] that bad places keep from each other
-_STOP = 8.0  # [s] that a stop with its two turns costs beside the way
-
-# What each kind of place costs: its reach [m], and the smallest and largest size.
-_PLACES: dict[PlaceKind, tuple[float, float, float]] = {
-    "joint": (0.5, 0.0015, 0.0035),
-    "oil": (0.5, 0.01, 0.03),
-    "slope": (0.8, 0.004, 0.010),
-}
-# What turns sick: components of a single robot, of a two-truck one, and the smallest and largest size.
-_ILLS: dict[IllKind, tuple[tuple[str, ...], tuple[str, ...], float, float]] = {
-    "wheel_diameter": (("a.left", "a.right"), ("a.left", "a.right"), 8e-4, 3e-3),
-    "wheelbase": (("a",), ("a",), 1e-2, 4e-2),
-    "joint_bias": ((), ("joint_a", "joint_b"), 5e-3, 2e-2),
-    "wheel_eccentricity": ((), ("a.left", "a.right"), 3e-4, 1e-3),
-    "gear_backlash": ((), ("a.left", "a.right"), 5e-4, 3e-3),
-}
+_STOP = 8.0  # [s] of a stop with its two turns, in addition to the drive
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +59,7 @@ def draw_hall(
     robots: int,
     days: int,
     *,
-    sick: int,
+    faulty: int,
     places: int,
     docks: int = 60,
     length: float = 40.0,
@@ -81,8 +71,8 @@ def draw_hall(
 
     Args:
         robots: Number of robots, of three types in turn.
-        days: Number of days; who turns sick does so after a fifth of them, and five days before their end.
-        sick: Number of robots that turn sick, half of them gradually.
+        days: Number of days; faults begin after a fifth of them, and five days before their end.
+        faulty: Number of robots that become faulty, half of them gradually.
         places: Number of bad places, of three kinds in turn.
         docks: Number of docks.
         length: Of the hall, along x [m].
@@ -91,23 +81,23 @@ def draw_hall(
         seed: Of all that is drawn by chance.
 
     Raises:
-        SimulationError: More robots turn sick than there are, or the bad places do not fit in.
+        SimulationError: More robots become faulty than there are, or the bad places do not fit in.
     """
-    if sick > robots:
-        raise SimulationError(f"{sick} sick robots of {robots}; expected no more than there are")
+    if faulty > robots:
+        raise SimulationError(f"{faulty} faulty robots of {robots}; expected no more than there are")
     chance = np.random.default_rng(seed)
     inside = np.array([length, width]) - 2.0 * _MARGIN
     positions = _MARGIN + inside * chance.uniform(size=(docks, 2))
     headings = chance.uniform(-math.pi, math.pi, docks)
-    bad = _draw_places(places, inside, chance)
-    chosen = set(chance.permutation(robots)[:sick].tolist())
+    bad = draw_places(places, _MARGIN, inside, chance)
+    chosen = set(chance.permutation(robots)[:faulty].tolist())
     fleet = [
         draw_robot(
             TYPES[number % 3],
             number,
             seed,
             sync_period,
-            (_draw_ill(TYPES[number % 3], days, chance),) if number in chosen else (),
+            (draw_fault(TYPES[number % 3], days, chance),) if number in chosen else (),
         )
         for number in range(robots)
     ]
@@ -134,41 +124,66 @@ def hall_lap(
     while time < 60.0 * minutes:
         there = int(chance.integers(len(hall.docks) - 1))
         visits.append(there + (there >= visits[-1]))
-        way = hall.docks[visits[-1], :2] - hall.docks[visits[-2], :2]
-        time += float(np.hypot(*way)) / speed + _STOP
+        drive = hall.docks[visits[-1], :2] - hall.docks[visits[-2], :2]
+        time += float(np.hypot(*drive)) / speed + _STOP
     errand = Errand(truth, wheels, hall.docks[visits], speed, pose_period, int(chance.integers(2**31)))
-    start = FIRST_DAY + day * DAY + _MORNING + lap * 60.0 * (minutes + 2.0)
+    start = FIRST_DAY + day * DAY + _FIRST_LAP + lap * 60.0 * (minutes + 2.0)
     return drive_lap(robot.vehicle, errand, place_records(hall.places), start)
 
 
-def _draw_places(count: int, inside: Array, chance: np.random.Generator) -> tuple[Place, ...]:
-    """Return bad places that keep apart from each other."""
-    kinds = tuple(_PLACES)
-    places: list[Place] = []
-    for _ in range(1000 * count):
-        if len(places) == count:
-            break
-        kind = kinds[len(places) % len(kinds)]
-        x, y = (_MARGIN + inside * chance.uniform(size=2)).tolist()
-        reach, low, high = _PLACES[kind]
-        size, direction = chance.uniform(low, high), chance.uniform(-math.pi, math.pi)
-        if all(math.hypot(x - other.x, y - other.y) > _APART for other in places):
-            places.append(Place(kind, x, y, reach, float(size), float(direction)))
-    if len(places) < count:
-        raise SimulationError(f"{count} bad places, {_APART} m apart, do not fit; make the hall larger")
-    return tuple(places)
+def write_store(
+    hall: Hall,
+    store: Path,
+    days: range,
+    laps: int,
+    minutes: float,
+    *,
+    pose_period: float = 0.0,
+    compress: bool = True,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> int:
+    """Write the recordings of all robots on some days; return how many.
+
+    Args:
+        hall: The hall.
+        store: Folder of the store; it is made where it is absent.
+        days: Days, from 0.
+        laps: Laps of each robot on each day.
+        minutes: Time of each lap, about [min].
+        pose_period: Time between readings of the pose [s]; 0 for docks alone.
+        compress: Whether logs are written as `can.log.gz`.
+        progress: Called with how many are written, and of how many.
+
+    Raises:
+        RecordingError: A recording cannot be written.
+    """
+    store.mkdir(parents=True, exist_ok=True)
+    write_text(store / TRUTH, truth_text(hall))
+    total, done = len(days) * len(hall.robots) * laps, 0
+    for day in days:
+        for robot in hall.robots:
+            for lap in range(laps):
+                recording = hall_lap(hall, robot, day, lap, minutes, pose_period)
+                began = datetime.fromtimestamp(float(recording.time[0]), UTC)
+                folder = store / f"robot={robot.vehicle.name}" / f"day={began:%Y-%m-%d}"
+                save_recording(recording, folder / f"{began:%H%M%S}", compress=compress)
+                done += 1
+                progress(done, total)
+    return total
 
 
-def _draw_ill(kind: str, days: int, chance: np.random.Generator) -> Ill:
-    """Return what goes wrong with a robot of a type."""
-    column = 1 if kind == "train" else 0
-    possible = [name for name, parts in _ILLS.items() if parts[column]]
-    name = possible[int(chance.integers(len(possible)))]
-    parts, (low, high) = _ILLS[name][column], _ILLS[name][2:]
-    size = chance.uniform(low, high) * (chance.choice([-1.0, 1.0]) if "wheel_e" not in name else 1.0)
-    if name == "gear_backlash":
-        size = abs(size)
-    first, last = max(1, days // 5), max(2, days - 5)
-    day = int(chance.integers(first, last))
-    gradual = int(chance.integers(2)) * min(_GRADUAL, max(2, days // 3))
-    return Ill(name, str(chance.choice(parts)), day, float(size), gradual)
+def truth_text(hall: Hall) -> str:
+    """Return the truth of a hall as TOML: its bad places, and the faults of its robots."""
+    places = [asdict(place) for place in hall.places]
+    faults = [
+        {"robot": robot.vehicle.name, **asdict(fault), "since": date_of(fault.day)}
+        for robot in hall.robots
+        for fault in robot.faults
+    ]
+    size = {"length": hall.length, "width": hall.width, "seed": hall.seed}
+    return tomli_w.dumps({**size, "docks": hall.docks.tolist(), "place": places, "sick": faults})
+
+
+def date_of(day: int) -> str:
+    """Return the date of a day of the hall, from 0."""
+    return f"{datetime.fromtimestamp(FIRST_DAY + day * DAY, UTC):%Y-%m-%d}"

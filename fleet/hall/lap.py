@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.fleet.hall.ills import Wheels, roll_sick
+from omnimate.fleet.hall.faults import apply_wheel_faults
 from omnimate.fleet.hall.places import creep_on_slopes, lose_on_places
 from omnimate.motion.journal import Journal
 from omnimate.motion.program import GOTO, WORLD, Program, Row, rest
@@ -20,7 +20,7 @@ from omnimate.vcan_sim.errors import EndStopError
 from omnimate.vcan_sim.onboard import odometry_of, see
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.signal_path import disturb, move, settle, turn_wheels
-from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, record
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 from omnimate.vehicle.parameters import CHANNELS
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import wrap
@@ -30,18 +30,18 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 DOCK_SIGMA = np.array([0.002, 0.002, 0.001])  # [m, m, rad] of a docking station's reading
-_ASIDE = np.array([0.02, 0.02, 0.01])  # [m, m, rad] by which a robot stands off where it should
+_START_SIGMA = np.array([0.02, 0.02, 0.01])  # [m, m, rad] of a robot's pose at its first dock
 _REST = 1.0  # [s] at a dock
 _BLOCK = 8192  # samples that are simulated at once
 
 
 @dataclass(frozen=True, slots=True)
 class Errand:
-    """What a robot does in one lap.
+    """The task of a robot in one lap.
 
     Attributes:
-        truth: The robot as it really is on that day.
-        wheels: Record `(1,)` of what its wheels do besides rolling.
+        truth: The robot's true parameters on that day.
+        wheels: Record `(1,)` of its wheels' faults.
         docks: Docks that it visits, x [m], y [m] and heading [rad], `(M, 3)`; it begins at the first one.
         speed: [m/s].
         period: Time between readings of the pose while it drives [s]; 0 for docks alone.
@@ -60,8 +60,8 @@ def drive_lap(vehicle: "VehicleParameters", errand: Errand, places: Record, star
     """Return the recording of one lap.
 
     Args:
-        vehicle: Robot as its owner believes it to be.
-        errand: What it does.
+        vehicle: Nominal parameters of the robot.
+        errand: Its task.
         places: Bad places of the floor, as `place_records` makes them.
         start_time: Time of the first sample [s].
 
@@ -69,7 +69,7 @@ def drive_lap(vehicle: "VehicleParameters", errand: Errand, places: Record, star
         EndStopError: The linkage was driven to its end stop.
     """
     chance = np.random.default_rng(errand.seed)
-    start = errand.docks[0] + chance.normal(size=3) * _ASIDE
+    start = errand.docks[0] + chance.normal(size=3) * _START_SIGMA
     plant = Plant(errand.truth, vehicle, (float(start[0]), float(start[1]), float(start[2])))
     program = _program(errand)
     runner, journal, odometry = Runner(program, vehicle), Journal(program), odometry_of(vehicle)
@@ -134,7 +134,7 @@ def hall_block(
     first: int,
     period: float,
 ) -> int:
-    """Fill samples `(N, 7)` and true poses `(N, 3)` from `first` on, until something happens."""
+    """Fill samples `(N, 7)` and true poses `(N, 3)` from `first` on, until an event or an end stop."""
     constants, state, wheels = constants_[0], plants[0], all_wheels[0]
     command = np.zeros(4)
     for sample in range(first, len(counts)):
@@ -143,15 +143,15 @@ def hall_block(
         for axis in range(3):
             poses[sample, axis] = state.pose[0, axis]
         pose, link = see(odometries[0], counts[sample])
-        happened = step(rows, settings, runner, pose, link, command)
+        is_event = step(rows, settings, runner, pose, link, command)
         turn_wheels(constants, state, command, period)
-        roll_sick(wheels, constants, state)
+        apply_wheel_faults(wheels, constants, state)
         disturb(constants, state, obstacles)
         lose_on_places(places, sides, constants, state)
         move(constants, state)
         creep_on_slopes(places, constants, state)
         settle(constants, state)
-        if happened or state.end_stop:
+        if is_event or state.end_stop:
             return sample + 1
     return len(counts)
 
@@ -173,8 +173,3 @@ def _dense(time: Array, true: Array, period: float, chance: np.random.Generator)
     measured = true[rows] + chance.normal(size=(len(rows), 3)) * DOCK_SIGMA
     measured[:, 2] = wrap(measured[:, 2])
     return Poses(time[rows], np.full(len(rows), "a"), measured, np.tile(DOCK_SIGMA, (len(rows), 1)))
-
-
-def healthy_wheels() -> Record:
-    """Return the record `(1,)` of wheels that roll and do nothing else."""
-    return record(Wheels)

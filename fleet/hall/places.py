@@ -14,6 +14,13 @@ from omnimate.vehicle.se2 import transform_xy
 PlaceKind = Literal["joint", "oil", "slope"]
 KINDS: tuple[PlaceKind, ...] = get_args(PlaceKind)
 JOINT, OIL, SLOPE = range(3)
+_APART = 3.0  # [m] that bad places keep from each other
+# What is drawn of each kind: its reach [m], and the smallest and largest size.
+_RANGES: dict[PlaceKind, tuple[float, float, float]] = {
+    "joint": (0.5, 0.0015, 0.0035),
+    "oil": (0.5, 0.01, 0.03),
+    "slope": (0.8, 0.004, 0.010),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +28,12 @@ class Place:
     """A bad place of the floor.
 
     Attributes:
-        kind: A joint between slabs: a line on which each wheel loses way at every crossing; an oily patch: a
-            disc on which wheels turn without full travel; a slope: a disc on which trucks creep.
+        kind: A joint between slabs: a line on which each wheel loses travel at every crossing; an oily patch:
+            a disc on which wheels turn without full travel; a slope: a disc on which trucks creep.
         x: X of its centre [m].
         y: Y of its centre [m].
         reach: Half the length of a joint, or the radius of a patch or slope [m].
-        size: Way lost at a crossing [m]; part of the travel that is lost [1]; creep per metre travelled [1].
+        size: Travel lost at a crossing [m]; part of the travel that is lost [1]; creep per metre [1].
         direction: Direction of the joint's line, or of the creep [rad].
 
     Raises:
@@ -59,6 +66,27 @@ class PlaceRecord:
     sin: float
 
 
+def draw_places(count: int, margin: float, inside: Array, chance: np.random.Generator) -> tuple[Place, ...]:
+    """Return bad places that keep apart from each other, and from the walls by a margin [m].
+
+    Raises:
+        SimulationError: They do not fit into the sides of the area inside the margin [m], `(2,)`.
+    """
+    places: list[Place] = []
+    for _ in range(1000 * count):
+        if len(places) == count:
+            break
+        kind = KINDS[len(places) % len(KINDS)]
+        x, y = (margin + inside * chance.uniform(size=2)).tolist()
+        reach, low, high = _RANGES[kind]
+        size, direction = chance.uniform(low, high), chance.uniform(-math.pi, math.pi)
+        if all(math.hypot(x - other.x, y - other.y) > _APART for other in places):
+            places.append(Place(kind, x, y, reach, float(size), float(direction)))
+    if len(places) < count:
+        raise SimulationError(f"{count} bad places, {_APART} m apart, do not fit; make the hall larger")
+    return tuple(places)
+
+
 def place_records(places: tuple[Place, ...]) -> Record:
     """Return one record for each place, `(K,)`."""
     rows = [
@@ -78,7 +106,7 @@ def place_records(places: tuple[Place, ...]) -> Record:
 
 @compiled
 def lose_on_places(places: Record, sides: Array, constants: Constants, state: State) -> None:
-    """Take off the wheels' travel what joints and oily patches cost in this step.
+    """Reduce the wheels' travel in this step by the loss on joints and oily patches.
 
     Args:
         places: The places, `(K,)`.
@@ -106,10 +134,10 @@ def lose_on_places(places: Record, sides: Array, constants: Constants, state: St
 def creep_on_slopes(places: Record, constants: Constants, state: State) -> None:
     """Shift each truck that drove on a slope in this step towards the slope's direction."""
     for truck in range(constants.trucks):
-        way = abs(0.5 * (state.travel[2 * truck] + state.travel[2 * truck + 1]))
+        travel = abs(0.5 * (state.travel[2 * truck] + state.travel[2 * truck + 1]))
         for number in range(len(places)):
             place = places[number]
             from_x, from_y = state.pose[truck, 0] - place.x, state.pose[truck, 1] - place.y
             if place.kind == SLOPE and from_x * from_x + from_y * from_y <= place.reach * place.reach:
-                state.pose[truck, 0] += place.size * way * place.cos
-                state.pose[truck, 1] += place.size * way * place.sin
+                state.pose[truck, 0] += place.size * travel * place.cos
+                state.pose[truck, 1] += place.size * travel * place.sin

@@ -1,4 +1,4 @@
-"""The robots of a hall: three types, each robot a little different, that wear and may turn sick."""
+"""The robots of a hall: three types, each robot a little different, that wear and may become faulty."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.fleet.hall.lap import healthy_wheels
+from omnimate.fleet.hall.faults import WheelFaults
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.compiled import Record, record
 from omnimate.vehicle.parameters import WHEELS, Limits, Truck
 
 if TYPE_CHECKING:
-    from omnimate.fleet.hall.ills import Ill
-    from omnimate.vehicle.compiled import Record
+    from omnimate.fleet.hall.faults import Fault
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.se2 import Array
 
 TYPES = ("tug", "mule", "train")
-# Scatter of what is ordinary, as ratios: how well robots were calibrated, how fast tyres wear (a polyurethane
+# Nominal variation, as ratios: how well robots were calibrated, how fast tyres wear (a polyurethane
 # tyre of 150 mm loses some 0.05 mm of diameter in a month), and what load and temperature do from day to day.
 CALIBRATED_WHEEL, CALIBRATED_WHEELBASE = 1e-4, 1e-3
 WEAR, WEAR_SCATTER = -1e-5, 3e-6  # [1/day]
@@ -33,11 +33,11 @@ class HallRobot:
     """A robot of the hall.
 
     Attributes:
-        vehicle: As its owner believes it to be.
-        wheels: Ratio of each wheel's true diameter on day 0 to what is believed, less 1, `(4,)`.
+        vehicle: Its nominal parameters.
+        wheels: Ratio of each wheel's true diameter on day 0 to the nominal one, less 1, `(4,)`.
         wheelbases: The same of each truck's wheelbase, `(2,)`.
         wear: What each wheel's ratio gains in a day, `(4,)` [1/day].
-        ills: What goes wrong with it.
+        faults: Its faults.
         seed: Of all that is drawn by chance for it.
     """
 
@@ -45,26 +45,26 @@ class HallRobot:
     wheels: Array
     wheelbases: Array
     wear: Array
-    ills: tuple[Ill, ...]
+    faults: tuple[Fault, ...]
     seed: int
 
     def on(self, day: int, lap: int) -> tuple[Truth, Record]:
-        """Return the robot as it truly is in a lap of a day, and what its wheels do besides rolling."""
+        """Return the robot's true parameters in a lap of a day, and a record `(1,)` of wheel faults."""
         daily = np.random.default_rng((self.seed, day))
         wheels = self.wheels + day * self.wear + DAILY_WHEEL * daily.normal(size=4)
         wheelbases = self.wheelbases + DAILY_WHEELBASE * daily.normal(size=2)
-        record, biases = healthy_wheels(), {"joint_a": 0.0, "joint_b": 0.0}
-        for ill in self.ills:
-            size = ill.at(day)
-            if ill.kind == "wheelbase":
-                wheelbases["ab".index(ill.component)] += size
-            elif ill.kind == "joint_bias":
-                biases[ill.component] += size
-            elif ill.kind == "wheel_diameter":
-                wheels[_WHEEL_NAMES.index(ill.component)] += size
+        wheel_faults, biases = record(WheelFaults), {"joint_a": 0.0, "joint_b": 0.0}
+        for fault in self.faults:
+            size = fault.at(day)
+            if fault.kind == "wheelbase":
+                wheelbases["ab".index(fault.component)] += size
+            elif fault.kind == "joint_bias":
+                biases[fault.component] += size
+            elif fault.kind == "wheel_diameter":
+                wheels[_WHEEL_NAMES.index(fault.component)] += size
             else:
-                field = "amplitude" if ill.kind == "wheel_eccentricity" else "play"
-                record[field][0, _WHEEL_NAMES.index(ill.component)] = size
+                field = "amplitude" if fault.kind == "wheel_eccentricity" else "play"
+                wheel_faults[field][0, _WHEEL_NAMES.index(fault.component)] = size
         true = self.vehicle
         for number, (name, truck) in enumerate(self.vehicle.trucks.items()):
             left, right = 1.0 + wheels[2 * number : 2 * number + 2]
@@ -75,29 +75,29 @@ class HallRobot:
             )
             true = true.with_truck(name, changed)
         seed = int(np.random.default_rng((self.seed, day, lap)).integers(2**31))
-        return Truth(true, effects=linkage_biases(**biases), seed=seed), record
+        return Truth(true, effects=linkage_biases(**biases), seed=seed), wheel_faults
 
 
 def draw_robot(
-    kind: str, number: int, seed: int, sync_period: float = 0.015, ills: tuple[Ill, ...] = ()
+    kind: str, number: int, seed: int, sync_period: float = 0.015, faults: tuple[Fault, ...] = ()
 ) -> HallRobot:
     """Return a robot of a type, with its number in its name; `sync_period` is that of its bus [s]."""
     chance = np.random.default_rng((seed, number))
-    believed = _believed(kind)
-    bus = replace(believed.bus, sync_period=sync_period)
-    vehicle = replace(believed, name=f"{kind}-{number:04d}", bus=bus)
+    nominal = _nominal_vehicle(kind)
+    bus = replace(nominal.bus, sync_period=sync_period)
+    vehicle = replace(nominal, name=f"{kind}-{number:04d}", bus=bus)
     return HallRobot(
         vehicle,
         CALIBRATED_WHEEL * chance.normal(size=4),
         CALIBRATED_WHEELBASE * chance.normal(size=2),
         WEAR + WEAR_SCATTER * chance.normal(size=4),
-        ills,
+        faults,
         int(chance.integers(2**31)),
     )
 
 
-def _believed(kind: str) -> VehicleParameters:
-    """Return what the owner believes of a type: two of a single truck, and a two-truck robot."""
+def _nominal_vehicle(kind: str) -> VehicleParameters:
+    """Return the nominal parameters of a type: two of a single truck, and a two-truck robot."""
     if kind == "train":
         return reference_vehicle()
     robot = replace(reference_single(), limits=Limits(speed=0.8, acceleration=0.5))

@@ -1,1 +1,1 @@
-"""The joint model: effects of robots and of places, from all ways of all robots."""
+"""The joint model: effects of robots and of places, from all segments of all robots."""

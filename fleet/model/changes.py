@@ -1,11 +1,11 @@
-"""Changes: whether a robot's history shows more than what is ordinary, since when, of what, and how fast.
+"""Changes: whether a robot's history shows more than nominal variation, since when, of what, and how fast.
 
 The null hypothesis is a healthy robot of its type (`omnimate.fleet.model.histories`), of which one number may
 be off on a single day: somebody pushes it, a load shifts. Each alternative adds a step or a ramp to one
 number from one day on. The evidence is the mixture of the alternatives' likelihoods over that of the null: an
-e-value, whose mean is at most 1 on healthy robots. A night's list is chosen by the e-BH procedure, which
-keeps the expected part of false names on it below a level, whatever the dependence among robots (Wang &
-Ramdas, False discovery rate control with e-values, JRSS B 2022).
+e-value, whose mean is at most 1 on healthy robots. The faulty robots of a day are chosen by the e-BH
+procedure, which keeps the expected fraction of false ones among them below a level, whatever the dependence
+among robots (Wang & Ramdas, False discovery rate control with e-values, JRSS B 2022).
 """
 
 from __future__ import annotations
@@ -17,48 +17,48 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.special import logsumexp
 
-from omnimate.fleet.morning import Change, Shape
+from omnimate.fleet.report import Change, Shape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from omnimate.fleet.model.histories import History, Ordinary
+    from omnimate.fleet.model.histories import History, NominalVariation
     from omnimate.vehicle.se2 import Array
 
-SIZES = (5.0, 20.0, 80.0)  # [standard deviations of a day] of changes that are looked for
-RAMP = 5.0  # [days] in which a ramp reaches such a size
-ODD_DAY = 0.02  # probability that a number of a healthy robot is off on some day
-FEWEST = 3  # days of a history from which on a change can be seen
-LEVEL = 0.01  # expected part of false names on a night's list
+SIZE_GRID = (5.0, 20.0, 80.0)  # [standard deviations of a day] of changes that are tested
+RAMP_DAYS = 5.0  # [days] in which a ramp reaches such a size
+OUTLIER_PROBABILITY = 0.02  # probability that a number of a healthy robot is off on some day
+MIN_DAYS = 3  # days of a history from which on a change can be seen
+FALSE_DISCOVERY_RATE = 0.01  # expected fraction of false ones among the faulty robots
 
 
-def change_of(history: History, usual: Ordinary) -> Change | None:
-    """Return what a history shows, healthy or not; None where it has too few days."""
+def detect_change(history: History, nominal: NominalVariation) -> Change | None:
+    """Return the likeliest change in a history, healthy or not; None where it has too few days."""
     count, size = history.value.shape
-    if count < FEWEST:
+    if count < MIN_DAYS:
         return None
-    factor = cholesky(usual.covariance(history), lower=True)
-    seen = solve_triangular(factor, (history.value - usual.mean(history)).reshape(-1), lower=True)
+    factor = cholesky(nominal.covariance(history), lower=True)
+    seen = solve_triangular(factor, (history.value - nominal.mean(history)).reshape(-1), lower=True)
     shapes = np.concatenate([_shapes(history.days), np.eye(count)])  # (A + D, D)
     columns = np.zeros((count, size, len(shapes), size))
-    columns[:, np.arange(size), :, np.arange(size)] = shapes.T * usual.sigma[:, np.newaxis, np.newaxis]
+    columns[:, np.arange(size), :, np.arange(size)] = shapes.T * nominal.sigma[:, np.newaxis, np.newaxis]
     white = solve_triangular(factor, columns.reshape(count * size, -1), lower=True)
     information = (white**2).sum(axis=0).reshape(len(shapes), size)
     score = (white.T @ seen).reshape(len(shapes), size)
-    variance = np.array(SIZES)[:, np.newaxis, np.newaxis] ** 2
+    variance = np.array(SIZE_GRID)[:, np.newaxis, np.newaxis] ** 2
     logs = 0.5 * (score**2 * variance / (1.0 + variance * information) - np.log1p(variance * information))
-    changed, odd = logs[:, :-count], logs[:, -count:]
-    healthy = np.logaddexp(0.0, logsumexp(odd) + math.log(ODD_DAY / (len(SIZES) * size)))
+    changed, outlier = logs[:, :-count], logs[:, -count:]
+    healthy = np.logaddexp(0.0, logsumexp(outlier) + math.log(OUTLIER_PROBABILITY / (len(SIZE_GRID) * size)))
     log_e = float(logsumexp(changed) - math.log(changed.size) - healthy)
     odds = np.exp(changed - changed.max()).sum(axis=0)  # (A, P)
     number = int(np.argmax(odds.sum(axis=0)))
-    mine = odds[:, number]
-    best = int(np.argmax(mine))
-    onsets = mine.reshape(2, -1).sum(axis=0)
+    of_number = odds[:, number]
+    best = int(np.argmax(of_number))
+    onsets = of_number.reshape(2, -1).sum(axis=0)
     within = np.cumsum(onsets) / onsets.sum()
     first, last = (int(np.searchsorted(within, part)) + 1 for part in (0.05, 0.95))
-    unit = float(usual.sigma[number])
-    amount = score[best, number] / (information[best, number] + 1.0 / SIZES[-1] ** 2) * unit
+    unit = float(nominal.sigma[number])
+    amount = score[best, number] / (information[best, number] + 1.0 / SIZE_GRID[-1] ** 2) * unit
     sigma = unit / math.sqrt(information[best, number])
     shape: Shape = "step" if best < count - 1 else "ramp"
     reached = float(shapes[best, -1])
@@ -67,23 +67,23 @@ def change_of(history: History, usual: Ordinary) -> Change | None:
         history.kind,
         log_e,
         history.names[number],
-        float(mine.sum() / odds.sum()),
+        float(of_number.sum() / odds.sum()),
         history.dates[best % (count - 1) + 1],
         history.dates[first],
         history.dates[min(last, count - 1)],
         shape,
         float(amount) * reached,
         sigma * reached,
-        float(amount) / RAMP if shape == "ramp" else 0.0,
+        float(amount) / RAMP_DAYS if shape == "ramp" else 0.0,
     )
 
 
-def listed(changes: Sequence[Change], level: float = LEVEL) -> list[Change]:
-    """Return the robots of a night's list, the clearest first, by the e-BH procedure.
+def select_faulty(changes: Sequence[Change], level: float = FALSE_DISCOVERY_RATE) -> list[Change]:
+    """Return the changes of the faulty robots, the clearest first, by the e-BH procedure.
 
     Args:
         changes: Of all robots that were judged.
-        level: Expected part of false names that is allowed.
+        level: Expected fraction of false ones that is allowed.
     """
     ordered = sorted(changes, key=lambda change: -change.log_e)
     passed = [
@@ -94,9 +94,9 @@ def listed(changes: Sequence[Change], level: float = LEVEL) -> list[Change]:
     return ordered[: max(passed, default=0)]
 
 
-def changes_of(histories: Sequence[History], usual: Mapping[str, Ordinary]) -> list[Change]:
-    """Return what the histories show, of robots with enough days."""
-    changes = (change_of(history, usual[history.kind]) for history in histories)
+def detect_changes(histories: Sequence[History], nominal: Mapping[str, NominalVariation]) -> list[Change]:
+    """Return the likeliest change of each robot with enough days."""
+    changes = (detect_change(history, nominal[history.kind]) for history in histories)
     return [change for change in changes if change is not None]
 
 
@@ -104,5 +104,5 @@ def _shapes(days: Array) -> Array:
     """Return steps, then ramps, from the second day on, the third, ...: `(2 (D - 1), D)`."""
     since = days - days[1:, np.newaxis]
     steps = np.where(since >= 0.0, 1.0, 0.0)
-    ramps = np.where(since >= 0.0, since + 1.0, 0.0) / RAMP
+    ramps = np.where(since >= 0.0, since + 1.0, 0.0) / RAMP_DAYS
     return np.concatenate([steps, ramps])

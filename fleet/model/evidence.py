@@ -1,4 +1,4 @@
-"""The evidence of recordings: their ways, what these go over, and what they weigh."""
+"""The evidence of recordings: residuals with their weights, and the effect of places on them."""
 
 from __future__ import annotations
 
@@ -7,56 +7,42 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.fleet.crossings import CELL
+from omnimate.fleet.segments import CELL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from omnimate.fleet.crossings import Crossings
-    from omnimate.fleet.segments import Segments
+    from omnimate.fleet.report import BadPlace, PlaceEffect
+    from omnimate.fleet.segments import Crossings, Segments
     from omnimate.vehicle.se2 import Array
 
-Effects = dict[int, "Array"]  # what a place of unit size makes of residuals `(3 S, C)`, by recording
+FREEDOM: dict[PlaceEffect, int] = {"loss": 1, "creep": 2}  # degrees of freedom of an effect's size
+Effects = dict[int, "Array"]  # of a place of unit size on residuals, `(3 S, C)`, by recording
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What one recording says of its robot and of the floor.
+    """The evidence of one recording on its robot and on the floor.
 
     Attributes:
-        robot: Name of the robot.
-        kind: Type of the robot: all of a type share what is ordinary.
-        day: Date, as YYYY-MM-DD.
         residual: All residuals, `(3 S,)`, as in `Segments`.
         jacobian: Their derivative by the robot's parameters, `(3 S, 3)`.
         precision: Their inverse covariance, `(3 S, 3 S)`.
-        floor_precision: What of it is left beside any parameters of the robot, fitted to this recording
-            alone: whatever the robot's diameters and wheelbase are, they change no score of a place.
-        crossings: What the ways go over.
+        floor_precision: The precision with the robot's parameters projected out: whatever the robot's
+            diameters and wheelbase are, they change no score of a place.
+        crossings: The cells that the segments cross.
     """
 
-    robot: str
-    kind: str
-    day: str
     residual: Array
     jacobian: Array
     precision: Array
     floor_precision: Array
     crossings: Crossings
 
-    def robot_information(self, floor: Array) -> tuple[Array, Array]:
-        """Return the information `(3, 3)` on the robot's parameters, and the score `(3,)`.
-
-        Args:
-            floor: What the floor's places make of the residuals, `(3 S,)`.
-        """
-        weighed = self.precision @ self.jacobian
-        return self.jacobian.T @ weighed, weighed.T @ (self.residual - floor)
-
-    def less_sure(self, errors: Sequence[Array]) -> Evidence:
-        """Return the evidence with independent errors besides, one standard deviation in each column.
+    def with_errors(self, errors: Sequence[Array]) -> Evidence:
+        """Return the evidence with further independent errors, one standard deviation in each column.
 
         Args:
             errors: Columns, `(3 S, K)` each.
@@ -67,49 +53,50 @@ class Evidence:
         weighed = self.precision @ columns
         inner = np.eye(columns.shape[1]) + columns.T @ weighed
         precision = self.precision - weighed @ np.linalg.solve(inner, weighed.T)
-        return replace(self, precision=precision, floor_precision=_beside(precision, self.jacobian))
+        return replace(self, precision=precision, floor_precision=_project_out(precision, self.jacobian))
 
 
-def evidence_of(
-    robot: str, kind: str, day: str, segments: Segments, crossings: Crossings, roughness: float
-) -> Evidence:
+def weigh_segments(segments: Segments, crossings: Crossings, roughness: float) -> Evidence:
     """Return the evidence of a recording on a floor of a roughness [m/sqrt(m)]."""
     precision = np.linalg.inv(segments.covariance(roughness))
     precision = 0.5 * (precision + precision.T)
     jacobian = segments.jacobian.reshape(-1, 3)
-    beside = _beside(precision, jacobian)
-    return Evidence(robot, kind, day, segments.residual.reshape(-1), jacobian, precision, beside, crossings)
+    projected = _project_out(precision, jacobian)
+    return Evidence(segments.residual.reshape(-1), jacobian, precision, projected, crossings)
 
 
-def _beside(precision: Array, jacobian: Array) -> Array:
-    """Return what of a precision is left beside any parameters of the robot."""
+def _project_out(precision: Array, jacobian: Array) -> Array:
+    """Return a precision with the parameters of a Jacobian projected out."""
     weighed = precision @ jacobian
     return np.asarray(precision - weighed @ np.linalg.pinv(jacobian.T @ weighed) @ weighed.T, np.float64)
 
 
-class AllCrossings:
-    """The crossings of many recordings together, in which those near a place are found at once.
+def fraction_inside(distance: Array, reach: float) -> Array:
+    """Return how much of a cell at a distance [m] lies in a disc, with an edge as wide as a cell."""
+    return np.clip((reach - distance) / CELL + 0.5, 0.0, 1.0)
+
+
+class FleetEvidence:
+    """The evidence of many recordings, with an index of their crossings by place.
 
     Attributes:
-        sure: Evidence of the recordings.
-        evidence: The same with the errors besides that `doubt` states.
-        effects: What places of unit size make of their residuals, by effect, x, y and reach, as they are
-            asked for.
+        initial: Evidence of the recordings.
+        recordings: The same with the errors that `set_errors` adds.
     """
 
-    def __init__(self, evidence: Sequence[Evidence]) -> None:
-        self.evidence = self.sure = evidence
-        self.effects: dict[tuple[str, float, float, float], Effects] = {}
-        counts = [len(single.crossings.way) for single in evidence]
-        self._owner = np.repeat(np.arange(len(evidence)), counts)
+    def __init__(self, recordings: Sequence[Evidence]) -> None:
+        self.recordings = self.initial = recordings
+        self._effects: dict[tuple[str, float, float, float], Effects] = {}
+        counts = [len(recording.crossings.segment) for recording in recordings]
+        self._owner = np.repeat(np.arange(len(recordings)), counts)
         self._first = np.cumsum([0, *counts])
-        self._cell = np.concatenate([single.crossings.cell for single in evidence]).astype(np.int32)
+        self._cell = np.concatenate([recording.crossings.cell for recording in recordings]).astype(np.int32)
 
-    def doubt(self, errors: Mapping[int, Array]) -> None:
-        """State independent errors besides, `(3 S, K)` by recording, instead of those stated before."""
-        self.evidence = [
-            single.less_sure([errors[number]]) if number in errors else single
-            for number, single in enumerate(self.sure)
+    def set_errors(self, errors: Mapping[int, Array]) -> None:
+        """Add independent errors, `(3 S, K)` by recording, in place of those added before."""
+        self.recordings = [
+            recording.with_errors([errors[number]]) if number in errors else recording
+            for number, recording in enumerate(self.initial)
         ]
 
     def near(self, x: float, y: float, reach: float) -> Iterator[tuple[int, NDArray[np.int64]]]:
@@ -120,8 +107,35 @@ class AllCrossings:
         inside = (along >= low[0]) & (along <= high[0])
         inside &= (across >= low[1]) & (across <= high[1])
         rows = np.flatnonzero(inside)
-        if not len(rows):
-            return
         owners, first = np.unique(self._owner[rows], return_index=True)
-        for owner, part in zip(owners.tolist(), np.split(rows, first[1:]), strict=True):
+        for owner, part in zip(owners.tolist(), np.split(rows, first)[1:], strict=True):
             yield owner, part - self._first[owner]
+
+    def effects_of(self, place: BadPlace) -> Effects:
+        """Return the effect of a place of unit size on the residuals of the recordings that cross it."""
+        key = place.effect, place.x, place.y, place.reach
+        if key not in self._effects:
+            self._effects[key] = dict(self._compute_effects(place))
+        return self._effects[key]
+
+    def _compute_effects(self, place: BadPlace) -> Iterator[tuple[int, Array]]:
+        for number, rows in self.near(place.x, place.y, place.reach + CELL):
+            crossings = self.recordings[number].crossings.rows(rows)
+            from_place = CELL * crossings.cell - np.array([place.x, place.y])
+            inside = fraction_inside(np.hypot(from_place[:, 0], from_place[:, 1]), place.reach)
+            effect = np.zeros((len(self.recordings[number].residual) // 3, 3, FREEDOM[place.effect]))
+            if place.effect == "loss":
+                np.add.at(effect[:, :, 0], crossings.segment, inside[:, np.newaxis] * crossings.loss)
+            else:
+                for axis in range(2):
+                    np.add.at(effect[:, axis, axis], crossings.segment, inside * crossings.creep)
+            if effect.any():
+                yield number, effect.reshape(-1, FREEDOM[place.effect])
+
+    def sum_effects(self, places: Sequence[BadPlace]) -> list[Array]:
+        """Return the effect of places of known sizes on the residuals of each recording, `(3 S,)`."""
+        sums = [np.zeros(len(recording.residual)) for recording in self.recordings]
+        for place in places:
+            for number, effect in self.effects_of(place).items():
+                sums[number] += effect @ place.size
+        return sums

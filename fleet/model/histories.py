@@ -1,38 +1,64 @@
-"""Histories: a robot's numbers day by day, and what is ordinary for robots of its type.
+"""Histories: a robot's numbers day by day, and the nominal variation of robots of its type.
 
-What is ordinary is learned from the fleet itself (empirical Bayes), robustly, so that the few sick robots do
-not change it: how far calibrations scatter, how fast robots of this type wear and how differently, and how
-much more the numbers scatter from day to day than their own uncertainty says.
+The nominal variation is estimated from the fleet itself (empirical Bayes), robustly, so that the few faulty
+robots do not change it: how far calibrations scatter, how fast robots of this type wear and how differently,
+and how much more the numbers scatter from day to day than their stated uncertainty.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from datetime import date
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from omnimate.fleet.features import NO_JOINTS, Joints
+from omnimate.fleet.segments import JOINT_NUMBERS, PARAMETERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.vehicle.se2 import Array
 
-LINE = 5  # days from which on wear is learned
-# [1/day or rad/day] of wear, as long as it is not known: tyres of 150 mm lose below 0.1 mm in a week. What
-# changes faster is no ordinary wear, however many robots of a small fleet do so.
-UNKNOWN_WEAR = 1e-4
-# [standard deviations of a day] of ordinary scatter from day to day, at most, for the same reason.
-MOST_DAILY = 3.0
-# [standard deviations of a day] of what robots differ from their files at least: where a robot starts is no
-# news, and few robots say little of how much they differ.
-CALIBRATED = 10.0
-_NORMAL = 1.4826  # standard deviation of a normal distribution, of its median absolute deviation
+MIN_WEAR_DAYS = 5  # days from which on wear is estimated
+# [1/day or rad/day] of wear: its scatter as long as it is not known, and its limit. Tyres of 150 mm lose
+# below 0.1 mm in a week. What changes faster is no wear, however many robots of a small fleet do so.
+MAX_WEAR = 1e-4
+MAX_DAILY_SCATTER = (
+    3.0  # [standard deviations of a day] of nominal scatter from day to day, for the same reason
+)
+# [standard deviations of a day] by which robots differ from their files, at least: few robots say little of
+# how much they differ, and where a robot starts is no change.
+MIN_START_SCATTER = 10.0
+_MAD_TO_SIGMA = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+
+
+@dataclass(frozen=True, slots=True)
+class RobotInformation:
+    """The information of one recording on its robot, without the effect of the floor's places.
+
+    Attributes:
+        robot: Name of the robot.
+        kind: Type of the robot.
+        day: Date, YYYY-MM-DD.
+        information: On `PARAMETERS`, `(3, 3)`.
+        score: Likewise, `(3,)`.
+        joints: Of the linkage.
+    """
+
+    robot: str
+    kind: str
+    day: str
+    information: Array
+    score: Array
+    joints: Joints = NO_JOINTS
 
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """What the days say of one robot.
+    """The numbers of one robot, day by day.
 
     Attributes:
         robot: Name of the robot.
@@ -52,17 +78,72 @@ class History:
     value: Array
     covariance: Array
 
+    def sigma(self) -> Array:
+        """Return the standard deviations of the values, `(D, P)`."""
+        return np.sqrt(np.diagonal(self.covariance, axis1=1, axis2=2))
+
+
+def make_histories(recordings: Sequence[RobotInformation]) -> list[History]:
+    """Return the histories of all robots; recordings of one robot on one day are taken together.
+
+    A day whose recordings do not identify the robot's parameters is left out.
+    """
+    robots: dict[str, dict[str, list[RobotInformation]]] = {}
+    for recording in recordings:
+        robots.setdefault(recording.robot, {}).setdefault(recording.day, []).append(recording)
+    first = min((date.fromisoformat(recording.day) for recording in recordings), default=date.min)
+    histories = (_make_history(by_day, first) for _, by_day in sorted(robots.items()))
+    return [history for history in histories if history is not None]
+
+
+def _make_history(by_day: dict[str, list[RobotInformation]], first: date) -> History | None:
+    """Return one robot's history since the first date of the fleet; None where no day identifies it."""
+    numbers = {day: _solve_day(recordings) for day, recordings in sorted(by_day.items())}
+    known = {day: row for day, row in numbers.items() if row is not None}
+    if not known:
+        return None
+    size = max(len(value) for value, _ in known.values())
+    known = {day: row for day, row in known.items() if len(row[0]) == size}
+    robot = next(iter(by_day.values()))[0]
+    return History(
+        robot.robot,
+        robot.kind,
+        (*PARAMETERS, *JOINT_NUMBERS)[:size],
+        tuple(known),
+        np.array([float((date.fromisoformat(day) - first).days) for day in known]),
+        np.array([value for value, _ in known.values()]),
+        np.array([covariance for _, covariance in known.values()]),
+    )
+
+
+def _solve_day(recordings: Sequence[RobotInformation]) -> tuple[Array, Array] | None:
+    """Return a day's numbers `(P,)` and their covariance `(P, P)`; None where it does not identify them."""
+    information = np.sum([recording.information for recording in recordings], axis=0)
+    if not np.isfinite(information).all() or np.linalg.cond(information) > 1e12:
+        return None
+    covariance = np.linalg.inv(information)
+    value = covariance @ np.sum([recording.score for recording in recordings], axis=0)
+    joints = [recording.joints for recording in recordings if len(recording.joints.bias)]
+    if not joints:
+        return value, covariance
+    weights = np.array([joint.sigma**-2.0 for joint in joints])
+    biases = np.array([joint.bias for joint in joints])
+    whole = np.zeros((len(value) + 2, len(value) + 2))
+    whole[:-2, :-2] = covariance
+    whole[-2:, -2:] = np.diag(1.0 / weights.sum(axis=0))
+    return np.concatenate([value, (weights * biases).sum(axis=0) / weights.sum(axis=0)]), whole
+
 
 @dataclass(frozen=True, slots=True)
-class Ordinary:
-    """What is ordinary for a type of robots; each `(P,)`.
+class NominalVariation:
+    """The nominal variation of robots of one type; each `(P,)`.
 
     Attributes:
         start: Mean on the first day.
         start_variance: Scatter of that among robots.
         wear: Mean change per day.
         wear_variance: Scatter of that among robots.
-        daily: Variance from day to day beyond what the numbers' own uncertainty says.
+        daily: Variance from day to day beyond the numbers' stated uncertainty.
         sigma: Median standard deviation of a day's number.
     """
 
@@ -83,8 +164,8 @@ class Ordinary:
             self.start_variance[:, np.newaxis, np.newaxis]
             + self.wear_variance[:, np.newaxis, np.newaxis] * days[:, np.newaxis] * days
         )
-        each = np.arange(count)
-        joint[each, :, each, :] += history.covariance + np.diag(self.daily)
+        diagonal = np.arange(count)
+        joint[diagonal, :, diagonal, :] += history.covariance + np.diag(self.daily)
         return joint.reshape(count * size, count * size)
 
     def mean(self, history: History) -> Array:
@@ -92,34 +173,31 @@ class Ordinary:
         return self.start + history.days[:, np.newaxis] * self.wear
 
 
-def ordinary(histories: Sequence[History]) -> Ordinary:
-    """Return what is ordinary for robots of one type, from their histories."""
-    sigma = np.median(
-        np.concatenate([np.sqrt(np.diagonal(single.covariance, axis1=1, axis2=2)) for single in histories]),
-        axis=0,
-    )
-    lines = [_line(single) for single in histories]
+def estimate_nominal_variation(histories: Sequence[History]) -> NominalVariation:
+    """Estimate the nominal variation of robots of one type from their histories."""
+    sigma = np.median(np.concatenate([history.sigma() for history in histories]), axis=0)
+    lines = [_fit_line(history) for history in histories]
     values = np.array([line.value for line in lines])  # (R, 2, P): start, wear
     variances = np.median([line.variance for line in lines], axis=0)
     middle = np.median(values, axis=0)
     scatter = _robust_variance(values - middle)
-    own = np.maximum(scatter * _doubt(len(lines)) - variances, 0.0)
-    own[0] = np.maximum(own[0], (CALIBRATED * sigma) ** 2)
-    if max(len(single.days) for single in histories) < LINE:
-        middle[1], own[1] = 0.0, UNKNOWN_WEAR**2
-    middle[1] = np.clip(middle[1], -UNKNOWN_WEAR, UNKNOWN_WEAR)
-    own[1] = np.minimum(own[1], UNKNOWN_WEAR**2)
+    variance = np.maximum(scatter * _variance_margin(len(lines)) - variances, 0.0)
+    variance[0] = np.maximum(variance[0], (MIN_START_SCATTER * sigma) ** 2)
+    if max(len(history.days) for history in histories) < MIN_WEAR_DAYS:
+        middle[1], variance[1] = 0.0, MAX_WEAR**2
+    middle[1] = np.clip(middle[1], -MAX_WEAR, MAX_WEAR)
+    variance[1] = np.minimum(variance[1], MAX_WEAR**2)
     left = np.concatenate([line.left for line in lines])
     ratio = _robust_variance(left) if len(left) > 1 else np.ones_like(sigma)
-    daily = np.clip(ratio * _doubt(len(left)) - 1.0, 0.0, MOST_DAILY**2) * sigma**2
-    return Ordinary(middle[0], own[0], middle[1], own[1], daily, sigma)
+    daily = np.clip(ratio * _variance_margin(len(left)) - 1.0, 0.0, MAX_DAILY_SCATTER**2) * sigma**2
+    return NominalVariation(middle[0], variance[0], middle[1], variance[1], daily, sigma)
 
 
 @dataclass(frozen=True, slots=True)
 class _Line:
-    """A line through a history: start and wear with their variances `(2, P)`, and what is left of each day.
+    """A line through a history: start and wear with their variances `(2, P)`, and the residuals of each day.
 
-    `left` is in standard deviations, `(D, P)`.
+    `left` holds the residuals in standard deviations, `(D, P)`.
     """
 
     value: Array
@@ -127,10 +205,10 @@ class _Line:
     left: Array
 
 
-def _line(history: History) -> _Line:
+def _fit_line(history: History) -> _Line:
     """Return the line through each number of a history, or the mean where there are few days."""
     count, size = history.value.shape
-    order = 2 if count >= LINE else 1
+    order = 2 if count >= MIN_WEAR_DAYS else 1
     value, variance, left = np.zeros((2, size)), np.zeros((2, size)), np.zeros((count, size))
     for number in range(size):
         sigma = np.sqrt(history.covariance[:, number, number])
@@ -144,8 +222,8 @@ def _line(history: History) -> _Line:
     return _Line(value, variance, left if count > order else left[:0])
 
 
-def _doubt(count: int) -> float:
-    """Return how much larger than a robust estimate from some values a variance may be: one standard error.
+def _variance_margin(count: int) -> float:
+    """Return one plus the relative standard error of a robust variance from some values.
 
     The median absolute deviation has 0.37 of the efficiency of the standard deviation.
     """
@@ -154,4 +232,4 @@ def _doubt(count: int) -> float:
 
 def _robust_variance(values: Array) -> Array:
     """Return the variance around 0 of values `(N, ...)`, from the median of their absolute values."""
-    return np.asarray((_NORMAL * np.median(np.abs(values), axis=0)) ** 2, np.float64)
+    return np.asarray((_MAD_TO_SIGMA * np.median(np.abs(values), axis=0)) ** 2, np.float64)

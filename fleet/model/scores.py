@@ -1,4 +1,4 @@
-"""Score maps of the floor: how much a bad place anywhere would explain, beside robots and known places.
+"""Score maps of the floor: how much a bad place anywhere would explain, given robots and known places.
 
 A candidate is a disc around every cell. In it wheels lose a part of their travel (loss), or the truck creeps
 along x and y (creep). The score is the derivative of the log likelihood by the size of the effect, and the
@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.fleet.crossings import CELL
+from omnimate.fleet.model.evidence import fraction_inside
+from omnimate.fleet.segments import CELL
 from omnimate.vehicle.compiled import Array, IntArray, compiled
 
 if TYPE_CHECKING:
@@ -21,9 +22,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.fleet.model.evidence import Evidence
+    from omnimate.fleet.report import PlaceEffect
 
-REACH = 0.5  # [m] radius of the disc of a candidate that is looked for first
-LARGEST = 1.2  # [m] radius of the largest one
+SEARCH_RADIUS = 0.5  # [m] radius of the disc of a candidate that is looked for first
+MAX_RADIUS = 1.2  # [m] radius of the largest one
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,72 +64,66 @@ class ScoreMap:
     score: Array
     information: Array
 
-    def gain_of_loss(self) -> Array:
-        """Return twice the gain in log likelihood of the best loss, `(X, Y)`: chi-square, 1 degree.
+    def gains(self) -> dict[PlaceEffect, Array]:
+        """Return twice the gain in log likelihood of the best size of each effect, `(X, Y)`.
 
-        It is 0 where wheels would gain way, which no place does.
+        Of a loss it is chi-square with 1 degree of freedom, and 0 where wheels would gain travel, which no
+        place does; of a creep with 2 degrees.
         """
         size, score = self.information[..., 0], self.score[..., 0]
-        return np.where((size > 0.0) & (score > 0.0), score**2 / np.where(size > 0.0, size, 1.0), 0.0)
-
-    def gain_of_creep(self) -> Array:
-        """Return twice the gain in log likelihood of the best creep, `(X, Y)`: chi-square, 2 degrees."""
+        loss = np.where((size > 0.0) & (score > 0.0), score**2 / np.where(size > 0.0, size, 1.0), 0.0)
         xx, xy, yy = np.moveaxis(self.information[..., 1:], -1, 0)
         determinant = xx * yy - xy * xy
         seen = determinant > 1e-9 * xx * yy
         x, y = self.score[..., 1], self.score[..., 2]
-        return np.where(
+        creep = np.where(
             seen, (yy * x * x - 2.0 * xy * x * y + xx * y * y) / np.where(seen, determinant, 1.0), 0.0
         )
+        return {"loss": loss, "creep": creep}
 
 
-def grid_of(evidence: Sequence[Evidence]) -> Grid:
+def make_grid(evidence: Sequence[Evidence]) -> Grid:
     """Return the grid that all crossings lie on, with a disc's reach around them."""
-    edge = round(LARGEST / CELL) + 2
-    low = np.min([single.crossings.cell.min(axis=0) for single in evidence], axis=0) - edge
-    high = np.max([single.crossings.cell.max(axis=0) for single in evidence], axis=0) + edge
+    edge = round(MAX_RADIUS / CELL) + 2
+    low = np.min([recording.crossings.cell.min(axis=0) for recording in evidence], axis=0) - edge
+    high = np.max([recording.crossings.cell.max(axis=0) for recording in evidence], axis=0) + edge
     shape = high - low + 1
     return Grid((int(low[0]), int(low[1])), (int(shape[0]), int(shape[1])))
 
 
-def disc(reach: float) -> tuple[IntArray, Array]:
+def disc_cells(reach: float) -> tuple[IntArray, Array]:
     """Return the cells of a disc of a radius [m], as offsets `(M, 2)`, and the part of each in it, `(M,)`."""
     edge = round(reach / CELL) + 1
     offsets = np.array([(x, y) for x in range(-edge, edge + 1) for y in range(-edge, edge + 1)], np.int64)
-    inside = part_inside(CELL * np.hypot(offsets[:, 0], offsets[:, 1]), reach)
+    inside = fraction_inside(CELL * np.hypot(offsets[:, 0], offsets[:, 1]), reach)
     return offsets[inside > 0.0], inside[inside > 0.0]
 
 
-def part_inside(distance: Array, reach: float) -> Array:
-    """Return how much of a cell at a distance [m] lies in a disc, with an edge as wide as a cell."""
-    return np.clip((reach - distance) / CELL + 0.5, 0.0, 1.0)
-
-
 def score_map(
-    evidence: Sequence[Evidence], floors: Sequence[Array], grid: Grid, reach: float = REACH
+    evidence: Sequence[Evidence], effects: Sequence[Array], grid: Grid, reach: float = SEARCH_RADIUS
 ) -> ScoreMap:
     """Return the scores of all candidates.
 
     Args:
         evidence: Of the recordings.
-        floors: What known places make of the residuals of each, `(3 S,)`.
+        effects: Of known places, on the residuals of each, `(3 S,)`.
         grid: Cells of the floor.
         reach: Radius of the candidates' discs [m].
     """
-    offsets, parts = disc(reach)
+    offsets, parts = disc_cells(reach)
     score, information = np.zeros((*grid.shape, 3)), np.zeros((*grid.shape, 4))
     slots = np.full(grid.shape, -1, np.int64)
-    for single, floor in zip(evidence, floors, strict=True):
-        crossings = single.crossings
-        _add(
+    for recording, effect in zip(evidence, effects, strict=True):
+        crossings = recording.crossings
+        _add_recording(
             score,
             information,
             slots,
-            crossings.way.astype(np.int64),
+            crossings.segment.astype(np.int64),
             crossings.cell.astype(np.int64) - np.array(grid.first),
             np.column_stack([crossings.loss, crossings.creep]).astype(np.float64),
-            single.floor_precision,
-            single.floor_precision @ (single.residual - floor),
+            recording.floor_precision,
+            recording.floor_precision @ (recording.residual - effect),
             offsets,
             parts,
         )
@@ -135,11 +131,11 @@ def score_map(
 
 
 @compiled
-def _add(
+def _add_recording(
     score: Array,
     information: Array,
     slots: IntArray,
-    way: IntArray,
+    segment: IntArray,
     cell: IntArray,
     rows: Array,
     precision: Array,
@@ -148,23 +144,22 @@ def _add(
     parts: Array,
 ) -> None:
     """Add one recording's scores and information to the map; `slots` is -1 everywhere, before and after."""
-    ways = len(weighed) // 3
-    seen = np.zeros((len(way) * len(offsets), 2), np.int64)
-    count = _number(slots, seen, cell, offsets)
-    effects = np.zeros((count, ways, 4))  # of each candidate on each way: loss (3), creep
-    for row in range(len(way)):
+    seen = np.zeros((len(segment) * len(offsets), 2), np.int64)
+    count = _number_candidates(slots, seen, cell, offsets)
+    effects = np.zeros((count, len(weighed) // 3, 4))  # of candidates on segments: loss (3), creep
+    for row in range(len(segment)):
         for number in range(len(offsets)):
             slot = slots[cell[row, 0] + offsets[number, 0], cell[row, 1] + offsets[number, 1]]
             for column in range(4):
-                effects[slot, way[row], column] += parts[number] * rows[row, column]
+                effects[slot, segment[row], column] += parts[number] * rows[row, column]
     for slot in range(count):
         x, y = seen[slot]
         slots[x, y] = -1
-        _weigh(score[x, y], information[x, y], effects[slot], precision, weighed)
+        _add_candidate(score[x, y], information[x, y], effects[slot], precision, weighed)
 
 
 @compiled
-def _number(slots: IntArray, seen: IntArray, cell: IntArray, offsets: IntArray) -> int:
+def _number_candidates(slots: IntArray, seen: IntArray, cell: IntArray, offsets: IntArray) -> int:
     """Number the candidates that a recording goes over, write them to `seen`, and return how many."""
     count = 0
     for row in range(len(cell)):
@@ -178,17 +173,14 @@ def _number(slots: IntArray, seen: IntArray, cell: IntArray, offsets: IntArray) 
 
 
 @compiled
-def _weigh(score: Array, information: Array, effects: Array, precision: Array, weighed: Array) -> None:
-    """Add what the effects `(S, 4)` of a candidate give."""
+def _add_candidate(
+    score: Array, information: Array, effects: Array, precision: Array, weighed: Array
+) -> None:
+    """Add the scores and information of the effects `(S, 4)` of a candidate."""
     for first in range(len(effects)):
-        creep = effects[first, 3]
-        if (
-            creep == 0.0
-            and effects[first, 2] == 0.0
-            and effects[first, 1] == 0.0
-            and effects[first, 0] == 0.0
-        ):
+        if not effects[first].any():
             continue
+        creep = effects[first, 3]
         for axis in range(3):
             score[0] += effects[first, axis] * weighed[3 * first + axis]
         score[1] += creep * weighed[3 * first]

@@ -1,11 +1,11 @@
-"""Batches as jobs: what their process does, and what is stored of it."""
+"""Batches as jobs: their process, and its stored outcome."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
 from omnimate.fleet.errors import FleetError
-from omnimate.fleet.kept import read_morning
+from omnimate.fleet.report_store import read_report
 from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.models import Batch, BatchStart
 from omnimate.service.jobs.process import running
@@ -76,12 +76,12 @@ class Batches:
         return running("batch", run_fleet_batch, store, results, asked["day"], asked["diagnose"], workers)
 
     def store_result(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
-        """Store what a batch did, and the findings of its list with the messages about them."""
-        morning = outcome.pop("morning", None)
+        """Store the outcome of a batch, and the findings of its report with the messages about them."""
+        report = outcome.pop("report", None)
         row.summary = outcome
-        if morning is not None:
+        if report is not None:
             assert row.fleet is not None
-            note_findings(db, row.fleet, morning)
+            note_findings(db, row.fleet, report)
 
     def view(self, row: JobRow) -> Batch:
         """Return a batch as clients see it."""
@@ -96,19 +96,19 @@ def run_fleet_batch(
     diagnosed: bool,
     workers: Workers,
 ) -> dict[str, Any]:
-    """Work on a fleet's recordings and judge the night; return what was done, and the night's list.
+    """Process a fleet's recordings and judge the day; return what was done, and the daily report.
 
     Args:
-        report_progress: Called with the part that is done and what is being done.
+        report_progress: Called with the fraction done and a description.
         store: Folder or URL of the recordings.
         results: Folder or URL of the results.
         day: Date of the recordings; None for all.
         diagnosed: Whether whole diagnoses are made where triage asks for them.
-        workers: Who does the work.
+        workers: The processes.
     """
     from omnimate.fleet.batch.files import open_files
     from omnimate.fleet.batch.run import run_batch
-    from omnimate.fleet.night import judge_night
+    from omnimate.fleet.judge import judge_day
 
     def worked(done: int, total: int) -> None:
         report_progress(WORKING * done / total, f"recording {done} of {total}")
@@ -124,7 +124,7 @@ def run_fleet_batch(
     outcome = {"done": batch.done, "known": batch.known, "failures": failures, "night": None, "note": None}
     try:
         files = open_files(results)
-        night = judge_night(files, day, read).day
-        return outcome | {"night": night, "morning": read_morning(files, night)}
+        judged = judge_day(files, day, read).day
+        return outcome | {"night": judged, "report": read_report(files, judged)}
     except FleetError as error:
         return outcome | {"note": str(error)}

@@ -1,4 +1,4 @@
-"""Findings: what nights' lists name, from the first night that names it to the last.
+"""Findings: robots and places that daily reports name, from the first report that names them to the last.
 
 A finding and the messages about it are written in one transaction, so neither is lost without the
 other, whenever a service dies.
@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import select
 
-from omnimate.fleet.morning import SEPARATE
-from omnimate.fleet.words import of_place, of_robot
+from omnimate.fleet.report import MIN_SEPARATION, describe_change, describe_place
 from omnimate.service.fleets.models import Finding
 from omnimate.service.fleets.webhooks import queue_message
 from omnimate.service.store.rows import find_row
@@ -25,43 +24,43 @@ if TYPE_CHECKING:
 
     from sqlalchemy.orm import Session
 
-    from omnimate.fleet.morning import BadPlace, Morning
+    from omnimate.fleet.report import BadPlace, DailyReport
 
 
-def note_findings(db: Session, fleet: str, morning: Morning) -> None:
-    """Open, prolong and close findings by a night's list; nothing where a later night was noted before."""
+def note_findings(db: Session, fleet: str, report: DailyReport) -> None:
+    """Open, prolong and close findings by a daily report; nothing where a later one was noted before."""
     row = find_row(db, FleetRow, fleet, for_change=True)
-    if row.night is not None and morning.day < row.night:
+    if row.night is not None and report.day < row.night:
         return
-    row.night = morning.day
+    row.night = report.day
     opened = list(db.scalars(select(FindingRow).where(FindingRow.fleet == fleet, FindingRow.state == "open")))
-    for named in _named(fleet, morning):
+    for named in _named(fleet, report):
         known = next((finding for finding in opened if _are_same(finding, named)), None)
         if known is None:
             db.add(named)
-            _queue_messages(db, "finding.opened", named, morning.day)
+            _queue_messages(db, "finding.opened", named, report.day)
             continue
         opened.remove(known)
-        known.says, known.last, known.changed = named.says, morning.day, named.changed
+        known.says, known.last, known.changed = named.says, report.day, named.changed
         known.x, known.y = named.x, named.y
     for gone in opened:
         gone.state, gone.changed = "closed", time.time()
-        _queue_messages(db, "finding.closed", gone, morning.day)
+        _queue_messages(db, "finding.closed", gone, report.day)
 
 
-def _queue_messages(db: Session, what: str, finding: FindingRow, night: str) -> None:
-    """Queue a message to the fleet's webhooks about a finding that a night opened or closed."""
+def _queue_messages(db: Session, what: str, finding: FindingRow, day: str) -> None:
+    """Queue a message to the fleet's webhooks about a finding that a report opened or closed."""
     db.flush()
     view = Finding.of(finding).model_dump()
-    queue_message(db, finding.fleet, {"type": what, "timestamp": night, "data": view})
+    queue_message(db, finding.fleet, {"type": what, "timestamp": day, "data": view})
 
 
-def _named(fleet: str, morning: Morning) -> Iterator[FindingRow]:
-    """Yield a night's list as new findings."""
-    for change in morning.sick:
-        yield _finding(fleet, morning.day, "robot", change.name, of_robot(change), robot=change.robot)
-    for place in morning.places:
-        yield _finding(fleet, morning.day, "place", place.effect, of_place(place), place=place)
+def _named(fleet: str, report: DailyReport) -> Iterator[FindingRow]:
+    """Yield a report's robots and places as new findings."""
+    for change in report.faulty:
+        yield _finding(fleet, report.day, "robot", change.name, describe_change(change), robot=change.robot)
+    for place in report.places:
+        yield _finding(fleet, report.day, "place", place.effect, describe_place(place), place=place)
 
 
 def _finding(
@@ -83,9 +82,11 @@ def _finding(
 
 
 def _are_same(finding: FindingRow, named: FindingRow) -> bool:
-    """Return whether a night names again what a finding is about: the robot, or a place as near as one."""
+    """Return whether two findings are of one robot, or of places too near to be two."""
     if (finding.kind, finding.robot, finding.floor) != (named.kind, named.robot, named.floor):
         return False
     if finding.x is None or finding.y is None or named.x is None or named.y is None:
         return True
-    return finding.what == named.what and math.dist((finding.x, finding.y), (named.x, named.y)) < SEPARATE
+    return (
+        finding.what == named.what and math.dist((finding.x, finding.y), (named.x, named.y)) < MIN_SEPARATION
+    )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.figures.page import css, embedded, panel
-from omnimate.fleet.words import shown_unit
+from omnimate.fleet.report import display_unit
 from omnimate.mismatch.report.style import Head, html_report
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def _evidence(history: FleetHistory) -> Iterable[str]:
     change = history.robot.change
     if change is None:
         return
-    factor, unit = shown_unit(change.name)
+    factor, unit = display_unit(change.name)
     rows = {
         "number": change.name,
         "since": f"{change.since}, {change.earliest} to {change.latest} with 90 %",
@@ -61,7 +61,7 @@ def _evidence(history: FleetHistory) -> Iterable[str]:
 
 
 def _plot(course: FleetCourse, history: FleetHistory) -> str:
-    factor, unit = shown_unit(course.name)
+    factor, unit = display_unit(course.name)
     days = np.array([date.fromisoformat(day).toordinal() for day in course.days], float)
     value, sigma = factor * np.array(course.value), factor * np.array(course.sigma)
     axes = panel(WIDTH, HEIGHT, f"days since {course.days[0]}", f"{course.name} [{unit}]")

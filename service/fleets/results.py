@@ -1,4 +1,4 @@
-"""What a fleet's results say, as clients see it."""
+"""A fleet's results, as clients see them."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import json
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from omnimate.fleet.batch.tables import columns_of
-from omnimate.fleet.crossings import CELL
+from omnimate.fleet.batch.tables import decode_columns
 from omnimate.fleet.errors import FleetError
-from omnimate.fleet.kept import (
-    days_kept,
-    last_night,
+from omnimate.fleet.report import describe_change, describe_mismatch, describe_place
+from omnimate.fleet.report_store import (
+    find_latest_day,
+    list_days,
     read_floor,
     read_history,
-    read_judged,
-    read_morning,
+    read_report,
+    read_robot,
 )
-from omnimate.fleet.words import of_place, of_robot
+from omnimate.fleet.segments import CELL
 from omnimate.service.errors import NotFoundError
 from omnimate.service.fleets.models import (
     Change,
@@ -38,60 +38,60 @@ if TYPE_CHECKING:
     from typing import Any
 
     from omnimate.fleet.batch.files import Files
-    from omnimate.fleet.morning import BadPlace, Judged, Morning
+    from omnimate.fleet.report import BadPlace, DailyReport, JudgedRobot
     from omnimate.service.store.tables import FleetRow
 
 LATEST = "latest"
 
 
 def fleet_view(row: FleetRow, results: Files) -> Fleet:
-    """Return a fleet with what its last night showed."""
-    days = days_kept(results)
-    morning = latest(results)
-    states = Counter(sorted(robot.state for robot in robots_view(results, morning)))
+    """Return a fleet with a summary of its latest report."""
+    days = list_days(results)
+    report = latest_report(results)
+    states = Counter(sorted(robot.state for robot in robots_view(results, report)))
     return Fleet(
         name=row.id,
         created=row.created,
         nights=len(days),
         night=days[0] if days else None,
         states=dict(states),
-        places=len(morning.places) if morning else 0,
+        places=len(report.places) if report else 0,
     )
 
 
-def latest(results: Files) -> Morning | None:
-    """Return the last night; None where none was judged."""
-    day = last_night(results)
-    return read_morning(results, day) if day else None
+def latest_report(results: Files) -> DailyReport | None:
+    """Return the latest report; None where there is none."""
+    day = find_latest_day(results)
+    return read_report(results, day) if day else None
 
 
-def morning_of(results: Files, day: str) -> Morning:
-    """Return a night, or the latest.
+def report_of(results: Files, day: str) -> DailyReport:
+    """Return the report of a day, or the latest one.
 
     Raises:
-        NotFoundError: this night was not judged, or none was.
+        NotFoundError: there is no report, or not of that day.
     """
     try:
-        return read_morning(results, None if day == LATEST else day)
+        return read_report(results, None if day == LATEST else day)
     except FleetError as error:
         raise NotFoundError("night", day) from error
 
 
-def night_view(morning: Morning) -> FleetNight:
-    """Return the morning's list."""
-    listed = {each.change.robot: _robot_view(each) for each in morning.judged() if each.is_listed}
+def report_view(report: DailyReport) -> FleetNight:
+    """Return a daily report."""
+    judged = {robot.change.robot: _robot_view(robot) for robot in report.judged() if robot.is_faulty}
     return FleetNight(
-        day=morning.day,
-        recordings=morning.recordings,
-        judged=len(morning.changes),
-        roughness=morning.roughness,
-        floors=[FloorAbout.of(floor) for floor in morning.floors],
-        sick=[listed[change.robot] for change in morning.sick],
-        places=[place_view(place) for place in morning.places],
-        asked=[RobotAsked.of(asked) for asked in morning.asked],
+        day=report.day,
+        recordings=report.recordings,
+        judged=len(report.changes),
+        roughness=report.roughness,
+        floors=[FloorAbout.of(floor) for floor in report.floors],
+        sick=[judged[change.robot] for change in report.faulty],
+        places=[place_view(place) for place in report.places],
+        asked=[RobotAsked.of(mismatch) for mismatch in report.repeated],
         failed=[
             RecordingFailed(robot=robot, recording=recording, problem=why)
-            for robot, recording, why in morning.errors
+            for robot, recording, why in report.failed
         ],
     )
 
@@ -101,7 +101,7 @@ def place_view(place: BadPlace) -> Place:
     return Place(
         floor=place.floor,
         effect=place.effect,
-        says=of_place(place),
+        says=describe_place(place),
         x=place.x,
         y=place.y,
         reach=place.reach,
@@ -112,37 +112,37 @@ def place_view(place: BadPlace) -> Place:
     )
 
 
-def floor_view(results: Files, morning: Morning, floor: str | None) -> FleetFloor:
-    """Return a floor as of a night; by default that with most recordings.
+def floor_view(results: Files, report: DailyReport, floor: str | None) -> FleetFloor:
+    """Return a floor as of a daily report; by default that with most recordings.
 
     Raises:
         NotFoundError: the fleet has no such floor.
     """
-    names = [each.floor for each in morning.floors]
+    names = [summary.floor for summary in report.floors]
     name = names[0] if floor is None else floor
     if name not in names:
         raise NotFoundError("floor", name)
-    driven = [(x, y, int(count)) for x, y, count in read_floor(results, morning.day, name).tolist()]
-    places = [place_view(place) for place in morning.places if place.floor == name]
-    return FleetFloor(day=morning.day, floor=name, cell=CELL, driven=driven, places=places)
+    driven = [(x, y, int(count)) for x, y, count in read_floor(results, report.day, name).tolist()]
+    places = [place_view(place) for place in report.places if place.floor == name]
+    return FleetFloor(day=report.day, floor=name, cell=CELL, driven=driven, places=places)
 
 
-def robots_view(results: Files, morning: Morning | None) -> list[FleetRobot]:
+def robots_view(results: Files, report: DailyReport | None) -> list[FleetRobot]:
     """Return all robots that have results, in the order of their names."""
-    judged = {each.change.robot: _robot_view(each) for each in morning.judged()} if morning else {}
+    judged = {robot.change.robot: _robot_view(robot) for robot in report.judged()} if report else {}
     names = {path.rpartition("robot=")[2] for path in results.glob("recordings/robot=*")}
     return [judged.get(name) or _unjudged(name) for name in sorted(names | set(judged))]
 
 
 def robot_view(results: Files, robot: str) -> FleetRobot:
-    """Return a robot as of the last night.
+    """Return a robot as of the latest report.
 
     Raises:
         NotFoundError: no recording of it has results.
     """
     if not results.glob(f"recordings/robot={robot}"):
         raise NotFoundError("robot", robot)
-    judged = read_judged(results, robot)
+    judged = read_robot(results, robot)
     return _unjudged(robot) if judged is None else _robot_view(judged)
 
 
@@ -182,7 +182,7 @@ def recordings_view(
     }
     cursors = sorted((cursor for cursor in paths if after is None or cursor < after), reverse=True)
     page = cursors[:limit]
-    items = [_recording(cursor[:10], columns_of(results.read(paths[cursor]))) for cursor in page]
+    items = [_recording(cursor[:10], decode_columns(results.read(paths[cursor]))) for cursor in page]
     return items, page[-1] if len(cursors) > limit else None
 
 
@@ -204,15 +204,12 @@ def _unjudged(robot: str) -> FleetRobot:
     return FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None)
 
 
-def _robot_view(judged: Judged) -> FleetRobot:
+def _robot_view(judged: JudgedRobot) -> FleetRobot:
     change, says = judged.change, None
-    if judged.asked is not None:
-        says = (
-            f"{change.robot}: triage asks for the same diagnosis since {judged.asked.since}: "
-            f"{judged.asked.effect} of {judged.asked.component}"
-        )
+    if judged.repeated is not None:
+        says = describe_mismatch(judged.repeated)
     elif judged.state != "fine":
-        says = of_robot(change)
+        says = describe_change(change)
     return FleetRobot(
         robot=change.robot,
         kind=change.kind,

@@ -9,7 +9,7 @@ from fastapi import Path as PathParameter
 from fastapi.responses import HTMLResponse, Response
 
 from omnimate.fleet.batch.files import Files
-from omnimate.fleet.kept import days_kept
+from omnimate.fleet.report_store import list_days
 from omnimate.service.calls import Call, Reading
 from omnimate.service.fleets.models import (
     DAY_PATTERN,
@@ -27,10 +27,10 @@ from omnimate.service.fleets.results import (
     LATEST,
     floor_view,
     history_view,
-    latest,
-    morning_of,
-    night_view,
+    latest_report,
     recordings_view,
+    report_of,
+    report_view,
     robot_view,
     robots_view,
 )
@@ -51,14 +51,14 @@ Robots = Annotated[int, Query(ge=1, le=2000, description="The largest number of 
 @router.get("/{fleet}/nights", operation_id="listNights")
 def list_nights(fleet: FleetName, call: Reading, limit: Limit = 50, after: Day | None = None) -> Page[str]:
     """Return the dates of the nights that were judged, newest first."""
-    days = [day for day in days_kept(_results(call, fleet)) if after is None or day < after]
+    days = [day for day in list_days(_results(call, fleet)) if after is None or day < after]
     return Page(items=days[:limit], next=days[limit - 1] if len(days) > limit else None)
 
 
 @router.get("/{fleet}/nights/{day}", operation_id="getNight")
 def get_night(fleet: FleetName, day: Night, call: Reading) -> FleetNight:
     """Return a night's list: sick robots, bad places, and what could not be worked on."""
-    return night_view(morning_of(_results(call, fleet), day))
+    return report_view(report_of(_results(call, fleet), day))
 
 
 @router.get("/{fleet}/nights/{day}/floor", operation_id="getFloor")
@@ -75,7 +75,7 @@ def get_floor(
 ) -> FleetFloor:
     """Return a floor as of a night: where robots drove, and its bad places."""
     results = _results(call, fleet)
-    return floor_view(results, morning_of(results, day), floor)
+    return floor_view(results, report_of(results, day), floor)
 
 
 @router.get("/{fleet}/robots", operation_id="listRobots")
@@ -90,7 +90,7 @@ def list_robots(
     results = _results(call, fleet)
     robots = [
         robot
-        for robot in robots_view(results, latest(results))
+        for robot in robots_view(results, latest_report(results))
         if (state is None or robot.state == state) and (after is None or robot.robot > after)
     ]
     return Page(items=robots[:limit], next=robots[limit - 1].robot if len(robots) > limit else None)

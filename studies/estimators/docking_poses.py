@@ -25,7 +25,7 @@ from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential, Kinematics
 from omnimate.calib.paths.least_squares import SPACING, PathCalibration, calibrate_path
 from omnimate.calib.paths.reference import dead_reckoned
-from omnimate.fleet.segments import segments_of
+from omnimate.fleet.segments import cut_segments
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import Array
@@ -95,7 +95,7 @@ def with_docks(recording: Recording, mean: Kinematics, between: Spread) -> Kinem
         getattr(recording.poses, name)[[0, -1]] for name in ("time", "body", "pose", "sigma")
     )
     vehicle = recording.vehicle.with_truck("a", mean.truck)
-    cut = segments_of(replace(recording, vehicle=vehicle, poses=Poses(at, body, pose, sigma)))
+    cut = cut_segments(replace(recording, vehicle=vehicle, poses=Poses(at, body, pose, sigma)))
     assert cut is not None
     way = cut[0]
     slope = way.jacobian[0] @ BY_COORDINATES

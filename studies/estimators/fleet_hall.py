@@ -1,12 +1,12 @@
-"""How well the joint model tells sick robots from bad places in a simulated hall, night after night.
+"""How well the joint model separates faulty robots and bad places in a simulated hall, day after day.
 
-The first week finds the bad places; from then on every night judges all robots from what is known by then.
+The first week finds the bad places; from then on all robots are judged every day from what is known by then.
 No file is written or read on the way: the laps are simulated, and their numbers are those of `fleet run`.
 
 Peer: the truth of the hall.
 
-The joints are read from the first minute of each lap, because the filter's time would be most of all; a
-night reads the whole lap, and knows them better.
+The joints are estimated from the first minute of each lap, because the filter takes most of the time; the
+daily run uses the whole lap, and knows them better.
 
 Usage: python -m studies.estimators.fleet_hall [--robots 1000] [--days 30] [--sick 30] [--places 20]
 
@@ -25,28 +25,31 @@ from multiprocessing.pool import Pool
 
 import numpy as np
 
-from omnimate.fleet.crossings import CELL, crossings_of
-from omnimate.fleet.hall.hall import Hall, draw_hall, hall_lap
-from omnimate.fleet.hall.ills import Ill
+from omnimate.fleet.features import RecordingFeatures, estimate_joints, name_kind
+from omnimate.fleet.hall.faults import Fault
+from omnimate.fleet.hall.hall import Hall, date_of, draw_hall, hall_lap
 from omnimate.fleet.hall.places import Place
 from omnimate.fleet.hall.robots import HallRobot
-from omnimate.fleet.hall.store import date_of
-from omnimate.fleet.joints import JOINT_NUMBERS, joints_of
-from omnimate.fleet.model.changes import changes_of, listed
-from omnimate.fleet.model.days import Day, histories_of, kind_of
-from omnimate.fleet.model.floor import Driven, Floor, floor_under
-from omnimate.fleet.model.histories import History, Ordinary, ordinary
-from omnimate.fleet.model.places import ENOUGH
-from omnimate.fleet.morning import BadPlace, Change
-from omnimate.fleet.segments import PARAMETERS, segments_of
+from omnimate.fleet.model.changes import detect_changes, select_faulty
+from omnimate.fleet.model.floor import Floor, estimate_floor
+from omnimate.fleet.model.histories import (
+    History,
+    NominalVariation,
+    RobotInformation,
+    estimate_nominal_variation,
+    make_histories,
+)
+from omnimate.fleet.model.places import MIN_CROSSINGS
+from omnimate.fleet.report import BadPlace, Change
+from omnimate.fleet.segments import CELL, JOINT_NUMBERS, PARAMETERS, cut_segments
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array
 from studies.benchmark import options
 
 WEEK = 7  # days that find the places
-SEEN = {"wheel_diameter", "wheelbase", "joint_bias"}  # ills that poses at docks, or the linkage, show
-SIGMAS = 10.0  # of a day, from which on an ill counts
+SEEN = {"wheel_diameter", "wheelbase", "joint_bias"}  # faults that poses at docks, or the linkage, show
+SIGMAS = 10.0  # of a day, from which on an fault counts
 SOON = 3  # days after that, within which it is to be found
 NEAR = 0.3  # [m] that a place may be off
 PART = 25  # robots that a process drives at once
@@ -59,13 +62,13 @@ class Outcome:
 
     Attributes:
         places: Places found, each with the distance to the true one that it is taken for [m]; inf for none.
-        missed: True places with none found near, each with the number of ways over it within the week.
+        missed: True places with none found near, with the number of segments over each within the week.
         judged: Robot-days judged.
-        false: Robots listed that are healthy, with the night.
-        waits: Of each sick robot whose ill is of a kind that is seen: nights from its 10 sigma to its
-            listing; None where it was not listed.
-        named: Of the sick ones listed: whether the right number is named.
-        unseen: Sick robots whose ill is of another kind, and whether they were listed.
+        false: Robots reported as faulty that are healthy, with the day.
+        waits: Of each faulty robot whose fault is of a kind that is seen: days from its 10 sigma to its
+            report; None where it was not reported.
+        named: Of the faulty ones reported: whether the right number is named.
+        unseen: Faulty robots whose fault is of another kind, and whether they were reported.
     """
 
     places: list[tuple[BadPlace, float]]
@@ -82,23 +85,24 @@ class Outcome:
         robots = sum(wait is not None for wait in self.waits.values())
         places = sum(distance < SAME for _, distance in self.places)
         wrong = len({change.robot for _, change in self.false}) + len(self.places) - places
-        often = sum(ways >= ENOUGH for _, ways in self.missed)  # where nobody drives, nothing shows
+        often = sum(
+            segments >= MIN_CROSSINGS for _, segments in self.missed
+        )  # where nobody drives, nothing shows
         missed = len(self.waits) - robots + often
         return (robots + places) / max(1, robots + places + wrong + missed)
 
 
-def lap_of(hall: Hall, robot: HallRobot, day: int, minutes: float, linkage: float) -> Driven:
+def lap_of(hall: Hall, robot: HallRobot, day: int, minutes: float, linkage: float) -> RecordingFeatures:
     recording = hall_lap(hall, robot, day, 0, minutes)
-    cut = segments_of(recording)
+    cut = cut_segments(recording)
     assert cut is not None
-    segments, steps = cut
-    crossings = crossings_of(steps)
+    segments, crossings = cut
     crossings = replace(
         crossings, loss=crossings.loss.astype(np.float32), creep=crossings.creep.astype(np.float32)
     )
-    kind = kind_of(robot.vehicle)
-    joints = joints_of(beginning(recording, linkage))
-    return Driven(robot.vehicle.name, kind, date_of(day), segments, crossings, joints)
+    kind = name_kind(robot.vehicle)
+    joints = estimate_joints(beginning(recording, linkage))
+    return RecordingFeatures(robot.vehicle.name, kind, date_of(day), segments, crossings, joints)
 
 
 def beginning(recording: Recording, seconds: float) -> Recording:
@@ -129,13 +133,13 @@ class Laps:
     linkage: float
     pool: Pool
 
-    def of_day(self, day: int) -> list[Driven]:
+    def of_day(self, day: int) -> list[RecordingFeatures]:
         """Return the laps of all robots on a day."""
         tasks = ((self.hall, robots, day, self.minutes, self.linkage) for robots in self._parts())
         return [lap for part in self.pool.starmap(laps_of, tasks) for lap in part]
 
-    def numbers_of_day(self, day: int, floor: Floor) -> list[Day]:
-        """Return what the laps of all robots on a day say of them beside a floor."""
+    def numbers_of_day(self, day: int, floor: Floor) -> list[RobotInformation]:
+        """Return the information of the laps of all robots on a day, without the effect of a floor."""
         tasks = ((floor, self.hall, robots, day, self.minutes, self.linkage) for robots in self._parts())
         return [number for part in self.pool.starmap(numbers_of, tasks) for number in part]
 
@@ -145,14 +149,14 @@ class Laps:
 
 def laps_of(
     hall: Hall, robots: Sequence[HallRobot], day: int, minutes: float, linkage: float
-) -> list[Driven]:
+) -> list[RecordingFeatures]:
     return [lap_of(hall, robot, day, minutes, linkage) for robot in robots]
 
 
 def numbers_of(
     floor: Floor, hall: Hall, robots: Sequence[HallRobot], day: int, minutes: float, linkage: float
-) -> list[Day]:
-    return floor.days(laps_of(hall, robots, day, minutes, linkage))
+) -> list[RobotInformation]:
+    return floor.robot_information(laps_of(hall, robots, day, minutes, linkage))
 
 
 def study(laps: Laps, days: int, say: Callable[[str], object]) -> tuple[Outcome, list[History]]:
@@ -161,40 +165,40 @@ def study(laps: Laps, days: int, say: Callable[[str], object]) -> tuple[Outcome,
     for day in range(week):
         driven += laps.of_day(day)
         say(f"day {day}")
-    floor = floor_under(driven)
+    floor = estimate_floor(driven)
     say(
         f"{len(floor.places)} places, roughness {1e3 * floor.roughness:.3f} mm/sqrt(m) "
         f"(true {1e3 * CONCRETE_ROUGHNESS:.3f})"
     )
-    numbers = floor.days(driven)
-    crossed = np.array([ways_over(place, driven) for place in hall.places], int)
+    numbers = floor.robot_information(driven)
+    crossed = np.array([segments_over(place, driven) for place in hall.places], int)
     del driven
-    nights: dict[int, list[Change]] = {}
-    usual: dict[str, Ordinary] = {}
+    reports: dict[int, list[Change]] = {}
+    nominal: dict[str, NominalVariation] = {}
     histories: list[History] = []
     judged = 0
     for day in range(week - 1, days):
         if day >= week:
             numbers += laps.numbers_of_day(day, floor)
-        histories = histories_of(numbers)
-        usual = {
-            kind: ordinary([single for single in histories if single.kind == kind])
-            for kind in {single.kind for single in histories}
+        histories = make_histories(numbers)
+        nominal = {
+            kind: estimate_nominal_variation([history for history in histories if history.kind == kind])
+            for kind in {history.kind for history in histories}
         }
-        changes = changes_of(histories, usual)
+        changes = detect_changes(histories, nominal)
         judged += len(changes)
-        nights[day] = listed(changes)
-        say(f"night {day}: {', '.join(change.robot for change in nights[day])}")
-    return outcome(hall, floor.places, crossed, nights, usual, judged), histories
+        reports[day] = select_faulty(changes)
+        say(f"day {day}: {', '.join(change.robot for change in reports[day])}")
+    return outcome(hall, floor.places, crossed, reports, nominal, judged), histories
 
 
-def ways_over(place: Place, driven: Sequence[Driven]) -> int:
-    """Return how many ways lead over a true place."""
+def segments_over(place: Place, driven: Sequence[RecordingFeatures]) -> int:
+    """Return how many segments lead over a true place."""
     count = 0
-    for single in driven:
-        over = single.crossings
+    for recording in driven:
+        over = recording.crossings
         from_place = CELL * over.cell - np.array([place.x, place.y])
-        count += len(np.unique(over.way[np.hypot(from_place[:, 0], from_place[:, 1]) <= place.reach]))
+        count += len(np.unique(over.segment[np.hypot(from_place[:, 0], from_place[:, 1]) <= place.reach]))
     return count
 
 
@@ -202,15 +206,15 @@ def outcome(
     hall: Hall,
     places: Sequence[BadPlace],
     crossed: Array,
-    nights: dict[int, list[Change]],
-    usual: dict[str, Ordinary],
+    reports: dict[int, list[Change]],
+    nominal: dict[str, NominalVariation],
     judged: int,
 ) -> Outcome:
     distances = np.array([[np.hypot(a.x - b.x, a.y - b.y) for b in hall.places] for a in places])
     distances = distances.reshape(len(places), len(hall.places))
     first = {
         robot.vehicle.name: next(
-            (day for day, listing in nights.items() if any(c.robot == robot.vehicle.name for c in listing)),
+            (day for day, listing in reports.items() if any(c.robot == robot.vehicle.name for c in listing)),
             None,
         )
         for robot in hall.robots
@@ -218,30 +222,30 @@ def outcome(
     false, waits, named, unseen = [], {}, {}, {}
     for robot in hall.robots:
         name, found = robot.vehicle.name, first[robot.vehicle.name]
-        change = None if found is None else next(c for c in nights[found] if c.robot == name)
-        ill = robot.ills[0] if robot.ills else None
-        if found is not None and change is not None and (ill is None or found < ill.day):
+        change = None if found is None else next(c for c in reports[found] if c.robot == name)
+        fault = robot.faults[0] if robot.faults else None
+        if found is not None and change is not None and (fault is None or found < fault.day):
             false.append((found, change))
-        elif ill is not None and ill.kind not in SEEN:
-            unseen[f"{name} {ill.kind}"] = change is not None
-        elif ill is not None:
-            number = number_of(ill)
-            sigma = usual[kind_of(robot.vehicle)].sigma[number]
-            strong = [day for day in nights if abs(ill.at(day)) >= SIGMAS * sigma]
-            if strong and strong[0] + SOON <= max(nights):
+        elif fault is not None and fault.kind not in SEEN:
+            unseen[f"{name} {fault.kind}"] = change is not None
+        elif fault is not None:
+            number = number_of(fault)
+            sigma = nominal[name_kind(robot.vehicle)].sigma[number]
+            strong = [day for day in reports if abs(fault.at(day)) >= SIGMAS * sigma]
+            if strong and strong[0] + SOON <= max(reports):
                 waits[name] = None if found is None else max(0, found - strong[0])
                 if change is not None:
                     named[name] = change.name == (*PARAMETERS, *JOINT_NUMBERS)[number]
     far = distances.min(axis=0) >= SAME if len(places) else np.ones(len(hall.places), bool)
     pairs = zip(hall.places, crossed.tolist(), far.tolist(), strict=True)
-    missed = [(place, ways) for place, ways, is_far in pairs if is_far]
+    missed = [(place, segments) for place, segments, is_far in pairs if is_far]
     located = list(zip(places, taken(distances).tolist(), strict=True))
     return Outcome(located, missed, judged, false, waits, named, unseen)
 
 
-def number_of(ill: Ill) -> int:
-    """Return the place of the number that an ill changes in a history."""
-    return ["a.left", "a.right", "a", "joint_a", "joint_b"].index(ill.component)
+def number_of(fault: Fault) -> int:
+    """Return the place of the number that a fault changes in a history."""
+    return ["a.left", "a.right", "a", "joint_a", "joint_b"].index(fault.component)
 
 
 def main() -> int:
@@ -260,7 +264,7 @@ def main() -> int:
     hall = draw_hall(
         given.robots,
         given.days,
-        sick=given.sick,
+        faulty=given.sick,
         places=given.places,
         seed=given.seed,
         sync_period=given.period,
@@ -308,28 +312,32 @@ def report(result: Outcome, hall: Hall) -> int:
             f"  {place.effect:5} at {place.x:6.2f} {place.y:6.2f} +- {spread:.2f} m, {off}, "
             f"{1e3 * place.per_crossing:5.1f} mm a crossing, {place.crossings} crossings"
         )
-    for missed, ways in result.missed:
-        counts = "" if ways >= ENOUGH else f", which does not count: {ENOUGH} ways or more would"
+    for missed, segments in result.missed:
+        counts = (
+            ""
+            if segments >= MIN_CROSSINGS
+            else f", which does not count: {MIN_CROSSINGS} segments or more would"
+        )
         where = f"{missed.kind} at {missed.x:6.2f} {missed.y:6.2f}"
-        print(f"  missed: {where}, size {missed.size:.4f}, {ways} ways over it{counts}")
+        print(f"  missed: {where}, size {missed.size:.4f}, {segments} segments over it{counts}")
     robot_days = result.judged
     print(
-        f"healthy robots listed: {len(result.false)} in {robot_days} robot-days "
+        f"healthy robots reported as faulty: {len(result.false)} in {robot_days} robot-days "
         f"(wanted: at most {robot_days // 1000})"
     )
-    for night, change in result.false:
-        print(f"  night {night}: {change}")
+    for day, change in result.false:
+        print(f"  day {day}: {change}")
     waits = list(result.waits.values())
     soon = sum(wait is not None and wait <= SOON for wait in waits)
     print(
-        f"sick robots of {SIGMAS:.0f} sigma of a day: {soon} of {len(waits)} listed within {SOON} days; "
+        f"faulty robots of {SIGMAS:.0f} sigma of a day: {soon} of {len(waits)} reported within {SOON} days; "
         f"{sum(result.named.values())} of {len(result.named)} with the right number named"
     )
-    print(f"  nights waited: {result.waits}")
-    print(f"  of ills that neither docks nor the joints' means show: {result.unseen}")
+    print(f"  days waited: {result.waits}")
+    print(f"  of faults that neither docks nor the joints' means show: {result.unseen}")
     print(f"robot or floor right: {100.0 * result.right:.1f} % (wanted: 95 %)")
-    kept = len(result.false) <= robot_days / 1000 and soon == len(waits) and near == len(right)
-    return 0 if kept and result.right >= 0.95 else 1
+    is_reached = len(result.false) <= robot_days / 1000 and soon == len(waits) and near == len(right)
+    return 0 if is_reached and result.right >= 0.95 else 1
 
 
 if __name__ == "__main__":

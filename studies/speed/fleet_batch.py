@@ -1,6 +1,6 @@
 """What a day's batch costs: processor time and peak memory of `fleet run` on a hall's laps of five minutes.
 
-The laps are those of a hall with sick robots and bad places, one for each robot. Processor time counts,
+The laps are those of a hall with faulty robots and bad places, one for each robot. Processor time counts,
 because the machine may be shared; simulating and writing the laps does not.
 
 Peer, in the same run: twice as many laps, which should take twice the time.
@@ -18,16 +18,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from omnimate.fleet.batch.run import run_batch
-from omnimate.fleet.batch.tables import columns_of
-from omnimate.fleet.hall.hall import draw_hall
-from omnimate.fleet.hall.store import date_of, write_store
+from omnimate.fleet.batch.tables import decode_columns
+from omnimate.fleet.hall.hall import date_of, draw_hall, write_store
 from studies.benchmark import cost, options
 
 LAPS, WANTED, CORES = 1000, 1800.0, 2  # laps of a day, and their time [s] on some cores
 MEMORY = 2.0  # [GB]
 LINEAR = 2.1  # times the time, that twice the laps may take
-DAYS, LAST = 12, 10  # days of the hall, and the one whose laps are driven: who turns sick is so by then
-SICK, PLACES = 0.03, 20  # part of the robots, and number of places, as in the hall of 1000 robots
+DAYS, LAST = 12, 10  # days of the hall, and the one whose laps are driven: faults began before
+FAULTY, PLACES = 0.03, 20  # part of the robots, and number of places, as in the hall of 1000 robots
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +55,7 @@ class Spent:
 
 def write_laps(folder: Path, laps: int, minutes: float) -> None:
     """Write a store of some laps and one of twice as many, and one of a lap of each type of robot."""
-    hall = draw_hall(3 * laps + 3, DAYS, sick=round(3 * laps * SICK), places=PLACES, seed=7)
+    hall = draw_hall(3 * laps + 3, DAYS, faulty=round(3 * laps * FAULTY), places=PLACES, seed=7)
     first = 0
     for name, count in (("few", 3), ("single", laps), ("double", 2 * laps)):
         some = replace(hall, robots=hall.robots[first : first + count])
@@ -74,7 +73,7 @@ def spend(folder: Path, name: str, *, diagnosed: bool) -> Spent:
         )
     )
     assert not outcomes[0].failed, outcomes[0].failed
-    rows = (columns_of(path.read_bytes()) for path in results.glob("recordings/*/*/*.parquet"))
+    rows = (decode_columns(path.read_bytes()) for path in results.glob("recordings/*/*/*.parquet"))
     asked = sum(row["diagnosis"][0] is not None for row in rows)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     return Spent(outcomes[0].done, asked, used.processor, used.wall, memory)

@@ -1,4 +1,4 @@
-"""How fast a robot's history and the morning's list are read from a million stored results.
+"""How fast a robot's history and the daily report are read from a million stored results.
 
 Peer: DuckDB over the files of the robot's recordings, one for each day, which hold the same numbers.
 
@@ -17,18 +17,18 @@ import duckdb
 import numpy as np
 
 from omnimate.fleet.batch.files import open_files
-from omnimate.fleet.batch.tables import parquet_bytes
-from omnimate.fleet.kept import keep_night, read_floor
+from omnimate.fleet.batch.tables import encode_columns
 from omnimate.fleet.model.histories import History
-from omnimate.fleet.morning import BadPlace, Change, FloorSummary, Night
+from omnimate.fleet.report import BadPlace, Change, DailyReport, FloorSummary
+from omnimate.fleet.report_store import read_floor, write_report
 from omnimate.fleet.segments import PARAMETERS
-from omnimate.service.fleets.results import history_view, morning_of, night_view, robots_view
+from omnimate.service.fleets.results import history_view, report_of, report_view, robots_view
 from studies.benchmark import cost, options
 
 FIRST = date(2024, 1, 1)
 PLACES = 20
 CELLS = 20_000  # of 0.25 m: a hall of 40 x 30 m
-HISTORY, MORNING = 0.05, 0.2  # [s] that are wanted
+HISTORY, REPORT = 0.05, 0.2  # [s] that are wanted
 
 
 def dates(days: int) -> list[str]:
@@ -44,7 +44,7 @@ def make_store(folder: Path, robots: int, days: int) -> list[str]:
     """Write the results, and return the robots' names."""
     chance, every = np.random.default_rng(1), dates(days)
     names = [f"tug-{number:04d}" for number in range(robots)]
-    summary = parquet_bytes("nights", {"recordings": np.array([robots], np.int32), "roughness": [6e-4]})
+    summary = encode_columns("nights", {"recordings": np.array([robots], np.int32), "roughness": [6e-4]})
     for day in every[:-1]:
         write(folder / f"nights/day={day}/night.parquet", summary)
     sigma = [1e-4] * (days * len(PARAMETERS))
@@ -56,7 +56,7 @@ def make_store(folder: Path, robots: int, days: int) -> list[str]:
             "value": chance.normal(0.0, 1e-4, days * len(PARAMETERS)),
             "sigma": sigma,
         }
-        write(folder / f"histories/robot={name}/history.parquet", parquet_bytes("histories", columns))
+        write(folder / f"histories/robot={name}/history.parquet", encode_columns("histories", columns))
         (folder / f"recordings/robot={name}").mkdir(parents=True)
     for day in every:
         columns = {
@@ -67,12 +67,12 @@ def make_store(folder: Path, robots: int, days: int) -> list[str]:
             "sigma": [1e-4] * len(PARAMETERS),
         }
         path = folder / f"numbers/robot={names[0]}/day={day}/060000-0.parquet"
-        write(path, parquet_bytes("numbers", columns))
-    keep_night(open_files(str(folder)), last_night(names, every, chance))
+        write(path, encode_columns("numbers", columns))
+    write_report(open_files(str(folder)), make_latest_report(names, every, chance))
     return names
 
 
-def last_night(names: list[str], every: list[str], chance: np.random.Generator) -> Night:
+def make_latest_report(names: list[str], every: list[str], chance: np.random.Generator) -> DailyReport:
     changes = [
         Change(name, "tug", log_e, "wheelbase", 0.9, every[-3], every[-4], every[-2], "step", 1e-3, 1e-4, 0.0)
         for name, log_e in zip(names, chance.normal(-2.0, 2.0, len(names)).tolist(), strict=True)
@@ -86,10 +86,9 @@ def last_night(names: list[str], every: list[str], chance: np.random.Generator) 
         names[-1], "tug", PARAMETERS, tuple(every[-30:]), np.arange(30.0), np.zeros((30, 3)),
         np.broadcast_to(1e-8 * np.eye(3), (30, 3, 3)),
     )  # fmt: skip
-    sick = tuple(changes[:10])
-    judged = tuple(changes), sick, (), tuple(places)
+    judged = tuple(changes), tuple(changes[:10]), (), tuple(places)
     floors = (FloorSummary("", len(names), 6e-4),)
-    return Night(every[-1], len(names), (), *judged, floors, (history,), {"": driven})
+    return DailyReport(every[-1], len(names), (), *judged, floors, (history,), {"": driven})
 
 
 def main() -> None:
@@ -107,9 +106,9 @@ def main() -> None:
         def ours() -> None:
             history_view(files, names[0])
 
-        def morning() -> None:
-            judged = morning_of(files, "latest")
-            night_view(judged)
+        def report() -> None:
+            judged = report_of(files, "latest")
+            report_view(judged)
             robots_view(files, judged)
 
         def floor() -> None:
@@ -119,7 +118,7 @@ def main() -> None:
             "history, as the service answers it": (ours, HISTORY),
             "history, DuckDB over its file": (lambda: database.sql(asked.format(kept)).fetchall(), HISTORY),
             "history, DuckDB over recordings": (lambda: database.sql(asked.format(raw)).fetchall(), None),
-            "morning's list, with all robots": (morning, MORNING),
+            "daily report, with all robots": (report, REPORT),
             "floor": (floor, None),
         }
         print(f"{given.robots * given.days} results: {given.robots} robots, {given.days} days")

@@ -18,8 +18,7 @@ from pathlib import Path
 import distributed
 
 from omnimate.fleet.batch.run import Workers, run_batch
-from omnimate.fleet.hall.hall import draw_hall
-from omnimate.fleet.hall.store import write_store
+from omnimate.fleet.hall.hall import draw_hall, write_store
 from studies.benchmark import options
 
 WANTED = 1.9  # times as fast
@@ -45,7 +44,7 @@ def spent(store: Path, workers: int) -> tuple[list[float], float, float]:
 
 def main() -> int:
     given = options(__doc__, robots=24, minutes=5.0)
-    hall = draw_hall(given.robots, 5, sick=0, places=3, seed=7)
+    hall = draw_hall(given.robots, 5, faulty=0, places=3, seed=7)
     with tempfile.TemporaryDirectory() as place:
         store = Path(place) / "store"
         write_store(hall, store, range(2), 1, given.minutes)

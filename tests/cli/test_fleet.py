@@ -4,8 +4,7 @@ import sys
 
 import pytest
 
-from omnimate.cli.fleet.report import since, size, speed
-from omnimate.fleet.morning import Change
+from omnimate.fleet.report import Change, format_onset, format_rate, format_size
 
 pytest.importorskip("pyarrow")
 
@@ -17,41 +16,41 @@ def change(name, shape, per_day):
 
 def test_a_step_of_a_wheelbase_is_said_in_percent_and_gets_no_worse():
     step = change("wheelbase", "step", 0.0)
-    assert since(step) == "2026-03-04 (2026-03-03 to 2026-03-05)"
-    assert size(step) == "+2.000 +- 0.196 %"
-    assert speed(step) == "no more"
+    assert format_onset(step) == "2026-03-04 (2026-03-03 to 2026-03-05)"
+    assert format_size(step) == "+2.000 +- 0.196 %"
+    assert format_rate(step) == "no more"
 
 
 def test_a_ramp_of_a_joint_is_said_in_degrees_with_its_speed():
     ramp = change("joint_a", "ramp", 0.002)
-    assert size(ramp).endswith("degrees")
-    assert speed(ramp) == "+0.115 degrees"
+    assert format_size(ramp).endswith("degrees")
+    assert format_rate(ramp) == "+0.115 degrees"
 
 
 def test_a_small_hall_goes_through_all_verbs(omnimate, tmp_path):
     store = tmp_path / "store"
-    hall = (
+    hall = [
         "--robots",
-        2,
+        "2",
         "--days",
-        3,
+        "3",
         "--minutes",
-        1,
+        "1",
         "--faulty",
-        0,
+        "0",
         "--places",
-        0,
+        "0",
         "--length",
-        12,
+        "12",
         "--width",
-        10,
-    )
+        "10",
+    ]
     assert omnimate("fleet", "simulate", store, *hall).code == 0
-    told = omnimate("fleet", "run", store, "--no-diagnose")
-    assert (told.code, told.out) == (0, "6 recordings processed, 0 known before\n")
-    told = omnimate("fleet", "report", store, "--plots", tmp_path / "plots")
-    assert told.code == 0
-    assert told.out.startswith("2026-03-04: 2 recordings, 2 robots judged, 0 faulty, 0 bad places")
+    done = omnimate("fleet", "run", store, "--no-diagnose")
+    assert (done.code, done.out) == (0, "6 recordings processed, 0 known before\n")
+    done = omnimate("fleet", "report", store, "--plots", tmp_path / "plots")
+    assert done.code == 0
+    assert done.out.startswith("2026-03-04: 2 recordings, 2 robots judged, 0 faulty, 0 bad places")
     assert (tmp_path / "plots" / "floor.png").exists()
 
 
@@ -68,7 +67,7 @@ def test_a_folder_that_is_no_store_is_refused_with_what_was_expected_and_what_to
         assert words in refused.err
 
 
-def test_parquet_that_is_missing_is_named_before_any_recording_is_worked_on(omnimate, tmp_path, monkeypatch):
+def test_parquet_that_is_missing_is_named_before_any_recording_is_processed(omnimate, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.setattr("omnimate.fleet.batch.run.recordings_in", None)
     refused = omnimate("fleet", "run", tmp_path)

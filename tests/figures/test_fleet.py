@@ -12,7 +12,7 @@ def test_a_floor_map_names_what_happens_on_the_places_and_shows_the_true_ones(tm
     driven = np.array([[1.0, 1.0, 5.0], [2.0, 3.0, 1.0]])
     plot_floor_map(places, driven, path, title="a night", true=np.array([[2.1, 3.1]]))
     text = path.read_text(encoding="utf-8")
-    for words in ("a night", "way is lost", "robots creep", "true place", "12.0 mm", "7.0 mm"):
+    for words in ("a night", "travel is lost", "robots creep", "true place", "12.0 mm", "7.0 mm"):
         assert f"<!-- {words} -->" in text
 
 

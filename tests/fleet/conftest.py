@@ -1,23 +1,23 @@
 import pytest
 
-from omnimate.fleet.crossings import crossings_of
-from omnimate.fleet.hall.hall import draw_hall, hall_lap
-from omnimate.fleet.hall.store import date_of
-from omnimate.fleet.model.days import kind_of
-from omnimate.fleet.model.evidence import evidence_of
-from omnimate.fleet.segments import segments_of
+from omnimate.fleet.features import RecordingFeatures, name_kind
+from omnimate.fleet.hall.hall import date_of, draw_hall, hall_lap
+from omnimate.fleet.model.evidence import weigh_segments
+from omnimate.fleet.segments import cut_segments
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
 
+def features_of_lap(hall, robot, day, minutes=5.0):
+    segments, crossings = cut_segments(hall_lap(hall, robot, day, 0, minutes))
+    return RecordingFeatures(robot.vehicle.name, name_kind(robot.vehicle), date_of(day), segments, crossings)
+
+
 def evidence_of_lap(hall, robot, day, minutes=5.0):
-    segments, steps = segments_of(hall_lap(hall, robot, day, 0, minutes))
-    kind = kind_of(robot.vehicle)
-    return evidence_of(
-        robot.vehicle.name, kind, date_of(day), segments, crossings_of(steps), CONCRETE_ROUGHNESS
-    )
+    lap = features_of_lap(hall, robot, day, minutes)
+    return weigh_segments(lap.segments, lap.crossings, CONCRETE_ROUGHNESS)
 
 
 @pytest.fixture(scope="session")
 def plain_hall():
     """Return a hall whose floor and robots are as they should be."""
-    return draw_hall(3, 30, sick=0, places=0)
+    return draw_hall(3, 30, faulty=0, places=0)

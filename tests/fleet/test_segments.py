@@ -3,22 +3,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.fleet.crossings import crossings_of
 from omnimate.fleet.hall.hall import hall_lap
-from omnimate.fleet.segments import segments_of
+from omnimate.fleet.segments import cut_segments
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
+from omnimate.vehicle.odometry import truck_travel
 from omnimate.vehicle.recording import Gap
 
 
 def cut(hall, day=0, robot=0, minutes=5.0, pose_period=0.0):
-    return segments_of(hall_lap(hall, hall.robots[robot], day, 0, minutes, pose_period))
+    return cut_segments(hall_lap(hall, hall.robots[robot], day, 0, minutes, pose_period))
 
 
 def true_parameters(robot, day):
-    """Return by how much left and right wheel and wheelbase of truck a differ from what is believed."""
-    believed, true = robot.vehicle.trucks["a"], robot.on(day, 0)[0].vehicle.trucks["a"]
+    """Return by how much left and right wheel and wheelbase of truck a differ from the nominal ones."""
+    nominal, true = robot.vehicle.trucks["a"], robot.on(day, 0)[0].vehicle.trucks["a"]
     names = ("wheel_diameter_left", "wheel_diameter_right", "wheelbase")
-    return np.array([getattr(true, name) / getattr(believed, name) - 1.0 for name in names])
+    return np.array([getattr(true, name) / getattr(nominal, name) - 1.0 for name in names])
 
 
 def test_the_parameters_come_out_within_their_stated_uncertainty_and_the_residuals_are_of_the_size_stated(
@@ -27,7 +27,7 @@ def test_the_parameters_come_out_within_their_stated_uncertainty_and_the_residua
     scaled, chi_square, freedom = [], 0.0, 0
     for day in range(12):
         for robot in plain_hall.robots:
-            segments, _ = segments_of(hall_lap(plain_hall, robot, day, 0, 3.0))
+            segments, _ = cut_segments(hall_lap(plain_hall, robot, day, 0, 3.0))
             precision = np.linalg.inv(segments.covariance(CONCRETE_ROUGHNESS))
             jacobian, residual = segments.jacobian.reshape(-1, 3), segments.residual.reshape(-1)
             covariance = np.linalg.inv(jacobian.T @ precision @ jacobian)
@@ -41,19 +41,25 @@ def test_the_parameters_come_out_within_their_stated_uncertainty_and_the_residua
     assert chi_square / freedom == pytest.approx(1.0, abs=0.15)
 
 
-def test_losing_a_part_of_the_way_in_every_cell_is_the_same_as_smaller_wheels(plain_hall):
-    segments, steps = cut(plain_hall)
-    crossings = crossings_of(steps)
-    lost = np.array([crossings.loss[crossings.way == way].sum(axis=0) for way in range(len(segments))])
+def test_losing_a_part_of_the_travel_in_every_cell_is_the_same_as_smaller_wheels(plain_hall):
+    segments, crossings = cut(plain_hall)
+    lost = np.array(
+        [crossings.loss[crossings.segment == number].sum(axis=0) for number in range(len(segments))]
+    )
     assert lost == pytest.approx(-segments.jacobian[:, :, :2].sum(axis=2), abs=1e-9)
 
 
-def test_the_way_over_all_cells_is_the_way_that_was_driven(plain_hall):
-    _, steps = cut(plain_hall)
-    assert crossings_of(steps).creep.sum() == pytest.approx(np.abs(steps.travel.mean(axis=1)).sum())
+def test_the_travel_over_all_cells_is_the_travel_between_the_first_and_the_last_pose(plain_hall):
+    lap = hall_lap(plain_hall, plain_hall.robots[0], 0, 0, 5.0)
+    _, crossings = cut_segments(lap)
+    middle = 0.5 * sum(truck_travel(lap, "a")[:2])
+    ends = np.interp(
+        lap.poses.time[[0, -1]], lap.time, np.concatenate([[0.0], np.abs(np.diff(middle)).cumsum()])
+    )
+    assert crossings.creep.sum() == pytest.approx(ends[1] - ends[0], rel=1e-3)
 
 
-def test_dense_poses_make_ways_that_share_the_pose_between_them(plain_hall):
+def test_dense_poses_make_segments_that_share_the_pose_between_them(plain_hall):
     segments, _ = cut(plain_hall, minutes=1.0, pose_period=0.5)
     assert segments.follows[1:].all()
     covariance = segments.covariance(CONCRETE_ROUGHNESS)
@@ -61,15 +67,15 @@ def test_dense_poses_make_ways_that_share_the_pose_between_them(plain_hall):
     assert covariance[0, 3] < 0.0
 
 
-def test_a_way_over_which_a_counter_was_lost_is_left_out(plain_hall):
+def test_a_segment_over_which_a_counter_was_lost_is_left_out(plain_hall):
     lap = hall_lap(plain_hall, plain_hall.robots[0], 0, 0, 3.0)
     middle = float(lap.poses.time[1] + 0.5 * (lap.poses.time[2] - lap.poses.time[1]))
     broken = replace(lap, gaps=(Gap("a.left", middle - 0.1, middle, "reboot"),))
-    whole, less = segments_of(lap)[0], segments_of(broken)[0]
+    whole, less = cut_segments(lap)[0], cut_segments(broken)[0]
     assert len(less) == len(whole) - 1
     assert not less.follows[1]
 
 
 def test_a_recording_without_two_poses_gives_nothing(plain_hall):
     lap = hall_lap(plain_hall, plain_hall.robots[0], 0, 0, 1.0)
-    assert segments_of(replace(lap, poses=None)) is None
+    assert cut_segments(replace(lap, poses=None)) is None

@@ -1,4 +1,4 @@
-"""The results of a hall's nights, made up: 40 robots on 30 days, one sick, two that drift, two places."""
+"""The results of a made-up hall: 40 robots on 30 days, one faulty, two that drift, two places."""
 
 from dataclasses import replace
 from datetime import date, timedelta
@@ -6,14 +6,14 @@ from datetime import date, timedelta
 import numpy as np
 
 from omnimate.fleet.batch.files import open_files
-from omnimate.fleet.batch.tables import TABLES, parquet_bytes
-from omnimate.fleet.kept import keep_night
+from omnimate.fleet.batch.tables import TABLES, encode_columns
 from omnimate.fleet.model.histories import History
-from omnimate.fleet.morning import Asked, BadPlace, Change, FloorSummary, Night
+from omnimate.fleet.report import BadPlace, Change, DailyReport, FloorSummary, RepeatedMismatch
+from omnimate.fleet.report_store import write_report
 
 FIRST, DAYS = date(2026, 3, 2), 30
 DATES = tuple((FIRST + timedelta(days=day)).isoformat() for day in range(DAYS))
-SICK, DRIFTS, ASKED = "mule-0006", "tug-0004", "tug-0013"
+FAULTY, DRIFTS, ASKED = "mule-0006", "tug-0004", "tug-0013"
 NAMES = ("left wheel", "right wheel", "wheelbase")
 
 
@@ -24,18 +24,18 @@ def robots():
 def history(robot, chance):
     value = 1e-4 * chance.standard_normal((DAYS, 3))
     value[:, 0] -= 2e-5 * np.arange(DAYS)
-    if robot == SICK:
+    if robot == FAULTY:
         value[21:, 2] -= 0.004 + 0.0004 * np.arange(DAYS - 21)
     covariance = np.broadcast_to(np.diag([1e-8, 1e-8, 4e-8]), (DAYS, 3, 3))
     return History(robot, "wheelbase 0.34 m", NAMES, DATES, np.arange(DAYS, dtype=float), value, covariance)
 
 
 def change(robot):
-    log_e = {SICK: 90.0, DRIFTS: 4.0}.get(robot, -2.0)
+    log_e = {FAULTY: 90.0, DRIFTS: 4.0}.get(robot, -2.0)
     return Change(
         robot, "wheelbase 0.34 m", log_e, "wheelbase", 0.98, DATES[21], DATES[20], DATES[22],
-        "ramp" if robot == SICK else "step", -0.0076 if robot == SICK else 3e-4, 1e-4,
-        -4e-4 if robot == SICK else 0.0,
+        "ramp" if robot == FAULTY else "step", -0.0076 if robot == FAULTY else 3e-4, 1e-4,
+        -4e-4 if robot == FAULTY else 0.0,
     )  # fmt: skip
 
 
@@ -55,23 +55,23 @@ def driven():
     return np.array([(*cell, count) for cell, count in cells.items()])
 
 
-def night(day=DATES[-1], names=None, places=None):
+def daily_report(day=DATES[-1], names=None, places=None):
     chance = np.random.default_rng(5)
     changes = tuple(change(robot) for robot in names or robots())
-    sick = tuple(single for single in changes if single.robot == SICK)
+    faulty = tuple(some for some in changes if some.robot == FAULTY)
     bad = (place("loss", 16.0, 12.1), place("creep", 30.2, 7.0)) if places is None else places
-    return Night(
-        day, 40, (("tug-0001", "060000", "can.log: no SYNC in it"),), changes, sick,
-        (Asked(ASKED, "backlash", "a.left", DATES[26]),), bad, (FloorSummary("", 280, 6e-4),),
+    return DailyReport(
+        day, 40, (("tug-0001", "060000", "can.log: no SYNC in it"),), changes, faulty,
+        (RepeatedMismatch(ASKED, "backlash", "a.left", DATES[26]),), bad, (FloorSummary("", 280, 6e-4),),
         tuple(history(robot, chance) for robot in names or robots()), {"": driven()},
     )  # fmt: skip
 
 
-def night_of_two_floors():
+def report_of_two_floors():
     floors = (FloorSummary("north", 280, 6e-4), FloorSummary("south", 20, 8e-4))
     places = (place("loss", 16.0, 12.1, "north"), place("creep", 30.2, 7.0, "south"))
     over = {"north": driven(), "south": driven()[:9]}
-    return replace(night(), places=places, floors=floors, driven=over)
+    return replace(daily_report(), places=places, floors=floors, driven=over)
 
 
 def write_recordings(files, robot, days):
@@ -84,19 +84,19 @@ def write_recordings(files, robot, days):
             "start": 0.0,
             "duration": 300.0,
             "way": 140.0,
-            "triage": "mismatch" if robot == SICK and day >= DATES[21] else "agreement",
+            "triage": "mismatch" if robot == FAULTY and day >= DATES[21] else "agreement",
             "probability": 0.5,
             "says": "nothing that stands out",
         }
-        content = parquet_bytes("recordings", {name: [value] for name, value in row.items()})
+        content = encode_columns("recordings", {name: [value] for name, value in row.items()})
         files.write(f"recordings/robot={robot}/day={day}/060000-{'0' * 16}.parquet", content)
 
 
 def write_results(url):
-    """Write the results of all nights' recordings, and of the last night."""
+    """Write the results of all days' recordings, and the latest report."""
     files = open_files(url)
     for robot in robots():
-        write_recordings(files, robot, DATES if robot == SICK else DATES[-1:])
+        write_recordings(files, robot, DATES if robot == FAULTY else DATES[-1:])
     write_recordings(files, "tug-9999", DATES[-1:])
-    keep_night(files, night())
+    write_report(files, daily_report())
     return files

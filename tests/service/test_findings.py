@@ -1,4 +1,4 @@
-"""Findings of nights, and the messages that tell of them: signed, sent until accepted, never lost."""
+"""Findings of daily reports, and the messages about them: signed, sent until accepted, never lost."""
 
 import base64
 import hashlib
@@ -27,7 +27,7 @@ from omnimate.service.fleets.webhooks import (
     signed_headers,
 )
 from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
-from tests.service.hall_results import DATES, SICK, night, place
+from tests.service.hall_results import DATES, FAULTY, daily_report, place
 
 BEGIN = 2e9  # [s] later than any message is made
 
@@ -60,51 +60,55 @@ def messages(database):
         return [json.loads(row.body)["data"]["says"] for row in db.query(DeliveryRow)]
 
 
-def told(database):
-    """Return what each message tells, of which state, and as of which night."""
+def message_types(database):
+    """Return the type of each message, its state, and the day of its report."""
     with database.reading() as db:
         bodies = [json.loads(row.body) for row in db.query(DeliveryRow)]
         return sorted((body["type"], body["data"]["state"], body["timestamp"]) for body in bodies)
 
 
 def test_a_finding_is_opened_once_prolonged_and_closed(fleet):
-    healthy = replace(night("2026-04-02"), sick=(), places=())
+    healthy = replace(daily_report("2026-04-02"), faulty=(), places=())
     moved = (place("loss", 16.4, 12.3),)
-    for judged in (night("2026-03-30"), night("2026-03-31", places=moved), night("2026-03-31")):
+    for judged in (
+        daily_report("2026-03-30"),
+        daily_report("2026-03-31", places=moved),
+        daily_report("2026-03-31"),
+    ):
         note(fleet, judged)
     assert [finding[3:] for finding in findings(fleet)] == [
-        ("closed", "2026-03-30", "2026-03-30"),  # the creep was not named on the second night
+        ("closed", "2026-03-30", "2026-03-30"),  # the creep was not named in the second report
         ("open", "2026-03-31", "2026-03-31"),
         ("open", "2026-03-30", "2026-03-31"),
         ("open", "2026-03-30", "2026-03-31"),
     ]
     opened = [("finding.opened", "open", f"2026-03-{day}") for day in (30, 30, 30, 31)]
     closed = [("finding.closed", "closed", "2026-03-31")]
-    assert told(fleet) == closed + opened
+    assert message_types(fleet) == closed + opened
     note(fleet, healthy)
     assert {finding[3] for finding in findings(fleet)} == {"closed"}
-    note(fleet, night("2026-03-30"))  # an earlier night that is judged again says nothing new
+    note(fleet, daily_report("2026-03-30"))  # an earlier report that is written again says nothing new
     assert {finding[3] for finding in findings(fleet)} == {"closed"}
-    assert told(fleet) == closed + [("finding.closed", "closed", "2026-04-02")] * 3 + opened
+    assert message_types(fleet) == closed + [("finding.closed", "closed", "2026-04-02")] * 3 + opened
 
 
 def test_places_at_the_same_point_of_two_floors_are_two_findings(fleet):
-    note(fleet, replace(night("2026-03-30"), sick=(), places=(place("loss", 16.0, 12.0, "north"),)))
-    note(fleet, replace(night("2026-03-31"), sick=(), places=(place("loss", 16.0, 12.0, "south"),)))
+    note(fleet, replace(daily_report("2026-03-30"), faulty=(), places=(place("loss", 16.0, 12.0, "north"),)))
+    note(fleet, replace(daily_report("2026-03-31"), faulty=(), places=(place("loss", 16.0, 12.0, "south"),)))
     assert sorted(finding[3] for finding in findings(fleet)) == ["closed", "open"]
     assert any(says.startswith("floor south, at x 16.00 m") for says in messages(fleet))
 
 
-def test_a_night_that_is_noted_twice_tells_once(fleet):
-    note(fleet, night())
-    note(fleet, night())
+def test_a_report_that_is_noted_twice_sends_once(fleet):
+    note(fleet, daily_report())
+    note(fleet, daily_report())
     assert len(messages(fleet)) == 3
-    assert any(SICK in says for says in messages(fleet))
+    assert any(FAULTY in says for says in messages(fleet))
     assert {finding[4] for finding in findings(fleet)} == {DATES[-1]}
 
 
 def test_what_is_not_accepted_is_sent_again_after_the_standards_pauses_and_given_up_at_the_end(fleet):
-    note(fleet, replace(night(), places=()))
+    note(fleet, replace(daily_report(), places=()))
     sent, now = [], [BEGIN]
 
     def refuse(message, at):
@@ -125,14 +129,14 @@ def test_what_is_not_accepted_is_sent_again_after_the_standards_pauses_and_given
 
 
 def test_a_receiver_that_wants_no_more_is_sent_no_more(fleet):
-    note(fleet, replace(night(), places=()))
+    note(fleet, replace(daily_report(), places=()))
     assert deliver_due(fleet, lambda: BEGIN, lambda _message, _now: (410, "410 Gone")) == 1
     with fleet.reading() as db:
         assert db.query(DeliveryRow).one().state == "given up"
 
 
 def test_messages_of_a_removed_webhook_do_not_wait(fleet):
-    note(fleet, night())
+    note(fleet, daily_report())
     with fleet.writing() as db:
         remove_webhook(db, db.query(WebhookRow).one())
     assert deliver_due(fleet, lambda: BEGIN) == 0
@@ -150,7 +154,7 @@ def test_no_message_is_lost_when_services_die_while_they_send(database, dies):
         db.add(FleetRow(id="hall", created=0.0))
         db.flush()
         add_webhook(db, "hall", "http://127.0.0.1:9/hook")
-    note(database, replace(night(), places=()))
+    note(database, replace(daily_report(), places=()))
     arrived, now = 0, BEGIN
     for death in [*dies, "never"]:
         with database.writing() as db:
@@ -207,7 +211,7 @@ def test_a_message_arrives_signed_at_a_server_and_follows_no_redirect(fleet):
             webhook = db.query(WebhookRow).one()
             webhook.url = f"http://127.0.0.1:{server.server_port}/hook"
             handler.secret = webhook.secret
-        note(fleet, replace(night(), places=()))
+        note(fleet, replace(daily_report(), places=()))
         assert deliver_due(fleet, lambda: BEGIN, send_message) == 1
         assert deliver_due(fleet, lambda: BEGIN + PAUSES[1], send_message) == 1
         server.shutdown()
@@ -219,7 +223,7 @@ def test_a_message_arrives_signed_at_a_server_and_follows_no_redirect(fleet):
 
 
 def test_a_receiver_that_is_not_there_is_tried_again(fleet):
-    note(fleet, replace(night(), places=()))
+    note(fleet, replace(daily_report(), places=()))
     assert deliver_due(fleet, lambda: BEGIN, send_message) == 1
     with fleet.reading() as db:
         row = db.query(DeliveryRow).one()

@@ -1,4 +1,4 @@
-"""Fleets over REST: uploads, batches, nights, robots, floors, histories, reports."""
+"""Fleets over REST: uploads, batches, daily reports, robots, floors, histories, reports."""
 
 import gzip
 import io
@@ -7,9 +7,8 @@ import zipfile
 import numpy as np
 import pytest
 
-from omnimate.fleet.hall.hall import draw_hall
-from omnimate.fleet.hall.store import write_store
-from omnimate.fleet.kept import keep_night
+from omnimate.fleet.hall.hall import draw_hall, write_store
+from omnimate.fleet.report_store import write_report
 from omnimate.service.fleets.batches import add_batch
 from omnimate.service.fleets.models import BatchStart
 from omnimate.service.jobs.queue import claim_job
@@ -18,9 +17,9 @@ from tests.service.hall_results import (
     ASKED,
     DATES,
     DRIFTS,
-    SICK,
-    night,
-    night_of_two_floors,
+    FAULTY,
+    daily_report,
+    report_of_two_floors,
     robots,
     write_results,
 )
@@ -35,13 +34,13 @@ ENDED = {"done", "failed", "cancelled"}
 def day(tmp_path_factory):
     """A day's recordings of two robots, as a zip."""
     folder = tmp_path_factory.mktemp("hall")
-    write_store(draw_hall(2, 2, sick=0, places=0, sync_period=0.04), folder, range(1), 1, 1.0)
+    write_store(draw_hall(2, 2, faulty=0, places=0, sync_period=0.04), folder, range(1), 1, 1.0)
     return zipped({str(path.relative_to(folder)): path.read_bytes() for path in folder.glob("robot=*/*/*/*")})
 
 
 @pytest.fixture(scope="module")
 def hall(client):
-    """The path of a fleet that has the results of a hall's nights."""
+    """The path of a fleet that has the results of a hall's daily runs."""
     made = client.post(PATH, json={"name": "hall-3"})
     assert made.status_code == 201
     write_results(client.components.stores.results("hall-3"))
@@ -149,16 +148,16 @@ def test_a_fleet_counts_its_robots_by_state(client, hall):
     assert fleet in client.get(PATH).json()["items"]
 
 
-def test_the_mornings_list_names_the_sick_robot_the_places_and_what_failed(client, hall):
-    night = client.get(f"{hall}/nights/latest").json()
-    assert [robot["robot"] for robot in night["sick"]] == [SICK]
-    assert "wheelbase changed by -0.760" in night["sick"][0]["says"]
-    assert [place["effect"] for place in night["places"]] == ["loss", "creep"]
-    assert night["failed"] == [
+def test_the_daily_report_names_the_faulty_robot_the_places_and_what_failed(client, hall):
+    report = client.get(f"{hall}/nights/latest").json()
+    assert [robot["robot"] for robot in report["sick"]] == [FAULTY]
+    assert "wheelbase changed by -0.760" in report["sick"][0]["says"]
+    assert [place["effect"] for place in report["places"]] == ["loss", "creep"]
+    assert report["failed"] == [
         {"robot": "tug-0001", "recording": "060000", "problem": "can.log: no SYNC in it"}
     ]
-    assert night["asked"][0]["robot"] == ASKED
-    assert client.get(f"{hall}/nights/{DATES[-1]}").json() == night
+    assert report["asked"][0]["robot"] == ASKED
+    assert client.get(f"{hall}/nights/{DATES[-1]}").json() == report
     assert client.get(f"{hall}/nights").json() == {"items": [DATES[-1]], "next": None}
 
 
@@ -176,7 +175,7 @@ def test_robots_are_listed_page_by_page_and_by_state(client, hall):
 
 
 def test_a_robots_history_is_that_of_its_numbers_with_the_finding(client, hall):
-    history = client.get(f"{hall}/robots/{SICK}/history").json()
+    history = client.get(f"{hall}/robots/{FAULTY}/history").json()
     assert history["robot"]["state"] == "sick"
     assert [course["name"] for course in history["courses"]] == ["left wheel", "right wheel", "wheelbase"]
     assert history["courses"][2]["days"] == list(DATES)
@@ -188,7 +187,7 @@ def test_a_robots_recordings_are_listed_newest_first(client, hall):
     days, after = [], None
     while True:
         params = {"limit": 7} | ({"after": after} if after else {})
-        page = client.get(f"{hall}/robots/{SICK}/recordings", params=params).json()
+        page = client.get(f"{hall}/robots/{FAULTY}/recordings", params=params).json()
         days += [recording["day"] for recording in page["items"]]
         after = page["next"]
         if after is None:
@@ -204,7 +203,7 @@ def test_the_floor_shows_where_robots_drove_and_its_bad_places(client, hall):
 
 def test_each_floor_has_its_map_and_that_with_most_recordings_comes_first(client, hall):
     files = client.components.stores.results_of("hall-3")
-    keep_night(files, night_of_two_floors())
+    write_report(files, report_of_two_floors())
     listed = client.get(f"{hall}/nights/latest").json()
     assert [floor["floor"] for floor in listed["floors"]] == ["north", "south"]
     first = client.get(f"{hall}/nights/latest/floor").json()
@@ -212,11 +211,11 @@ def test_each_floor_has_its_map_and_that_with_most_recordings_comes_first(client
     assert (first["floor"], south["floor"], len(south["driven"])) == ("north", "south", 9)
     assert [floor["places"][0]["effect"] for floor in (first, south)] == ["loss", "creep"]
     assert client.get(f"{hall}/nights/latest/floor?floor=none").status_code == 404
-    keep_night(files, night())
+    write_report(files, daily_report())
 
 
 def test_the_findings_report_is_a_page_that_needs_nothing_else(client, hall):
-    report = client.get(f"{hall}/robots/{SICK}/report")
+    report = client.get(f"{hall}/robots/{FAULTY}/report")
     assert "wheelbase changed by -0.760" in report.text
     assert report.text.count("<svg") == 3
     assert "sandbox" in report.headers["content-security-policy"]

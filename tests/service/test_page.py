@@ -14,9 +14,8 @@ import pytest
 
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.files.recordings.folder import save_recording
-from omnimate.fleet.hall.hall import draw_hall
-from omnimate.fleet.hall.store import write_store
-from omnimate.fleet.kept import keep_night
+from omnimate.fleet.hall.hall import draw_hall, write_store
+from omnimate.fleet.report_store import write_report
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -24,7 +23,7 @@ from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.sonar import Sonar
-from tests.service.hall_results import SICK, night_of_two_floors, write_results
+from tests.service.hall_results import FAULTY, report_of_two_floors, write_results
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 expect = playwright.expect
@@ -305,7 +304,7 @@ def test_what_the_filter_learned_is_shown_and_taken_over_by_clicking(robot_page,
 
 def test_one_of_a_fleets_floors_is_chosen(browser, tmp_path):
     files = write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
-    keep_night(files, night_of_two_floors())
+    write_report(files, report_of_two_floors())
     with serving(tmp_path) as address, opened(browser, address) as page:
         page.locator("#tab-fleet").click()
         page.locator("#fleet-new").fill("hall-3")
@@ -331,7 +330,7 @@ def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report
         page.locator("#theme").click()
         picture(page, "fleet-dark")
         page.locator("#theme").click()
-        page.get_by_test_id(f"dot-{SICK}").click()
+        page.get_by_test_id(f"dot-{FAULTY}").click()
         expect(page.locator("#fleet-robot-state")).to_have_text("sick", timeout=SOON)
         expect(page.locator("#fleet-robot-says")).to_contain_text("\N{MINUS SIGN}0.760 ± 0.020 %")
         wheelbase = page.get_by_test_id("history-wheelbase")
@@ -343,7 +342,7 @@ def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report
         page.locator("#more-fleet-recordings").click()
         expect(page.locator("#fleet-recordings tr")).to_have_count(30, timeout=SOON)
         page.locator("#fleet-robot-report").click()
-        expect(page.frame_locator("#report").locator("h1")).to_have_text(SICK, timeout=LATER)
+        expect(page.frame_locator("#report").locator("h1")).to_have_text(FAULTY, timeout=LATER)
         picture(page, "fleet-report")
         page.locator("#report-close").click()
         page.set_viewport_size(PHONE)
@@ -358,7 +357,7 @@ def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report
 
 def test_a_days_recordings_are_uploaded_and_worked_on_by_clicking(page, tmp_path, picture):
     store = tmp_path / "store"
-    write_store(draw_hall(2, 2, sick=0, places=0, sync_period=0.04), store, range(1), 1, 1.0)
+    write_store(draw_hall(2, 2, faulty=0, places=0, sync_period=0.04), store, range(1), 1, 1.0)
     (store / "hall.toml").unlink()
     archive = shutil.make_archive(str(tmp_path / "day"), "zip", store)
     page.locator("#tab-fleet").click()

@@ -9,7 +9,7 @@ import pytest
 
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.run import Workers, run_batch
-from omnimate.fleet.batch.tables import columns_of
+from omnimate.fleet.batch.tables import decode_columns
 from omnimate.fleet.errors import FleetError
 
 CLUSTER = """
@@ -29,7 +29,9 @@ def contents(results):
 def column(results, table, name):
     files = open_files(str(results))
     return [
-        value for path in files.glob(f"{table}/*/*/*.parquet") for value in columns_of(files.read(path))[name]
+        value
+        for path in files.glob(f"{table}/*/*/*.parquet")
+        for value in decode_columns(files.read(path))[name]
     ]
 
 
@@ -50,13 +52,13 @@ def test_every_recording_has_its_results_in_all_tables_by_robot_and_day(results)
     }
 
 
-def test_what_is_known_is_not_worked_on_again(store, results):
+def test_what_is_known_is_not_processed_again(store, results):
     before = contents(results)
     assert run_batch(str(store), str(results)).known == 6
     assert contents(results) == before
 
 
-def test_a_recording_that_changed_is_worked_on_again_and_its_old_results_go(store, tmp_path):
+def test_a_recording_that_changed_is_processed_again_and_its_old_results_go(store, tmp_path):
     mine, results = tmp_path / "store", tmp_path / "results"
     shutil.copytree(store, mine)
     run_batch(str(mine), str(results), day="2026-03-02")

@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from omnimate.files.recordings.folder import load_recording
-from omnimate.fleet.hall.hall import draw_hall, hall_lap
-from omnimate.fleet.hall.ills import Ill
+from omnimate.fleet.hall.faults import Fault
+from omnimate.fleet.hall.hall import draw_hall, hall_lap, write_store
 from omnimate.fleet.hall.robots import draw_robot
-from omnimate.fleet.hall.store import write_store
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose, wrap
@@ -16,11 +15,11 @@ from omnimate.vehicle.se2 import between, compose, wrap
 
 @pytest.fixture(scope="module")
 def hall():
-    return draw_hall(3, 6, sick=0, places=0)
+    return draw_hall(3, 6, faulty=0, places=0)
 
 
 def heading_errors(recording):
-    """Return what each way from dock to dock turned more than by odometry [rad]."""
+    """Return what each segment from dock to dock turned more than by odometry [rad]."""
     path, poses = dead_reckon(recording), recording.poses
     rows = np.searchsorted(recording.time, poses.time + 1e-6) - 1
     ends = compose(poses.pose[:-1], between(path[rows[:-1]], path[rows[1:]]))
@@ -51,40 +50,41 @@ def test_poses_are_read_all_along_if_asked_for(hall):
     assert np.diff(lap.poses.time) == pytest.approx(0.495, abs=1e-3)
 
 
-def test_a_gradual_ill_grows_in_proportion_to_time_and_a_sudden_one_is_there_at_once():
-    gradual, sudden = (Ill("wheelbase", "a", day=3, size=0.02, days=days) for days in (4, 0))
+def test_a_gradual_fault_grows_in_proportion_to_time_and_a_sudden_one_is_there_at_once():
+    gradual, sudden = (Fault("wheelbase", "a", day=3, size=0.02, days=days) for days in (4, 0))
     assert [gradual.at(day) for day in range(2, 8)] == pytest.approx([0.0, 0.005, 0.01, 0.015, 0.02, 0.02])
     assert [sudden.at(day) for day in (2, 3)] == [0.0, 0.02]
 
 
 @pytest.mark.parametrize(
-    ("ill", "part"),
-    [(Ill("wheelbase", "a", 0, 0.05), "a"), (Ill("wheel_diameter", "a.left", 0, 0.01), "a.left")],
+    ("fault", "part"),
+    [(Fault("wheelbase", "a", 0, 0.05), "a"), (Fault("wheel_diameter", "a.left", 0, 0.01), "a.left")],
 )
-def test_a_sick_robot_turns_otherwise_than_its_odometry_says(hall, ill, part):
-    well, sick = draw_robot("tug", 0, 1), draw_robot("tug", 0, 1, ills=(ill,))
-    errors = [np.abs(heading_errors(hall_lap(hall, robot, 0, 0, 3.0))).max() for robot in (well, sick)]
+def test_a_faulty_robot_turns_otherwise_than_its_odometry_says(hall, fault, part):
+    healthy, faulty = draw_robot("tug", 0, 1), draw_robot("tug", 0, 1, faults=(fault,))
+    errors = [np.abs(heading_errors(hall_lap(hall, robot, 0, 0, 3.0))).max() for robot in (healthy, faulty)]
     assert errors[1] > 3.0 * errors[0], part
 
 
 def test_a_joint_bias_shifts_the_reading_of_the_joint(hall):
-    well, sick = (
-        draw_robot("train", 2, 1, ills=ills) for ills in ((), (Ill("joint_bias", "joint_a", 0, 0.02),))
+    healthy, faulty = (
+        draw_robot("train", 2, 1, faults=faults)
+        for faults in ((), (Fault("joint_bias", "joint_a", 0, 0.02),))
     )
-    first = [hall_lap(hall, robot, 0, 0, 1.0).joint_angle("joint_a")[0] for robot in (well, sick)]
+    first = [hall_lap(hall, robot, 0, 0, 1.0).joint_angle("joint_a")[0] for robot in (healthy, faulty)]
     assert first[1] - first[0] == pytest.approx(0.02, abs=2e-3)
 
 
 @pytest.mark.parametrize("kind", ["wheel_eccentricity", "gear_backlash"])
 def test_wheels_out_of_round_and_plays_change_the_drive_but_not_by_much(hall, kind):
     robot = hall.robots[2]
-    sick = replace(robot, ills=(Ill(kind, "a.left", 0, 1e-3),))
-    ends = [hall_lap(hall, single, 0, 0, 1.0).poses.pose[1] for single in (robot, sick)]
+    faulty = replace(robot, faults=(Fault(kind, "a.left", 0, 1e-3),))
+    ends = [hall_lap(hall, some, 0, 0, 1.0).poses.pose[1] for some in (robot, faulty)]
     assert 0.0 < np.hypot(*(ends[1] - ends[0])[:2]) < 0.5
 
 
 def test_a_store_holds_the_recordings_by_robot_and_day_and_the_truth(tmp_path):
-    hall = draw_hall(2, 10, sick=1, places=3, seed=4)
+    hall = draw_hall(2, 10, faulty=1, places=3, seed=4)
     assert write_store(hall, tmp_path, range(2), 1, 0.5) == 4
     folders = sorted(path.parent for path in tmp_path.glob("robot=*/day=*/*/can.log.gz"))
     assert [str(folder.relative_to(tmp_path)) for folder in folders[:2]] == [
@@ -98,8 +98,8 @@ def test_a_store_holds_the_recordings_by_robot_and_day_and_the_truth(tmp_path):
     assert len(truth["sick"]) == 1
 
 
-def test_more_sick_robots_than_there_are_and_more_places_than_fit_are_refused():
-    with pytest.raises(SimulationError, match="3 sick robots of 2"):
-        draw_hall(2, 5, sick=3, places=0)
+def test_more_faulty_robots_than_there_are_and_more_places_than_fit_are_refused():
+    with pytest.raises(SimulationError, match="3 faulty robots of 2"):
+        draw_hall(2, 5, faulty=3, places=0)
     with pytest.raises(SimulationError, match="do not fit"):
-        draw_hall(2, 5, sick=0, places=9, length=6.0, width=6.0)
+        draw_hall(2, 5, faulty=0, places=9, length=6.0, width=6.0)

@@ -4,8 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.fleet.model.changes import Change, change_of, listed
-from omnimate.fleet.model.histories import History, Ordinary, ordinary
+from omnimate.fleet.model.changes import Change, detect_change, select_faulty
+from omnimate.fleet.model.histories import History, NominalVariation, estimate_nominal_variation
 
 NAMES = ("left wheel", "right wheel", "wheelbase")
 SIGMA = np.array([7e-5, 7e-5, 7e-4])
@@ -29,8 +29,8 @@ def fleet():
 
 
 @pytest.fixture(scope="module")
-def usual(fleet):
-    return ordinary(fleet)
+def nominal(fleet):
+    return estimate_nominal_variation(fleet)
 
 
 def step(day, number, sigmas, days=12):
@@ -39,95 +39,85 @@ def step(day, number, sigmas, days=12):
     return added
 
 
-def test_what_is_ordinary_comes_out_of_the_fleet(usual):
-    assert usual.sigma == pytest.approx(SIGMA)
-    assert np.sqrt(usual.start_variance) == pytest.approx(10.0 * SIGMA)  # the least that is allowed for
-    assert usual.wear[:2] == pytest.approx(WEAR[:2], abs=2e-6)
-    assert np.all(np.sqrt(usual.daily) < 0.5 * SIGMA)
+def test_the_nominal_variation_comes_out_of_the_fleet(nominal):
+    assert nominal.sigma == pytest.approx(SIGMA)
+    assert np.sqrt(nominal.start_variance) == pytest.approx(10.0 * SIGMA)  # the least that is allowed for
+    assert nominal.wear[:2] == pytest.approx(WEAR[:2], abs=2e-6)
+    assert np.all(np.sqrt(nominal.daily) < 0.5 * SIGMA)
 
 
-def test_a_few_sick_robots_do_not_change_what_is_ordinary(fleet, usual):
-    sick = [history(seed, added=step(4, 0, 50.0)) for seed in range(10)]
-    mixed = ordinary([*sick, *fleet[10:]])
-    assert mixed.start == pytest.approx(usual.start, abs=3e-5)
-    assert mixed.daily == pytest.approx(usual.daily, abs=(0.5 * SIGMA[0]) ** 2)
-    assert mixed.wear == pytest.approx(usual.wear, abs=1e-5)
+def test_a_few_faulty_robots_do_not_change_the_nominal_variation(fleet, nominal):
+    faulty = [history(seed, added=step(4, 0, 50.0)) for seed in range(10)]
+    mixed = estimate_nominal_variation([*faulty, *fleet[10:]])
+    assert mixed.start == pytest.approx(nominal.start, abs=3e-5)
+    assert mixed.daily == pytest.approx(nominal.daily, abs=(0.5 * SIGMA[0]) ** 2)
+    assert mixed.wear == pytest.approx(nominal.wear, abs=1e-5)
 
 
-def test_of_two_robots_the_sick_one_is_seen():
+def test_of_two_robots_the_faulty_one_is_seen():
     two = [history(1), history(2, added=step(4, 2, 40.0))]
-    well, sick = (change_of(single, ordinary(two)) for single in two)
-    assert well.log_e < 5.0
-    assert sick.log_e > 15.0
-    assert sick.name == "wheelbase"
+    healthy, faulty = (detect_change(robot, estimate_nominal_variation(two)) for robot in two)
+    assert healthy.log_e < 5.0
+    assert faulty.log_e > 15.0
+    assert faulty.name == "wheelbase"
 
 
-def test_the_evidence_against_healthy_robots_has_a_mean_of_one_at_most(usual):
-    values = np.exp([change_of(history(seed), usual).log_e for seed in range(1000, 1400)])
+def test_the_evidence_against_healthy_robots_has_a_mean_of_one_at_most(nominal):
+    values = np.exp([detect_change(history(seed), nominal).log_e for seed in range(1000, 1400)])
     assert values.mean() < 1.0 + 3.0 * values.std() / math.sqrt(len(values))
     assert values.max() < 1e3
 
 
 @pytest.mark.parametrize("number", range(3))
-def test_a_step_is_seen_named_dated_and_measured(usual, number):
-    change = change_of(history(7, added=step(8, number, 10.0)), usual)
+def test_a_step_is_seen_named_dated_and_measured(nominal, number):
+    change = detect_change(history(7, added=step(8, number, 10.0)), nominal)
     assert change.log_e > 15.0
     assert (change.name, change.since, change.shape) == (NAMES[number], "2026-03-09", "step")
     assert change.size == pytest.approx(10.0 * SIGMA[number], abs=4.0 * change.sigma)
 
 
-def test_a_ramp_is_seen_with_its_speed(usual):
+def test_a_ramp_is_seen_with_its_speed(nominal):
     added = np.zeros((12, 3))
     added[6:, 2] = 4.0 * SIGMA[2] * np.arange(1, 7)
-    change = change_of(history(8, added=added), usual)
+    change = detect_change(history(8, added=added), nominal)
     assert (change.name, change.shape) == ("wheelbase", "ramp")
     assert change.per_day == pytest.approx(4.0 * SIGMA[2], rel=0.3)
     assert change.earliest <= "2026-03-07" <= change.latest
 
 
-def test_one_odd_day_is_no_change_and_the_second_one_is(usual):
+def test_one_odd_day_is_no_change_and_the_second_one_is(nominal):
     once = np.zeros((12, 3))
     once[11, 0] = 40.0 * SIGMA[0]
-    assert change_of(history(9, added=once), usual).log_e < 5.0
-    assert change_of(history(9, added=step(10, 0, 40.0)), usual).log_e > 15.0
+    assert detect_change(history(9, added=once), nominal).log_e < 5.0
+    assert detect_change(history(9, added=step(10, 0, 40.0)), nominal).log_e > 15.0
 
 
-def test_a_robot_with_two_days_is_not_judged(usual):
-    assert change_of(history(1, days=2), usual) is None
+def test_a_robot_with_two_days_is_not_judged(nominal):
+    assert detect_change(history(1, days=2), nominal) is None
 
 
-def test_the_size_of_numbers_does_not_matter(usual):
+def test_the_size_of_numbers_does_not_matter(nominal):
     scaled = replace(history(7, added=step(8, 0, 10.0)))
     larger = replace(scaled, value=10.0 * scaled.value, covariance=100.0 * scaled.covariance)
-    times_ten = Ordinary(
-        *(
-            factor * part
-            for factor, part in zip(
-                (10.0, 100.0, 10.0, 100.0, 100.0, 10.0),
-                (
-                    usual.start,
-                    usual.start_variance,
-                    usual.wear,
-                    usual.wear_variance,
-                    usual.daily,
-                    usual.sigma,
-                ),
-                strict=True,
-            )
-        )
+    variances = {"start_variance", "wear_variance", "daily"}
+    times_ten = NominalVariation(
+        **{
+            name: (100.0 if name in variances else 10.0) * getattr(nominal, name)
+            for name in NominalVariation.__slots__
+        }
     )
-    assert change_of(larger, times_ten).log_e == pytest.approx(change_of(scaled, usual).log_e)
+    assert detect_change(larger, times_ten).log_e == pytest.approx(detect_change(scaled, nominal).log_e)
 
 
 def named(log_e, robot="r"):
     return Change(robot, "tug", log_e, "wheelbase", 1.0, "", "", "", "step", 0.0, 1.0, 0.0)
 
 
-def test_the_nights_list_is_that_of_e_bh():
+def test_the_faulty_robots_are_those_of_e_bh():
     level, robots = 0.05, 100
     needed = [math.log(robots / (level * rank)) for rank in (1, 2, 3)]
     quiet = [named(-3.0)] * 97
-    assert len(listed([named(needed[0]), *quiet, *quiet[:2]], level)) == 1
-    assert listed([named(needed[1]), named(needed[0] - 0.01), *quiet, *quiet[:1]], level) != []
-    assert listed([named(needed[2] - 0.01)] * 3 + quiet, level) == []
-    assert len(listed([named(needed[2])] * 3 + quiet, level)) == 3
+    assert len(select_faulty([named(needed[0]), *quiet, *quiet[:2]], level)) == 1
+    assert select_faulty([named(needed[1]), named(needed[0] - 0.01), *quiet, *quiet[:1]], level) != []
+    assert select_faulty([named(needed[2] - 0.01)] * 3 + quiet, level) == []
+    assert len(select_faulty([named(needed[2])] * 3 + quiet, level)) == 3

@@ -1,0 +1,103 @@
+"""Faults of the hall's robots, sudden or gradual, and the rolling of faulty wheels."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Literal, get_args
+
+import numpy as np
+
+from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.records import Constants, State
+from omnimate.vehicle.compiled import Array, compiled
+
+FaultKind = Literal["wheel_diameter", "wheelbase", "joint_bias", "wheel_eccentricity", "gear_backlash"]
+FAULTS: tuple[FaultKind, ...] = get_args(FaultKind)
+_GRADUAL = 10  # [days] in which a gradual fault grows
+# What is drawn: components of a single robot, of a two-truck one, and the smallest and largest size.
+_RANGES: dict[FaultKind, tuple[tuple[str, ...], tuple[str, ...], float, float]] = {
+    "wheel_diameter": (("a.left", "a.right"), ("a.left", "a.right"), 8e-4, 3e-3),
+    "wheelbase": (("a",), ("a",), 1e-2, 4e-2),
+    "joint_bias": ((), ("joint_a", "joint_b"), 5e-3, 2e-2),
+    "wheel_eccentricity": ((), ("a.left", "a.right"), 3e-4, 1e-3),
+    "gear_backlash": ((), ("a.left", "a.right"), 5e-4, 3e-3),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One fault of a robot, from some day on.
+
+    Attributes:
+        kind: Kind of the fault; the words are those of `docs/reference/diagnosis.md`.
+        component: Wheel, truck or joint.
+        day: First day of the fault, from 0.
+        size: Its size: a ratio's distance from 1 [1], an angle [rad], or an amplitude or play [m].
+        days: Days in which it grows from nothing to its size, in proportion to time; 0 for a sudden one.
+
+    Raises:
+        SimulationError: The kind is not known.
+    """
+
+    kind: FaultKind
+    component: str
+    day: int
+    size: float
+    days: int = 0
+
+    def __post_init__(self) -> None:
+        if self.kind not in FAULTS:
+            raise SimulationError(f"a fault of kind {self.kind!r}; expected one of {', '.join(FAULTS)}")
+
+    def at(self, day: int) -> float:
+        """Return its size on a day, in the unit of `size`."""
+        since = day - self.day
+        if since < 0:
+            return 0.0
+        return self.size * (min(1.0, (since + 1) / self.days) if self.days else 1.0)
+
+
+def draw_fault(kind: str, days: int, chance: np.random.Generator) -> Fault:
+    """Return a fault of a robot of a type, which begins on one of some days."""
+    column = 1 if kind == "train" else 0
+    possible = [name for name, ranges in _RANGES.items() if ranges[column]]
+    name = possible[int(chance.integers(len(possible)))]
+    components, (low, high) = _RANGES[name][column], _RANGES[name][2:]
+    size = chance.uniform(low, high) * (chance.choice([-1.0, 1.0]) if "wheel_e" not in name else 1.0)
+    if name == "gear_backlash":
+        size = abs(size)
+    first, last = max(1, days // 5), max(2, days - 5)
+    day = int(chance.integers(first, last))
+    gradual = int(chance.integers(2)) * min(_GRADUAL, max(2, days // 3))
+    return Fault(name, str(chance.choice(components)), day, float(size), gradual)
+
+
+class WheelFaults:
+    """Faults of wheels, and their state, in the order of `WHEELS`.
+
+    Attributes:
+        amplitude: Amplitude of the rolling radius over a turn [m].
+        play: Whole play between motor and wheel, as travel of the wheel [m].
+        motor: Travel of the motor, at the wheel [m].
+        output: Travel of the wheel behind its play [m].
+    """
+
+    amplitude: Annotated[Array, 4]
+    play: Annotated[Array, 4]
+    motor: Annotated[Array, 4]
+    output: Annotated[Array, 4]
+
+
+@compiled
+def apply_wheel_faults(wheels: WheelFaults, constants: Constants, state: State) -> None:
+    """Change the travel of wheels that run out of round, or behind a play, in this step."""
+    for wheel in range(2 * constants.trucks):
+        if wheels.amplitude[wheel] != 0.0:
+            state.travel[wheel] += (
+                wheels.amplitude[wheel] * math.cos(state.angle[wheel]) * state.turned[wheel]
+            )
+        if wheels.play[wheel] != 0.0:
+            wheels.motor[wheel] += state.travel[wheel]
+            half = 0.5 * wheels.play[wheel]
+            rolled = min(max(wheels.output[wheel], wheels.motor[wheel] - half), wheels.motor[wheel] + half)
+            state.travel[wheel] = rolled - wheels.output[wheel]
+            wheels.output[wheel] = rolled

@@ -1,0 +1,164 @@
+"""The daily judgement: faulty robots and bad places, from the results of all recordings up to a day."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date, timedelta
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.fleet.batch.tables import decode_columns, decode_rows
+from omnimate.fleet.errors import FleetError
+from omnimate.fleet.features import features_from_tables
+from omnimate.fleet.model.changes import detect_changes, select_faulty
+from omnimate.fleet.model.floor import Floor, estimate_floor
+from omnimate.fleet.model.histories import estimate_nominal_variation, make_histories
+from omnimate.fleet.report import DailyReport, FloorSummary, RepeatedMismatch
+from omnimate.fleet.report_store import read_places_before, write_report
+from omnimate.fleet.segments import CELL
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any
+
+    from omnimate.fleet.batch.files import Files
+    from omnimate.fleet.features import RecordingFeatures
+    from omnimate.fleet.report import BadPlace
+    from omnimate.vehicle.se2 import Array
+
+FLOOR_DAYS = 7  # days whose recordings show the floor: a place that is mended is gone after a week
+HISTORY_DAYS = 30  # days of a robot's history
+REPEATS = 3  # recordings in a row with the same mismatch by triage, from which on the robot is named
+
+
+def judge_day(
+    files: Files,
+    day: str | None = None,
+    progress: Callable[[int, int], object] = lambda _done, _total: None,
+) -> DailyReport:
+    """Judge all robots and the floors from the results, and write the report into these.
+
+    Args:
+        files: The results.
+        day: Date of the report, YYYY-MM-DD; that of the last recordings by default.
+        progress: Called with how many recordings are read, and of how many.
+
+    Raises:
+        FleetError: There are no results, or none of them has poses.
+    """
+    paths = files.glob("recordings/robot=*/day=*/*.parquet")
+    days = sorted({_partition(path)["day"] for path in paths})
+    if not days:
+        raise FleetError("results", "no results; run `omnimate fleet run STORE` first")
+    last = day or days[-1]
+    if last not in days:
+        raise FleetError("results", f"no results of {last}; there are some of {days[0]} to {days[-1]}")
+    first = _days_before(last, HISTORY_DAYS)
+    chosen = [path for path in paths if first <= _partition(path)["day"] <= last]
+    rows, features = [], []
+    for number, path in enumerate(chosen, start=1):
+        row, recording = read_results(files, path)
+        rows.append(row)
+        if recording is not None:
+            features.append(recording)
+        progress(number, len(chosen))
+    if not features:
+        raise FleetError("results", "no recording with two absolute poses or more; docks suffice")
+    report = make_report(last, rows, features, read_places_before(files, last))
+    write_report(files, report)
+    return report
+
+
+def read_results(files: Files, path: str) -> tuple[dict[str, Any], RecordingFeatures | None]:
+    """Return the row in `recordings` of a path, with robot and day, and the features that belong to it."""
+    row = decode_rows(files.read(path))[0] | _partition(path)
+    ways, crossed, numbers = (
+        decode_columns(files.read(path.replace("recordings/", f"{table}/", 1)))
+        for table in ("ways", "crossings", "numbers")
+    )
+    return row, features_from_tables(row, ways, crossed, numbers)
+
+
+def make_report(
+    day: str,
+    rows: Sequence[Mapping[str, Any]],
+    features: Sequence[RecordingFeatures],
+    known: Sequence[BadPlace],
+) -> DailyReport:
+    """Return the report of a day: each floor's places from the last week's recordings, then robots from all.
+
+    Args:
+        day: The date, YYYY-MM-DD.
+        rows: Rows of `recordings` up to that day, with `robot` and `day`, in order of time for each robot.
+        features: Of the recordings among these that have enough segments.
+        known: Bad places of the report before.
+    """
+    week = _days_before(day, FLOOR_DAYS)
+    by_floor: dict[str, list[RecordingFeatures]] = {}
+    for recording in features:
+        by_floor.setdefault(recording.floor, []).append(recording)
+    recent = {
+        name: [recording for recording in recordings if recording.day >= week]
+        for name, recordings in by_floor.items()
+    }
+    floors: dict[str, Floor] = {}
+    for name in sorted(by_floor, key=lambda name: (-len(recent[name]), name)):
+        before = [place for place in known if place.floor == name]
+        floor = estimate_floor(recent[name] or by_floor[name], before)
+        floors[name] = Floor(tuple(replace(place, floor=name) for place in floor.places), floor.roughness)
+    histories = make_histories(
+        [robot for name, floor in floors.items() for robot in floor.robot_information(by_floor[name])]
+    )
+    nominal = {
+        kind: estimate_nominal_variation([history for history in histories if history.kind == kind])
+        for kind in {history.kind for history in histories}
+    }
+    changes = detect_changes(histories, nominal)
+    faulty = select_faulty(changes)
+    today = [row for row in rows if row["day"] == day]
+    return DailyReport(
+        day,
+        len(today),
+        tuple((row["robot"], row["recording"], row["error"]) for row in today if row["error"]),
+        tuple(changes),
+        tuple(faulty),
+        tuple(find_repeated_mismatches(rows, {change.robot for change in faulty})),
+        tuple(place for floor in floors.values() for place in floor.places),
+        tuple(FloorSummary(name, len(recent[name]), floor.roughness) for name, floor in floors.items()),
+        tuple(histories),
+        {name: _count_cells(recordings) for name, recordings in recent.items() if recordings},
+    )
+
+
+def find_repeated_mismatches(rows: Sequence[Mapping[str, Any]], faulty: set[str]) -> list[RepeatedMismatch]:
+    """Return robots whose last recordings all have the same mismatch by triage, and which are not faulty."""
+    by_robot: dict[str, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        by_robot.setdefault(row["robot"], []).append(row)
+    repeated = []
+    for robot, recordings in sorted(by_robot.items()):
+        last = recordings[-REPEATS:]
+        found = {(row["triage"], row["effect"], row["component"]) for row in last}
+        triage, effect, component = found.pop()
+        is_named = triage == "mismatch" and effect is not None and component is not None
+        if not found and len(last) == REPEATS and is_named and robot not in faulty:
+            repeated.append(RepeatedMismatch(robot, effect, component, last[0]["day"]))
+    return repeated
+
+
+def _count_cells(recordings: Sequence[RecordingFeatures]) -> Array:
+    """Return the cells that recordings go over: x and y [m] and how many segments, `(N, 3)`."""
+    cells = np.concatenate([recording.crossings.cell for recording in recordings])
+    unique, counts = np.unique(cells, axis=0, return_counts=True)
+    return np.column_stack([CELL * unique, counts])
+
+
+def _days_before(day: str, count: int) -> str:
+    """Return the first of some days that end with a day."""
+    return (date.fromisoformat(day) - timedelta(days=count - 1)).isoformat()
+
+
+def _partition(path: str) -> dict[str, str]:
+    """Return the robot and the day of a path."""
+    return {name: path.partition(f"{name}=")[2].partition("/")[0] for name in ("robot", "day")}
