@@ -1,1 +1,1 @@
-"""Fleets: their recordings by robot and day, batches, daily lists, findings and their webhooks."""
+"""Fleets: their recordings by robot and day, batches, daily reports, findings and their webhooks."""

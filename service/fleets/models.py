@@ -14,7 +14,7 @@ PLAIN_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 DAY_PATTERN = r"^[0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$"
 PlainName = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=PLAIN_PATTERN)]
 Day = Annotated[str, Field(pattern=DAY_PATTERN, description="A date, YYYY-MM-DD.")]
-State = Literal["fine", "drift", "sick", "unjudged"]
+State = Literal["fine", "drift", "sick", "unjudged"]  # of REST: "sick" is a faulty robot
 FindingState = Literal["open", "closed"]
 DeliveryState = Literal["waiting", "accepted", "given up"]
 
@@ -32,18 +32,18 @@ class FleetStart(ExactModel):
 
 
 class Fleet(BaseModel):
-    """A fleet, and what its last night showed."""
+    """A fleet, and a summary of its latest daily report."""
 
     name: str
     created: float
-    nights: int = Field(description="Nights that were judged.")
-    night: str | None = Field(description="Date of the last one.")
-    states: dict[State, int] = Field(description="Robots by their state after the last night.")
-    places: int = Field(description="Bad places of all floors after the last night.")
+    nights: int = Field(description="Number of daily reports.")
+    night: str | None = Field(description="Date of the latest one.")
+    states: dict[State, int] = Field(description="Robots by their state in it.")
+    places: int = Field(description="Bad places of all floors in it.")
 
 
 class Upload(BaseModel):
-    """What an upload has stored."""
+    """The content of an upload."""
 
     recordings: int
     robots: list[str]
@@ -51,7 +51,7 @@ class Upload(BaseModel):
 
 
 class BatchStart(ExactModel):
-    """What a batch shall do."""
+    """The task of a batch."""
 
     day: Day | None = Field(None, description="Only recordings of this date; all by default.")
     diagnose: bool = Field(True, description="Whether whole diagnoses are made where triage asks for them.")
@@ -59,7 +59,7 @@ class BatchStart(ExactModel):
 
 
 class Failure(BaseModel):
-    """A recording that a batch could not work on."""
+    """A recording that a batch could not process."""
 
     robot: str
     day: str
@@ -79,11 +79,11 @@ class Batch(BaseModel):
     state: JobState
     progress: float
     doing: str
-    done: int | None = Field(description="Recordings worked on.")
+    done: int | None = Field(description="Recordings processed.")
     known: int | None = Field(description="Recordings whose results were known.")
     failures: list[Failure] = Field(description="The first 50 recordings without results.")
-    night: str | None = Field(description="Date of the night that was judged at the end.")
-    note: str | None = Field(description="Why no night was judged.")
+    night: str | None = Field(description="Date of the daily report at the end.")
+    note: str | None = Field(description="Why there is no daily report.")
     error: str | None
     attempts: int
     created: float
@@ -91,7 +91,7 @@ class Batch(BaseModel):
 
 
 class Change(RowModel):
-    """What a robot's history shows; sizes are relative to vehicle.toml [1], or of a joint [rad]."""
+    """The likeliest change in a robot's history; sizes are relative [1], or of a joint [rad]."""
 
     name: str
     since: str
@@ -106,12 +106,14 @@ class Change(RowModel):
 
 
 class FleetRobot(BaseModel):
-    """A robot of a fleet, as of a night."""
+    """A robot of a fleet, as of a daily report."""
 
     robot: str
     kind: str | None
     state: State
-    says: str | None = Field(description="The finding as a sentence, of a robot that is sick or drifts.")
+    says: str | None = Field(
+        description="The finding as a sentence, of a robot that is faulty (`sick`) or drifts."
+    )
     change: Change | None = Field(description="The likeliest change, also of a robot that is fine.")
 
 
@@ -131,7 +133,7 @@ class Place(BaseModel):
 
 
 class RobotAsked(RowModel):
-    """A robot for which triage keeps asking for the same diagnosis."""
+    """A robot for which triage repeats the same mismatch."""
 
     robot: str
     effect: str
@@ -140,7 +142,7 @@ class RobotAsked(RowModel):
 
 
 class RecordingFailed(BaseModel):
-    """A recording of the night that has no results."""
+    """A recording of the day that has no results."""
 
     robot: str
     recording: str
@@ -152,16 +154,16 @@ class FloorAbout(RowModel):
 
     floor: str = Field(description="Its name, by `run.toml`; empty for the only one.")
     recordings: int = Field(description="Recordings on it within the week.")
-    roughness: float = Field(description="Beside its bad places [m/sqrt(m)].")
+    roughness: float = Field(description="Outside its bad places [m/sqrt(m)].")
 
 
 class FleetNight(BaseModel):
-    """The morning's list."""
+    """A daily report."""
 
     day: str
     recordings: int
     judged: int = Field(description="Robots with enough days to be judged.")
-    roughness: float = Field(description="Of the first floor beside its bad places [m/sqrt(m)].")
+    roughness: float = Field(description="Of the first floor outside its bad places [m/sqrt(m)].")
     floors: list[FloorAbout] = Field(description="That with most recordings first.")
     sick: list[FleetRobot]
     places: list[Place]
@@ -170,19 +172,19 @@ class FleetNight(BaseModel):
 
 
 class FleetFloor(BaseModel):
-    """A floor of a fleet, as of a night."""
+    """A floor of a fleet, as of a daily report."""
 
     day: str
     floor: str
     cell: float = Field(description="Size of a cell [m].")
     driven: list[tuple[float, float, int]] = Field(
-        description="x, y [m] of cells that were driven over, and ways over each."
+        description="x, y [m] of cells that were driven over, and the number of segments over each."
     )
     places: list[Place]
 
 
 class FleetCourse(BaseModel):
-    """One number of a robot, day by day, without what bad places did."""
+    """One number of a robot, day by day, without the effect of bad places."""
 
     name: str
     unit: Literal["1", "rad"]
@@ -199,20 +201,20 @@ class FleetHistory(BaseModel):
 
 
 class FleetRecording(BaseModel):
-    """What a batch says of one recording."""
+    """The results of one recording."""
 
     day: str
     recording: str
     duration: float | None = Field(description="[s]")
-    way: float | None = Field(description="[m]")
+    way: float | None = Field(description="Distance driven [m].")
     triage: str | None
     says: str | None
-    diagnosis: str | None = Field(description="What the whole diagnosis says, where it was made.")
+    diagnosis: str | None = Field(description="The whole diagnosis in a sentence, where it was made.")
     problem: str | None
 
 
 class Finding(RowModel):
-    """A robot or a place that a night's list names."""
+    """A robot or a place that a daily report names."""
 
     id: str
     fleet: str
@@ -224,7 +226,7 @@ class Finding(RowModel):
     x: float | None
     y: float | None
     says: str
-    first: str = Field(description="Date of the first night that names it.")
+    first: str = Field(description="Date of the first report that names it.")
     last: str = Field(description="Date of the last one.")
     created: float
     changed: float

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 620.0, 220.0  # [px] of a plot
 VERDICTS = {"fine": "agreement", "sick": "mismatch"}  # the report's classes of colour
 HOW_TO_READ = (
-    "A point is what a day's recordings say of a number of the robot, beside its vehicle.toml; the bar "
-    "holds 95 %. What bad places of the floor did is taken out. The line is the day since which the number "
-    "changed, most likely. A robot is listed when its e-value passes the e-BH procedure at 1 % over the "
+    "A point is a day's estimate of a number of the robot, relative to its vehicle.toml; the bar holds "
+    "95 %. The effect of bad places of the floor is taken out. The line is the day since which the number "
+    "changed, most likely. A robot is faulty when its e-value passes the e-BH procedure at 1 % over the "
     "whole fleet; it drifts from an e-value of 20 on, which at most one healthy robot in twenty reaches."
 )
 
@@ -32,7 +32,14 @@ def render(fleet: str, history: FleetHistory, recordings: Sequence[FleetRecordin
     robot = history.robot
     note = f"Fleet {fleet}; {robot.kind}" if robot.kind else f"Fleet {fleet}"
     colour = VERDICTS.get(robot.state, "insufficient")
-    head = Head("Report", robot.robot, robot.state, colour, robot.says or "Nothing stands out.", note)
+    head = Head(
+        "Report",
+        robot.robot,
+        "faulty" if robot.state == "sick" else robot.state,
+        colour,
+        robot.says or "Nothing stands out.",
+        note,
+    )
     sections = [
         *_evidence(history),
         "<h2>Day by day</h2>",

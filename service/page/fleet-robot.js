@@ -30,7 +30,7 @@ export async function openFleetRobot(fleet, robot) {
     $("fleet-robot-says").textContent = about.says ? sentence(about.says, robot) : about.kind ?? "";
     const since = about.state === "fine" ? null : about.change;
     $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, course.name))));
-    if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, "No night has judged this robot yet."));
+    if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, "No daily report judges this robot yet."));
     await pages(
       (after) => get(`${address(fleet, "robots", robot, "recordings")}?limit=20${after ? `&after=${encodeURIComponent(after)}` : ""}`),
       $("fleet-recordings"), recordingRow, $("no-fleet-recordings"), $("more-fleet-recordings"),

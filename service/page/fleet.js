@@ -1,4 +1,4 @@
-// A fleet at a glance: which robots are fine, drift, are sick; the floor's map; batches with their progress.
+// A fleet at a glance: which robots are fine, drift, are faulty; the floor's map; batches with their progress.
 
 import { call, get, post } from "./api.js";
 import { $, announce, attempt, el, pages, say, show } from "./dom.js";
@@ -6,7 +6,7 @@ import { floorMap } from "./fleet-drawings.js";
 import { on } from "./stream.js";
 import { when } from "./units.js";
 
-export const STATES = { sick: "sick", drift: "drift", fine: "fine", unjudged: "not judged" };
+export const STATES = { sick: "faulty", drift: "drift", fine: "fine", unjudged: "not judged" };
 const MOST = 2000; // robots of a page
 let fleet = null;
 
@@ -67,7 +67,7 @@ async function make() {
 async function showFleet() {
   const about = await get(address(fleet));
   $("fleet-title").textContent = `Fleet ${about.name}`;
-  $("fleet-night").textContent = about.night ? `night of ${about.night}` : "no night was judged yet";
+  $("fleet-night").textContent = about.night ? `report of ${about.night}` : "no daily report yet";
   $("fleet-states").replaceChildren(...Object.entries(STATES)
     .filter(([state]) => about.states[state] || state !== "unjudged")
     .map(([state, word]) => el("li", { class: state, "data-testid": `state-${state}` }, el("b", {}, `${about.states[state] ?? 0}`), ` ${word}`)),

@@ -1,4 +1,4 @@
-"""What a fleet's nights show over REST: the list, the floor, each robot's state, history and report."""
+"""A fleet's results over REST: daily reports, floors, and the state, history and report of a robot."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from omnimate.service.store.tables import FleetRow
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
 Night = Annotated[
-    str, PathParameter(pattern=f"{DAY_PATTERN}|^{LATEST}$", description="Date of the night, or `latest`.")
+    str, PathParameter(pattern=f"{DAY_PATTERN}|^{LATEST}$", description="Date of the report, or `latest`.")
 ]
 RobotName = Annotated[PlainName, PathParameter(description="The name of the robot.")]
 Robots = Annotated[int, Query(ge=1, le=2000, description="The largest number of items of the page.")]
@@ -50,14 +50,14 @@ Robots = Annotated[int, Query(ge=1, le=2000, description="The largest number of 
 
 @router.get("/{fleet}/nights", operation_id="listNights")
 def list_nights(fleet: FleetName, call: Reading, limit: Limit = 50, after: Day | None = None) -> Page[str]:
-    """Return the dates of the nights that were judged, newest first."""
+    """Return the dates of the daily reports, newest first."""
     days = [day for day in list_days(_results(call, fleet)) if after is None or day < after]
     return Page(items=days[:limit], next=days[limit - 1] if len(days) > limit else None)
 
 
 @router.get("/{fleet}/nights/{day}", operation_id="getNight")
 def get_night(fleet: FleetName, day: Night, call: Reading) -> FleetNight:
-    """Return a night's list: sick robots, bad places, and what could not be worked on."""
+    """Return a daily report: faulty robots (`sick`), bad places, and recordings that failed."""
     return report_view(report_of(_results(call, fleet), day))
 
 
@@ -73,7 +73,7 @@ def get_floor(
         ),
     ] = None,
 ) -> FleetFloor:
-    """Return a floor as of a night: where robots drove, and its bad places."""
+    """Return a floor as of a daily report: where robots drove, and its bad places."""
     results = _results(call, fleet)
     return floor_view(results, report_of(results, day), floor)
 
@@ -86,7 +86,7 @@ def list_robots(
     limit: Robots = 200,
     after: PlainName | None = None,
 ) -> Page[FleetRobot]:
-    """Return the robots as of the last night, in the order of their names."""
+    """Return the robots as of the latest report, in the order of their names."""
     results = _results(call, fleet)
     robots = [
         robot
@@ -98,13 +98,13 @@ def list_robots(
 
 @router.get("/{fleet}/robots/{robot}", operation_id="getFleetRobot")
 def get_robot(fleet: FleetName, robot: RobotName, call: Reading) -> FleetRobot:
-    """Return a robot as of the last night."""
+    """Return a robot as of the latest report."""
     return robot_view(_results(call, fleet), robot)
 
 
 @router.get("/{fleet}/robots/{robot}/history", operation_id="getHistory")
 def get_history(fleet: FleetName, robot: RobotName, call: Reading) -> FleetHistory:
-    """Return a robot's numbers day by day, without what bad places did."""
+    """Return a robot's numbers day by day, without the effect of bad places."""
     return history_view(_results(call, fleet), robot)
 
 
@@ -116,7 +116,7 @@ def list_recordings(
     limit: Limit = 50,
     after: Annotated[str | None, Query(max_length=100, pattern=PLAIN_PATTERN)] = None,
 ) -> Page[FleetRecording]:
-    """Return what batches say of a robot's recordings, newest first."""
+    """Return the results of a robot's recordings, newest first."""
     results = _results(call, fleet)
     robot_view(results, robot)
     items, next_page = recordings_view(results, robot, limit, after)

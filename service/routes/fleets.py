@@ -1,4 +1,4 @@
-"""Fleets over REST: made, listed, their recordings uploaded, their batches started and followed."""
+"""Fleets over REST: their recordings, and the batches that process these."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def list_fleets(call: Reading, limit: Limit = 50, after: PlainName | None = None
 
 @router.get("/{fleet}", operation_id="getFleet")
 def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
-    """Return a fleet, with its robots by their state after the last night."""
+    """Return a fleet, with its robots by their state in the latest report."""
     with call.components.database.reading() as db:
         row = find_row(db, FleetRow, fleet)
     return fleet_view(row, call.components.stores.results_of(fleet))
@@ -82,7 +82,7 @@ def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:
 
 @router.post("/{fleet}/batches", operation_id="startBatch", status_code=202, response_model=Batch)
 def start(fleet: FleetName, body: BatchStart, call: Operating) -> Response:
-    """Start a batch: results of all recordings that are not known yet, and the night's list."""
+    """Start a batch: results of all recordings that are not known yet, and the daily report."""
 
     def act(db: Db) -> Answer:
         row = add_batch(db, fleet, body)

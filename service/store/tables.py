@@ -175,11 +175,13 @@ class FleetRow(Base):
     __table_args__ = (Index("fleets_by_age", "created", "id"),)
     id: Mapped[str] = mapped_column(String(64), primary_key=True)  # its name
     created: Mapped[float]
-    night: Mapped[str | None] = mapped_column(String(10))  # the last one of which findings were noted
+    night: Mapped[str | None] = mapped_column(
+        String(10)
+    )  # day of the latest report whose findings were noted
 
 
 class FindingRow(Base):
-    """A robot or a place that a night's list names; open until a later list does not name it."""
+    """A robot or a place that a daily report names; open until a later one does not name it."""
 
     __tablename__ = "findings"
     __table_args__ = (Index("findings_by_age", "created", "id"), Index("findings_by_fleet", "fleet", "state"))

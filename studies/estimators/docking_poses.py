@@ -6,7 +6,7 @@ leave there. What keeps from it: the parameters that each set shows by itself, a
 which differs so from set to set lets expect on a drive of yet another set.
 
 Peers, in the same run: all poses, the nominal robot, and the first and the last pose of the free drive itself
-with the sets as the prior, as a fleet's night has them. There the last pose is not held out.
+with the sets as the prior, as a fleet's daily run has them. There the last pose is not held out.
 
 Usage: python -m studies.estimators.docking_poses [ROOT]
 """

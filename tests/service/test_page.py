@@ -321,7 +321,7 @@ def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report
         page.locator("#tab-fleet").click()
         page.locator("#fleet-new").fill("hall-3")
         page.locator("#fleet-start-send").click()
-        expect(page.get_by_test_id("state-sick")).to_have_text("1 sick", timeout=SOON)
+        expect(page.get_by_test_id("state-sick")).to_have_text("1 faulty", timeout=SOON)
         expect(page.get_by_test_id("state-drift")).to_have_text("2 drift")
         expect(page.get_by_test_id("state-fine")).to_have_text("37 fine")
         expect(page.locator("#robot-dots a")).to_have_count(41)
@@ -331,7 +331,7 @@ def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report
         picture(page, "fleet-dark")
         page.locator("#theme").click()
         page.get_by_test_id(f"dot-{FAULTY}").click()
-        expect(page.locator("#fleet-robot-state")).to_have_text("sick", timeout=SOON)
+        expect(page.locator("#fleet-robot-state")).to_have_text("faulty", timeout=SOON)
         expect(page.locator("#fleet-robot-says")).to_contain_text("\N{MINUS SIGN}0.760 ± 0.020 %")
         wheelbase = page.get_by_test_id("history-wheelbase")
         expect(wheelbase.locator(".point")).to_have_count(30)
@@ -371,7 +371,7 @@ def test_a_days_recordings_are_uploaded_and_worked_on_by_clicking(page, tmp_path
     batch = page.locator("#batches li").first
     expect(batch).to_have_attribute("data-state", "done", timeout=LATER)
     expect(batch.locator(".says")).to_have_text("2 recordings worked on, 0 known before")
-    expect(page.locator("#fleet-night")).to_have_text("night of 2026-03-02", timeout=SOON)
+    expect(page.locator("#fleet-night")).to_have_text("report of 2026-03-02", timeout=SOON)
     expect(page.get_by_test_id("state-unjudged")).to_have_text("2 not judged")
     picture(page, "fleet-batch")
 
