@@ -22,8 +22,6 @@ from omnimate.vehicle.odometry import truck_travel, wheels_of
 from omnimate.vehicle.se2 import lever_matrix, wrap
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from omnimate.vehicle.parameters import TruckName
@@ -108,25 +106,6 @@ class Crossings:
         return Crossings(self.segment[rows], self.cell[rows], self.loss[rows], self.creep[rows])
 
 
-@dataclass(frozen=True, slots=True)
-class _Segment:
-    """One segment of N steps.
-
-    `residual` to `lever` are rows of `Segments`; `left` and `right` are the positions of both wheels in the
-    middle of each step [m], `(N, 2)`; `travel` is what these roll in it [m], `(N, 2)`; `gain` is the
-    derivative of the residual by that, `(N, 3, 2)`.
-    """
-
-    residual: Array
-    jacobian: Array
-    rough: Array
-    lever: Array
-    left: Array
-    right: Array
-    travel: Array
-    gain: Array
-
-
 def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments, Crossings] | None:
     """Return the segments of a truck between absolute poses, and their crossings; None without two poses.
 
@@ -143,22 +122,21 @@ def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments
     cuts = [gap.end for gap in recording.gaps if gap.channel in wheels_of(truck) and gap.reason != "missing"]
     base = recording.vehicle.trucks[truck].wheelbase
     sigma = np.where(np.isfinite(fixes.sigma) & (fixes.sigma > 0.0), fixes.sigma, _DEFAULT_POSE_SIGMA)
-    segments, ends = [], []
+    rows, crossed, ends = [], [], []
     for start, end in pairwise(chosen):
         if any(fixes.time[start] < cut <= fixes.time[end] for cut in cuts):
             continue
         at = _choose_times(recording.time, travelled, fixes.time[start], fixes.time[end])
         rolled = np.column_stack([np.diff(np.interp(at, recording.time, wheel)) for wheel in (left, right)])
-        segments.append(_linearise_segment(rolled, base, fixes.pose[[start, end]], sigma[[start, end]]))
+        row, path, gain = _linearise_segment(rolled, base, fixes.pose[[start, end]], sigma[[start, end]])
+        rows.append(row)
+        crossed.append(_cross_cells(len(ends), rolled, base, path, gain))
         ends.append((start, end))
-    if not segments:
+    if not ends:
         return None
+    residual, jacobian, rough, lever = (np.array(column) for column in zip(*rows, strict=True))
     starts, lasts = np.array(ends).T
-    residual, jacobian, rough, lever = (
-        np.array([getattr(segment, name) for segment in segments])
-        for name in ("residual", "jacobian", "rough", "lever")
-    )
-    return Segments(
+    segments = Segments(
         fixes.time[lasts],
         residual,
         jacobian,
@@ -166,7 +144,9 @@ def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments
         lever,
         np.stack([sigma[starts], sigma[lasts]], axis=1),
         np.concatenate(([False], starts[1:] == lasts[:-1])),
-    ), _find_crossings(segments)
+    )
+    number, cell, loss, creep = (np.concatenate(column) for column in zip(*crossed, strict=True))
+    return segments, Crossings(number, cell, loss, creep)
 
 
 def _poses_with_heading(recording: Recording, truck: TruckName) -> Poses | None:
@@ -197,8 +177,17 @@ def _choose_times(time: Array, travelled: Array, start: float, end: float) -> Ar
     return np.concatenate(([start], time[inside][first], [end]))
 
 
-def _linearise_segment(rolled: Array, base: float, poses: Array, sigma: Array) -> _Segment:
-    """Return one segment from the travel of its wheels `(N, 2)` [m] between two measured poses `(2, 3)`."""
+def _linearise_segment(
+    rolled: Array, base: float, poses: Array, sigma: Array
+) -> tuple[tuple[Array, Array, Array, Array], Array, Array]:
+    """Return a row of `Segments` (residual, jacobian, rough, lever), the path, and the gain of its steps.
+
+    Args:
+        rolled: Travel of the wheels in N steps [m], `(N, 2)`.
+        base: Wheelbase [m].
+        poses: Measured poses at both ends, `(2, 3)`.
+        sigma: Their standard deviations, `(2, 3)`.
+    """
     variance = CONCRETE_ROUGHNESS**2 * np.abs(rolled)
     slip = np.zeros_like(rolled)  # travel that the floor adds in each step, the likeliest
     path, gain = np.empty((len(rolled) + 1, 3)), np.empty((len(rolled), 3, 2))
@@ -219,11 +208,23 @@ def _linearise_segment(rolled: Array, base: float, poses: Array, sigma: Array) -
     jacobian = np.column_stack(
         [gain[:, :, 0].T @ rolled[:, 0], gain[:, :, 1].T @ rolled[:, 1], -by_turn.T @ turn]
     )
+    return (residual, jacobian, rough, lever), path, gain
+
+
+def _cross_cells(
+    number: int, rolled: Array, base: float, path: Array, gain: Array
+) -> tuple[NDArray[np.int32], NDArray[np.int32], Array, Array]:
+    """Return the rows of `Crossings` of one segment, summed over the steps in each cell."""
     middle = 0.5 * (path[:-1] + path[1:])
     to_left = 0.5 * base * np.column_stack([-np.sin(middle[:, 2]), np.cos(middle[:, 2])])
-    return _Segment(
-        residual, jacobian, rough, lever, middle[:, :2] + to_left, middle[:, :2] - to_left, rolled, gain
-    )
+    places = np.concatenate([middle[:, :2] + to_left, middle[:, :2] - to_left, middle[:, :2]])
+    values = np.zeros((3, len(rolled), 4))  # of left wheel, right wheel and middle: loss (3), creep
+    values[:2, :, :3] = -gain.transpose(2, 0, 1) * rolled.T[:, :, np.newaxis]
+    values[2, :, 3] = np.abs(rolled.mean(axis=1))
+    cells, owner = np.unique(np.round(places / CELL).astype(np.int32), axis=0, return_inverse=True)
+    sums = np.zeros((len(cells), 4))
+    np.add.at(sums, owner.ravel(), values.reshape(-1, 4))
+    return np.full(len(cells), number, np.int32), cells, sums[:, :3], sums[:, 3]
 
 
 @compiled
@@ -250,21 +251,3 @@ def _linearise(rolled: Array, slip: Array, base: float, start: Array, path: Arra
             turn = (2.0 * wheel - 1.0) / base
             gain[step, 0, wheel], gain[step, 1, wheel] = travel_lever(heading, x, y, turn)
             gain[step, 2, wheel] = turn
-
-
-def _find_crossings(segments: Sequence[_Segment]) -> Crossings:
-    """Return the crossings of all segments, summed over the steps in each cell."""
-    owner = np.repeat(np.arange(len(segments)), [len(segment.travel) for segment in segments])
-    left, right, travel, gain = (
-        np.concatenate([getattr(segment, name) for segment in segments])
-        for name in ("left", "right", "travel", "gain")
-    )
-    count = len(owner)
-    rows = np.zeros((3 * count, 4))
-    rows[:count, :3] = -gain[:, :, 0] * travel[:, :1]
-    rows[count : 2 * count, :3] = -gain[:, :, 1] * travel[:, 1:]
-    rows[2 * count :, 3] = np.abs(travel.mean(axis=1))
-    cells = np.round(np.concatenate([left, right, 0.5 * (left + right)]) / CELL).astype(np.int64)
-    keys, group = np.unique(np.column_stack([np.tile(owner, 3), cells]), axis=0, return_inverse=True)
-    sums: Array = np.array([np.bincount(group.ravel(), column, len(keys)) for column in rows.T], np.float64)
-    return Crossings(keys[:, 0].astype(np.int32), keys[:, 1:].astype(np.int32), sums[:3].T, sums[3])

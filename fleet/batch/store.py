@@ -15,11 +15,11 @@ from omnimate.fleet.batch.files import LocalFiles
 from omnimate.fleet.errors import FleetError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from omnimate.fleet.batch.files import Files
 
-RESULTS = 2  # number of the results' format; a larger one makes all results anew
+RESULTS_FORMAT = 2  # number of the results' format; a larger one makes all results anew
 _FILES = (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN)
 
 
@@ -43,24 +43,10 @@ class StoredRecording:
         return f"robot={self.robot}/day={self.day}"
 
 
-@dataclass(frozen=True, slots=True)
-class Version:
-    """What a result depends on, as hashes.
-
-    Attributes:
-        recording: Of log, poses and run.
-        vehicle: Of `vehicle.toml`.
-        tool: Version of this software and of its results.
-    """
-
-    recording: str
-    vehicle: str
-    tool: str
-
-    def key(self, *, diagnosed: bool) -> str:
-        """Return the key of a result, made with or without the whole diagnosis."""
-        parts = self.recording, self.vehicle, self.tool, str(diagnosed)
-        return _hash("\n".join(parts).encode())[:16]
+def make_key(version: Mapping[str, str], *, diagnosed: bool) -> str:
+    """Return the key of a result, made with or without the whole diagnosis."""
+    parts = version["recording_hash"], version["vehicle_hash"], version["tool"], str(diagnosed)
+    return _hash("\n".join(parts).encode())[:16]
 
 
 def recordings_in(files: Files, day: str = "*") -> list[StoredRecording]:
@@ -84,18 +70,19 @@ def recordings_in(files: Files, day: str = "*") -> list[StoredRecording]:
 
 
 @contextmanager
-def folder_of(files: Files, stored: StoredRecording) -> Iterator[tuple[Path, Version]]:
-    """Give a recording as a folder on this machine, and what its results depend on."""
+def folder_of(files: Files, stored: StoredRecording) -> Iterator[tuple[Path, dict[str, str]]]:
+    """Give a recording as a folder on this machine, and the version of its results, in columns of these."""
     contents = {
         path.rpartition("/")[2]: files.read(path)
         for path in files.glob(f"{stored.place}/{stored.name}/*")
         if path.rpartition("/")[2] in _FILES
     }
-    version = Version(
-        _hash(*(name.encode() + content for name, content in contents.items() if name != VEHICLE)),
-        _hash(contents.get(VEHICLE, b"")),
-        f"{__version__}+{RESULTS}",
-    )
+    recording = (name.encode() + content for name, content in contents.items() if name != VEHICLE)
+    version = {
+        "recording_hash": _hash(*recording),  # of log, poses and run
+        "vehicle_hash": _hash(contents.get(VEHICLE, b"")),
+        "tool": f"{__version__}+{RESULTS_FORMAT}",
+    }
     if isinstance(files, LocalFiles):
         yield files.root / stored.place / stored.name, version
         return

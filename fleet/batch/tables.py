@@ -139,18 +139,22 @@ def encode_columns(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
     Raises:
         FleetError: pyarrow is not installed.
     """
-    arrow, _ = parquet_libraries()
-    return _encode(arrow.table({name: columns[name] for name in TABLES[table]}, schema=_schema(arrow, table)))
+    arrow, parquet = parquet_libraries()
+    schema = arrow.schema(
+        [
+            arrow.field(name, _type(arrow, kind), metadata={"meaning": meaning})
+            for name, (kind, meaning) in TABLES[table].items()
+        ]
+    )
+    out = io.BytesIO()
+    rows = arrow.table({name: columns[name] for name in TABLES[table]}, schema=schema)
+    parquet.write_table(rows, out, compression="zstd")
+    return out.getvalue()
 
 
 def encode_rows(table: str, rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Return the bytes of a table from its rows; keys that are no columns are left out.
-
-    Raises:
-        FleetError: pyarrow is not installed.
-    """
-    arrow, _ = parquet_libraries()
-    return _encode(arrow.Table.from_pylist(rows, schema=_schema(arrow, table)))
+    """Return the bytes of a table from its rows; keys that are no columns are left out."""
+    return encode_columns(table, {name: [row[name] for row in rows] for name in TABLES[table]})
 
 
 def decode_columns(content: bytes) -> dict[str, Any]:
@@ -168,25 +172,9 @@ def decode_rows(content: bytes) -> list[dict[str, Any]]:
     return rows
 
 
-def _encode(table: Any) -> bytes:  # noqa: ANN401 -- pyarrow has no types
-    _, parquet = parquet_libraries()
-    out = io.BytesIO()
-    parquet.write_table(table, out, compression="zstd")
-    return out.getvalue()
-
-
-def _decode(content: bytes) -> Any:  # noqa: ANN401 -- likewise
+def _decode(content: bytes) -> Any:  # noqa: ANN401 -- pyarrow has no types
     _, parquet = parquet_libraries()
     return parquet.ParquetFile(io.BytesIO(content)).read(use_threads=False)  # small: threads only wait
-
-
-def _schema(arrow: Any, table: str) -> Any:  # noqa: ANN401 -- likewise
-    return arrow.schema(
-        [
-            arrow.field(name, _type(arrow, kind), metadata={"meaning": meaning})
-            for name, (kind, meaning) in TABLES[table].items()
-        ]
-    )
 
 
 def _is_object(column: Any) -> bool:  # noqa: ANN401 -- likewise

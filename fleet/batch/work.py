@@ -12,7 +12,7 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
-from omnimate.fleet.batch.store import folder_of
+from omnimate.fleet.batch.store import folder_of, make_key
 from omnimate.fleet.batch.tables import TABLES, encode_columns
 from omnimate.fleet.features import (
     MIN_SEGMENTS,
@@ -21,6 +21,7 @@ from omnimate.fleet.features import (
     name_kind,
     segment_columns,
 )
+from omnimate.fleet.model.evidence import weigh_segments
 from omnimate.fleet.segments import JOINT_NUMBERS, PARAMETERS, cut_segments
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.triage.triage import triage
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
     from omnimate.fleet.batch.files import Files
     from omnimate.fleet.batch.store import StoredRecording
-    from omnimate.fleet.segments import Segments
+    from omnimate.fleet.model.evidence import Evidence
     from omnimate.mismatch.diagnosis import Where
     from omnimate.vehicle.recording import Recording
 
@@ -64,16 +65,11 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
     """
     target = open_files(results)
     with folder_of(open_files(store), stored) as (folder, version):
-        key = version.key(diagnosed=diagnosed)
+        key = make_key(version, diagnosed=diagnosed)
         if target.glob(_path("recordings", stored, key)):
             return "known"
         tables = _make_tables(folder, diagnosed=diagnosed)
-    tables["recordings"] |= {
-        "key": [key],
-        "recording_hash": [version.recording],
-        "vehicle_hash": [version.vehicle],
-        "tool": [version.tool],
-    }
+    tables["recordings"] |= {name: [value] for name, value in {"key": key, **version}.items()}
     for table in OF_RECORDINGS:
         count = len(next(iter(tables[table].values())))
         columns = {"recording": [stored.name] * count, **tables[table]}
@@ -106,7 +102,9 @@ def _make_tables(folder: Path, *, diagnosed: bool) -> dict[str, Columns]:
         recording = load_recording(folder)
         row |= _describe_drive(recording)
         cut = cut_segments(recording)
-        tables["numbers"] = _estimate_numbers(recording, cut[0] if cut else None)
+        tables["numbers"] = _estimate_numbers(
+            recording, weigh_segments(*cut, CONCRETE_ROUGHNESS) if cut else None
+        )
         if cut:
             tables["ways"], tables["crossings"] = segment_columns(cut[0]), crossing_columns(cut[1])
         row |= _run_triage(recording, diagnosed=diagnosed)
@@ -177,26 +175,17 @@ def _cut_recording(recording: Recording, start: float, end: float) -> Recording:
     )
 
 
-def _estimate_numbers(recording: Recording, segments: Segments | None) -> Columns:
+def _estimate_numbers(recording: Recording, evidence: Evidence | None) -> Columns:
     """Return the numbers of a recording: parameters relative to the file, joints, and UMBmark of squares."""
     rows: list[Number] = []
-    if segments is not None and len(segments) >= MIN_SEGMENTS:
-        jacobian = segments.jacobian.reshape(-1, len(PARAMETERS))
-        weighed = np.linalg.solve(segments.covariance(CONCRETE_ROUGHNESS), jacobian)
-        covariance = np.linalg.pinv(jacobian.T @ weighed)
-        fitted = covariance @ (weighed.T @ segments.residual.reshape(-1))
-        sigmas = np.sqrt(np.diag(covariance))
-        rows += [
-            (name, "1", value, sigma)
-            for name, value, sigma in zip(PARAMETERS, fitted.tolist(), sigmas.tolist(), strict=True)
-        ]
+    if evidence is not None and len(evidence.residual) >= 3 * MIN_SEGMENTS:
+        information, score = evidence.robot_information()
+        covariance = np.linalg.pinv(information)
+        values, sigmas = (covariance @ score).tolist(), np.sqrt(np.diag(covariance)).tolist()
+        rows += [(name, "1", *number) for name, *number in zip(PARAMETERS, values, sigmas, strict=True)]
     joints = estimate_joints(recording)
-    rows += [
-        (name, "rad", value, sigma)
-        for name, value, sigma in zip(
-            JOINT_NUMBERS, joints.bias.tolist(), joints.sigma.tolist(), strict=False
-        )
-    ]
+    biases, sigmas = joints.bias.tolist(), joints.sigma.tolist()
+    rows += [(name, "rad", *number) for name, *number in zip(JOINT_NUMBERS, biases, sigmas, strict=False)]
     rows += _estimate_umbmark(recording)
     names = "name", "unit", "value", "sigma"
     return dict(zip(names, map(list, zip(*rows, strict=True)), strict=True)) if rows else _empty("numbers")

@@ -41,6 +41,15 @@ class Evidence:
     floor_precision: Array
     crossings: Crossings
 
+    def robot_information(self, effect: Array | float = 0.0) -> tuple[Array, Array]:
+        """Return the information `(3, 3)` on the robot's parameters, and the score `(3,)`.
+
+        Args:
+            effect: Of the floor's places on the residuals, `(3 S,)`.
+        """
+        weighed = self.precision @ self.jacobian
+        return self.jacobian.T @ weighed, weighed.T @ (self.residual - effect)
+
     def with_errors(self, errors: Sequence[Array]) -> Evidence:
         """Return the evidence with further independent errors, one standard deviation in each column.
 

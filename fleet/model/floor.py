@@ -45,18 +45,13 @@ class Floor:
         """Return the information of recordings on their robots, without the effect of this floor's places."""
         fleet = _weigh(features, self.roughness)
         fleet.set_errors(crossing_errors(self.places, fleet))
-        recordings = []
-        for recording, evidence, effect in zip(
-            features, fleet.recordings, fleet.sum_effects(self.places), strict=True
-        ):
-            weighed = evidence.precision @ evidence.jacobian
-            information, score = evidence.jacobian.T @ weighed, weighed.T @ (evidence.residual - effect)
-            recordings.append(
-                RobotInformation(
-                    recording.robot, recording.kind, recording.day, information, score, recording.joints
-                )
+        effects = fleet.sum_effects(self.places)
+        return [
+            RobotInformation(
+                some.robot, some.kind, some.day, *evidence.robot_information(effect), some.joints
             )
-        return recordings
+            for some, evidence, effect in zip(features, fleet.recordings, effects, strict=True)
+        ]
 
 
 def estimate_floor(features: Sequence[RecordingFeatures], known: Sequence[BadPlace] = ()) -> Floor:

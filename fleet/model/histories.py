@@ -176,37 +176,27 @@ class NominalVariation:
 def estimate_nominal_variation(histories: Sequence[History]) -> NominalVariation:
     """Estimate the nominal variation of robots of one type from their histories."""
     sigma = np.median(np.concatenate([history.sigma() for history in histories]), axis=0)
-    lines = [_fit_line(history) for history in histories]
-    values = np.array([line.value for line in lines])  # (R, 2, P): start, wear
-    variances = np.median([line.variance for line in lines], axis=0)
+    lines, variances, residuals = zip(*map(_fit_line, histories), strict=True)
+    values = np.array(lines)  # (R, 2, P): start, wear
     middle = np.median(values, axis=0)
     scatter = _robust_variance(values - middle)
-    variance = np.maximum(scatter * _variance_margin(len(lines)) - variances, 0.0)
+    variance = np.maximum(scatter * _variance_margin(len(lines)) - np.median(variances, axis=0), 0.0)
     variance[0] = np.maximum(variance[0], (MIN_START_SCATTER * sigma) ** 2)
     if max(len(history.days) for history in histories) < MIN_WEAR_DAYS:
         middle[1], variance[1] = 0.0, MAX_WEAR**2
     middle[1] = np.clip(middle[1], -MAX_WEAR, MAX_WEAR)
     variance[1] = np.minimum(variance[1], MAX_WEAR**2)
-    left = np.concatenate([line.left for line in lines])
+    left = np.concatenate(residuals)
     ratio = _robust_variance(left) if len(left) > 1 else np.ones_like(sigma)
     daily = np.clip(ratio * _variance_margin(len(left)) - 1.0, 0.0, MAX_DAILY_SCATTER**2) * sigma**2
     return NominalVariation(middle[0], variance[0], middle[1], variance[1], daily, sigma)
 
 
-@dataclass(frozen=True, slots=True)
-class _Line:
-    """A line through a history: start and wear with their variances `(2, P)`, and the residuals of each day.
+def _fit_line(history: History) -> tuple[Array, Array, Array]:
+    """Return start and wear of each number `(2, P)`, their variances, and the residuals [sigma] `(D, P)`.
 
-    `left` holds the residuals in standard deviations, `(D, P)`.
+    Wear is 0 where there are few days; residuals are none, `(0, P)`, where these leave no freedom.
     """
-
-    value: Array
-    variance: Array
-    left: Array
-
-
-def _fit_line(history: History) -> _Line:
-    """Return the line through each number of a history, or the mean where there are few days."""
     count, size = history.value.shape
     order = 2 if count >= MIN_WEAR_DAYS else 1
     value, variance, left = np.zeros((2, size)), np.zeros((2, size)), np.zeros((count, size))
@@ -219,7 +209,7 @@ def _fit_line(history: History) -> _Line:
         value[:order, number], variance[:order, number] = fitted, np.diag(covariance)
         freedom = 1.0 - np.einsum("ni,ij,nj->n", design, covariance, design)
         left[:, number] = (seen - design @ fitted) / np.sqrt(np.maximum(freedom, 0.05))
-    return _Line(value, variance, left if count > order else left[:0])
+    return value, variance, left if count > order else left[:0]
 
 
 def _variance_margin(count: int) -> float:
