@@ -122,7 +122,8 @@ def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments
     cuts = [gap.end for gap in recording.gaps if gap.channel in wheels_of(truck) and gap.reason != "missing"]
     base = recording.vehicle.trucks[truck].wheelbase
     sigma = np.where(np.isfinite(fixes.sigma) & (fixes.sigma > 0.0), fixes.sigma, _DEFAULT_POSE_SIGMA)
-    rows, crossed, ends = [], [], []
+    rows, crossed = [], []
+    ends: list[tuple[int, int]] = []
     for start, end in pairwise(chosen):
         if any(fixes.time[start] < cut <= fixes.time[end] for cut in cuts):
             continue

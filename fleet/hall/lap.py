@@ -76,26 +76,15 @@ def drive_lap(vehicle: "VehicleParameters", errand: Errand, places: Record, star
     wheels, sides = errand.wheels.copy(), np.zeros((len(places), 4))
     period, filled = vehicle.bus.sync_period, 0
     counts, poses = np.zeros((_BLOCK, len(CHANNELS)), np.int64), np.zeros((_BLOCK, 3))
+    records = (
+        *(runner.rows, runner.settings, runner.state, odometry),
+        *(plant.constants, plant.state, plant.obstacles),
+    )
     while not runner.done:
         if filled == len(counts):
             counts = np.concatenate([counts, np.zeros_like(counts)])
             poses = np.concatenate([poses, np.zeros_like(poses)])
-        filled = hall_block(
-            runner.rows,
-            runner.settings,
-            runner.state,
-            odometry,
-            plant.constants,
-            plant.state,
-            plant.obstacles,
-            wheels,
-            places,
-            sides,
-            counts,
-            poses,
-            filled,
-            period,
-        )
+        filled = hall_block(*records, wheels, places, sides, counts, poses, filled, period)
         if plant.at_end_stop:
             raise EndStopError(filled * period, plant.link_length)
         if runner.fix_due:
