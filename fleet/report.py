@@ -234,7 +234,7 @@ def describe_mismatch(mismatch: RepeatedMismatch) -> str:
 
 
 def describe_effect(place: BadPlace) -> str:
-    """Return what happens on a place, with the direction of a creep."""
+    """Return the effect of a place, with the direction of a creep."""
     if place.effect == "loss":
         return "travel is lost"
     return f"robots creep to {math.degrees(math.atan2(place.size[1], place.size[0])):.0f} degrees"

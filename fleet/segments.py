@@ -230,7 +230,7 @@ def _cross_cells(
 
 @compiled
 def _linearise(rolled: Array, slip: Array, base: float, start: Array, path: Array, gain: Array) -> None:
-    """Fill the likeliest path of a segment, and how its end depends on what the wheels roll.
+    """Fill the likeliest path of a segment, and the derivative of its end by the wheels' travel.
 
     Args:
         rolled: Travel of the wheels in each step [m], `(N, 2)`.

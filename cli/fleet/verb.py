@@ -14,6 +14,10 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 
+Results = Annotated[
+    str | None, typer.Option("--out", help="Folder or URL of the results; STORE/results by default.")
+]
+
 
 @app.command("simulate")
 def simulate_hall(
@@ -50,9 +54,7 @@ def simulate_hall(
 @app.command("run")
 def run(
     store: Annotated[str, typer.Argument(help="Folder or URL of the store: robot=NAME/day=DATE/RECORDING/.")],
-    results: Annotated[
-        str | None, typer.Option("--out", help="Folder or URL of the results; STORE/results by default.")
-    ] = None,
+    results: Results = None,
     day: Annotated[str | None, typer.Option(help="Only recordings of this date, YYYY-MM-DD.")] = None,
     diagnose: Annotated[bool, typer.Option(help="Make the whole diagnosis where triage asks for it.")] = True,
     jobs: Annotated[int, typer.Option(help="Processes on this machine; more than 1 need Dask.", min=1)] = 1,
@@ -84,9 +86,7 @@ def run(
 @app.command("report")
 def report(
     store: Annotated[str, typer.Argument(help="Folder or URL of the store.")],
-    results: Annotated[
-        str | None, typer.Option("--out", help="Folder or URL of the results; STORE/results by default.")
-    ] = None,
+    results: Results = None,
     day: Annotated[
         str | None,
         typer.Option(help="Date of the report, YYYY-MM-DD; that of the last recordings by default."),

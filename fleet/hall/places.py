@@ -1,4 +1,4 @@
-"""Bad places of a hall's floor, and what they do to a robot that drives over them."""
+"""Bad places of a hall's floor, and their effect on a robot that drives over them."""
 
 import math
 from dataclasses import dataclass

@@ -45,7 +45,7 @@ def store_day(files: Files, content: bytes, limit: int) -> Upload:
 
 
 def _checked(names: list[str]) -> Upload:
-    """Return what a zip holds."""
+    """Return the content of a zip."""
     recordings: dict[tuple[str, str, str], set[str]] = {}
     for name in names:
         match = _MEMBER.fullmatch(name)
