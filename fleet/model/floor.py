@@ -119,7 +119,7 @@ def estimate_roughness(segments: Sequence[Segments], effects: Sequence[Array] | 
 
 
 def _likeliest_roughness(segments: Segments, residual: Array) -> float:
-    """Return the likeliest roughness of one recording, by restricted likelihood given its robot's parameters."""
+    """Return the likeliest roughness of one recording, by likelihood restricted given its robot."""
     jacobian = segments.jacobian.reshape(-1, 3)
 
     def negative_log_likelihood(log_roughness: float) -> float:
