@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 
 from omnimate.service.jobs.queue import JobState
 from omnimate.service.umbmark.models import RequestModel, RowModel
 
+# Words of REST stay as published: `sick` is a faulty robot, `night` and `nights` are daily reports, `asked` are
+# mismatches that triage repeats, `way` is the distance driven.
 # Names are folders of a store, and parts of URLs: nothing in them is special to either.
 PLAIN_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 DAY_PATTERN = r"^[0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$"
 PlainName = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=PLAIN_PATTERN)]
 Day = Annotated[str, Field(pattern=DAY_PATTERN, description="A date, YYYY-MM-DD.")]
-State = Literal["fine", "drift", "sick", "unjudged"]  # of REST: "sick" is a faulty robot
+State = Literal["fine", "drift", "sick", "unjudged"]
+Numbers = Annotated[list[float], BeforeValidator(list)]  # of an array, too
 FindingState = Literal["open", "closed"]
 DeliveryState = Literal["waiting", "accepted", "given up"]
 
@@ -183,14 +186,14 @@ class FleetFloor(BaseModel):
     places: list[Place]
 
 
-class FleetCourse(BaseModel):
+class FleetCourse(RowModel):
     """One number of a robot, day by day, without the effect of bad places."""
 
     name: str
     unit: Literal["1", "rad"]
     days: list[str]
-    value: list[float]
-    sigma: list[float]
+    value: Numbers
+    sigma: Numbers
 
 
 class FleetHistory(BaseModel):

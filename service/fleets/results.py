@@ -152,16 +152,7 @@ def history_view(results: Files, robot: str) -> FleetHistory:
     Raises:
         NotFoundError: no recording of it has results.
     """
-    courses = [
-        FleetCourse(
-            name=course.name,
-            unit="rad" if course.unit == "rad" else "1",
-            days=list(course.days),
-            value=course.value.tolist(),
-            sigma=course.sigma.tolist(),
-        )
-        for course in read_history(results, robot)
-    ]
+    courses = [FleetCourse.of(course) for course in read_history(results, robot)]
     return FleetHistory(robot=robot_view(results, robot), courses=courses)
 
 

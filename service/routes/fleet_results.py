@@ -41,7 +41,7 @@ from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import FleetRow
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
-Night = Annotated[
+ReportDay = Annotated[
     str, PathParameter(pattern=f"{DAY_PATTERN}|^{LATEST}$", description="Date of the report, or `latest`.")
 ]
 RobotName = Annotated[PlainName, PathParameter(description="The name of the robot.")]
@@ -49,14 +49,14 @@ Robots = Annotated[int, Query(ge=1, le=2000, description="The largest number of 
 
 
 @router.get("/{fleet}/nights", operation_id="listNights")
-def list_nights(fleet: FleetName, call: Reading, limit: Limit = 50, after: Day | None = None) -> Page[str]:
+def list_reports(fleet: FleetName, call: Reading, limit: Limit = 50, after: Day | None = None) -> Page[str]:
     """Return the dates of the daily reports, newest first."""
     days = [day for day in list_days(_results(call, fleet)) if after is None or day < after]
     return Page(items=days[:limit], next=days[limit - 1] if len(days) > limit else None)
 
 
 @router.get("/{fleet}/nights/{day}", operation_id="getNight")
-def get_night(fleet: FleetName, day: Night, call: Reading) -> FleetNight:
+def get_daily_report(fleet: FleetName, day: ReportDay, call: Reading) -> FleetNight:
     """Return a daily report: faulty robots (`sick`), bad places, and recordings that failed."""
     return report_view(report_of(_results(call, fleet), day))
 
@@ -64,7 +64,7 @@ def get_night(fleet: FleetName, day: Night, call: Reading) -> FleetNight:
 @router.get("/{fleet}/nights/{day}/floor", operation_id="getFloor")
 def get_floor(
     fleet: FleetName,
-    day: Night,
+    day: ReportDay,
     call: Reading,
     floor: Annotated[
         str | None,
