@@ -9,8 +9,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstr
 from omnimate.service.jobs.queue import JobState
 from omnimate.service.umbmark.models import RequestModel, RowModel
 
-# Words of REST stay as published: `sick` is a faulty robot, `night` and `nights` are daily reports, `asked` are
-# mismatches that triage repeats, `way` is the distance driven.
+# Words of REST stay as published: `sick` is a faulty robot, `night` and `nights` are daily reports, `asked`
+# are mismatches that triage repeats, `way` is the distance driven.
 # Names are folders of a store, and parts of URLs: nothing in them is special to either.
 PLAIN_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 DAY_PATTERN = r"^[0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$"
