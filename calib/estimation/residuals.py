@@ -33,15 +33,17 @@ class Residuals:
     change: Array
     bound: Array
 
-    def explained(self, number: int, variance: float, weights: Array) -> tuple[Array, Array]:
-        """Return what a source of noise explains of the residuals, and its expectation, each `(M,)`."""
+    def explained(self, number: int, variance: float) -> tuple[Array, Array]:
+        """Return what a source of noise explains of the residuals, and its expectation, each `(M,)`.
+
+        Both count a fix by its weight, so that an outlier does not raise the variance of the others.
+        """
         kinds = len(self.chains.process)
         if number < kinds:
             shape, auxiliary = self.chains.process[number] * variance, self.smoothed.step
             spread = self.smoothed.step_precision
         else:
-            scattered = self.chains.scatter[number - kinds] * variance
-            shape = turned(scattered / weights[:, np.newaxis, np.newaxis], self.heading)
+            shape = turned(self.chains.scatter[number - kinds] * variance, self.heading)
             auxiliary, spread = self.smoothed.fix, self.smoothed.fix_precision
         residual = auxiliary[:, :, 0] + auxiliary[:, :, 1:] @ self.change
         explained = np.einsum("ki,ki->k", residual, (shape @ residual[:, :, np.newaxis])[:, :, 0])
