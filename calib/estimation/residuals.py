@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from omnimate.calib.estimation.filtering import Smoothed
     from omnimate.vehicle.se2 import Array
 
+TRUSTED = 0.5  # a fix with a smaller weight is an outlier
+
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
@@ -33,15 +35,17 @@ class Residuals:
     change: Array
     bound: Array
 
-    def explained(self, number: int, variance: float) -> tuple[Array, Array]:
+    def explained(self, number: int, variance: float, weights: Array) -> tuple[Array, Array]:
         """Return what a source of noise explains of the residuals, and its expectation, each `(M,)`.
 
-        Both count a fix by its weight, so that an outlier does not raise the variance of the others.
+        Both are 0 for a fix that is an outlier by its weight, and for a movement to or from one: it says
+        nothing about the noise of the others.
         """
         kinds = len(self.chains.process)
         if number < kinds:
             shape, auxiliary = self.chains.process[number] * variance, self.smoothed.step
             spread = self.smoothed.step_precision
+            weights = np.minimum(weights, np.concatenate((weights[:1], weights[:-1])))
         else:
             shape = turned(self.chains.scatter[number - kinds] * variance, self.heading)
             auxiliary, spread = self.smoothed.fix, self.smoothed.fix_precision
@@ -49,7 +53,8 @@ class Residuals:
         explained = np.einsum("ki,ki->k", residual, (shape @ residual[:, :, np.newaxis])[:, :, 0])
         slope = auxiliary[:, :, 1:]
         mixed = shape @ (spread - slope @ self.bound @ slope.transpose(0, 2, 1))
-        return explained, np.trace(mixed, axis1=1, axis2=2)
+        good = weights >= TRUSTED
+        return explained * good, np.trace(mixed, axis1=1, axis2=2) * good
 
     def distances(self, variances: Array, weights: Array) -> Array:
         """Return the squared Mahalanobis distance `(M,)` of each fix from the prediction by all others."""

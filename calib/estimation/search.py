@@ -170,7 +170,7 @@ class _Search:
         """Scale the variances towards their likeliest values; return the largest change."""
         largest = 0.0
         for number in range(len(self.variances)):
-            explained, expected = now.explained(number, self.variances[number])
+            explained, expected = now.explained(number, self.variances[number], self.weights)
             self.expected[number] = expected.sum()
             if self.expected[number] < _FEWEST:
                 continue
@@ -218,7 +218,7 @@ class _Search:
         information = np.tensordot(slope, filtered.precision @ slope, ((0, 1), (0, 1))) + self.known
         bound = information_bound(information, self.free)
         now = Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
-        _, expected = now.explained(number, grown[number])
+        _, expected = now.explained(number, grown[number], self.weights)
         # The grown variance explains more by its own factor, which is divided out.
         slope_of_rest = (float(expected.sum()) * math.exp(-_GROWTH) - self.expected[number]) / _GROWTH
         before, after = np.diag(covariance)[self.free], np.diag(bound)[self.free]
