@@ -147,8 +147,9 @@ class _Search:
         moved = float(np.sqrt(change @ self.information @ change))
         self._measure(chains, filtered, value + slope @ change)
         now = Residuals(chains, filtered.heading, smoothed, self.coordinates - self.origin, bound)
+        square = now.distances(self.variances, self.weights)  # before the variances change
         grown = self._scale(now, robust=robust) if number >= _FIRST_WEIGHTS or not robust else 1.0
-        weighed = self._weigh(now)
+        weighed = self._weigh(chains, square)
         return moved, grown < _SETTLED and weighed < _SETTLED
 
     def _chains(self) -> Chains:
@@ -192,10 +193,9 @@ class _Search:
             largest = max(largest, abs(growth) * math.sqrt(self.expected[number]))
         return largest
 
-    def _weigh(self, now: Residuals) -> float:
-        """Weigh every fix by its distance from the prediction by all others; return the largest change."""
-        square = now.distances(self.variances, self.weights)
-        components = np.isfinite(now.chains.measured).sum(axis=1)
+    def _weigh(self, chains: Chains, square: Array) -> float:
+        """Weigh fixes by their squared distances from the prediction by all others; return the largest change."""
+        components = np.isfinite(chains.measured).sum(axis=1)
         weights = np.minimum(1.0, _THRESHOLD[components] / np.maximum(square, 1e-12))
         moved = float(np.abs(weights - self.weights).max(initial=0.0))
         self.weights, self.distance = np.sqrt(weights * self.weights), np.sqrt(square)
