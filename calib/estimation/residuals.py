@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from omnimate.calib.estimation.filtering import Smoothed
     from omnimate.vehicle.se2 import Array
 
-TRUSTED = 0.5  # a fix with a smaller weight is an outlier
-
-
 @dataclass(frozen=True, slots=True)
 class Residuals:
     """Auxiliary residuals of M fixes and movements.
@@ -38,8 +35,8 @@ class Residuals:
     def explained(self, number: int, variance: float, weights: Array) -> tuple[Array, Array]:
         """Return what a source of noise explains of the residuals, and its expectation, each `(M,)`.
 
-        Both are 0 for a fix that is an outlier by its weight, and for a movement to or from one: it says
-        nothing about the noise of the others.
+        Both count a fix by its weight, and a movement by the smaller weight of its two fixes, so that
+        outliers do not pass for noise of the others.
         """
         kinds = len(self.chains.process)
         if number < kinds:
@@ -53,8 +50,7 @@ class Residuals:
         explained = np.einsum("ki,ki->k", residual, (shape @ residual[:, :, np.newaxis])[:, :, 0])
         slope = auxiliary[:, :, 1:]
         mixed = shape @ (spread - slope @ self.bound @ slope.transpose(0, 2, 1))
-        good = weights >= TRUSTED
-        return explained * good, np.trace(mixed, axis1=1, axis2=2) * good
+        return explained * weights, np.trace(mixed, axis1=1, axis2=2) * weights
 
     def distances(self, variances: Array, weights: Array) -> Array:
         """Return the squared Mahalanobis distance `(M,)` of each fix from the prediction by all others."""
