@@ -160,6 +160,8 @@ def _truck(recordings: list[Recording], name: TruckName, options: Options) -> Pa
         spacing=options.spacing,
     )
     print_estimate(f"Truck {name}, {calibration.source}", calibration.quantities, calibration.estimate)
+    for advice in calibration.left_out:
+        warn(str(advice))
     return calibration
 
 

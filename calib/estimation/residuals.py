@@ -7,12 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.calib.distributions import chi2_upper_limit
 from omnimate.vehicle.se2 import rotation
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from omnimate.calib.estimation.chains import Chains
     from omnimate.calib.estimation.filtering import Smoothed
     from omnimate.vehicle.se2 import Array
+_OUTLIER_CHANCE = 1e-3  # probability that a good fix lies beyond the threshold
+_THRESHOLD = np.concatenate(
+    ([np.inf], chi2_upper_limit(_OUTLIER_CHANCE, [1, 2, 3]))
+)  # by number of known components
+
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
@@ -61,6 +69,11 @@ class Residuals:
         spread = apart + noise * (1.0 - 1.0 / weights)[:, np.newaxis, np.newaxis]
         square = (away.transpose(0, 2, 1) @ np.linalg.solve(spread, away))[:, 0, 0]
         return np.asarray(np.maximum(square, 0.0), np.float64)
+
+
+def outlier_weights(square: Array, components: NDArray[np.int_]) -> Array:
+    """Return the weights `(M,)` of fixes by their squared distances `(M,)`: 1, or less beyond the threshold."""
+    return np.asarray(np.minimum(1.0, _THRESHOLD[components] / np.maximum(square, 1e-12)), np.float64)
 
 
 def turned(covariance: Array, angle: Array) -> Array:

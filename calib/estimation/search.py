@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.calib.distributions import chi2_upper_limit
 from omnimate.calib.errors import CalibrationError, UnobservableError
 from omnimate.calib.estimation.estimates import DownWeighted, Estimate, NoiseLevel
 from omnimate.calib.estimation.observability import Held, information_bound, unobservable
-from omnimate.calib.estimation.residuals import Residuals
+from omnimate.calib.estimation.residuals import Residuals, outlier_weights
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -41,10 +40,6 @@ _SLOW_POWER = 0.3  # power of the factors after the patient rounds
 _LEAST = 1e-6  # [guess] a smaller variance counts as zero
 _GROWTH = 0.05  # step of the logarithm of a variance for its numerical derivative
 _LINEAR = 0.03  # [standard deviations] change of the coordinates after which the chains are built anew
-_OUTLIER_CHANCE = 1e-3  # probability that a good fix lies beyond the threshold
-_THRESHOLD = np.concatenate(
-    ([np.inf], chi2_upper_limit(_OUTLIER_CHANCE, [1, 2, 3]))
-)  # by number of known components
 _NAMED = 0.5  # a fix with a smaller weight is reported
 _MEDIAN = 0.6  # median of a chi-square per degree of freedom, for one to three degrees
 _FEWEST = 2.0  # degrees of freedom from which on a variance is estimated
@@ -196,7 +191,7 @@ class _Search:
     def _weigh(self, chains: Chains, square: Array) -> float:
         """Weigh fixes by their squared distances from the prediction by all others; return the largest change."""
         components = np.isfinite(chains.measured).sum(axis=1)
-        weights = np.minimum(1.0, _THRESHOLD[components] / np.maximum(square, 1e-12))
+        weights = outlier_weights(square, components)
         moved = float(np.abs(weights - self.weights).max(initial=0.0))
         self.weights, self.distance = np.sqrt(weights * self.weights), np.sqrt(square)
         return moved

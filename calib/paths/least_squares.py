@@ -19,11 +19,13 @@ import numpy as np
 from omnimate.calib.estimation.search import estimate
 from omnimate.calib.paths.drives import drives_of, thinned
 from omnimate.calib.paths.kinematics import Differential, Kinematics
+from omnimate.calib.paths.misfits import without_misfits
 from omnimate.calib.paths.reference import OFFSETS, ReferenceProblem
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
+    from omnimate.calib.advice import Advice
     from omnimate.calib.estimation.estimates import Estimate
     from omnimate.calib.paths.drives import Drive
     from omnimate.vehicle.parameters import Truck, TruckName
@@ -64,12 +66,14 @@ class PathCalibration:
         estimate: Estimated coordinates with noise, bound, held parameters and down-weighted fixes.
         kinematics: Model of the corrected robot.
         quantities: Parameters of the robot, then those of the reference.
+        left_out: Drives that do not fit the others and were left out, and the cause as far as it is known.
     """
 
     source: str
     estimate: Estimate
     kinematics: Kinematics
     quantities: tuple[Quantity, ...]
+    left_out: tuple[Advice, ...] = ()
 
     @property
     def truck(self) -> Truck:
@@ -127,7 +131,13 @@ def calibrate_path(
     """Return the calibration of a robot of any kinematics; the arguments are those of `calibrate_truck`."""
     chosen = tuple(thinned(drive, spacing) for drive in drives)
     problem = ReferenceProblem(chosen, kinematics, with_offset=with_offset, with_time=with_time)
-    result = estimate(problem, hold)
+    problem, left_out = without_misfits(problem, np.zeros(len(problem.coordinates)))
+    while True:
+        result = estimate(problem, hold)
+        fewer, misfits = without_misfits(problem, result.coordinates)
+        if not misfits:
+            break
+        problem, left_out = fewer, (*left_out, *misfits)
     count = len(kinematics.coordinates)
     names = [offset.name for offset in result.parameters[count:]]
     robot = quantities(kinematics.values, count, result)
@@ -137,7 +147,7 @@ def calibrate_path(
         result,
     )
     corrected = kinematics.corrected(result.coordinates[:count])
-    return PathCalibration(problem.source, result, corrected, (*robot, *reference))
+    return PathCalibration(problem.source, result, corrected, (*robot, *reference), left_out)
 
 
 def quantities(

@@ -95,6 +95,8 @@ def calibrate(
 
     for robot in score_optiodom(root):
         print_estimate(f"{robot.kind}, all squares", robot.calibration.quantities, robot.calibration.estimate)
+        for advice in robot.calibration.left_out:
+            warn(str(advice))
         show(_scores_table(robot))
 
 
