@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from omnimate.cli.console import say
+from omnimate.cli.console import say, warn
 
 if TYPE_CHECKING:
     from omnimate.calib.monitoring.drift import DriftReport, MonitoredQuantity
@@ -31,6 +31,8 @@ def drift(
 
     report = watch_drift([load(source) for source in sources], false_alarm)
     say(verdict(report))
+    for source in report.apart:
+        warn(f"{source} stands apart from those before it, which alone is no drift: measure its fixes anew")
 
 
 def verdict(report: DriftReport) -> str:

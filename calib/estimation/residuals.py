@@ -72,7 +72,7 @@ class Residuals:
 
 
 def outlier_weights(square: Array, components: NDArray[np.int_]) -> Array:
-    """Return the weights `(M,)` of fixes by their squared distances `(M,)`: 1, or less beyond the threshold."""
+    """Return the weights `(M,)` of fixes by their squared distances `(M,)`; 1 within the limit."""
     return np.asarray(np.minimum(1.0, _THRESHOLD[components] / np.maximum(square, 1e-12)), np.float64)
 
 

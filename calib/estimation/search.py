@@ -41,6 +41,7 @@ _LEAST = 1e-6  # [guess] a smaller variance counts as zero
 _GROWTH = 0.05  # step of the logarithm of a variance for its numerical derivative
 _LINEAR = 0.03  # [standard deviations] change of the coordinates after which the chains are built anew
 _NAMED = 0.5  # a fix with a smaller weight is reported
+_CHECK = "check that wheels and poses belong to the same drive, their units, and which wheel is left"
 _MEDIAN = 0.6  # median of a chi-square per degree of freedom, for one to three degrees
 _FEWEST = 2.0  # degrees of freedom from which on a variance is estimated
 
@@ -56,7 +57,8 @@ def estimate(problem: Problem, hold: Collection[str] = (), known: Array | None =
 
     Raises:
         UnobservableError: The data identify none of the coordinates.
-        CalibrationError: The fit does not converge, or `hold` names an unknown coordinate.
+        CalibrationError: The fit does not converge, most fixes contradict it, or `hold` names an unknown
+            coordinate.
     """
     search = _Search(problem, hold, known)
     search.run(_ROBUST_ROUNDS)
@@ -112,19 +114,27 @@ class _Search:
         """Iterate to convergence; in the first rounds the variances come from medians.
 
         Raises:
-            CalibrationError: The fit does not converge.
+            CalibrationError: The fit does not converge, or most fixes contradict it.
         """
         for number in range(_MOST_ROUNDS):
             self.power = np.minimum(self.power, _FAST_POWER if number < _PATIENT_ROUNDS else _SLOW_POWER)
             moved, settled = self._round(number, robust=number < robust_rounds)
             enough = settled or number > _PATIENT_ROUNDS
             if number >= robust_rounds and enough and moved < (_CONVERGED if settled else _NEARLY_CONVERGED):
+                self._check_majority()
                 return
-        raise CalibrationError(
-            self.problem.source,
-            "the least-squares fit does not converge; check that wheels and poses belong to the same drive, "
-            "their units, and which wheel is left",
-        )
+        raise CalibrationError(self.problem.source, f"the least-squares fit does not converge; {_CHECK}")
+
+    def _check_majority(self) -> None:
+        """Refuse a fit that more than half of the fixes contradict.
+
+        Raises:
+            CalibrationError: It is such a fit; its good fixes may as well be the outliers.
+        """
+        outliers, fixes = int((self.weights < _NAMED).sum()), len(self.weights)
+        if 2 * outliers > fixes:
+            problem = f"{outliers} of {fixes} absolute poses do not fit the wheels; {_CHECK}"
+            raise CalibrationError(self.problem.source, problem)
 
     def _round(self, number: int, *, robust: bool) -> tuple[float, bool]:
         """Do a pass; return the coordinates' change [standard deviations], and whether the noise settled."""
@@ -189,7 +199,7 @@ class _Search:
         return largest
 
     def _weigh(self, chains: Chains, square: Array) -> float:
-        """Weigh fixes by their squared distances from the prediction by all others; return the largest change."""
+        """Weigh fixes by their squared distances from the prediction by all others; return the change."""
         components = np.isfinite(chains.measured).sum(axis=1)
         weights = outlier_weights(square, components)
         moved = float(np.abs(weights - self.weights).max(initial=0.0))

@@ -38,8 +38,8 @@ class DriftMonitor:
 
     Attributes:
         threshold: Sum above which the monitor raises the alarm [standard deviations].
-        count: Number of values so far.
-        mean: Mean of the values so far.
+        count: Number of values so far, without those that stand apart.
+        mean: Mean of these values.
         squares: Sum of the squared deviations from the mean.
         above: Cumulative sum of the deviations above the mean [standard deviations].
         below: Cumulative sum of the deviations below the mean [standard deviations].
@@ -68,16 +68,18 @@ def step(monitor: DriftMonitor, value: float) -> DriftMonitor:
     if not math.isfinite(value):
         return monitor
     score = _score(monitor, value)
+    above, below = max(0.0, monitor.above + score - _SLACK), max(0.0, monitor.below - score - _SLACK)
+    if stands_apart(monitor, value):  # in the scatter, it would hide every shift after it
+        return replace(monitor, above=above, below=below)
     count = monitor.count + 1
     mean = monitor.mean + (value - monitor.mean) / count
-    return replace(
-        monitor,
-        count=count,
-        mean=mean,
-        squares=monitor.squares + (value - monitor.mean) * (value - mean),
-        above=max(0.0, monitor.above + score - _SLACK),
-        below=max(0.0, monitor.below - score - _SLACK),
-    )
+    squares = monitor.squares + (value - monitor.mean) * (value - mean)
+    return replace(monitor, count=count, mean=mean, squares=squares, above=above, below=below)
+
+
+def stands_apart(monitor: DriftMonitor, value: float) -> bool:
+    """Return whether a value is more than four standard deviations from those before it."""
+    return abs(_score(monitor, value)) >= _LIMIT
 
 
 def _score(monitor: DriftMonitor, value: float) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.monitoring.channels import check_frozen
-from omnimate.calib.monitoring.cusum import drift_monitor, step
+from omnimate.calib.monitoring.cusum import drift_monitor, stands_apart, step
 from omnimate.calib.recordings import check_one_robot, has_fixes
 from omnimate.calib.umbmark.runs import square_runs
 from omnimate.ipec.filter.estimate import estimate
@@ -43,6 +43,7 @@ class MonitoredQuantity:
         highest: Highest sum that the monitor reached [standard deviations].
         threshold: Sum above which the monitor raises the alarm [standard deviations].
         since: Number of the first value after the shift, counted from 1; None without an alarm.
+        apart: Sources of single values far from those before them, which hardly count.
     """
 
     name: str
@@ -51,6 +52,7 @@ class MonitoredQuantity:
     highest: float
     threshold: float
     since: int | None
+    apart: tuple[str, ...] = ()
 
     @property
     def means(self) -> tuple[float, float]:
@@ -80,6 +82,12 @@ class DriftReport:
         return tuple(sorted(shifted, key=lambda quantity: -quantity.highest / quantity.threshold))
 
     @property
+    def apart(self) -> tuple[str, ...]:
+        """Sources of single values that stand apart and are no shift."""
+        names = [name for quantity in self.quantities if quantity.since is None for name in quantity.apart]
+        return tuple(dict.fromkeys(names))
+
+    @property
     def has_enough_values(self) -> bool:
         """Whether at least one quantity has enough values to show a shift."""
         return any(len(quantity.values) >= ENOUGH for quantity in self.quantities)
@@ -91,9 +99,11 @@ class _Values:
 
     values: dict[str, list[float]] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
+    sources: dict[str, list[str]] = field(default_factory=dict)
 
-    def add(self, name: str, unit: str, value: float) -> None:
+    def add(self, name: str, unit: str, value: float, source: str) -> None:
         if np.isfinite(value):
+            self.sources.setdefault(name, []).append(source)
             self.values.setdefault(name, []).append(float(value))
             self.units[name] = unit
 
@@ -123,7 +133,8 @@ def watch_drift(recordings: Sequence[Recording], false_alarm: float = FALSE_ALAR
         _add_learned(collected, recording)
     each = false_alarm * max(1, len(collected.values))
     quantities = [
-        _watch(name, collected.units[name], values, each) for name, values in collected.values.items()
+        _watch(name, collected.units[name], values, collected.sources[name], each)
+        for name, values in collected.values.items()
     ]
     return DriftReport(tuple(quantities), len(used), len(ordered) - len(used))
 
@@ -142,10 +153,11 @@ def _add_returns(collected: _Values, recording: Recording) -> None:
             continue
         for run in square_runs(recording, truck):
             for axis, value in zip("xy", run.return_error(size)[:2].tolist(), strict=True):
-                collected.add(f"return error of truck {truck}, {run.direction}, {axis}", "m", value)
-            collected.add(
-                f"return heading of truck {truck}, {run.direction}", "rad", float(run.return_error(size)[2])
-            )
+                collected.add(
+                    f"return error of truck {truck}, {run.direction}, {axis}", "m", value, run.source
+                )
+            heading = float(run.return_error(size)[2])
+            collected.add(f"return heading of truck {truck}, {run.direction}", "rad", heading, run.source)
 
 
 def _add_learned(collected: _Values, recording: Recording) -> None:
@@ -156,17 +168,22 @@ def _add_learned(collected: _Values, recording: Recording) -> None:
     names: tuple[TruckName, ...] = ("a", "b")
     for number, truck in enumerate(names):
         left, right = slow.wheel[2 * number : 2 * number + 2].tolist()
-        collected.add(
-            f"wheelbase of truck {truck} beside the file, by the linkage", "1", slow.wheelbase[number]
-        )
-        collected.add(f"diameter ratio of truck {truck} beside the file, by the linkage", "1", right - left)
+        values = {"wheelbase": slow.wheelbase[number], "diameter ratio": right - left}
+        for kind, value in values.items():
+            name = f"{kind} of truck {truck} beside the file, by the linkage"
+            collected.add(name, "1", value, recording.source)
 
 
-def _watch(name: str, unit: str, values: Sequence[float], false_alarm: float) -> MonitoredQuantity:
+def _watch(
+    name: str, unit: str, values: Sequence[float], sources: Sequence[str], false_alarm: float
+) -> MonitoredQuantity:
     """Return the result of a monitor that gets the values one by one, up to its first alarm."""
     monitor, highest, since = drift_monitor(false_alarm), 0.0, None
     begun = {"above": 1, "below": 1}  # the first value since each sum was zero
-    for number, value in enumerate(values, start=1):
+    apart = []
+    for number, (value, source) in enumerate(zip(values, sources, strict=True), start=1):
+        if stands_apart(monitor, value):
+            apart.append(source)
         monitor = step(monitor, value)
         for side in begun:
             if getattr(monitor, side) == 0.0:
@@ -175,4 +192,4 @@ def _watch(name: str, unit: str, values: Sequence[float], false_alarm: float) ->
         if monitor.alarm:
             since = begun["above" if monitor.above > monitor.below else "below"]
             break
-    return MonitoredQuantity(name, unit, tuple(values), highest, monitor.threshold, since)
+    return MonitoredQuantity(name, unit, tuple(values), highest, monitor.threshold, since, tuple(apart))

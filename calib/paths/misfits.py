@@ -63,7 +63,9 @@ def without_misfits(
         alone = replace(problem, drives=(problem.drives[number],))
         why = _cause(alone, coordinates) or "is it of this robot, on this floor, with this clock?"
         times = math.sqrt(squares[number] / np.median(squares))
-        what = f"{alone.source} is left out: its poses are {times:.0f} times as far off as those of the others"
+        what = (
+            f"{alone.source} is left out: its poses are {times:.0f} times as far off as those of the others"
+        )
         advice.append(Advice("warning", what, why))
     kept = tuple(drive for drive, out in zip(problem.drives, outlying, strict=True) if not out)
     return replace(problem, drives=kept), tuple(advice)

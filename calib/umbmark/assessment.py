@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from omnimate.calib.errors import MethodError
 from omnimate.calib.monitoring.channels import advise_on_recordings
 from omnimate.calib.umbmark.experiment import calibrate, usable_methods
-from omnimate.calib.umbmark.guards import advise
+from omnimate.calib.umbmark.guards import advise, without_outliers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +25,7 @@ class Assessment:
     """What an experiment says about a truck.
 
     Attributes:
-        experiment: The experiment.
+        experiment: The experiment, without runs that do not fit the others.
         calibrations: Its calibration by each method that its data allow.
         advice: Everything that looks wrong with it, first with the recordings that it comes from.
     """
@@ -62,7 +62,8 @@ def assess(experiment: Experiment, recordings: Sequence[Recording], truck: Truck
     Raises:
         CalibrationError: The errors are beyond what a method can explain.
     """
+    experiment, left_out = without_outliers(experiment)
     methods = usable_methods(experiment.errors)
     calibrations = tuple(calibrate(experiment, method) for method in methods)
     recorded = advise_on_recordings(recordings, truck) if recordings else ()
-    return Assessment(experiment, calibrations, (*recorded, *advise(experiment)))
+    return Assessment(experiment, calibrations, (*recorded, *left_out, *advise(experiment)))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, get_args
+
+import numpy as np
 
 from omnimate.calib.apply import corrected_truck
 from omnimate.calib.errors import CalibrationError
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from omnimate.calib.umbmark.runs import SquareDirection
     from omnimate.vehicle.parameters import Truck, TruckName
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
@@ -41,6 +44,17 @@ class Experiment:
     truck: Truck
     errors: ReturnErrors
     runs: tuple[SquareRun, ...] = ()
+
+    def without(self, direction: SquareDirection, place: int) -> Experiment:
+        """Return the experiment without the run at a place, from 0, among those of its direction."""
+        same = [run for run in self.runs if run.direction == direction]
+        runs = tuple(run for run in self.runs if not same or run is not same[place])
+        cw, ccw = self.errors.cw, self.errors.ccw
+        if direction == "cw":
+            cw = np.delete(cw, place, axis=0)
+        else:
+            ccw = np.delete(ccw, place, axis=0)
+        return replace(self, errors=replace(self.errors, cw=cw, ccw=ccw), runs=runs)
 
     def evaluate(self, truck: Truck) -> ReturnErrors:
         """Return the errors that the same wheel turns give with other parameters.

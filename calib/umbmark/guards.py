@@ -23,6 +23,7 @@ from omnimate.calib.umbmark.uncertainty import factor_slopes
 if TYPE_CHECKING:
     from omnimate.calib.umbmark.experiment import Experiment
     from omnimate.calib.umbmark.return_errors import ReturnErrors
+    from omnimate.calib.umbmark.runs import SquareDirection
     from omnimate.vehicle.se2 import Array
 
 CHANCE = 1e-3  # probability that a guard raises a false alarm
@@ -42,10 +43,24 @@ _RATIOS = (
 def advise(experiment: Experiment) -> tuple[Advice, ...]:
     """Return advice on everything that looks wrong with an experiment; none for healthy data."""
     errors = experiment.errors
-    guards = (*_few_runs(errors), *_large(errors), *_missing_turn(errors), *_outliers(errors))
+    guards = (*_few_runs(errors), *_large(errors), *_missing_turn(errors))
     if any(advice.severity == "error" for advice in guards):
         return guards
     return (*guards, *_off_diagonals(experiment), *_headings(experiment))
+
+
+def without_outliers(experiment: Experiment) -> tuple[Experiment, tuple[Advice, ...]]:
+    """Return an experiment without the runs that are far from the others, the farthest first, and which."""
+    numbers = {"cw": list(range(1, len(experiment.errors.cw) + 1))}
+    numbers["ccw"] = list(range(1, len(experiment.errors.ccw) + 1))
+    advice = []
+    while outliers := _outliers(experiment.errors):
+        name, place, distance = min(outliers)[1:]
+        run = f"{name} run {numbers[name].pop(place)}"
+        experiment = experiment.without(name, place)
+        what = f"{run} is left out: it returns {1e3 * distance:.0f} mm away from the other {name} runs"
+        advice.append(Advice("warning", what, "measure its fixes anew, or drive it again"))
+    return experiment, tuple(advice)
 
 
 def _few_runs(errors: ReturnErrors) -> tuple[Advice, ...]:
@@ -80,22 +95,23 @@ def _missing_turn(errors: ReturnErrors) -> tuple[Advice, ...]:
     return (Advice("error", what, "turn four times, also after the last leg, and measure after it"),)
 
 
-def _outliers(errors: ReturnErrors) -> tuple[Advice, ...]:
-    """Find runs improbably far from the others of their direction, by Hotelling's T^2."""
-    advice = []
+def _outliers(errors: ReturnErrors) -> list[tuple[float, SquareDirection, int, float]]:
+    """Return the runs improbably far from the others of their direction, by Hotelling's T^2.
+
+    Each is its probability, its direction, its place from 0, and its distance from the others [m].
+    """
+    outliers: list[tuple[float, SquareDirection, int, float]] = []
     total = len(errors.cw) + len(errors.ccw)
-    for name, runs, other in (("cw", errors.cw, errors.ccw), ("ccw", errors.ccw, errors.cw)):
+    both: tuple[tuple[SquareDirection, Array, Array], ...] = (
+        ("cw", errors.cw, errors.ccw),
+        ("ccw", errors.ccw, errors.cw),
+    )
+    for name, runs, other in both:
         for number in range(len(runs) if len(runs) >= 3 else 0):
-            rest = np.delete(runs, number, axis=0)
-            chance, distance = _chance_of(runs[number], rest, other)
+            chance, distance = _chance_of(runs[number], np.delete(runs, number, axis=0), other)
             if chance * total < CHANCE and distance > 1e-6 * errors.side:
-                what = (
-                    f"{name} run {number + 1} returns {1e3 * distance:.0f} mm away from the other {name} runs"
-                )
-                advice.append(
-                    Advice("warning", what, "measure its fixes anew, or leave it out and drive it again")
-                )
-    return tuple(advice)
+                outliers.append((chance, name, number, distance))
+    return outliers
 
 
 def _chance_of(run: Array, rest: Array, other: Array) -> tuple[float, float]:

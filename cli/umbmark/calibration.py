@@ -164,6 +164,7 @@ def result_of(case: Case, method: Method, e_s: float) -> Result:
     """
     assessment = assess(case.experiment, case.recordings, case.truck)
     chosen = assessment.by(method)
+    case = replace(case, experiment=assessment.experiment)
     return Result(case, assessment, chosen, scaled_truck(chosen.truck, e_s))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from omnimate.calib.umbmark.bootstrap import bootstrap
 from omnimate.calib.umbmark.experiment import calibrate
-from omnimate.calib.umbmark.guards import advise
+from omnimate.calib.umbmark.guards import advise, without_outliers
 from omnimate.calib.umbmark.printed import Method
 from studies.benchmark import options
 from studies.papers.trials import (
@@ -65,7 +65,8 @@ def main() -> None:
     bootstrap(calibrate(experiment))
     print(f"solve and 10 000 resamples: {time.perf_counter() - start:.2f} s")
     chance = np.random.default_rng(5)
-    alarms = sum(bool(advise(TRIAL.drive(chance))) for _ in range(3000))
+    healthy = [TRIAL.drive(chance) for _ in range(3000)]
+    alarms = sum(bool(advise(drive) or without_outliers(drive)[1]) for drive in healthy)
     print(f"the guards warn of {alarms} of 3000 healthy experiments")
 
 

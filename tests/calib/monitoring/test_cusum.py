@@ -53,7 +53,22 @@ def test_a_wild_reading_alone_is_no_drift() -> None:
     for value in (5.0, -3.0, 1.0, 0.5, 0.7, math.nan, 1e9):
         monitor = step(monitor, value)
         assert not monitor.alarm
-    assert monitor.count == 6
+    assert monitor.count == 5
+
+
+def test_a_shift_after_a_wild_reading_is_found_as_soon() -> None:
+    """A reading 100 standard deviations away delays the alarm by less than two drives on average."""
+    chance, late = np.random.default_rng(4), []
+    for _ in range(40):
+        healthy, worn = chance.normal(0.0, 1.0, 30), chance.normal(2.0, 1.0, 100)
+        found = []
+        for wild in (0.0, 100.0):
+            monitor = drift_monitor(1000.0)
+            for value in (*healthy[:15], wild, *healthy[15:]):
+                monitor = step(monitor, float(value))
+            found.append(drives_to_alarm(monitor, worn))
+        late.append(found[1] - found[0])
+    assert np.mean(late) < 2.0
 
 
 def test_mean_and_scatter_are_those_of_the_drives() -> None:

@@ -45,6 +45,18 @@ def test_a_robot_that_wore_out_is_reported_with_the_lap_from_which_on(healthy):
 def test_a_healthy_robot_raises_no_alarm(healthy):
     report = watch_drift(healthy)
     assert (report.alarms, report.has_enough_values, report.used, report.left_out) == ((), True, 2, 0)
+    assert report.apart == ()
+
+
+def test_a_lap_with_a_wrong_fix_is_named_and_is_no_drift(healthy):
+    last = healthy[-1]
+    pose = last.poses.pose.copy()
+    pose[-1, :2] += 0.5
+    wrong = replace(last, poses=replace(last.poses, pose=pose))
+    report = watch_drift([*healthy[:-1], wrong])
+    assert report.alarms == ()
+    assert len(report.apart) == 1
+    assert f"lap {len(last.run.laps)}, truck" in report.apart[0]
 
 
 def test_what_was_before_the_last_calibration_is_left_out(healthy):

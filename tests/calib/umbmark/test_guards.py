@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from omnimate.calib.umbmark.experiment import Experiment
-from omnimate.calib.umbmark.guards import advise
+from omnimate.calib.umbmark.guards import advise, without_outliers
 from omnimate.calib.umbmark.return_errors import ReturnErrors
 from studies.papers.trials import Trial, floor_covariance, plain_covariance
 
@@ -50,7 +50,8 @@ def test_healthy_data_raise_no_alarm(factors: tuple[float, float], runs: int) ->
     """Three guards at 1 in 1000 each: at most 1 % of 300 experiments, whatever the robot's errors are."""
     trial = replace(TRIAL, e_b=factors[0], e_d=factors[1], runs=runs)
     chance = np.random.default_rng(11)
-    assert sum(bool(advise(trial.drive(chance))) for _ in range(300)) <= 3
+    drives = [trial.drive(chance) for _ in range(300)]
+    assert sum(bool(advise(drive) or without_outliers(drive)[1]) for drive in drives) <= 3
 
 
 @pytest.mark.parametrize(
@@ -61,7 +62,6 @@ def test_healthy_data_raise_no_alarm(factors: tuple[float, float], runs: int) ->
         (spoiled(scaled(-1.0)), "error", "wrong sign"),
         (spoiled(without_last_turn), "error", "last turn is missing"),
         (spoiled(lambda _cw, _ccw: None, side=16.0), "error", "the side is the whole path"),
-        (spoiled(with_outlier), "warning", "cw run 3 returns"),
         (spoiled(off_diagonal), "warning", "off their diagonals"),
     ],
 )
@@ -91,12 +91,16 @@ def test_headings_that_contradict_few_runs_are_told_by_their_size() -> None:
     assert any("headings" in one.what for one in advise(wrong))
 
 
-def test_without_headings_positions_are_still_guarded() -> None:
-    """An outlier is found in a table without theta."""
-    experiment = spoiled(with_outlier)
-    errors = experiment.errors
-    blind = replace(errors, cw=errors.cw * [1, 1, np.nan], ccw=errors.ccw * [1, 1, np.nan])
-    assert any("cw run 3" in one.what for one in advise(replace(experiment, errors=blind)))
+@pytest.mark.parametrize("theta", [1.0, np.nan], ids=["headings", "no headings"])
+def test_a_run_far_from_the_others_is_left_out_and_named(theta: float) -> None:
+    """Also in a table without theta; the rest is the experiment as if it had not been driven."""
+    clean, wild = spoiled(lambda _cw, _ccw: None), spoiled(with_outlier)
+    errors = wild.errors
+    blind = replace(errors, cw=errors.cw * [1, 1, theta], ccw=errors.ccw * [1, 1, theta])
+    rest, (advice,) = without_outliers(replace(wild, errors=blind))
+    assert str(advice).startswith("cw run 3 is left out")
+    np.testing.assert_array_equal(rest.errors.cw[:, :2], np.delete(clean.errors.cw, 2, axis=0)[:, :2])
+    assert without_outliers(clean) == (clean, ())
 
 
 def test_return_errors_above_the_side_are_asked_about_and_not_refused() -> None:
