@@ -1,4 +1,4 @@
-"""Runs that do not fit the others of their set: one rule for least squares, UMBmark and drift."""
+"""Runs that do not fit the others of their set, by the median and its absolute deviation."""
 
 from __future__ import annotations
 
