@@ -83,8 +83,9 @@ def waves(angle: Array, orders: Sequence[int]) -> list[Array]:
 
 def bends(values: Array) -> list[Array]:
     """Return curves that are straight between knots over the range of values; none if they are constant."""
-    knots = np.linspace(*np.quantile(values, (RARE, 1.0 - RARE)), KNOTS)
-    if knots[-1] - knots[0] < 1e-9:
+    low, high = np.quantile(values, (RARE, 1.0 - RARE)).tolist()
+    knots = np.linspace(low, high, KNOTS)
+    if high - low < 1e-9:
         return []
     return [standard(np.interp(values, knots, ordinate)) for ordinate in np.eye(len(knots))[1:]]
 
