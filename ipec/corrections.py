@@ -1,7 +1,7 @@
 """The equations of the correctors, compiled: CLAPPER, C (9)-(16), and OmniMate, O (1)-(6).
 
-A joint that reads in steps shows only that its angle lies within half a step of the reading. So only what
-lies beyond half a step is an error; a heading that followed every reading would drift with it.
+A quantised joint reading only bounds the angle to within half a count. So only a deviation beyond that
+tolerance is corrected; correcting every deviation would integrate the quantisation into the heading.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated
 
-from omnimate.ipec.readings import Reading, Scales, sense
+from omnimate.ipec.readings import Reading, Scales, convert_counts
 from omnimate.vehicle.arcs import roll
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 from omnimate.vehicle.linkage import direction, follow
@@ -23,10 +23,10 @@ PLAIN, CLAPPER, OMNIMATE = range(3)
 
 
 class Settings(Scales):
-    """What does not change during a drive.
+    """Constants of a corrector.
 
     Attributes:
-        law: Which equations are used: PLAIN, CLAPPER or OMNIMATE.
+        law: Equations: PLAIN, CLAPPER or OMNIMATE.
         tolerance: Error of each truck's heading that is not corrected [rad], shape `(2,)`: half a count of
             the joint plus the resolution of the wheels.
     """
@@ -36,10 +36,10 @@ class Settings(Scales):
 
 
 class State(Reading):
-    """The last sample, and the poses after it.
+    """The last sample and the poses after it.
 
     Attributes:
-        placed: 1 since truck b's place behind truck a has been read from the linkage.
+        placed: 1 once truck b's pose has been initialised from the linkage.
         pose: Poses of truck a and b [m, m, rad], shape `(2, 3)`.
         correction: Correction of both headings in this sample [rad], shape `(2,)`.
         taken_back: Travel of truck a taken back in this sample, C (14) [m].
@@ -52,30 +52,30 @@ class State(Reading):
 
 
 @compiled
-def beyond(error: float, tolerance: float) -> float:
-    """Return the part of an error that lies outside of plus or minus a tolerance, in the same unit."""
+def excess_over_tolerance(error: float, tolerance: float) -> float:
+    """Return the part of an error that exceeds a tolerance (a dead zone), in the same unit."""
     return error - min(max(error, -tolerance), tolerance)
 
 
 @compiled
 def correct_clapper(settings: Settings, state: State) -> None:
-    """Correct both headings by the linkage, and put truck b behind truck a; both have advanced, C (9)."""
+    """Correct both headings by the linkage, then place truck b; call it after dead reckoning, C (9)."""
     heading = direction(state.pose[0], state.pose[1])
     for truck in range(2):
         expected = state.pose[truck, 2] - heading
         error = wrap_angle(state.joint[truck] - expected)
-        state.correction[truck] = beyond(error, settings.tolerance[truck])
+        state.correction[truck] = excess_over_tolerance(error, settings.tolerance[truck])
         state.pose[truck, 2] += state.correction[truck]
-    take_back(settings, state)
+    take_back_lost_travel(settings, state)
     follow(state.pose[1], state.pose[0], state.length, heading)
 
 
 @compiled
-def take_back(settings: Settings, state: State) -> None:
-    """Move truck a against its travel by what the wheel that turned it has lost, C (14)-(15).
+def take_back_lost_travel(settings: Settings, state: State) -> None:
+    """Move truck a back by the travel that the disturbed wheel lost, C (14)-(15).
 
-    A wheel can roll further than it travels, but not less. So the amount is |delta| and the direction is
-    against the travel. The print uses delta with its sign, and forward travel only.
+    A wheel on a bump rolls further than it travels, never less: the amount depends on |delta|, and the
+    direction is opposite to the travel. The paper uses signed delta, and forward travel only.
     """
     lost = settings.wheelbase[0] * math.sin(0.5 * abs(state.correction[0]))
     state.taken_back = math.copysign(1.0, state.travel[0] + state.travel[1]) * lost
@@ -85,25 +85,27 @@ def take_back(settings: Settings, state: State) -> None:
 
 @compiled
 def correct_omnimate(settings: Settings, state: State) -> None:
-    """Correct the poses of one sample, both trucks advanced by their own wheels before.
+    """Correct the poses of one sample by O (1)-(6); call it after dead reckoning of both trucks.
 
-    The print has two errors, which are corrected here. Its (1) uses truck b's previous position, so that the
-    link's heading lags behind in every turn; b must first advance by the travel of its wheels. Its (2) to (4)
-    use the joint's angle with the other sign, so that the error is added instead of removed.
+    Two errors of the paper are corrected here. Its (1) uses truck b's previous position, so that the link's
+    heading lags in every turn; b must first advance by the travel of its wheels. Its (2) to (4) use the joint
+    angle with the opposite sign, so that the error is added instead of removed.
     """
     heading = direction(state.pose[0], state.pose[1])
     error = wrap_angle(state.joint[0] - (state.pose[0, 2] - heading))
     heading_b = state.pose[1, 2]
-    state.correction[0] = beyond(error, settings.tolerance[0])
+    state.correction[0] = excess_over_tolerance(error, settings.tolerance[0])
     state.pose[0, 2] += state.correction[0]
     follow(state.pose[1], state.pose[0], state.length, heading)
-    state.correction[1] = beyond(wrap_angle(heading + state.joint[1] - heading_b), settings.tolerance[1])
+    state.correction[1] = excess_over_tolerance(
+        wrap_angle(heading + state.joint[1] - heading_b), settings.tolerance[1]
+    )
     state.pose[1, 2] += state.correction[1]
 
 
 @compiled
-def place(state: State) -> None:
-    """Put truck b behind truck a where the linkage is read for the first time."""
+def initialise_truck_b(state: State) -> None:
+    """Initialise the pose of truck b from the first reading of the linkage."""
     heading = state.pose[0, 2] - state.joint[0]
     follow(state.pose[1], state.pose[0], state.length, heading)
     state.pose[1, 2] = heading + state.joint[1]
@@ -112,7 +114,7 @@ def place(state: State) -> None:
 
 @compiled
 def advance(settings: Settings, state: State, counts: IntArray, present: NDArray[np.bool_]) -> None:
-    """Take one sample: dead-reckon both trucks, C (9), then correct them where all encoders were read.
+    """Process one sample: dead-reckon both trucks, C (9), and correct them if all encoders were read.
 
     Args:
         settings: Settings of the corrector.
@@ -120,7 +122,7 @@ def advance(settings: Settings, state: State, counts: IntArray, present: NDArray
         counts: Counts in the order of `CHANNELS`, shape `(7,)`.
         present: Whether each count was read, shape `(7,)`.
     """
-    sense(settings, state, counts, present)
+    convert_counts(settings, state, counts, present)
     state.correction[:] = 0.0
     state.taken_back = 0.0
     for truck in range(2):
@@ -128,7 +130,7 @@ def advance(settings: Settings, state: State, counts: IntArray, present: NDArray
         if state.moved[truck]:
             roll(state.pose[truck], left, right, settings.wheelbase[truck])
     if state.linked and not state.placed:
-        place(state)
+        initialise_truck_b(state)
     elif state.linked and state.moved[0] and state.moved[1]:
         if settings.law == CLAPPER:
             correct_clapper(settings, state)
@@ -138,7 +140,7 @@ def advance(settings: Settings, state: State, counts: IntArray, present: NDArray
 
 @compiled
 def advance_one(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> None:
-    """Take one sample `(7,)` of a live stream, in place; `settings` and `states` are records `(1,)`."""
+    """Process one sample `(7,)` of a live stream, in place; `settings` and `states` are records `(1,)`."""
     advance(settings[0], states[0], counts, present)
 
 
@@ -151,7 +153,7 @@ def advance_all(
     poses: Array,
     corrections: Array,
 ) -> None:
-    """Take all samples of a recording.
+    """Process all samples of a recording.
 
     Args:
         settings: One record `(1,)` of `Settings`.

@@ -9,7 +9,7 @@ import numpy as np
 
 from omnimate.ipec.corrections import CLAPPER, OMNIMATE, PLAIN, Settings, State, advance_all, advance_one
 from omnimate.ipec.linkage_check import check_linkage
-from omnimate.ipec.readings import SampleReader, scales_of, table_of
+from omnimate.ipec.readings import SampleReader, ordered_counts, scales_of
 from omnimate.vehicle.compiled import Array, Record, record
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class IpecState:
-    """The poses of both trucks after a sample. It is never changed: each step returns another one.
+    """The poses of both trucks after a sample. Immutable: every step returns a new one.
 
     Attributes:
         record: The state as one read-only record `(1,)` of `omnimate.ipec.corrections.State`.
@@ -72,7 +72,7 @@ class Trajectory:
 
 
 def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
-    """Return the settings of a method as one record `(1,)` of `omnimate.ipec.corrections.Settings`.
+    """Return the constants of a method as one record `(1,)` of `omnimate.ipec.corrections.Settings`.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -95,7 +95,7 @@ class Corrector:
 
     Args:
         vehicle: Robot with two trucks as `vehicle.toml` describes it.
-        method: `plain` is dead reckoning alone; `clapper` follows C (9)-(16); `omnimate` follows O (1)-(6)
+        method: `plain` is dead reckoning alone; `clapper` is C (9)-(16); `omnimate` is O (1)-(6)
             with C (9) first.
 
     Raises:
@@ -114,7 +114,7 @@ class Corrector:
         return _frozen(state)
 
     def step(self, state: IpecState, sample: Sample) -> IpecState:
-        """Return the state after a sample; `state` stays as it is."""
+        """Return the state after a sample; `state` is not changed."""
         counts, present = self._reader.read(sample)
         following = state.record.copy()
         advance_one(self.settings, following, counts, present)
@@ -132,12 +132,12 @@ def correct(recording: Recording, start: ArrayLike = ORIGIN, *, method: Method =
 
     Raises:
         NoLinkageError: The robot has a single truck.
-        LinkageChannelError: A channel of the linkage was never read, or stood still while it must move; not
+        LinkageChannelError: A channel of the linkage was never read, or was frozen while the robot moved; not
             raised for `plain`.
     """
     if method != "plain":
         check_linkage(recording)
-    counts, present = table_of(recording)
+    counts, present = ordered_counts(recording)
     corrector = Corrector(recording.vehicle, method)
     state = corrector.start(start).record.copy()
     poses, corrections = np.empty((2, len(counts), 3)), np.empty((len(counts), 3))

@@ -1,4 +1,4 @@
-"""What can be wrong with a robot or a recording that a corrector or an estimator is given."""
+"""Errors of correctors and estimators: robots or recordings that they cannot process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class IpecError(OmnimateError):
 
 
 class NoLinkageError(IpecError):
-    """A robot without a second truck, through which the first could be corrected.
+    """A robot without a second truck, which every correction needs.
 
     Attributes:
         source: Name of the recording or of the robot.
@@ -30,7 +30,7 @@ class NoLinkageError(IpecError):
 
 
 class LinkageChannelError(IpecError):
-    """A channel of the linkage that cannot be read, or that stands still while it must move.
+    """A linkage channel that was never read, or was frozen.
 
     Attributes:
         source: Name of the recording or of the robot.

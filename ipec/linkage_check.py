@@ -1,4 +1,4 @@
-"""Finds linkage channels that were never read, or that stand still while the trucks move."""
+"""Find linkage channels that were never read, or that stand still while the trucks move."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
 
 LINKAGE: tuple[Channel, ...] = CHANNELS[4:]
 
-# A channel counts as frozen where it shows one value while the wheels say that it moves by more than this
-# within a metre of the way, or in a turn on the spot, and by three times as much in all: a wheel that
-# spins once is no frozen joint. A bump makes an error of 0.6 degrees and 2 mm.
+# A channel is frozen if its count is constant while odometry expects it to move by more than the limit within
+# one metre or in a turn on the spot, and by three limits in total, so that one spin of a wheel is not
+# reported. Assumption: eight times what a bump causes, 0.6 degrees (C 6.1), and fifteen times its 2 mm.
 JOINT_LIMIT = math.radians(5.0)  # [rad]
 LINK_LIMIT = 0.03  # [m]
 
 
 @dataclass(frozen=True, slots=True)
 class FrozenChannel:
-    """A stretch in which a channel stood still although it must have moved.
+    """An interval in which a channel read a constant although odometry says that it moved.
 
     Attributes:
         channel: Channel of the encoder.
-        start: Time of the first sample of the stretch, on the recording's clock [s].
-        end: Time of the last sample of the stretch, on the recording's clock [s].
-        expected: How far the channel must have moved by plain odometry [rad] or [m].
+        start: Time of the first sample of the interval, on the recording's clock [s].
+        end: Time of the last sample of the interval, on the recording's clock [s].
+        expected: Motion of the channel in it by odometry [rad] or [m].
     """
 
     channel: Channel
@@ -46,7 +46,7 @@ class FrozenChannel:
 
 
 def frozen_channels(recording: Recording) -> tuple[FrozenChannel, ...]:
-    """Return where channels of the linkage stood still although the trucks' wheels say otherwise.
+    """Return the intervals in which linkage channels were frozen although the wheels turned.
 
     Only samples in which every encoder was read are compared. The expected motion of a channel follows from
     the joints, so that only the first channel to stop is reported, and the link only where both joints move.
@@ -54,24 +54,24 @@ def frozen_channels(recording: Recording) -> tuple[FrozenChannel, ...]:
     Raises:
         RecordingError: The two wheels of a truck are never present together.
     """
-    joints, link, way = _expected(recording)
+    joints, link, distance = _expected_motion(recording)
     whole = np.flatnonzero(recording.present.all(axis=1))
     if len(whole) == 0:
         return ()
-    stretches = _frozen(recording, "joint_a", joints[0], JOINT_LIMIT, way, whole)
-    stretches += _frozen(recording, "joint_b", joints[1], JOINT_LIMIT, way, whole)
-    stretches = stretches or _frozen(recording, "link", link, LINK_LIMIT, way, whole)
+    stretches = _frozen_stretches(recording, "joint_a", joints[0], JOINT_LIMIT, distance, whole)
+    stretches += _frozen_stretches(recording, "joint_b", joints[1], JOINT_LIMIT, distance, whole)
+    stretches = stretches or _frozen_stretches(recording, "link", link, LINK_LIMIT, distance, whole)
     first = min(stretches, key=lambda stretch: stretch.start, default=None)
     return tuple(stretch for stretch in stretches if first and stretch.channel == first.channel)
 
 
-def _expected(recording: Recording) -> tuple[tuple[Array, Array], Array, Array]:
-    """Return how the joints [rad] and the link [m] must move by the wheels, and the way driven, each `(N,)`.
+def _expected_motion(recording: Recording) -> tuple[tuple[Array, Array], Array, Array]:
+    """Return motion of joints [rad] and link [m] by the wheels, and distance driven [m], `(N,)` arrays.
 
     The rates follow from rolling without slip: dl = v_A cos - v_B cos, l dtheta_L = v_A sin - v_B sin.
     """
     length = recording.link_length()[1:]
-    turns, aheads, asides, ways = [], [], [], []
+    turns, aheads, asides, distances = [], [], [], []
     pairs: tuple[tuple[TruckName, Channel], ...] = (("a", "joint_a"), ("b", "joint_b"))
     for truck, joint in pairs:
         left, right, _ = truck_travel(recording, truck)
@@ -80,28 +80,28 @@ def _expected(recording: Recording) -> tuple[tuple[Array, Array], Array, Array]:
         turns.append((np.diff(right) - np.diff(left)) / recording.vehicle.trucks[truck].wheelbase)
         aheads.append(step * np.cos(angle))
         asides.append(step * np.sin(angle))
-        ways.append(np.abs(step))
+        distances.append(np.abs(step))
     swing = (asides[0] - asides[1]) / length
-    joints = _summed(turns[0] - swing), _summed(turns[1] - swing)
-    return joints, _summed(aheads[0] - aheads[1]), _summed(0.5 * (ways[0] + ways[1]))
+    joints = _cumulative(turns[0] - swing), _cumulative(turns[1] - swing)
+    return joints, _cumulative(aheads[0] - aheads[1]), _cumulative(0.5 * (distances[0] + distances[1]))
 
 
-def _summed(steps: Array) -> Array:
+def _cumulative(steps: Array) -> Array:
     return np.concatenate(([0.0], np.cumsum(steps)))
 
 
-def _frozen(
+def _frozen_stretches(
     recording: Recording,
     channel: Channel,
     expected: Array,
     limit: float,
-    way: Array,
+    distance: Array,
     whole: NDArray[np.intp],
 ) -> list[FrozenChannel]:
-    """Return the stretches of one count, within one metre of the way, in which it must have moved too far."""
+    """Return the runs of a constant count, cut at every metre, whose expected motion exceeds `limit`."""
     counts, time = recording.channel_counts(channel)[whole], recording.time[whole]
-    expected, way = expected[whole], way[whole]
-    first = np.concatenate(([0], np.flatnonzero(np.diff(counts) | np.diff(way.astype(np.int64))) + 1))
+    expected, distance = expected[whole], distance[whole]
+    first = np.concatenate(([0], np.flatnonzero(np.diff(counts) | np.diff(distance.astype(np.int64))) + 1))
     last = np.append(first[1:], len(counts)) - 1
     moved = np.maximum.reduceat(expected, first) - np.minimum.reduceat(expected, first)
     bad = np.flatnonzero(moved > limit)
@@ -114,7 +114,7 @@ def _frozen(
 
 
 def check_linkage(recording: Recording) -> None:
-    """Refuse a recording whose linkage cannot correct anything.
+    """Raise an error if the linkage of a recording was not read, or was frozen.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -136,12 +136,13 @@ def check_linkage(recording: Recording) -> None:
             recording.source,
             frozen.channel,
             vehicle.encoder(frozen.channel).node,
-            f"{in_words(frozen, float(recording.time[0]))}, and use plain odometry for this stretch",
+            describe_frozen_channel(frozen, float(recording.time[0]))
+            + ", and use plain odometry for this stretch",
         )
 
 
-def in_words(frozen: FrozenChannel, first: float) -> str:
-    """Return when a channel stood still, what was expected, and what to check; `first` is time 0 [s]."""
+def describe_frozen_channel(frozen: FrozenChannel, first: float) -> str:
+    """Return a sentence: when a channel was frozen, what to check; `first` is the time of the start [s]."""
     amount = f"{math.degrees(frozen.expected):.1f} degrees"
     if frozen.channel == "link":
         amount = f"{1e3 * frozen.expected:.0f} mm"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Scales:
-    """What does not change from sample to sample.
+    """Scale factors and geometry of a robot.
 
     Attributes:
         scale: Metres per count of a wheel and of the link, radians per count of a joint, shape `(7,)`.
@@ -41,9 +41,9 @@ class Reading:
     """One sample in SI units, and the counts that the next one starts from.
 
     Attributes:
-        started: 1 for each truck whose wheels have been read, shape `(2,)`.
+        started: 1 for a truck whose wheels have been read, shape `(2,)`.
         counts: Counts of each wheel where its truck was last read, shape `(4,)`.
-        moved: 1 for each truck whose wheels were both read in this sample and in an earlier one, `(2,)`.
+        moved: 1 for a truck whose wheels were both read in this sample and in an earlier one, `(2,)`.
         travel: Travel of each wheel since its truck was last read [m], shape `(4,)`.
         linked: 1 where both joints and the link were read.
         joint: Angles of joint_a and joint_b [rad], shape `(2,)`.
@@ -78,8 +78,8 @@ def scales_of(vehicle: VehicleParameters) -> Record:
 
 
 @compiled
-def sense(scales: Scales, reading: Reading, counts: IntArray, present: NDArray[np.bool_]) -> None:
-    """Take one sample's counts; a truck moves only where both of its wheels are present.
+def convert_counts(scales: Scales, reading: Reading, counts: IntArray, present: NDArray[np.bool_]) -> None:
+    """Convert one sample's counts to SI units; a truck moves only if both of its wheels are present.
 
     Args:
         scales: Scales of the robot.
@@ -104,7 +104,7 @@ def sense(scales: Scales, reading: Reading, counts: IntArray, present: NDArray[n
     reading.length = scales.length + (counts[6] - scales.zero[6]) * scales.scale[6]
 
 
-def table_of(recording: Recording) -> tuple[IntArray, NDArray[np.bool_]]:
+def ordered_counts(recording: Recording) -> tuple[IntArray, NDArray[np.bool_]]:
     """Return counts and presence `(N, 7)` of a recording with the columns of `CHANNELS`.
 
     Raises:
@@ -118,7 +118,7 @@ def table_of(recording: Recording) -> tuple[IntArray, NDArray[np.bool_]]:
 
 
 class SampleReader:
-    """Puts the counts of live samples into the order of `CHANNELS`.
+    """Reorders the counts of live samples to the order of `CHANNELS`.
 
     Args:
         vehicle: Robot with two trucks.

@@ -1,4 +1,4 @@
-"""Plain odometry, IPEC and the filter side by side, live or over a recording, in rows."""
+"""Plain odometry, IPEC and the filter run in parallel, live or over a recording; output in rows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN, Corrector, correct
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.findings import NOTABLE, Disturbance, Findings, findings
+from omnimate.ipec.filter.findings import MIN_LOST_TRAVEL, Disturbance, Findings, findings
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from omnimate.vehicle.sample import Sample
     from omnimate.vehicle.se2 import Array
 
-KEPT = 2000  # samples in which frozen channels are looked for
+CHECKED_SAMPLES = 2000  # latest samples that are checked for frozen channels: half a minute at 15 ms
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """The pose by each method, and what was corrected since the row before.
+    """Poses by all methods at one sample, and the corrections since the previous row.
 
     Attributes:
         time: Time of the last sample on the recording's clock [s].
@@ -43,8 +43,8 @@ class Row:
         filtered: Pose of truck a by the filter [m, m, rad], shape `(3,)`.
         sigma: Standard deviations of `filtered` [m, m, rad], shape `(3,)`.
         follower: Pose of truck b by the filter [m, m, rad], shape `(3,)`.
-        corrections: Corrections of both headings by IPEC since the row before [rad], shape `(2,)`.
-        lost: Travel that each of `WHEELS` lost since the row before, by the filter [m], shape `(4,)`.
+        corrections: Corrections of both headings by IPEC since the previous row [rad], shape `(2,)`.
+        lost: Travel that each of `WHEELS` lost since the previous row, by the filter [m], shape `(4,)`.
     """
 
     time: float
@@ -71,7 +71,7 @@ class Row:
 
 
 class Tracker:
-    """Follows a live robot.
+    """Estimates the pose of a live robot by all methods.
 
     Args:
         vehicle: Robot with two trucks as `vehicle.toml` describes it.
@@ -96,10 +96,10 @@ class Tracker:
         self._corrections, self._lost = np.zeros(2), np.zeros(4)
         self._ended: list[Disturbance] = []
         self._open: dict[Channel, Disturbance] = {}
-        self._samples: deque[Sample] = deque(maxlen=KEPT)
+        self._samples: deque[Sample] = deque(maxlen=CHECKED_SAMPLES)
 
     def step(self, sample: Sample) -> None:
-        """Take the next sample."""
+        """Update all methods with the next sample."""
         self._plain.step(sample)
         ipec, filtered = self._states
         self._states = ipec, filtered = self._ipec.step(ipec, sample), self._filter.step(filtered, sample)
@@ -114,12 +114,12 @@ class Tracker:
         if disturbed:
             start, before = (going_on.start, going_on.lost) if going_on else (time, 0.0)
             self._open[wheel] = Disturbance(wheel, start, time, before + lost)
-        elif going_on and going_on.lost >= NOTABLE:
+        elif going_on and going_on.lost >= MIN_LOST_TRAVEL:
             self._ended.append(going_on)
 
     @property
     def started(self) -> bool:
-        """Whether there was a sample."""
+        """Whether a sample has been processed."""
         return bool(self._samples)
 
     @property
@@ -129,7 +129,7 @@ class Tracker:
 
     @property
     def findings(self) -> Findings:
-        """What seems wrong with the description of the robot, or with the model of its motion."""
+        """What contradicts the description of the robot, or the model of its motion."""
         return findings(self._filter.settings, self._states[1].record, self._states[1].filters)
 
     def take_disturbances(self) -> tuple[Disturbance, ...]:
@@ -138,7 +138,7 @@ class Tracker:
         return ended
 
     def look(self) -> Row:
-        """Return the poses after the last sample; there must have been one."""
+        """Return the poses after the last sample; at least one sample is required."""
         ipec, filtered = self._states
         return Row(
             self._samples[-1].time,
@@ -152,15 +152,15 @@ class Tracker:
         )
 
     def row(self) -> Row:
-        """Return the same as `look`, and begin a new row."""
+        """Return `look()` and reset the sums of corrections and lost travel."""
         row = self.look()
         self._corrections, self._lost = np.zeros(2), np.zeros(4)
         return row
 
     def frozen(self) -> tuple[FrozenChannel, ...]:
-        """Return where channels of the linkage stood still in the last samples although they must have moved.
+        """Return the intervals of the last samples in which linkage channels were frozen.
 
-        A channel that was not read at all is reported with an expected motion of 0.
+        A channel that was not read at all has an expected motion of 0.
         """
         samples = tuple(self._samples)
         recording = Recording(
@@ -190,7 +190,7 @@ def track_recording(
 
     Raises:
         NoLinkageError: The robot has a single truck.
-        LinkageChannelError: A channel of the linkage was never read, or stood still while it must move.
+        LinkageChannelError: A channel of the linkage was never read, or was frozen while the robot moved.
     """
     plain, ipec = correct(recording, start, method="plain"), correct(recording, start)
     filtered = estimate(recording, start, prior=prior)

@@ -20,7 +20,7 @@ from omnimate.calib.monitoring.cusum import drift_monitor, stands_apart, step
 from omnimate.calib.recordings import check_one_robot, has_fixes
 from omnimate.calib.umbmark.runs import square_runs
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.prior import WATCHED
+from omnimate.ipec.filter.prior import MONITORING_PRIOR
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -164,7 +164,7 @@ def _add_learned(collected: _Values, recording: Recording) -> None:
     """Add the wheelbases and diameter ratios that the filter learns, where the robot has a linkage."""
     if recording.vehicle.linkage is None:
         return
-    slow = estimate(recording, prior=WATCHED).slow
+    slow = estimate(recording, prior=MONITORING_PRIOR).slow
     names: tuple[TruckName, ...] = ("a", "b")
     for number, truck in enumerate(names):
         left, right = slow.wheel[2 * number : 2 * number + 2].tolist()

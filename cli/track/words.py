@@ -46,13 +46,13 @@ def disturbance_in_words(disturbance: Disturbance, first: float, vehicle: Vehicl
 
 def frozen_in_words(frozen: FrozenChannel, vehicle: VehicleParameters) -> str:
     """Return a warning that names a frozen channel of the linkage and what to do."""
-    from omnimate.ipec.linkage_check import in_words
+    from omnimate.ipec.linkage_check import describe_frozen_channel
 
     node = vehicle.encoder(frozen.channel).node
     name = f"{frozen.channel} (node {node})"
     if frozen.expected == 0.0:
         return f"{name} is not read: nothing is corrected; check that its node answers SYNC, and its cob_id"
-    return f"{name} {in_words(frozen, frozen.start)}; until then rely on plain odometry only"
+    return f"{name} {describe_frozen_channel(frozen, frozen.start)}; until then rely on plain odometry only"
 
 
 def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to_stdout: bool) -> None:

@@ -1,4 +1,4 @@
-"""The smoother's adjoint state, and its way back through the filter's updates and predictions; compiled.
+"""The smoother's adjoint recursion through the filter's updates and predictions; compiled.
 
 Modified Bryson-Frazier form (Bierman, 1973): the adjoint r and its information L run backward through the
 filter's own steps, and the smoothed estimate is x + P r, with covariance P - P L P. No matrix is inverted.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from omnimate.ipec.filter.prediction import returns_to
+from omnimate.ipec.filter.prediction import restored_joint
 from omnimate.ipec.filter.records import JOINT_BIAS, LINK, POSE, STATES, WANDER, Step
 from omnimate.vehicle.compiled import Array, compiled
 
@@ -16,7 +16,7 @@ MOVING = JOINT_BIAS - LINK  # states that the next step depends on, from the lin
 
 
 class Adjoint:
-    """What runs backward.
+    """State of the backward recursion.
 
     Attributes:
         vector: Adjoint r, shape `(19,)`.
@@ -35,7 +35,7 @@ class Adjoint:
 
 @compiled
 def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
-    """Take the adjoint back through an update with a row `(19,)` and a gain `(21,)` as in `OpenFilter`."""
+    """Propagate the adjoint backward through an update with row `(19,)` and gain `(21,)` of `OpenFilter`."""
     push, weight = gain[STATES], gain[STATES + 1]
     vector, information, carried = adjoint.vector, adjoint.information, adjoint.carried
     along, total = 0.0, 0.0
@@ -61,36 +61,36 @@ def undo_update(adjoint: Adjoint, row: Array, gain: Array) -> None:
 
 @compiled
 def undo_linkage(adjoint: Adjoint, step: Step) -> None:
-    """Take the adjoint back through the updates by link, joint_b and joint_a."""
+    """Propagate the adjoint backward through the updates by link, joint_b and joint_a."""
     for number in range(2, -1, -1):
         if step.updated[number]:
             undo_update(adjoint, step.row[number], step.gain[number])
 
 
 @compiled
-def undo_wander(adjoint: Adjoint, lasting: float, reading: int) -> None:
-    """Take the adjoint back through what a reading, or a heading by wheels, wandered in a step.
+def undo_decay(adjoint: Adjoint, decay: float, reading: int) -> None:
+    """Propagate the adjoint backward through one step of a Gauss-Markov error.
 
-    `lasting` is the share of the error that outlasts the step; `reading` is as in `Step`.
+    `decay` is the error's correlation over the step; `reading` is as in `Step`.
     """
     vector, information, row = adjoint.vector, adjoint.information, WANDER
     if reading < 0:
         return
-    joint = returns_to(reading)
-    back = 1.0 - lasting if joint >= 0 else 0.0
-    vector[row] = lasting * vector[row] + back * vector[joint]
+    joint = restored_joint(reading)
+    restored = 1.0 - decay if joint >= 0 else 0.0
+    vector[row] = decay * vector[row] + restored * vector[joint]
     for column in range(STATES):
-        information[row, column] = lasting * information[row, column] + back * information[joint, column]
+        information[row, column] = decay * information[row, column] + restored * information[joint, column]
     for column in range(STATES):
-        information[column, row] = lasting * information[column, row] + back * information[column, joint]
+        information[column, row] = decay * information[column, row] + restored * information[column, joint]
 
 
 @compiled
 def undo_step(adjoint: Adjoint, transition: Array) -> None:
-    """Take the adjoint back through one prediction: F' r and F' L F.
+    """Propagate the adjoint backward through one prediction: F' r and F' L F.
 
     With F = 1 + N they are r + N' r and L + H + H' + H N, where H = N' L. N has the rows of `POSE` and the
-    columns from the link's heading to the creep: neither place nor biases move anything. `transition`
+    columns from the link's heading to the creep: neither position nor biases act on the motion. `transition`
     `(6, 19)` are the first rows of F.
     """
     vector, information = adjoint.vector, adjoint.information

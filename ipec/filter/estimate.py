@@ -1,4 +1,4 @@
-"""A whole recording through the filter: poses, their uncertainty, and which wheels were disturbed."""
+"""The filter over a recording: poses, their uncertainty, and disturbed wheels."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from omnimate.ipec.filter.findings import (
 )
 from omnimate.ipec.filter.fixes import apply_fixes, fix_records
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.poses import look
-from omnimate.ipec.filter.records import BANK, POSE, STATES, FilterState
+from omnimate.ipec.filter.poses import fill_pose
+from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, POSE, STATES, FilterState
 from omnimate.ipec.filter.step import advance
 from omnimate.ipec.linkage_check import check_linkage
-from omnimate.ipec.readings import table_of
+from omnimate.ipec.readings import ordered_counts
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled_without_lock, layout
 
 if TYPE_CHECKING:
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from omnimate.ipec.filter.prior import FilterNoise, Prior
     from omnimate.vehicle.recording import Poses, Recording
 
-BLOCK = 1024  # samples after which the filter's state is kept
+BLOCK_SAMPLES = 1024  # samples between two checkpoints
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """The poses of both trucks at every sample of a recording, and what else was estimated.
+    """Poses of both trucks at every sample of a recording, disturbances and encoder errors.
 
     Attributes:
         time: Time of each sample on the recording's clock [s], shape `(N,)`.
@@ -45,12 +45,12 @@ class Estimate:
         pose_b: Pose of truck b, shape `(N, 3)`; nan until the linkage has been read.
         sigma_a: Standard deviations of `pose_a` [m, m, rad], shape `(N, 3)`.
         sigma_b: Standard deviations of `pose_b` [m, m, rad], shape `(N, 3)`.
-        lost: Travel that each disturbed wheel lost in each sample [m], in the order of `WHEELS`, `(N, 4)`.
+        lost: Travel that disturbed wheels lost in each sample [m], in the order of `WHEELS`, `(N, 4)`.
         nis: Normalised innovation squared of each sample, 3 degrees of freedom, shape `(N,)`; nan where
-            nothing was compared.
-        disturbances: Disturbances that cost 0.7 mm or more, in order of time.
-        slow: Systematic errors of the encoders, as known at the end of the recording.
-        findings: What seems wrong at the end of the recording.
+            no reading was used.
+        disturbances: Disturbances with 0.7 mm of lost travel or more, in order of time.
+        slow: Systematic errors of the encoders, estimated at the end of the recording.
+        findings: Contradictions of the robot's description at the end of the recording.
     """
 
     time: Array
@@ -66,7 +66,7 @@ class Estimate:
 
 
 class Table(NamedTuple):
-    """A recording as the compiled loops take it.
+    """A recording as input of the compiled loops.
 
     Attributes:
         counts: Counts in the order of `CHANNELS`, shape `(N, 7)`.
@@ -80,7 +80,7 @@ class Table(NamedTuple):
 
 
 class Trace(NamedTuple):
-    """What the filter gives at every sample, and what the smoother needs to run a part of it again.
+    """Results of the filter at every sample, and checkpoints for the smoother.
 
     Attributes:
         poses: Poses of truck a and b [m, m, rad], shape `(2, N, 3)`.
@@ -89,9 +89,9 @@ class Trace(NamedTuple):
         alert: Travel for which each wheel stays distrusted [m], shape `(N, 4)`.
         nis: Normalised innovation squared, shape `(N,)`.
         means: First six states, shape `(N, 6)`.
-        marks: The filter's state before each block of `BLOCK` samples, `(N / BLOCK,)` of `FilterState`.
-        filter_marks: The open filters before each block, `(N / BLOCK, H)` records of `OpenFilter`.
-        moves: Step to the mixture, each time that it was mixed, see `move_to_mixture`, shape `(D, 20)`.
+        checkpoints: State before each block of `BLOCK_SAMPLES` samples, `(B,)` records of `FilterState`.
+        filter_checkpoints: Open filters before each block, `(B, H)` records of `OpenFilter`.
+        moves: Moves of the estimate to the mixture, see `move_to_mixture`, shape `(D, 20)`.
     """
 
     poses: Array
@@ -100,8 +100,8 @@ class Trace(NamedTuple):
     alert: Array
     nis: Array
     means: Array
-    marks: Record
-    filter_marks: Record
+    checkpoints: Record
+    filter_checkpoints: Record
     moves: Array
 
 
@@ -110,10 +110,10 @@ class ForwardRun:
     """A run of the filter over a recording.
 
     Attributes:
-        estimate: What the filter gives live at every sample.
+        estimate: Filtered estimate at every sample.
         settings: The filter's settings, one record `(1,)` of `FilterSettings`.
         table: The recording.
-        trace: What was kept of the run.
+        trace: Trace of the run.
         last: The state after the last sample, one record `(1,)`.
         filters: The open filters after it, records `(H,)`.
     """
@@ -128,21 +128,23 @@ class ForwardRun:
 
 @compiled_without_lock
 def trace_filter(settings: Record, states: Record, filters: Record, table: Table, trace: Trace) -> None:
-    """Run the filter over all samples, and fill the trace.
+    """Run the filter over all samples and fill the trace.
 
     `states` `(1,)` and `filters` `(H,)` are changed to those after the last sample.
     """
     state, following = states[0], 0
     for sample in range(len(table.counts)):
-        if sample % BLOCK == 0:
-            trace.marks[sample // BLOCK] = state
-            for hypothesis in range(BANK):
-                trace.filter_marks[sample // BLOCK, hypothesis] = filters[hypothesis]
+        if sample % BLOCK_SAMPLES == 0:
+            trace.checkpoints[sample // BLOCK_SAMPLES] = state
+            for hypothesis in range(HYPOTHESIS_COUNT):
+                trace.filter_checkpoints[sample // BLOCK_SAMPLES, hypothesis] = filters[hypothesis]
         advance(settings[0], state, filters, table.counts[sample], table.present[sample], trace.moves)
         following = apply_fixes(settings[0], state, filters, table.fixes, sample, following, trace.moves)
         for truck in range(2):
-            look(state.mean, state.known, truck, trace.poses[truck, sample], trace.sigmas[truck, sample])
-        if not state.placed:
+            fill_pose(
+                state.mean, state.covariance, truck, trace.poses[truck, sample], trace.sigmas[truck, sample]
+            )
+        if not state.is_linked:
             trace.poses[1, sample], trace.sigmas[1, sample] = math.nan, math.nan
         likely = filters[state.weight.argmax()]
         trace.alert[sample] = likely.alert[:4]
@@ -165,9 +167,9 @@ def run_forward(
     filter_ = Filter(recording.vehicle, noise, prior)
     begun = filter_.start(start, sigma)
     state, filters = begun.record.copy(), begun.filters.copy()
-    table = Table(*table_of(recording), fix_records(recording, fixes))
+    table = Table(*ordered_counts(recording), fix_records(recording, fixes))
     count, decisions = len(recording), len(recording) + 2 * len(table.fixes)
-    blocks = -(-count // BLOCK)
+    blocks = -(-count // BLOCK_SAMPLES)
     trace = Trace(
         np.empty((2, count, 3)),
         np.empty((2, count, 3)),
@@ -176,7 +178,7 @@ def run_forward(
         np.empty(count),
         np.empty((count, POSE)),
         np.zeros(blocks, layout(FilterState)),
-        np.zeros((blocks, BANK), filters.dtype),
+        np.zeros((blocks, HYPOTHESIS_COUNT), filters.dtype),
         np.empty((decisions, STATES + 1)),
     )
     trace_filter(filter_.settings, state, filters, table, trace)
@@ -191,7 +193,7 @@ def run_forward(
         trace.lost,
         trace.nis,
         find_disturbances(recording.time, trace.alert, trace.lost),
-        slow_parameters(state["mean"][0], state["known"][0]),
+        slow_parameters(state["mean"][0], state["covariance"][0]),
         findings(filter_.settings, state, filters),
     )
     return ForwardRun(result, filter_.settings, table, trace, state, filters)
@@ -206,7 +208,7 @@ def estimate(
     noise: FilterNoise | None = None,
     prior: Prior | None = None,
 ) -> Estimate:
-    """Return what the filter gives live at every sample of a recording.
+    """Return the filtered estimate at every sample of a recording, given the samples up to it.
 
     Args:
         recording: Recording of a robot with two trucks.
@@ -218,6 +220,6 @@ def estimate(
 
     Raises:
         NoLinkageError: The robot has a single truck.
-        LinkageChannelError: A channel of the linkage was never read, or stood still while it must move.
+        LinkageChannelError: A channel of the linkage was never read, or was frozen while the robot moved.
     """
     return run_forward(recording, start, sigma, fixes, noise, prior).estimate

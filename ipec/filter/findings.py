@@ -1,4 +1,4 @@
-"""What the filter reports beside the poses: disturbed wheels, the encoders' errors, and what seems wrong."""
+"""Findings of the filter besides poses: disturbed wheels, encoder errors, contradictions of the model."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.ipec.filter.hypotheses import HYPOTHESES, READINGS
-from omnimate.ipec.filter.prior import SIZES, SUSPECTED, directions
+from omnimate.ipec.filter.prior import SUSPECT_NAMES, SUSPECT_SIZES, suspect_directions
 from omnimate.ipec.filter.records import CREEP, FAST, JOINT_BIAS, LENGTH_BIAS, WHEEL, WHEELBASE
 from omnimate.vehicle.parameters import WHEELS
 
@@ -16,20 +16,22 @@ if TYPE_CHECKING:
     from omnimate.vehicle.compiled import Array, Record
     from omnimate.vehicle.parameters import Channel
 
-NOTABLE = 7e-4  # [m] lost travel from which on a disturbance is reported; false alarms make 0.2 mm
-LIKELY = 0.5  # probability from which on a suspect is named
-CONTRADICTED = 3.0  # times as much as expected that inputs scatter where the model is contradicted
-TOLD = 1.0 / 3.0  # of the largest size of a suspect: it would be seen at three standard deviations
+MIN_LOST_TRAVEL = 7e-4  # [m] smallest lost travel that is reported; false alarms amount to 0.2 mm
+MIN_PROBABILITY = 0.5  # of a suspect that is reported
+MIN_SCATTER_FACTOR = 3.0  # [1] scatter over expected scatter that is reported (assumption)
+IDENTIFIABLE_FRACTION = (
+    1.0 / 3.0
+)  # of the largest size of a suspect: it would be seen at three standard deviations
 LEVELS = ("wheels of truck a", "wheels of truck b", "sides of the trucks", "slip ahead of the trucks")
 
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """A stretch in which a wheel did not travel as far as it rolled, because of a bump or of slip.
+    """An interval in which a wheel travelled less than it rolled, because of a bump or of slip.
 
     Attributes:
         wheel: Channel of the wheel.
-        start: Time at which the disturbance was noticed, on the recording's clock [s].
+        start: Time at which the disturbance was detected, on the recording's clock [s].
         end: Time of the last sample in which the wheel was distrusted, on the recording's clock [s].
         lost: Travel that the wheel lost [m].
     """
@@ -41,7 +43,7 @@ class Disturbance:
 
 
 def find_disturbances(time: Array, alert: Array, lost: Array) -> tuple[Disturbance, ...]:
-    """Return the stretches in which wheels were distrusted and lost `NOTABLE` or more, in order of time.
+    """Return the intervals in which distrusted wheels lost `MIN_LOST_TRAVEL` or more, in order of time.
 
     Args:
         time: Time of each sample [s], shape `(N,)`.
@@ -54,7 +56,7 @@ def find_disturbances(time: Array, alert: Array, lost: Array) -> tuple[Disturban
         starts, ends = np.flatnonzero(marks > 0).tolist(), (np.flatnonzero(marks < 0) - 1).tolist()
         for first, last in zip(starts, ends, strict=True):
             total = float(lost[first : last + 1, number].sum())
-            if total >= NOTABLE:
+            if total >= MIN_LOST_TRAVEL:
                 disturbances.append(Disturbance(wheel, float(time[first]), float(time[last]), total))
     return tuple(sorted(disturbances, key=lambda disturbance: disturbance.start))
 
@@ -67,8 +69,8 @@ class SlowParameters:
         wheel: True over nominal diameter of each wheel, minus 1, in the order of `WHEELS`, shape `(4,)`.
         wheelbase: True over nominal wheelbase of truck a and truck b, minus 1, shape `(2,)`.
         creep: Sideways speed of truck a and b per lateral acceleration, outwards [s], shape `(2,)`.
-        joint_bias: What joint_a and joint_b read too much [rad], shape `(2,)`.
-        link_bias: What the link reads too much [m].
+        joint_bias: Bias of the readings of joint_a and joint_b [rad], shape `(2,)`.
+        link_bias: Bias of the link's reading [m].
         sigma: Standard deviations of wheels, wheelbases, creep, joint biases and link bias, `(11,)`.
     """
 
@@ -104,13 +106,13 @@ class Findings:
     """What contradicts the description of the robot, or the model of its motion.
 
     Attributes:
-        suspects: What is probably wrong in `vehicle.toml`, one of `prior.SUSPECTED`, and its probability.
-        misread: What reads more than an angle and a constant bias, one of `hypotheses.READINGS`, and its
-            probability: a joint with play or out of centre, a slider that sticks, a late reading, a drive
+        suspects: Probably wrong values of `vehicle.toml`, from `prior.SUSPECT_NAMES`, with probabilities.
+        misread: Readings with an error beyond a constant bias, from `hypotheses.READINGS`, with
+            probabilities: a joint with play or out of centre, a slider that sticks, a late reading, a drive
             that winds up.
-        scatter: What scatters more than three times as much as is expected, and how many times.
-        untold: What of `prior.SUSPECTED` could be wrong by `prior.SIZES`, and the readings would not tell;
-            the mean diameter of all wheels, which they never tell, counts as known.
+        scatter: Inputs whose noise exceeds three times the expected level, and the ratios.
+        untold: Suspects that this drive does not identify to a third of `prior.SUSPECT_SIZES`; the mean
+            diameter of all wheels, which the linkage never shows, counts as known.
     """
 
     suspects: tuple[tuple[str, float], ...]
@@ -120,40 +122,41 @@ class Findings:
 
 
 def findings(settings: Record, state: Record, filters: Record) -> Findings:
-    """Return what a state of the filter, a record `(1,)`, and its open filters say beside its pose."""
+    """Return the findings in a state of the filter, a record `(1,)`, and its open filters."""
     likely = filters[state["weight"][0].argmax()]
     probable = state["suspicion"][0].tolist()
     suspects = tuple(
-        (name, value) for name, value in zip(SUSPECTED, probable, strict=True) if value >= LIKELY
+        (name, value) for name, value in zip(SUSPECT_NAMES, probable, strict=True) if value >= MIN_PROBABILITY
     )
     expected, trust, learned = settings["noise"][0], settings["trust"][0], likely["learned"]
     level = (expected * trust + learned[:, 0]) / (trust + learned[:, 1])
     factors = np.sqrt(np.divide(level, expected, out=np.zeros(4), where=expected > 0.0)).tolist()
     scatter = tuple(
-        (name, value) for name, value in zip(LEVELS, factors, strict=True) if value >= CONTRADICTED
+        (name, value) for name, value in zip(LEVELS, factors, strict=True) if value >= MIN_SCATTER_FACTOR
     )
-    return Findings(suspects, _misread(state["weight"][0]), scatter, _untold(likely))
+    return Findings(suspects, _misreading(state["weight"][0]), scatter, _unidentified(likely))
 
 
-def _untold(likely: np.void) -> tuple[str, ...]:
-    """Return what the readings have not told, by the open filter of the most probable hypothesis.
+def _unidentified(likely: np.void) -> tuple[str, ...]:
+    """Return the suspects that the open filter of the most probable hypothesis has not identified.
 
-    Single wheels and both wheels of a truck are left out: beside the mean of all, their ratios say the same.
+    Diameters are left out: given the mean of all wheels, the ratios of diameters contain the same
+    information.
     """
     covariance = likely["covariance"][FAST:, FAST:]
     wheels = WHEELBASE - FAST
     common = covariance[:, :wheels].mean(axis=1)
     known = covariance - np.outer(common, common) / common[:wheels].mean()
-    sigmas = np.sqrt(np.einsum("ij,jk,ik->i", directions(), known, directions()))
+    sigmas = np.sqrt(np.einsum("ij,jk,ik->i", suspect_directions(), known, suspect_directions()))
     return tuple(
         name
-        for name, sigma, size in zip(SUSPECTED, sigmas.tolist(), SIZES, strict=True)
-        if sigma > TOLD * size and not name.startswith(("diameter", "both"))
+        for name, sigma, size in zip(SUSPECT_NAMES, sigmas.tolist(), SUSPECT_SIZES, strict=True)
+        if sigma > IDENTIFIABLE_FRACTION * size and not name.startswith(("diameter", "both"))
     )
 
 
-def _misread(weight: Array) -> tuple[tuple[str, float], ...]:
-    """Return what probably wanders, by the probability of the hypotheses `(H,)`."""
+def _misreading(weight: Array) -> tuple[tuple[str, float], ...]:
+    """Return the probably erroneous readings, by the probabilities of the hypotheses `(H,)`."""
     wandering = np.array([hypothesis.reading for hypothesis in HYPOTHESES])
     shares = [(name, float(weight[wandering == number].sum())) for number, name in enumerate(READINGS)]
-    return tuple((name, share) for name, share in shares if share >= LIKELY)
+    return tuple((name, share) for name, share in shares if share >= MIN_PROBABILITY)

@@ -1,4 +1,4 @@
-"""Absolute poses as the filter takes them, live and over a recording; compiled."""
+"""Update of the filter by absolute poses, live and over a recording; compiled."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from omnimate.ipec.filter.disturbed_wheels import FREEDOM
+from omnimate.ipec.filter.disturbed_wheels import STUDENT_FREEDOM
 from omnimate.ipec.filter.mixture import move_to_mixture
-from omnimate.ipec.filter.poses import fill_pose_rows, look
-from omnimate.ipec.filter.records import BANK, STATES, FilterSettings, FilterState, OpenFilter
+from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
+from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, STATES, FilterSettings, FilterState, OpenFilter
 from omnimate.ipec.filter.step import finish_open_step
 from omnimate.vehicle.compiled import Array, Record, compiled, layout
 from omnimate.vehicle.se2 import wrap_angle
@@ -18,18 +18,18 @@ from omnimate.vehicle.se2 import wrap_angle
 if TYPE_CHECKING:
     from omnimate.vehicle.recording import Poses, Recording
 
-SMALLEST_SIGMA = 1e-7  # [m], [rad] of a fix: one that were exact would leave nothing to invert
+MIN_FIX_SIGMA = 1e-7  # [m], [rad] smallest standard deviation of a fix, so that its variance can be inverted
 
 
 class Fix:
-    """An absolute pose, applied after the linkage of a sample.
+    """An absolute pose, applied after the linkage reading of a sample.
 
     Attributes:
-        sample: Number of the sample after which it is taken.
+        sample: Number of the sample after which it is applied.
         truck: 0 for truck a, 1 for truck b.
         pose: Measured pose [m, m, rad]; nan for a coordinate that was not measured.
         sigma: Standard deviations of the pose [m, m, rad].
-        row: Derivative of each coordinate by the states, at the mean at which the filter took it.
+        row: Derivative of each coordinate by the states, at the filter's mean before the update.
         gain: Gain of each coordinate under each hypothesis, as in `OpenFilter`.
     """
 
@@ -38,11 +38,11 @@ class Fix:
     pose: Annotated[Array, 3]
     sigma: Annotated[Array, 3]
     row: Annotated[Array, (3, 19)]
-    gain: Annotated[Array, (BANK, 3, 21)]
+    gain: Annotated[Array, (HYPOTHESIS_COUNT, 3, 21)]
 
 
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
-    """Return the fixes in the form that the compiled loops take, `(K,)` records of `Fix` in order of time."""
+    """Return the fixes as `(K,)` records of `Fix` for the compiled loops, in order of time."""
     if fixes is None:
         return np.zeros(0, layout(Fix))
     known = np.flatnonzero(np.isfinite(fixes.pose).any(axis=1))
@@ -51,7 +51,7 @@ def fix_records(recording: Recording, fixes: Poses | None) -> Record:
     records["sample"] = np.clip(places, 0, len(recording) - 1)
     records["truck"] = fixes.body[known] == "b"
     records["pose"] = fixes.pose[known]
-    records["sigma"] = np.maximum(fixes.sigma[known], SMALLEST_SIGMA)
+    records["sigma"] = np.maximum(fixes.sigma[known], MIN_FIX_SIGMA)
     return records[np.argsort(records["sample"], kind="stable")]
 
 
@@ -61,13 +61,13 @@ def fix_coordinate(
 ) -> None:
     """Update an open filter by one coordinate (x, y, heading) of an absolute pose, a scalar Kalman update.
 
-    `value` and its standard deviation `sigma` are in [m] or [rad]; with nan nothing changes. `gain` `(21,)`
-    is filled as in `OpenFilter`, with zeros where nothing changed.
+    `value` and its standard deviation `sigma` are in [m] or [rad]; nan is skipped. `gain` `(21,)`
+    is filled as in `OpenFilter`, with zeros if the coordinate was skipped.
     """
     row, pose, sigmas = np.empty((3, STATES)), np.empty(3), np.empty(3)
     covariance, ahead = opened.covariance, opened.offset
-    look(state.mean, covariance, truck, pose, sigmas)
-    fill_pose_rows(state.mean, truck, row)
+    fill_pose(state.mean, covariance, truck, pose, sigmas)
+    fill_pose_jacobian(state.mean, truck, row)
     offset = value - pose[axis]
     gain[:] = 0.0
     if math.isnan(offset) or math.isnan(sigma):
@@ -83,7 +83,9 @@ def fix_coordinate(
     for i in range(STATES):
         variance += row[axis, i] * gain[i]
     state.score[opened.number] -= 0.5 * math.log(variance)
-    state.score[opened.number] -= 0.5 * (FREEDOM + 1.0) * math.log1p(offset * offset / variance / FREEDOM)
+    state.score[opened.number] -= (
+        0.5 * (STUDENT_FREEDOM + 1.0) * math.log1p(offset * offset / variance / STUDENT_FREEDOM)
+    )
     gain[STATES], gain[STATES + 1] = offset / variance, 1.0 / variance
     for i in range(STATES):
         ahead[i] += gain[i] * offset / variance
@@ -98,10 +100,10 @@ def apply_fix(
     """Apply an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
     gain, moves = np.empty(STATES + 2), np.empty((0, STATES + 1))
     finish_open_step(settings[0], states[0], filters, moves)
-    for hypothesis in range(BANK):
+    for hypothesis in range(HYPOTHESIS_COUNT):
         for axis in range(3):
             fix_coordinate(states[0], filters[hypothesis], truck, axis, pose[axis], sigma[axis], gain)
-    states[0].fixed = 1
+    states[0].has_fix = 1
     move_to_mixture(settings[0], states[0], filters, moves)
 
 
@@ -119,14 +121,14 @@ def apply_fixes(
     while following < len(fixes) and fixes[following].sample <= sample:
         fix = fixes[following]
         finish_open_step(settings, state, filters, moves)
-        fill_pose_rows(state.mean, fix.truck, fix.row)
-        for hypothesis in range(BANK):
-            if not filters[hypothesis].followed:
+        fill_pose_jacobian(state.mean, fix.truck, fix.row)
+        for hypothesis in range(HYPOTHESIS_COUNT):
+            if not filters[hypothesis].is_active:
                 continue
             opened, gain = filters[hypothesis], fix.gain[hypothesis]
             for axis in range(3):
                 fix_coordinate(state, opened, fix.truck, axis, fix.pose[axis], fix.sigma[axis], gain[axis])
-        state.fixed = 1
+        state.has_fix = 1
         move_to_mixture(settings, state, filters, moves)
         following += 1
     return following

@@ -1,4 +1,4 @@
-"""The filter sample by sample, for live use."""
+"""The filter as a step function for live use."""
 
 from __future__ import annotations
 
@@ -9,14 +9,30 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
-from omnimate.ipec.filter.disturbed_wheels import STEP
+from omnimate.ipec.filter.disturbed_wheels import STEP_LENGTH
 from omnimate.ipec.filter.findings import SlowParameters, slow_parameters
 from omnimate.ipec.filter.fixes import apply_fix
-from omnimate.ipec.filter.hypotheses import HYPOTHESES, LATE, chances_before
-from omnimate.ipec.filter.poses import look
-from omnimate.ipec.filter.prior import CALIBRATED, OPEN, SIZES, FilterNoise, Prior, directions
-from omnimate.ipec.filter.records import BANK, FAST, LINK, FilterSettings, FilterState, OpenFilter, X, Y
-from omnimate.ipec.filter.step import NOTHING, predict_live, run_hypotheses_live
+from omnimate.ipec.filter.hypotheses import HYPOTHESES, LATE, log_prior_probabilities
+from omnimate.ipec.filter.poses import fill_pose
+from omnimate.ipec.filter.prior import (
+    CALIBRATED,
+    OPEN_SIGMAS,
+    SUSPECT_SIZES,
+    FilterNoise,
+    Prior,
+    suspect_directions,
+)
+from omnimate.ipec.filter.records import (
+    FAST,
+    HYPOTHESIS_COUNT,
+    LINK,
+    FilterSettings,
+    FilterState,
+    OpenFilter,
+    X,
+    Y,
+)
+from omnimate.ipec.filter.step import NO_TASK, predict_live, run_hypotheses_live
 from omnimate.ipec.readings import SampleReader, scales_of
 from omnimate.vehicle.compiled import Array, Record, layout, record
 
@@ -34,7 +50,7 @@ class FilteredState:
     Attributes:
         record: The estimate as one read-only record `(1,)` of `omnimate.ipec.filter.records.FilterState`.
         filters: The open filters as read-only records `(H,)` of `omnimate.ipec.filter.records.OpenFilter`;
-            states between which no step has ended share them.
+            shared by states of the same step.
     """
 
     record: Record
@@ -45,17 +61,17 @@ class FilteredState:
 
         The pose of truck b is nan until the linkage has been read.
         """
-        return self._look(truck)[0]
+        return self._pose_and_sigma(truck)[0]
 
     def sigma(self, truck: TruckName = "a") -> Array:
         """Return the standard deviations of a truck's pose [m, m, rad], shape `(3,)`."""
-        return self._look(truck)[1]
+        return self._pose_and_sigma(truck)[1]
 
-    def _look(self, truck: TruckName) -> tuple[Array, Array]:
+    def _pose_and_sigma(self, truck: TruckName) -> tuple[Array, Array]:
         pose, sigma = np.empty(3), np.empty(3)
         state = self.record[0]
-        look(state["mean"], state["known"], 0 if truck == "a" else 1, pose, sigma)
-        if truck == "b" and not state["placed"]:
+        fill_pose(state["mean"], state["covariance"], 0 if truck == "a" else 1, pose, sigma)
+        if truck == "b" and not state["is_linked"]:
             pose[:], sigma[:] = np.nan, np.nan
         return pose, sigma
 
@@ -83,7 +99,7 @@ class FilteredState:
     @property
     def slow(self) -> SlowParameters:
         """The estimated systematic errors of the encoders and their standard deviations."""
-        return slow_parameters(self.record["mean"][0], self.record["known"][0])
+        return slow_parameters(self.record["mean"][0], self.record["covariance"][0])
 
 
 class Filter:
@@ -113,33 +129,35 @@ class Filter:
             sigma: Standard deviations of that pose [m, m, rad], shape `(3,)`.
         """
         period = self.settings["period"][0]
-        states, filters = record(FilterState), np.zeros(BANK, layout(OpenFilter))
+        states, filters = record(FilterState), np.zeros(HYPOTHESIS_COUNT, layout(OpenFilter))
         state = states[0]
         state["mean"][[X, Y, LINK]] = pose_a
-        state["known"][[X, Y, LINK], [X, Y, LINK]] = np.square(sigma)
-        filters["covariance"] = state["known"]
-        filters["covariance"][:, FAST:, FAST:] = np.diag(self.settings["open"][0])
-        filters["number"], filters["followed"], filters["nis"] = np.arange(BANK), 1, np.nan
+        state["covariance"][[X, Y, LINK], [X, Y, LINK]] = np.square(sigma)
+        filters["covariance"] = state["covariance"]
+        filters["covariance"][:, FAST:, FAST:] = np.diag(self.settings["open_variance"][0])
+        filters["number"], filters["is_active"], filters["nis"] = np.arange(HYPOTHESIS_COUNT), 1, np.nan
         filters["reading"] = [hypothesis.reading for hypothesis in HYPOTHESES]
         filters["form"] = [hypothesis.form for hypothesis in HYPOTHESES]
         sizes = [hypothesis.sizes for hypothesis in HYPOTHESES]
         units = [(period, 1.0) if hypothesis.form == LATE else (1.0, 1.0) for hypothesis in HYPOTHESES]
         filters["variance"] = np.square(np.multiply(sizes, units))
-        filters["alike"] = [hypothesis.alike * self.settings["length"][0] for hypothesis in HYPOTHESES]
-        state["known"][FAST:, FAST:] = self.prior.covariance
-        state["blur"] = self.settings["half"][0] ** 2 / 3.0
+        filters["correlation_length"] = [
+            hypothesis.correlation_length * self.settings["length"][0] for hypothesis in HYPOTHESES
+        ]
+        state["covariance"][FAST:, FAST:] = self.prior.covariance
+        state["reading_variance"] = self.settings["half_count"][0] ** 2 / 3.0
         state["origin"] = state["mean"][[X, Y]]
-        states["weight"] = np.exp(self.settings["credit"])
+        states["weight"] = np.exp(self.settings["log_prior"])
         return _frozen(states, filters)
 
     def step(self, state: FilteredState, sample: Sample) -> FilteredState:
-        """Return the state after a sample; `state` stays as it is."""
+        """Return the state after a sample; `state` is not changed."""
         counts, present = self._reader.read(sample)
         following, filters = _copy(state.record), state.filters
-        todo = predict_live(self.settings, following, counts, present)
-        if todo != NOTHING:  # the open filters are large: most samples leave them as they are
+        task = predict_live(self.settings, following, counts, present)
+        if task != NO_TASK:  # copied only when changed: the open filters are large
             filters = _copy(filters)
-            run_hypotheses_live(self.settings, following, filters, todo)
+            run_hypotheses_live(self.settings, following, filters, task)
         return _frozen(following, filters)
 
     def fix(
@@ -147,7 +165,7 @@ class Filter:
     ) -> FilteredState:
         """Return the state after an absolute pose of a truck.
 
-        Only fixes can separate the joints' biases from a turn of the robot.
+        Only fixes separate the joints' biases from the robot's heading.
 
         Args:
             state: State after the sample in which the pose was measured.
@@ -162,7 +180,7 @@ class Filter:
 
 
 def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior) -> Record:
-    """Return the settings of the compiled functions as one record `(1,)` of `FilterSettings`.
+    """Return the constants of the compiled functions as one record `(1,)` of `FilterSettings`.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -177,13 +195,16 @@ def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior
     settings["noise"] = np.square([noise.roughness, noise.roughness, noise.sideways, noise.slack])
     settings["trust"], settings["memory"] = noise.trust, noise.memory
     settings["resolution"] = steps[:4] ** 2 / 6.0  # two readings, each off by up to a count
-    settings["half"] = 0.5 * steps[4:]
-    settings["credit"] = chances_before(prior.wrong)
+    settings["half_count"] = 0.5 * steps[4:]
+    settings["log_prior"] = log_prior_probabilities(prior.wrong)
     settings["drift"], settings["gate"] = noise.drift**2, noise.gate**2
     settings["hold"], settings["distrust"] = noise.hold, noise.distrust
-    settings["open"], settings["usual"] = np.square(OPEN), np.linalg.inv(prior.covariance)
-    settings["suspect"], settings["size"], settings["odds"] = directions(), SIZES, prior.odds
-    settings["independent"] = STEP / noise.correlated
+    settings["open_variance"], settings["nominal_information"] = (
+        np.square(OPEN_SIGMAS),
+        np.linalg.inv(prior.covariance),
+    )
+    settings["suspect"], settings["size"], settings["odds"] = suspect_directions(), SUSPECT_SIZES, prior.odds
+    settings["independent_share"] = STEP_LENGTH / noise.correlated
     return records
 
 

@@ -1,11 +1,10 @@
-"""The estimate, as a mixture of what the open filters give under each hypothesis; compiled.
+"""The estimate: the mixture of the open filters of all hypotheses; compiled.
 
-The open filter excludes nothing: its slow states begin as uncertain as nothing is known of them. What it has
-learned of them is a likelihood. The estimate puts a prior to it that expects few things to be wrong: a
-suspect is either not at work, or it is, with a size that may be anything up to what `prior.SIZES` says.
-Suspects are admitted one after the other where they make the readings more probable (Tipping & Faul, Fast
-marginal likelihood maximisation for sparse Bayesian models, AISTATS 2003), and the estimates with one
-suspect fewer or more are averaged by their probability.
+The slow states of an open filter have a nearly flat prior, so that they represent the likelihood alone. The
+estimate adds a spike-and-slab prior: a suspect is absent, or present with a size of up to
+`prior.SUSPECT_SIZES`. Suspects are added one by one while they increase the evidence (Tipping & Faul, Fast
+marginal likelihood maximisation for sparse Bayesian models, AISTATS 2003), and the estimates with fewer and
+more suspects are averaged by their probability.
 """
 
 from __future__ import annotations
@@ -15,16 +14,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.ipec.filter.poses import turn
+from omnimate.ipec.filter.poses import add_axle_angle_variance
 from omnimate.ipec.filter.records import (
-    BANK,
     FAST,
+    HYPOTHESIS_COUNT,
     JOINT_BIAS,
     POSE,
     SIDES,
     SLOW,
     STATES,
-    SUSPECTS,
+    SUSPECT_COUNT,
     FilterSettings,
     FilterState,
     OpenFilter,
@@ -35,153 +34,154 @@ from omnimate.vehicle.matrices import invert, multiply, quadratic_form
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-# More things wrong at once than that are less probable than physics that the model does not have.
-ADMITTED = 2
-SCALES = 3  # sizes of a suspect, each a third of the one before, that are as probable as each other
-TURNED = 0.5  # probability that what looks like a joint's bias is an axle that is turned in its truck
-CHANGE = -math.log(1e6)  # odds of a change in a step: a joint comes loose once in 50 km
-NEGLIGIBLE = 0.03  # of the most probable hypothesis, below which another one does not count
-HOPELESS = -3.0  # logarithm of the odds below which a suspect is not examined
+MAX_SUSPECTS = 2  # at once; assumption: three wrong values are less probable than physics not modelled here
+SIZES_PER_SUSPECT = 3  # equally probable standard deviations of a suspect, each a third of the previous one
+TURNED_AXLE_PROBABILITY = (
+    0.5  # that an apparent joint bias is an axle turned in its truck: both are as likely
+)
+# Log odds of a change of hypothesis in one step of 50 mm; assumption: a joint comes loose once in 50 km.
+MIN_LOG_ODDS = -math.log(1e6)
+MIN_RELATIVE_WEIGHT = 0.03  # less probable hypotheses, relative to the best one, are left out to save time
+MIN_SUSPECT_LOG_ODDS = -3.0  # suspects below are not added: they would get less than 5 % of the weight
 
 
 @compiled
 def suspect_odds(
     settings: FilterSettings, number: int, sparsity: float, quality: float
 ) -> tuple[float, float]:
-    """Return the logarithm of the odds that a suspect is at work, and its most probable variance.
+    """Return the log odds that a suspect is present, and its most probable variance.
 
-    `sparsity` is the information about its size that the estimate without it leaves, s of Tipping & Faul;
-    `quality` is the pull of the readings towards it, their q.
+    `sparsity` and `quality` are s and q of Tipping & Faul (2003), section 3.
     """
     best, likely, total = -1e300, 0.0, 0.0
-    for scale in range(SCALES):
+    for scale in range(SIZES_PER_SUSPECT):
         variance = (settings.size[number] / 3.0**scale) ** 2
         gain = variance * sparsity
         score = 0.5 * (variance * quality * quality / (1.0 + gain) - math.log1p(gain))
         if score > best:
             total *= math.exp(best - score)
             best, likely = score, variance
-        total += math.exp(score - best) / SCALES
+        total += math.exp(score - best) / SIZES_PER_SUSPECT
     return settings.odds[number] + best + math.log(total), likely
 
 
 @compiled
-def find_suspect(
+def most_probable_suspect(
     settings: FilterSettings, prior: Array, spread: Array, mean: Array, admitted: NDArray[np.bool_]
 ) -> tuple[int, float, float]:
-    """Return the most probable suspect that is not admitted (or -1), the logarithm of its odds, its variance.
+    """Return the most probable suspect that is not admitted (or -1), its log odds and its variance.
 
     `prior` is the inverse covariance of the slow states with the suspects that are `admitted` `(15,)`;
-    `spread` `(11, 11)` and `mean` `(11,)` are their covariance and mean after the readings.
+    `spread` `(11, 11)` and `mean` `(11,)` are their posterior covariance and mean.
     """
-    found, best, variance = -1, HOPELESS, 0.0
-    drawn = np.empty(SLOW)
-    for number in range(SUSPECTS):
+    candidate, best, variance = -1, MIN_SUSPECT_LOG_ODDS, 0.0
+    product = np.empty(SLOW)
+    for number in range(SUSPECT_COUNT):
         if admitted[number]:
             continue
         direction = settings.suspect[number]
-        multiply(drawn, prior, direction)
+        multiply(product, prior, direction)
         sparsity, quality = 0.0, 0.0
         for row in range(SLOW):
-            sparsity += direction[row] * drawn[row]
-            quality += drawn[row] * mean[row]
-        odds, likely = suspect_odds(settings, number, sparsity - quadratic_form(spread, drawn), quality)
+            sparsity += direction[row] * product[row]
+            quality += product[row] * mean[row]
+        odds, likely = suspect_odds(settings, number, sparsity - quadratic_form(spread, product), quality)
         if odds > best:
-            found, best, variance = number, odds, likely
-    return found, best, variance
+            candidate, best, variance = number, odds, likely
+    return candidate, best, variance
 
 
 @compiled
-def admit(prior: Array, spread: Array, direction: Array, variance: float) -> None:
-    """Widen prior and spread `(11, 11)` by a suspect along its direction `(11,)`, in place."""
-    drawn, carried = np.empty(SLOW), np.empty(SLOW)
-    multiply(drawn, prior, direction)
-    multiply(carried, spread, drawn)
-    own = other = 0.0
+def admit_suspect(prior: Array, spread: Array, direction: Array, variance: float) -> None:
+    """Add a suspect to prior information and posterior covariance `(11, 11)`, in place."""
+    product, carried = np.empty(SLOW), np.empty(SLOW)
+    multiply(product, prior, direction)
+    multiply(carried, spread, product)
+    prior_curvature = posterior_curvature = 0.0
     for row in range(SLOW):
-        own += direction[row] * drawn[row]
-        other += drawn[row] * carried[row]
-    weight = variance / (1.0 + variance * own)
-    more = weight / (1.0 - weight * other)
-    prior -= np.outer(weight * drawn, drawn)
+        prior_curvature += direction[row] * product[row]
+        posterior_curvature += product[row] * carried[row]
+    weight = variance / (1.0 + variance * prior_curvature)
+    more = weight / (1.0 - weight * posterior_curvature)
+    prior -= np.outer(weight * product, product)
     spread += np.outer(more * carried, carried)
 
 
 @compiled
-def forget_scale(information: Array, pull: Array, variance: float) -> None:
-    """Remove what the readings say of the size of all wheels at once, in place.
+def discard_common_scale(information: Array, pull: Array, variance: float) -> None:
+    """Remove the information on the common scale of all wheels from a likelihood, in place.
 
-    Joints that turn while a bend begins or ends show that size, against a turn of a known angle. So do a
-    reading that is late and a drive that gives way, and poses alone tell them apart.
+    At the start and end of a bend the joints show that scale, but a late reading and a compliant drive look
+    the same there; only absolute poses can separate them.
 
     Args:
         information: Inverse covariance of the slow states by the readings, shape `(11, 11)`.
         pull: Product of `information` and their mean, shape `(11,)`.
-        variance: Variance of what that size may seem to be wrong by.
+        variance: Variance of the apparent error of that scale.
     """
-    drawn = information[:, 0] + information[:, 1] + information[:, 2] + information[:, 3]
-    total = 1.0 / variance + drawn[0] + drawn[1] + drawn[2] + drawn[3]
-    pull -= drawn * (pull[0] + pull[1] + pull[2] + pull[3]) / total
-    information -= np.outer(drawn, drawn) / total
+    product = information[:, 0] + information[:, 1] + information[:, 2] + information[:, 3]
+    total = 1.0 / variance + product[0] + product[1] + product[2] + product[3]
+    pull -= product * (pull[0] + pull[1] + pull[2] + pull[3]) / total
+    information -= np.outer(product, product) / total
 
 
 @compiled
 def average_slow_states(
     settings: FilterSettings, state: FilterState, opened: OpenFilter
 ) -> tuple[Array, Array, Array, Array]:
-    """Return what an open filter and the prior together say of the slow states.
+    """Return the posterior of the slow states from an open filter and the prior.
 
     Returns:
         The inverse covariance of the open filter's slow states `(11, 11)`, their mean `(11,)` and covariance
-        `(11, 11)` with the prior, and the probability that each suspect is at work `(15,)`.
+        `(11, 11)` with the prior, and the probabilities of the suspects `(15,)`.
     """
-    seen = opened.covariance[FAST:, FAST:].copy()
-    invert(seen)
-    now, pull = settings.independent * seen, np.empty(SLOW)
+    information = opened.covariance[FAST:, FAST:].copy()
+    invert(information)
+    now, pull = settings.independent_share * information, np.empty(SLOW)
     multiply(pull, now, state.mean[FAST:] + opened.offset[FAST:])
     for row in range(SLOW):
-        now[row, row] -= settings.independent / settings.open[row]
-    if not state.fixed:
-        forget_scale(now, pull, settings.open[0])
-    prior = settings.usual.copy()
+        now[row, row] -= settings.independent_share / settings.open_variance[row]
+    if not state.has_fix:
+        discard_common_scale(now, pull, settings.open_variance[0])
+    prior = settings.nominal_information.copy()
     now += prior
     invert(now)
-    guess, admitted, suspicion = np.empty(SLOW), np.zeros(SUSPECTS, np.bool_), np.zeros(SUSPECTS)
+    guess, admitted, suspicion = np.empty(SLOW), np.zeros(SUSPECT_COUNT, np.bool_), np.zeros(SUSPECT_COUNT)
     multiply(guess, now, pull)
     mean, spread = guess.copy(), now.copy()
     total, score = 1.0, 0.0
-    for _ in range(ADMITTED):
-        found, odds, variance = find_suspect(settings, prior, now, guess, admitted)
-        if found < 0:
+    for _ in range(MAX_SUSPECTS):
+        candidate, odds, variance = most_probable_suspect(settings, prior, now, guess, admitted)
+        if candidate < 0:
             break
-        admit(prior, now, settings.suspect[found], variance)
+        admit_suspect(prior, now, settings.suspect[candidate], variance)
         multiply(guess, now, pull)
-        admitted[found] = True
+        admitted[candidate] = True
         score += odds
         weight = math.exp(min(score, 300.0))
         share = weight / (total + weight)
-        apart = guess - mean
-        spread += share * (now - spread + (1.0 - share) * np.outer(apart, apart))
-        mean += share * apart
+        difference = guess - mean
+        spread += share * (now - spread + (1.0 - share) * np.outer(difference, difference))
+        mean += share * difference
         total += weight
-        for number in range(SUSPECTS):
+        for number in range(SUSPECT_COUNT):
             if admitted[number]:
                 suspicion[number] *= 1.0 - share
                 suspicion[number] += share
-    return seen, mean, spread, suspicion
+    return information, mean, spread, suspicion
 
 
 @compiled
 def weigh_hypotheses(settings: FilterSettings, state: FilterState) -> None:
-    """Fill the probabilities of the hypotheses; those below `NEGLIGIBLE` are left out."""
-    scores = settings.credit + state.score
+    """Fill the probabilities of the hypotheses; those below `MIN_RELATIVE_WEIGHT` become 0."""
+    scores = settings.log_prior + state.score
     most, total = scores.max(), 0.0
-    for hypothesis in range(BANK):
+    for hypothesis in range(HYPOTHESIS_COUNT):
         behind = scores[hypothesis] - most
-        if behind < CHANGE:  # however long all was well, it may have changed since
-            state.score[hypothesis] += CHANGE - behind
+        if behind < MIN_LOG_ODDS:  # a floor for all hypotheses: an error may begin at any time
+            state.score[hypothesis] += MIN_LOG_ODDS - behind
         state.weight[hypothesis] = math.exp(scores[hypothesis] - most)
-        if state.weight[hypothesis] < NEGLIGIBLE:
+        if state.weight[hypothesis] < MIN_RELATIVE_WEIGHT:
             state.weight[hypothesis] = 0.0
         total += state.weight[hypothesis]
     state.weight[:] /= total
@@ -189,68 +189,67 @@ def weigh_hypotheses(settings: FilterSettings, state: FilterState) -> None:
 
 @compiled
 def move_to_mixture(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
-    """Move the estimate to the mixture of now, or to that of before where a part of a drive runs again.
+    """Move the estimate to the mixture; in a replay, to the mixture of the first run.
 
     Args:
         settings: Settings of the filter.
         state: Estimate, changed in place.
         filters: Open filters, changed in place.
-        moves: From the estimate to the mixture, each time that it is mixed, and whether the next step is
-            short, `(D, 20)`; read where a part of a drive runs again, else filled. With `(0, 20)` nothing is
-            kept.
+        moves: Differences of mixture and estimate, and whether the next step is short, `(D, 20)`; read in a
+            replay, filled otherwise. With `(0, 20)` nothing is stored.
     """
-    if state.repeated:
-        state.move[:] = moves[state.decided, :STATES]
-        state.bumpy = int(moves[state.decided, STATES])
+    if state.is_replay:
+        state.move[:] = moves[state.mixture_count, :STATES]
+        state.is_disturbed = int(moves[state.mixture_count, STATES])
     else:
-        mix(settings, state, filters)
-        state.bumpy = 1 if filters[state.weight.argmax()].alert[:SIDES].max() > 0.0 else 0
-        if state.decided < len(moves):
-            moves[state.decided, :STATES] = state.move
-            moves[state.decided, STATES] = state.bumpy
-    state.decided += 1
+        mix_hypotheses(settings, state, filters)
+        state.is_disturbed = 1 if filters[state.weight.argmax()].alert[:SIDES].max() > 0.0 else 0
+        if state.mixture_count < len(moves):
+            moves[state.mixture_count, :STATES] = state.move
+            moves[state.mixture_count, STATES] = state.is_disturbed
+    state.mixture_count += 1
     state.mean[:] += state.move
-    for hypothesis in range(BANK):
-        if filters[hypothesis].followed:
+    for hypothesis in range(HYPOTHESIS_COUNT):
+        if filters[hypothesis].is_active:
             filters[hypothesis].offset[:] -= state.move
     state.shift[:] += state.move[:POSE]
-    if not state.repeated:
+    if not state.is_replay:
         bias = state.mean[JOINT_BIAS]
-        state.turned = 0.0 if state.fixed else TURNED * bias * bias
-        turn(state.known, state.mean, state.origin, state.turned)
+        state.axle_variance = 0.0 if state.has_fix else TURNED_AXLE_PROBABILITY * bias * bias
+        add_axle_angle_variance(state.covariance, state.mean, state.origin, state.axle_variance)
 
 
 @compiled
-def mix(settings: FilterSettings, state: FilterState, filters: Record) -> None:
-    """Fill the step from the estimate to the mixture, the mixture's covariance and the suspicions."""
+def mix_hypotheses(settings: FilterSettings, state: FilterState, filters: Record) -> None:
+    """Fill mixture minus estimate, the mixture's covariance and the suspects' probabilities."""
     weigh_hypotheses(settings, state)
-    moves = np.zeros((BANK, STATES))
+    moves = np.zeros((HYPOTHESIS_COUNT, STATES))
     state.suspicion[:] = 0.0
     state.move[:] = 0.0
-    state.known[:] = 0.0
-    for hypothesis in range(BANK):
+    state.covariance[:] = 0.0
+    for hypothesis in range(HYPOTHESIS_COUNT):
         weight = state.weight[hypothesis]
         if weight > 0.0:
             suspicion = add_hypothesis(settings, state, filters[hypothesis], moves[hypothesis])
             state.move[:] += weight * moves[hypothesis]
             state.suspicion[:] += weight * suspicion
-    for hypothesis in range(BANK):
+    for hypothesis in range(HYPOTHESIS_COUNT):
         if 0.0 < state.weight[hypothesis] < 1.0:
-            apart = moves[hypothesis] - state.move
-            state.known[:] += state.weight[hypothesis] * np.outer(apart, apart)
+            difference = moves[hypothesis] - state.move
+            state.covariance[:] += state.weight[hypothesis] * np.outer(difference, difference)
 
 
 @compiled
 def add_hypothesis(settings: FilterSettings, state: FilterState, opened: OpenFilter, move: Array) -> Array:
-    """Fill the step `(19,)` from the estimate to that under one hypothesis; return its suspicions `(15,)`.
+    """Fill the move `(19,)` to the estimate under one hypothesis; return the suspects' probabilities `(15,)`.
 
-    Its covariance is added to `state.known` with the hypothesis' weight.
+    Its covariance is added to `state.covariance`, weighted by the hypothesis' probability.
     """
-    covariance, known, weight = opened.covariance, state.known, state.weight[opened.number]
-    seen, mean, spread, suspicion = average_slow_states(settings, state, opened)
+    covariance, known, weight = opened.covariance, state.covariance, state.weight[opened.number]
+    information, mean, spread, suspicion = average_slow_states(settings, state, opened)
     gains, crosses = np.empty((FAST, SLOW)), np.empty((FAST, SLOW))  # of the fast states by the slow ones
     for row in range(FAST):
-        multiply(gains[row], seen, covariance[row, FAST:])
+        multiply(gains[row], information, covariance[row, FAST:])
         multiply(crosses[row], spread, gains[row])
     move[FAST:] = mean - state.mean[FAST:]
     for row in range(POSE):

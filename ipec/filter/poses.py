@@ -1,4 +1,4 @@
-"""The poses of both trucks and their uncertainty, read from the filter's mean and covariance; compiled."""
+"""Poses of both trucks and their uncertainty from the filter's mean and covariance; compiled."""
 
 import math
 
@@ -9,10 +9,10 @@ from omnimate.vehicle.compiled import Array, compiled
 
 
 @compiled
-def look(mean: Array, covariance: Array, truck: int, pose: Array, sigma: Array) -> None:
+def fill_pose(mean: Array, covariance: Array, truck: int, pose: Array, sigma: Array) -> None:
     """Fill pose and standard deviations [m, m, rad] `(3,)` of truck a (0) or b (1).
 
-    `mean` and `covariance` are those of at least the first six states.
+    `mean` and `covariance` hold at least the first six states.
     """
     joint = JOINT_A + truck
     pose[0], pose[1], pose[2] = mean[X], mean[Y], mean[LINK] + mean[joint]
@@ -22,14 +22,14 @@ def look(mean: Array, covariance: Array, truck: int, pose: Array, sigma: Array) 
     ahead, aside = mean[LENGTH] * cos, mean[LENGTH] * sin
     pose[0] -= ahead
     pose[1] -= aside
-    sigma[0] = spread_along(covariance, X, aside, -cos)
-    sigma[1] = spread_along(covariance, Y, -ahead, -sin)
+    sigma[0] = coordinate_sigma(covariance, X, aside, -cos)
+    sigma[1] = coordinate_sigma(covariance, Y, -ahead, -sin)
     heading = covariance[LINK, LINK] + 2.0 * covariance[LINK, joint] + covariance[joint, joint]
     sigma[2] = math.sqrt(max(heading, 0.0))
 
 
 @compiled
-def spread_along(covariance: Array, axis: int, by_link: float, by_length: float) -> float:
+def coordinate_sigma(covariance: Array, axis: int, by_link: float, by_length: float) -> float:
     """Return the standard deviation of a truck's coordinate X or Y [m].
 
     `by_link` and `by_length` are its derivatives by the link's heading [m/rad] and length.
@@ -41,11 +41,11 @@ def spread_along(covariance: Array, axis: int, by_link: float, by_length: float)
 
 
 @compiled
-def turn(covariance: Array, mean: Array, origin: Array, variance: float) -> None:
-    """Add to a covariance that the wheels of truck a may roll at an angle to its body.
+def add_axle_angle_variance(covariance: Array, mean: Array, origin: Array, variance: float) -> None:
+    """Add to a covariance the unknown angle between truck a's direction of travel and its body.
 
-    The pose at the start is that of the body; the path is turned about `origin`, truck a's place at the start
-    [m] `(2,)`, the body's heading is not. `variance` is that of the angle [rad^2].
+    The start pose is that of the body: the angle rotates the path about `origin`, truck a's position at the
+    start [m] `(2,)`, but not the body's heading. `variance` is that of the angle [rad^2].
     """
     if variance == 0.0:
         return
@@ -58,7 +58,7 @@ def turn(covariance: Array, mean: Array, origin: Array, variance: float) -> None
 
 
 @compiled
-def fill_pose_rows(mean: Array, truck: int, rows: Array) -> None:
+def fill_pose_jacobian(mean: Array, truck: int, rows: Array) -> None:
     """Fill the derivatives `(3, 19)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
     rows[:] = 0.0
     rows[0, X] = rows[1, Y] = rows[2, LINK] = rows[2, JOINT_A + truck] = 1.0

@@ -1,6 +1,6 @@
-"""Prediction: two trucks that roll and creep sideways a little, seen from their link; how errors grow.
+"""Prediction of mean and covariance: two trucks that roll and creep sideways, in the frame of their link.
 
-The derivatives are by the link's heading and length and the joints, not by a pose as in `vehicle.arcs`.
+The derivatives are by heading and length of the link and the joints, not by a pose as in `vehicle.arcs`.
 """
 
 import math
@@ -31,7 +31,7 @@ from omnimate.vehicle.compiled import Array, compiled
 
 
 @compiled
-def rolled(
+def truck_arc(
     settings: FilterSettings, state: FilterState, truck: int, travel: Array
 ) -> tuple[float, float, float]:
     """Return a truck's chord [m], turn [rad] and wheelbase [m] for the travel of the wheels `(4,)`."""
@@ -45,12 +45,12 @@ def rolled(
 
 @compiled
 def predict_mean(settings: FilterSettings, state: FilterState) -> None:
-    """Move the mean by one sample's travel."""
+    """Advance the mean by one sample's travel."""
     mean = state.mean
     along, aside = mean[LENGTH], 0.0
     turns = np.empty(2)
     for truck in range(2):
-        chord, turn, _ = rolled(settings, state, truck, state.travel)
+        chord, turn, _ = truck_arc(settings, state, truck, state.travel)
         creep = -mean[CREEP + truck] * chord * turn / settings.period
         side, course = 1.0 - 2.0 * truck, mean[JOINT_A + truck] + 0.5 * turn
         along += side * (chord * math.cos(course) - creep * math.sin(course))
@@ -72,7 +72,7 @@ def differentiate(settings: FilterSettings, state: FilterState) -> None:
     """Fill the derivatives of the step that ends here, from the travel since its start."""
     state.transition[:] = 0.0
     state.inputs[:] = 0.0
-    swing = state.mean[LINK] - state.begun[0]
+    swing = state.mean[LINK] - state.step_start[0]
     for truck in range(2):
         _differentiate(settings, state, truck, swing)
     transition, length = state.transition, state.mean[LENGTH]
@@ -87,62 +87,62 @@ def differentiate(settings: FilterSettings, state: FilterState) -> None:
 def _differentiate(settings: FilterSettings, state: FilterState, truck: int, swing: float) -> None:
     """Fill what depends on one truck: by its joint, its wheels, its wheelbase and its sideways slip."""
     side, length = 1.0 - 2.0 * truck, state.mean[LENGTH]
-    chord, turn, wheelbase = rolled(settings, state, truck, state.way)
-    course = state.begun[1 + truck] + 0.5 * turn
+    chord, turn, wheelbase = truck_arc(settings, state, truck, state.step_travel)
+    course = state.step_start[1 + truck] + 0.5 * turn
     cos, sin = side * math.cos(course - swing), side * math.sin(course - swing)
-    ahead = np.zeros(POSE)  # by a way along the course
-    beside = np.zeros(POSE)  # by a way to the left of it
-    turned = np.zeros(POSE)  # by a turn, half of which changes the course
+    ahead = np.zeros(POSE)  # derivative by travel along the course
+    leftward = np.zeros(POSE)  # derivative by travel to the left of it
+    turned = np.zeros(POSE)  # derivative by a turn, half of which changes the course
     ahead[LENGTH], ahead[LINK] = cos, sin / length
-    beside[LENGTH], beside[LINK] = -sin, cos / length
+    leftward[LENGTH], leftward[LINK] = -sin, cos / length
     if truck == 0:
-        heading = state.begun[0] + course
+        heading = state.step_start[0] + course
         ahead[X], ahead[Y] = math.cos(heading), math.sin(heading)
-        beside[X], beside[Y] = -math.sin(heading), math.cos(heading)
+        leftward[X], leftward[Y] = -math.sin(heading), math.cos(heading)
     for joint in range(2):
         ahead[JOINT_A + joint] = -ahead[LINK]
-        beside[JOINT_A + joint] = -beside[LINK]
+        leftward[JOINT_A + joint] = -leftward[LINK]
     turned[JOINT_A + truck] = 1.0
     slip = -chord * turn / (settings.period * state.samples)
     for row in range(POSE):
-        turned[row] += 0.5 * chord * beside[row]
-        state.transition[row, JOINT_A + truck] = chord * beside[row]
+        turned[row] += 0.5 * chord * leftward[row]
+        state.transition[row, JOINT_A + truck] = chord * leftward[row]
         state.transition[row, WHEELBASE + truck] = -turn * turned[row]
-        state.transition[row, CREEP + truck] = slip * beside[row]
-        state.inputs[row, 4 + truck] = beside[row]
+        state.transition[row, CREEP + truck] = slip * leftward[row]
+        state.inputs[row, 4 + truck] = leftward[row]
         state.inputs[row, 6 + truck] = ahead[row]
         for right in range(2):
             wheel = 2 * truck + right
             by_travel = 0.5 * ahead[row] + (2.0 * right - 1.0) / wheelbase * turned[row]
             state.inputs[row, wheel] = by_travel
-            state.transition[row, WHEEL + wheel] = state.way[wheel] * by_travel
+            state.transition[row, WHEEL + wheel] = state.step_travel[wheel] * by_travel
     state.transition[JOINT_A + truck, JOINT_A + truck] += 1.0
     if truck == 0:
-        state.transition[X, LINK] = chord * beside[X]
-        state.transition[Y, LINK] = chord * beside[Y]
+        state.transition[X, LINK] = chord * leftward[X]
+        state.transition[Y, LINK] = chord * leftward[Y]
 
 
 @compiled
-def level_of(number: int) -> int:
-    """Return the level of noise of an input: 0 and 1 of the wheels of a and b, 2 sideways, 3 ahead."""
+def noise_level_of(number: int) -> int:
+    """Return the number of an input's noise level: 0, 1 wheels of a, b; 2 sideways slip; 3 slip ahead."""
     return number // 2
 
 
 @compiled
-def find_input_variance(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
+def fill_input_variance(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
     """Fill the variance of the inputs of the step.
 
-    It grows with the travel, Chong & Kleeman (1997); that of a distrusted input with what was rolled.
+    It is proportional to the travel, Chong & Kleeman (1997); of a distrusted input, to its square.
 
     Args:
         settings: Settings of the filter.
         state: Estimate with the levels of noise.
         opened: Open filter; its `input_variance` is filled.
     """
-    way, out = 0.25 * state.rolled.sum(), opened.input_variance
+    distance, out = 0.25 * state.step_distance.sum(), opened.input_variance
     for number in range(INPUTS):
-        by = state.rolled[number] if number < 4 else way
-        out[number] = state.levels[level_of(number)] * by
+        by = state.step_distance[number] if number < 4 else distance
+        out[number] = state.levels[noise_level_of(number)] * by
         if number < 4 and by > 0.0:
             out[number] += settings.resolution[number]
         if opened.alert[number] > 0.0:
@@ -153,7 +153,7 @@ def find_input_variance(settings: FilterSettings, state: FilterState, opened: Op
 def predict_covariance(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
     """Propagate offset and covariance: F P F' + G Q G' and the drift of the slow factors, in place."""
     covariance, transition, carried = opened.covariance, state.transition, state.carried
-    carry(transition, covariance, carried)
+    multiply_transition(transition, covariance, carried)
     for row in range(POSE):
         for column in range(row + 1):
             total = 0.0
@@ -164,9 +164,9 @@ def predict_covariance(settings: FilterSettings, state: FilterState, opened: Ope
             covariance[row, column] = covariance[column, row] = carried[row, column]
     for number in range(INPUTS):
         add_input(state, opened, number, opened.input_variance[number])
-    way = 0.25 * state.rolled.sum()
+    distance = 0.25 * state.step_distance.sum()
     for number in range(WHEEL, CREEP):
-        covariance[number, number] += settings.drift * way
+        covariance[number, number] += settings.drift * distance
     offset, moved = opened.offset, carried[0]
     for row in range(POSE):
         moved[row] = 0.0
@@ -177,8 +177,8 @@ def predict_covariance(settings: FilterSettings, state: FilterState, opened: Ope
 
 
 @compiled
-def carry(transition: Array, covariance: Array, out: Array) -> None:
-    """Fill F P `(6, 19)`; the biases, which come last, move nothing."""
+def multiply_transition(transition: Array, covariance: Array, out: Array) -> None:
+    """Fill F P `(6, 19)`; the biases, the last states, do not act on the motion."""
     out[:] = 0.0
     for row in range(POSE):
         for middle in range(JOINT_BIAS):
@@ -190,7 +190,7 @@ def carry(transition: Array, covariance: Array, out: Array) -> None:
 
 @compiled
 def add_input(state: FilterState, opened: OpenFilter, number: int, variance: float) -> None:
-    """Add the effect of an input's variance [m^2] on the covariance of the first six states."""
+    """Add an input's variance [m^2] to the covariance of the first six states."""
     covariance = opened.covariance
     if variance == 0.0:
         return
@@ -201,28 +201,28 @@ def add_input(state: FilterState, opened: OpenFilter, number: int, variance: flo
 
 
 @compiled
-def wander(state: FilterState, opened: OpenFilter) -> None:
-    """Let fade what wanders under a hypothesis, and wander anew, in place.
+def decay_error(state: FilterState, opened: OpenFilter) -> None:
+    """Propagate the Gauss-Markov error of a hypothesis over a step, in place.
 
-    A heading by wheels that comes back takes the truck's joint with it.
+    If it is an error of a heading by wheels, its decay also turns the truck's joint.
     """
-    way = 0.25 * state.rolled.sum()
-    lasting = opened.lasting = math.exp(-way / opened.alike)
+    distance = 0.25 * state.step_distance.sum()
+    decay = opened.decay = math.exp(-distance / opened.correlation_length)
     covariance, offset, row = opened.covariance, opened.offset, WANDER
-    variance = (1.0 - lasting * lasting) * opened.variance[0]
+    variance = (1.0 - decay * decay) * opened.variance[0]
     if variance == 0.0:
         return
-    joint = returns_to(opened.reading)
+    joint = restored_joint(opened.reading)
     if joint >= 0:
-        offset[joint] += (1.0 - lasting) * offset[row]
+        offset[joint] += (1.0 - decay) * offset[row]
         for column in range(STATES):
-            covariance[joint, column] += (1.0 - lasting) * covariance[row, column]
+            covariance[joint, column] += (1.0 - decay) * covariance[row, column]
         for column in range(STATES):
-            covariance[column, joint] += (1.0 - lasting) * covariance[column, row]
-    offset[row] *= lasting
+            covariance[column, joint] += (1.0 - decay) * covariance[column, row]
+    offset[row] *= decay
     for column in range(STATES):
-        covariance[row, column] *= lasting
-        covariance[column, row] *= lasting
+        covariance[row, column] *= decay
+        covariance[column, row] *= decay
     covariance[row, row] += variance
     if joint >= 0:
         covariance[joint, joint] += variance
@@ -231,6 +231,6 @@ def wander(state: FilterState, opened: OpenFilter) -> None:
 
 
 @compiled
-def returns_to(reading: int) -> int:
-    """Return the state that takes what comes back of one of `hypotheses.READINGS`; -1 for none."""
+def restored_joint(reading: int) -> int:
+    """Return the joint state that a decaying heading error of `hypotheses.READINGS` changes; -1 for none."""
     return JOINT_A + reading - TRUCKS if TRUCKS <= reading < ENCODERS else -1

@@ -1,9 +1,8 @@
-"""The smoother's compiled passes: the filter forward again, block by block, and the adjoint backward.
+"""The smoother's compiled passes: a replay of the filter, block by block, and the adjoint backward.
 
-A first pass has kept the filter's state at the start of each block, so that the steps of one block at a time
-are in memory, however long the recording is. It has kept how the mean moved, too, so that each hypothesis can
-run again without the others. The adjoint goes back through the open filter. It begins with
-the prior's part of the estimate at the end, which it takes for a reading of the slow states.
+The forward run stores a checkpoint at the start of each block, so that only one block of steps is in memory,
+and the moves of the mixture, so that a hypothesis can be replayed without the others. The adjoint recursion
+runs through the open filter; it starts from the prior of the slow states, treated as a last reading of them.
 """
 
 from __future__ import annotations
@@ -13,15 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from omnimate.ipec.filter.adjoint import Adjoint, undo_linkage, undo_step, undo_update, undo_wander
-from omnimate.ipec.filter.estimate import BLOCK, Table, Trace
+from omnimate.ipec.filter.adjoint import Adjoint, undo_decay, undo_linkage, undo_step, undo_update
+from omnimate.ipec.filter.estimate import BLOCK_SAMPLES, Table, Trace
 from omnimate.ipec.filter.fixes import apply_fixes
-from omnimate.ipec.filter.forms import move_by_error
+from omnimate.ipec.filter.forms import fill_error_transition
 from omnimate.ipec.filter.mixture import average_slow_states
-from omnimate.ipec.filter.poses import look, turn
+from omnimate.ipec.filter.poses import add_axle_angle_variance, fill_pose
 from omnimate.ipec.filter.records import (
-    BANK,
     FAST,
+    HYPOTHESIS_COUNT,
     POSE,
     SLOW,
     STATES,
@@ -60,74 +59,74 @@ def run_block(
     steps: Record,
     samples: IntArray,
 ) -> int:
-    """Run the filter over one block again, keep the end of every step of it, and return how many.
+    """Replay the filter over one block, store every step, and return their number.
 
     Args:
         settings: One record `(1,)` of `FilterSettings`.
-        run: The recording and its trace, whose marks of this block are changed to the states behind it.
+        run: The recording and its trace; the block's checkpoints are overwritten by the states after it.
         number: Number of the block.
-        hypotheses: Numbers of the hypotheses that run again and are kept, shape `(C,)`.
-        steps: Filled with what was known of them where the linkage was read first, after each step, and after
-            fixes, `(C, M)` records of `Step`.
+        hypotheses: Numbers of the hypotheses to replay, shape `(C,)`.
+        steps: Filled with their states at the first linkage reading, after every step and after fixes, `(C,
+            M)` records of `Step`.
         samples: Filled with the numbers of these samples.
     """
     table, trace = run
-    state, filters, fixes = trace.marks[number], trace.filter_marks[number], table.fixes
-    first, last = number * BLOCK, min((number + 1) * BLOCK, len(table.counts))
-    following, kept = 0, 0
-    state.repeated = 1
-    for hypothesis in range(BANK):
-        filters[hypothesis].followed = 0
+    state, filters, fixes = trace.checkpoints[number], trace.filter_checkpoints[number], table.fixes
+    first, last = number * BLOCK_SAMPLES, min((number + 1) * BLOCK_SAMPLES, len(table.counts))
+    following, stored = 0, 0
+    state.is_replay = 1
+    for hypothesis in range(HYPOTHESIS_COUNT):
+        filters[hypothesis].is_active = 0
     for hypothesis in hypotheses:
-        filters[hypothesis].followed = 1
+        filters[hypothesis].is_active = 1
     while following < len(fixes) and fixes[following].sample < first:
         following += 1
     for sample in range(first, last):
-        placed, fixed = state.placed, following
+        placed, fixed = state.is_linked, following
         advance(settings[0], state, filters, table.counts[sample], table.present[sample], trace.moves)
         following = apply_fixes(settings[0], state, filters, fixes, sample, following, trace.moves)
-        if state.predicted or following > fixed or (state.placed and not placed):
+        if state.predicted or following > fixed or (state.is_linked and not placed):
             for place in range(len(hypotheses)):
-                keep(state, filters[hypotheses[place]], steps[place, kept])
-            samples[kept] = sample
-            kept += 1
-    return kept
+                store_step(state, filters[hypotheses[place]], steps[place, stored])
+            samples[stored] = sample
+            stored += 1
+    return stored
 
 
 @compiled
-def keep(state: FilterState, opened: OpenFilter, step: Step) -> None:
-    """Fill what the smoother needs of a step under one hypothesis."""
-    step.predicted, step.lasting = state.predicted, opened.lasting
+def store_step(state: FilterState, opened: OpenFilter, step: Step) -> None:
+    """Copy the fields of a step under one hypothesis."""
+    step.predicted, step.decay = state.predicted, opened.decay
     step.mean[:], step.offset[:] = state.mean[:POSE], opened.offset[:POSE]
     step.covariance[:] = opened.covariance
-    step.shift[:], step.way[:] = state.shift, state.went
+    step.shift[:], step.step_travel[:] = state.shift, state.last_step_travel
     step.transition[:], step.inputs[:] = state.transition, state.inputs
     step.input_variance[:] = opened.input_variance
     step.updated[:], step.gain[:] = opened.updated, opened.gain
     step.reading, step.row[:] = opened.reading, opened.row
-    move_by_error(step.inputs, opened, step.transition)
+    fill_error_transition(step.inputs, opened, step.transition)
 
 
 @compiled
 def begin_adjoint(settings: FilterSettings, state: FilterState, opened: OpenFilter, adjoint: Adjoint) -> None:
-    """Fill the adjoint at the end: what the prior says of the slow states beyond the open filter."""
-    seen, mean, known, _ = average_slow_states(settings, state, opened)
+    """Fill the adjoint at the end of the recording with the prior of the slow states."""
+    information, mean, known, _ = average_slow_states(settings, state, opened)
     mean -= state.mean[FAST:] + opened.offset[FAST:]
-    multiply(adjoint.vector[FAST:], seen, mean)
+    multiply(adjoint.vector[FAST:], information, mean)
     carried = np.zeros((SLOW, SLOW))
     for row in range(SLOW):
-        multiply(carried[row], known, seen[row])
+        multiply(carried[row], known, information[row])
     for row in range(SLOW):
         for column in range(SLOW):
-            total = seen[row, column]
+            total = information[row, column]
             for middle in range(SLOW):
-                total -= carried[row, middle] * seen[column, middle]
+                total -= carried[row, middle] * information[column, middle]
             adjoint.information[FAST + row, FAST + column] = total
 
 
 @compiled
-def smoothed_move(adjoint: Adjoint, step: Step, move: Array) -> None:
-    """Fill how far the first six states are from the smoothed ones, `(6,)`: offset + P r."""
+def fill_smoothed_offset(adjoint: Adjoint, step: Step, move: Array) -> None:
+    """Fill smoothed minus filtered first six states, `(6,)`: offset + P r."""
     for row in range(POSE):
         move[row] = step.offset[row]
         for column in range(STATES):
@@ -135,7 +134,7 @@ def smoothed_move(adjoint: Adjoint, step: Step, move: Array) -> None:
 
 
 @compiled
-def smoothed_covariance(adjoint: Adjoint, step: Step, covariance: Array) -> None:
+def fill_smoothed_covariance(adjoint: Adjoint, step: Step, covariance: Array) -> None:
     """Fill the smoothed covariance `(6, 6)` of the first six states: P - P L P."""
     rows = step.covariance
     carried = np.zeros((POSE, STATES))
@@ -155,10 +154,10 @@ def smoothed_covariance(adjoint: Adjoint, step: Step, covariance: Array) -> None
 def smooth_block(
     steps: Record, adjoints: Record, hypothesis: int, fixes: Record, ends: Record, block: Block
 ) -> None:
-    """Run backward through the steps of one block, and fill `block` but for its samples.
+    """Run the adjoint backward through one block, and fill `block` except its samples.
 
     Args:
-        steps: What was known after each step of the block, `(M,)` records of `Step`.
+        steps: Stored steps of the block, `(M,)` records of `Step`.
         adjoints: Adjoint after the block, one record `(1,)`; changed to that before the block.
         hypothesis: Number of the hypothesis.
         fixes: Absolute poses of the whole recording with their gains, `(K,)` records of `Fix`.
@@ -170,14 +169,14 @@ def smooth_block(
     last = len(fixes) - 1
     for place in range(len(steps) - 1, -1, -1):
         step = steps[place]
-        smoothed_move(adjoint, step, block.moves[place, 0])
-        smoothed_covariance(adjoint, step, covariance)
+        fill_smoothed_offset(adjoint, step, block.moves[place, 0])
+        fill_smoothed_covariance(adjoint, step, covariance)
         for row in range(POSE):
             mean[row] = step.mean[row] + block.moves[place, 0, row]
             block.moves[place, 1, row] = block.moves[place, 0, row] + step.shift[row]
-        turn(covariance, mean, ends[0].origin, ends[0].turned)
+        add_axle_angle_variance(covariance, mean, ends[0].origin, ends[0].axle_variance)
         for truck in range(2):
-            look(mean, covariance, truck, pose, block.sigmas[place, truck])
+            fill_pose(mean, covariance, truck, pose, block.sigmas[place, truck])
         while last >= 0 and fixes[last].sample > block.samples[place]:
             last -= 1
         while last >= 0 and fixes[last].sample == block.samples[place]:
@@ -186,24 +185,24 @@ def smooth_block(
             last -= 1
         if step.predicted:
             undo_linkage(adjoint, step)
-            find_lost(adjoint, step, block.lost[place])
-            undo_wander(adjoint, step.lasting, step.reading)
+            fill_lost_travel(adjoint, step, block.lost[place])
+            undo_decay(adjoint, step.decay, step.reading)
             undo_step(adjoint, step.transition)
 
 
 @compiled
-def find_lost(adjoint: Adjoint, step: Step, lost: Array) -> None:
-    """Fill what each wheel lost in one step [m] `(4,)`: Q G' r against the travel."""
+def fill_lost_travel(adjoint: Adjoint, step: Step, lost: Array) -> None:
+    """Fill the travel that each wheel lost in one step [m] `(4,)`: Q G' r against the travel."""
     for wheel in range(4):
-        drawn = 0.0
+        projected = 0.0
         for row in range(POSE):
-            drawn += step.inputs[row, wheel] * adjoint.vector[row]
-        lost[wheel] = -math.copysign(step.input_variance[wheel], step.way[wheel]) * drawn
+            projected += step.inputs[row, wheel] * adjoint.vector[row]
+        lost[wheel] = -math.copysign(step.input_variance[wheel], step.step_travel[wheel]) * projected
 
 
 @compiled
-def spread_moves(means: Array, block: Block, poses: Array, sigmas: Array) -> None:
-    """Fill the smoothed poses at every sample, between the ends of steps by interpolation.
+def interpolate_smoothed_poses(means: Array, block: Block, poses: Array, sigmas: Array) -> None:
+    """Fill the smoothed poses at every sample, interpolated between the ends of steps.
 
     Args:
         means: First six states by the filter at each sample, shape `(N, 6)`.
@@ -223,8 +222,8 @@ def spread_moves(means: Array, block: Block, poses: Array, sigmas: Array) -> Non
                 before = moves[place + 1, 1, row] if place + 1 < len(samples) else after
                 mean[row] = means[sample, row] + after + part * (before - after)
             for truck in range(2):
-                look(mean, none, truck, poses[truck, sample], unused)
+                fill_pose(mean, none, truck, poses[truck, sample], unused)
                 for axis in range(3):
-                    own = block.sigmas[place, truck, axis] ** 2
-                    other = block.sigmas[min(place + 1, len(samples) - 1), truck, axis] ** 2
-                    sigmas[truck, sample, axis] = math.sqrt(own + part * (other - own))
+                    variance = block.sigmas[place, truck, axis] ** 2
+                    next_variance = block.sigmas[min(place + 1, len(samples) - 1), truck, axis] ** 2
+                    sigmas[truck, sample, axis] = math.sqrt(variance + part * (next_variance - variance))

@@ -7,26 +7,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.ipec.filter.disturbed_wheels import STEP, find_disturbed, find_levels
-from omnimate.ipec.filter.forms import follow_motion, shape_error
+from omnimate.ipec.filter.disturbed_wheels import STEP_LENGTH, detect_disturbed_inputs, fill_noise_levels
+from omnimate.ipec.filter.forms import fill_sensitivities, fill_speeds
 from omnimate.ipec.filter.measurement import (
     apply_reading,
-    compare,
     expected_reading,
+    fill_reading_variance,
     fill_rows,
-    find_scatter,
+    reading_residual,
 )
 from omnimate.ipec.filter.mixture import move_to_mixture
 from omnimate.ipec.filter.prediction import (
+    decay_error,
     differentiate,
-    find_input_variance,
+    fill_input_variance,
     predict_covariance,
     predict_mean,
-    wander,
 )
 from omnimate.ipec.filter.records import (
-    BANK,
     ERRORS,
+    HYPOTHESIS_COUNT,
     INPUTS,
     JOINT_A,
     JOINT_BIAS,
@@ -38,51 +38,55 @@ from omnimate.ipec.filter.records import (
     FilterState,
     OpenFilter,
 )
-from omnimate.ipec.readings import sense
+from omnimate.ipec.readings import convert_counts
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-SHORT = 0.0125  # [m], the same on a bump, which a wheel rolls over in 0.05 m
-NOTHING, PLACE, FINISH = range(3)  # what the open filters have to do after a sample
-STEADY = 1.0 / 200.0  # share of a sample in the learned scatter of the readings
+DISTURBED_STEP_LENGTH = 0.0125  # [m] the same while a wheel is disturbed: a quarter of a bump of 0.05 m
+NO_TASK, INITIALISE, FINISH = range(3)  # tasks of the open filters after a sample
+READING_NOISE_RATE = (
+    1.0 / 200.0
+)  # [1/sample] forgetting factor of the readings' noise: 3 s at 15 ms (assumption)
 
 
 @compiled
-def place(settings: FilterSettings, state: FilterState, filters: Record) -> None:
-    """Read the linkage for the first time; until then the heading of truck a stands for the link's."""
+def initialise_linkage(settings: FilterSettings, state: FilterState, filters: Record) -> None:
+    """Initialise joints and link from a first reading; before, state `LINK` is the heading of truck a."""
     for number in range(3):
         reading = state.joint[number] if number < 2 else state.length
         state.mean[JOINT_A + number] = reading - state.mean[JOINT_BIAS + number]
     begin_step(state)
-    _place(settings, state, state.known, np.zeros(ERRORS), np.zeros((ERRORS, 3)))
-    for hypothesis in range(BANK):
+    _initialise_covariance(settings, state, state.covariance, np.zeros(ERRORS), np.zeros((ERRORS, 3)))
+    for hypothesis in range(HYPOTHESIS_COUNT):
         opened = filters[hypothesis]
-        shape_error(settings, state, opened)
-        _place(settings, state, opened.covariance, opened.variance, opened.share)
+        fill_sensitivities(settings, state, opened)
+        _initialise_covariance(
+            settings, state, opened.covariance, opened.variance, opened.reading_sensitivity
+        )
     state.mean[LINK] -= state.mean[JOINT_A]
-    state.placed = 1
+    state.is_linked = 1
     begin_step(state)
 
 
 @compiled
-def _place(
+def _initialise_covariance(
     settings: FilterSettings, state: FilterState, covariance: Array, variance: Array, shares: Array
 ) -> None:
-    """Fill what a first reading leaves open in a covariance `(19, 19)`.
+    """Fill a covariance `(19, 19)` after the first reading of the linkage.
 
-    `variance` `(2,)` is that of the sizes of what errs; `shares` `(2, 3)` is by what joint_a, joint_b and the
-    link change per unit of them.
+    `variance` `(2,)` is that of the error's sizes; `shares` `(2, 3)` are the derivatives of joint_a, joint_b
+    and the link by them.
     """
     for error in range(ERRORS):
         covariance[WANDER + error, WANDER + error] = variance[error]
     for number in range(3):
         true = JOINT_A + number
-        covariance[true, true] = settings.half[number] ** 2 / 3.0 + state.blur[number]
-        _read(covariance, true, JOINT_BIAS + number, 1.0)
+        covariance[true, true] = settings.half_count[number] ** 2 / 3.0 + state.reading_variance[number]
+        _correlate_with_error(covariance, true, JOINT_BIAS + number, 1.0)
         for error in range(ERRORS):
-            _read(covariance, true, WANDER + error, shares[error, number])
+            _correlate_with_error(covariance, true, WANDER + error, shares[error, number])
     covariance[LINK, LINK] += covariance[JOINT_A, JOINT_A]
     covariance[LINK, JOINT_A] = covariance[JOINT_A, LINK] = -covariance[JOINT_A, JOINT_A]
     for error in (JOINT_BIAS, WANDER, WANDER + 1):
@@ -90,63 +94,66 @@ def _place(
 
 
 @compiled
-def _read(covariance: Array, true: int, error: int, share: float) -> None:
-    """Let a true value be what was read minus a share of an error, in a covariance `(19, 19)`."""
+def _correlate_with_error(covariance: Array, true: int, error: int, share: float) -> None:
+    """Correlate a true value with an error in a covariance `(19, 19)`: true = reading - share x error."""
     covariance[true, true] += share * share * covariance[error, error]
     covariance[true, error] = covariance[error, true] = -share * covariance[error, error]
 
 
 @compiled
 def begin_step(state: FilterState) -> None:
-    """Begin a step."""
-    state.begun[:] = state.mean[LINK : LINK + 4]
-    state.way[:] = 0.0
-    state.rolled[:] = 0.0
-    state.missed[:] = 0.0
-    state.jumps[:] = 0.0
-    state.samples = state.seen = 0
+    """Reset the sums of a step."""
+    state.step_start[:] = state.mean[LINK : LINK + 4]
+    state.step_travel[:] = 0.0
+    state.step_distance[:] = 0.0
+    state.residual_sum[:] = 0.0
+    state.squared_changes[:] = 0.0
+    state.samples = state.linkage_samples = 0
 
 
 @compiled
 def accumulate(settings: FilterSettings, state: FilterState) -> None:
-    """Compare the readings of one sample with the estimate, and learn how they scatter."""
-    state.seen += 1
+    """Add the residuals of one sample to the sums of the step, and update the readings' noise."""
+    state.linkage_samples += 1
     for number in range(3):
-        missed = compare(state, number)
-        jump = missed - state.late[number]
-        # Noise that is fresh in each sample makes two changes in a row opposite; what moves does not.
-        most = 9.0 * max(state.blur[number], settings.half[number] ** 2 / 3.0)
-        noise = min(max(-jump * state.jump[number], -most), most)
-        state.blur[number] = max(0.0, state.blur[number] + STEADY * (noise - state.blur[number]))
-        state.missed[number] += missed
-        state.jumps[number] += jump * jump
-        state.late[number], state.jump[number] = missed, jump
+        residual = reading_residual(state, number)
+        change = residual - state.last_residual[number]
+        # White noise makes successive changes negatively correlated; motion does not.
+        most = 9.0 * max(state.reading_variance[number], settings.half_count[number] ** 2 / 3.0)
+        noise = min(max(-change * state.residual_change[number], -most), most)
+        state.reading_variance[number] = max(
+            0.0,
+            state.reading_variance[number] + READING_NOISE_RATE * (noise - state.reading_variance[number]),
+        )
+        state.residual_sum[number] += residual
+        state.squared_changes[number] += change * change
+        state.last_residual[number], state.residual_change[number] = residual, change
 
 
 @compiled
-def has_ended(state: FilterState) -> bool:
-    """Return whether a step has ended: it is shorter while a wheel is distrusted, as on a bump."""
-    return bool(state.rolled.max() >= (SHORT if state.bumpy else STEP))
+def is_step_complete(state: FilterState) -> bool:
+    """Return whether the step is long enough for an update; steps are shorter while a wheel is distrusted."""
+    return bool(state.step_distance.max() >= (DISTURBED_STEP_LENGTH if state.is_disturbed else STEP_LENGTH))
 
 
 @compiled
 def update(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
-    """Predict an open filter over a step, and update it by the readings."""
+    """Predict an open filter over a step and update it with the readings."""
     opened.nis = math.nan
     opened.lost[:] = 0.0
     opened.updated[:] = 0
-    shape_error(settings, state, opened)
-    find_levels(settings, state, opened)
-    find_input_variance(settings, state, opened)
+    fill_sensitivities(settings, state, opened)
+    fill_noise_levels(settings, state, opened)
+    fill_input_variance(settings, state, opened)
     predict_covariance(settings, state, opened)
-    wander(state, opened)
-    rolled, alert = 0.25 * state.rolled.sum(), opened.alert
+    decay_error(state, opened)
+    rolled, alert = 0.25 * state.step_distance.sum(), opened.alert
     for number in range(INPUTS):
         alert[number] = max(0.0, alert[number] - rolled)
-    if state.seen == 0:
+    if state.linkage_samples == 0:
         return
     fill_rows(state, opened)
-    find_disturbed(settings, state, opened)
+    detect_disturbed_inputs(settings, state, opened)
     shares = state.shares
     shares[:] = 0.0
     for wheel in range(4):
@@ -156,27 +163,27 @@ def update(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> 
     for number in range(3):
         apply_reading(state, opened, number)
     for wheel in range(4):
-        opened.lost[wheel] *= -math.copysign(1.0, state.way[wheel])
+        opened.lost[wheel] *= -math.copysign(1.0, state.step_travel[wheel])
 
 
 @compiled
 def finish_step(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
-    """End a step: predict covariances, take the readings, and move to the mixture; `moves` as there."""
+    """End a step: predict covariances, update, and mix; `moves` as in `move_to_mixture`."""
     state.predicted = 1
-    state.went[:] = state.way
+    state.last_step_travel[:] = state.step_travel
     differentiate(settings, state)
-    follow_motion(settings, state)
-    if state.seen > 0:
-        find_scatter(settings, state)
-    for hypothesis in range(BANK):
-        if filters[hypothesis].followed:
+    fill_speeds(settings, state)
+    if state.linkage_samples > 0:
+        fill_reading_variance(settings, state)
+    for hypothesis in range(HYPOTHESIS_COUNT):
+        if filters[hypothesis].is_active:
             update(settings, state, filters[hypothesis])
     before = np.empty(3)
     for number in range(3):
         before[number] = expected_reading(state.mean, number)
     move_to_mixture(settings, state, filters, moves)
     for number in range(3):
-        state.late[number] -= expected_reading(state.mean, number) - before[number]
+        state.last_residual[number] -= expected_reading(state.mean, number) - before[number]
     begin_step(state)
 
 
@@ -184,38 +191,38 @@ def finish_step(settings: FilterSettings, state: FilterState, filters: Record, m
 def predict(
     settings: FilterSettings, state: FilterState, counts: IntArray, present: NDArray[np.bool_]
 ) -> int:
-    """Move the estimate by one sample, and return what the open filters have to do: NOTHING, PLACE or FINISH.
+    """Move the estimate by one sample; return the open filters' task: NO_TASK, INITIALISE or FINISH.
 
-    The trucks move only where all four wheels were read; counts and presence `(7,)` are in the order of
+    The trucks move only if all four wheels were read; counts and presence `(7,)` are in the order of
     `CHANNELS`.
     """
     state.shift[:] = 0.0
     state.predicted = 0
     if not (present[0] and present[1] and present[2] and present[3]):
-        return NOTHING
-    sense(settings, state, counts, present)
-    if not state.placed:
-        return PLACE if state.linked else NOTHING
+        return NO_TASK
+    convert_counts(settings, state, counts, present)
+    if not state.is_linked:
+        return INITIALISE if state.linked else NO_TASK
     if not state.moved[0]:
-        return NOTHING
+        return NO_TASK
     predict_mean(settings, state)
     state.samples += 1
     for wheel in range(4):
-        state.way[wheel] += state.travel[wheel]
-        state.rolled[wheel] += abs(state.travel[wheel])
+        state.step_travel[wheel] += state.travel[wheel]
+        state.step_distance[wheel] += abs(state.travel[wheel])
     if state.linked:
         accumulate(settings, state)
-    return FINISH if has_ended(state) else NOTHING
+    return FINISH if is_step_complete(state) else NO_TASK
 
 
 @compiled
 def run_hypotheses(
-    settings: FilterSettings, state: FilterState, filters: Record, todo: int, moves: Array
+    settings: FilterSettings, state: FilterState, filters: Record, task: int, moves: Array
 ) -> None:
-    """Let the open filters do what `predict` has returned; `moves` as in `move_to_mixture`."""
-    if todo == PLACE:
-        place(settings, state, filters)
-    elif todo == FINISH:
+    """Run the task that `predict` returned in the open filters; `moves` as in `move_to_mixture`."""
+    if task == INITIALISE:
+        initialise_linkage(settings, state, filters)
+    elif task == FINISH:
         finish_step(settings, state, filters, moves)
 
 
@@ -228,24 +235,24 @@ def advance(
     present: NDArray[np.bool_],
     moves: Array,
 ) -> None:
-    """Take one sample in place, with its open filters `(H,)`."""
+    """Process one sample with the open filters `(H,)`, in place."""
     run_hypotheses(settings, state, filters, predict(settings, state, counts, present), moves)
 
 
 @compiled
 def finish_open_step(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
-    """End the step that is under way, if the robot has moved in it; `moves` as in `move_to_mixture`."""
-    if state.rolled.sum() > 0.0:
+    """End the current step if the robot has moved in it; `moves` as in `move_to_mixture`."""
+    if state.step_distance.sum() > 0.0:
         finish_step(settings, state, filters, moves)
 
 
 @compiled
 def predict_live(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> int:
-    """Return what `predict` returns, for settings and a state that are records `(1,)`."""
+    """Return the task by `predict` for settings and a state that are records `(1,)`."""
     return predict(settings[0], states[0], counts, present)
 
 
 @compiled
-def run_hypotheses_live(settings: Record, states: Record, filters: Record, todo: int) -> None:
-    """Let the open filters do what `predict_live` has returned, in place."""
-    run_hypotheses(settings[0], states[0], filters, todo, np.empty((0, STATES + 1)))
+def run_hypotheses_live(settings: Record, states: Record, filters: Record, task: int) -> None:
+    """Run the task that `predict_live` returned in the open filters, in place."""
+    run_hypotheses(settings[0], states[0], filters, task, np.empty((0, STATES + 1)))

@@ -17,7 +17,7 @@ from omnimate.ipec.corrector import correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.step import predict_live, run_hypotheses_live
-from omnimate.ipec.readings import table_of
+from omnimate.ipec.readings import ordered_counts
 from omnimate.vcan_sim.bumps import Bump, bumps_under
 from omnimate.vehicle.parameters import Channel
 from omnimate.vehicle.recording import Recording
@@ -47,7 +47,7 @@ def _bumps(wheel: Channel) -> tuple[Bump, ...]:
 def told(recording: Recording, seed: int) -> Array:
     """Return the path of truck a `(N, 3)` by a filter that is told which wheel is on a bump, and when."""
     wheel, near = touching(recording, seed)
-    counts, present = table_of(recording)
+    counts, present = ordered_counts(recording)
     filter_ = Filter(recording.vehicle, prior=LEFT_BEHIND)
     filter_.settings["gate"] = np.inf
     begun = filter_.start()

@@ -27,7 +27,7 @@ from matplotlib.axes import Axes
 from omnimate.ipec.corrector import Method, correct
 from omnimate.ipec.errors import LinkageChannelError
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SIZES
+from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SUSPECT_SIZES
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array, between, wrap
 from studies.estimators.tracking_worlds import SEED, drives_of
@@ -168,7 +168,7 @@ def measure(what: str, recording: Recording) -> Row:
         curves[name] = errors_of(judge, recording.time, result.pose_a)
         means[name] = nees(judge, curves[name], recording.time, result.sigma_a)
     errors = {name: rms(error) for name, error in curves.items()}
-    first, scale = results["calibrated"], np.array((*SIZES[:4], *SIZES[6:13]))
+    first, scale = results["calibrated"], np.array((*SUSPECT_SIZES[:4], *SUSPECT_SIZES[6:13]))
     standing = squared(judge, curves["calibrated"], recording.time, first.sigma_a)
     learned = first.slow.vector / scale
     time = judge.time - judge.time[0]

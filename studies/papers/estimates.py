@@ -12,7 +12,7 @@ from omnimate.ipec.corrector import Corrector, Method, correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.prior import Prior
 from omnimate.ipec.filter.smoother import smooth
-from omnimate.ipec.readings import table_of
+from omnimate.ipec.readings import ordered_counts
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import Array
 from studies.papers.linkage_numbers import lap_errors
@@ -64,7 +64,7 @@ def path_of(recording: Recording, name: Estimator, seen: Poses, prior: Prior) ->
 
 def as_derived(recording: Recording, start: Array, method: Method) -> Array:
     """Return the path `(N, 3)` of truck a by C (12)-(13) or O (3)-(4): the whole difference is an error."""
-    counts, present = table_of(recording)
+    counts, present = ordered_counts(recording)
     corrector = Corrector(recording.vehicle, method)
     corrector.settings["tolerance"] = 0.0
     state = corrector.start(start).record.copy()

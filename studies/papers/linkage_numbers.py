@@ -9,7 +9,7 @@ import numpy as np
 from omnimate.effects.crossing import cable_loss, chord_loss, edge_loss
 from omnimate.ipec.corrections import advance_one
 from omnimate.ipec.corrector import Corrector, correct
-from omnimate.ipec.readings import table_of
+from omnimate.ipec.readings import ordered_counts
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.floor import SMOOTH
@@ -122,7 +122,7 @@ def printed_omnimate(
         previous_b: Whether (1) uses truck b's pose before the sample, as printed.
         printed_sign: Whether (2) to (4) add the error of the heading instead of removing it, as printed.
     """
-    counts, present = table_of(recording)
+    counts, present = ordered_counts(recording)
     corrector = Corrector(recording.vehicle, "plain")
     states = corrector.start(start).record.copy()
     state = states[0]

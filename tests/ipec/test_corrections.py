@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.effects.crossing import cable_loss
-from omnimate.ipec.corrections import beyond
+from omnimate.ipec.corrections import excess_over_tolerance
 from omnimate.ipec.corrector import correct
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
@@ -99,7 +99,7 @@ def test_omnimate_as_corrected_stays_below_a_hundredth_of_a_degree_in_a_turn(rob
 @given(st.floats(-10.0, 10.0), st.floats(0.0, 5.0))
 def test_within_the_tolerance_nothing_is_left_and_outside_the_distance_to_it(error, tolerance):
     expected = max(abs(error) - tolerance, 0.0)
-    assert abs(beyond(error, tolerance)) == pytest.approx(expected, abs=1e-12)
-    assert beyond(error, tolerance) * error >= 0.0
-    assert beyond(-error, tolerance) == -beyond(error, tolerance)
-    assert beyond(error, 0.0) == error
+    assert abs(excess_over_tolerance(error, tolerance)) == pytest.approx(expected, abs=1e-12)
+    assert excess_over_tolerance(error, tolerance) * error >= 0.0
+    assert excess_over_tolerance(-error, tolerance) == -excess_over_tolerance(error, tolerance)
+    assert excess_over_tolerance(error, 0.0) == error

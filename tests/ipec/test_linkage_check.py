@@ -11,7 +11,7 @@ from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.smoother import smooth
 from omnimate.ipec.linkage_check import LINKAGE, check_linkage, frozen_channels
-from omnimate.ipec.readings import SampleReader, scales_of, table_of
+from omnimate.ipec.readings import SampleReader, ordered_counts, scales_of
 from omnimate.ipec.tracker import Tracker, track_recording
 from omnimate.motion.paths import free, out_and_back, squares
 from omnimate.vcan_sim.bumps import bumps_under
@@ -95,7 +95,14 @@ def test_a_wheel_that_spins_once_is_no_frozen_joint(coarse):
 
 @pytest.mark.parametrize(
     "method",
-    [correct, estimate, smooth, check_linkage, table_of, lambda recording: track_recording(recording, 0.1)],
+    [
+        correct,
+        estimate,
+        smooth,
+        check_linkage,
+        ordered_counts,
+        lambda recording: track_recording(recording, 0.1),
+    ],
 )
 def test_a_recording_of_one_truck_is_refused(method):
     single = reference_single()

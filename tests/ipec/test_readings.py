@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.ipec.readings import Reading, SampleReader, scales_of, sense, table_of
+from omnimate.ipec.readings import Reading, SampleReader, convert_counts, ordered_counts, scales_of
 from omnimate.vehicle.compiled import record
 from omnimate.vehicle.parameters import CHANNELS
 from omnimate.vehicle.recording import Recording
@@ -30,7 +30,7 @@ def test_the_travel_of_a_truck_adds_up_to_the_way_between_its_first_and_last_rea
     scales, reading = scales_of(robot), record(Reading)
     total = np.zeros(4)
     for row, read in zip(counts, present, strict=True):
-        sense(scales[0], reading[0], row, read)
+        convert_counts(scales[0], reading[0], row, read)
         total += reading["travel"][0]
     for truck in range(2):
         wheels = slice(2 * truck, 2 * truck + 2)
@@ -45,7 +45,7 @@ def test_the_travel_of_a_truck_adds_up_to_the_way_between_its_first_and_last_rea
 def test_a_truck_moves_only_where_both_of_its_wheels_are_present(robot, drawn):
     scales, reading = scales_of(robot), record(Reading)
     for row, read in zip(*drawn, strict=True):
-        sense(scales[0], reading[0], row, read)
+        convert_counts(scales[0], reading[0], row, read)
         for truck in range(2):
             if not read[2 * truck : 2 * truck + 2].all():
                 assert not reading["moved"][0, truck]
@@ -55,7 +55,7 @@ def test_a_truck_moves_only_where_both_of_its_wheels_are_present(robot, drawn):
 
 def test_the_linkage_reads_zero_angles_and_its_length_at_rest_at_its_zero_counts(robot):
     scales, reading = scales_of(robot), record(Reading)
-    sense(scales[0], reading[0], scales["zero"][0], np.ones(7, bool))
+    convert_counts(scales[0], reading[0], scales["zero"][0], np.ones(7, bool))
     assert reading["joint"][0].tolist() == [0.0, 0.0]
     assert reading["length"][0] == robot.linkage.length
 
@@ -68,7 +68,7 @@ def test_the_order_of_channels_in_vehicle_toml_changes_nothing_live_or_over_a_re
     )
     counts, present = chance.integers(-1000, 1000, (3, 7)), chance.random((3, 7)) < 0.7
     recording = Recording(vehicle, np.arange(3.0), counts, present)
-    table, reads = table_of(recording)
+    table, reads = ordered_counts(recording)
     reader = SampleReader(vehicle)
     for index in range(3):
         sample = Sample(index, 0.0, tuple(counts[index].tolist()), tuple(present[index].tolist()), NAN, NAN)

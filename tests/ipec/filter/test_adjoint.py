@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.adjoint import Adjoint, undo_step, undo_update, undo_wander
+from omnimate.ipec.filter.adjoint import Adjoint, undo_decay, undo_step, undo_update
 from omnimate.ipec.filter.records import JOINT_A, JOINT_BIAS, LINK, POSE, STATES, WANDER
 from omnimate.vehicle.compiled import record
 
@@ -41,7 +41,7 @@ def test_what_wandered_goes_back_as_the_product_of_whole_matrices(seed, number, 
         whole[JOINT_A + number - 3, WANDER] = 1.0 - lasting
     vector = whole.T @ adjoint["vector"][0]
     information = whole.T @ adjoint["information"][0] @ whole
-    undo_wander(adjoint[0], lasting, number)
+    undo_decay(adjoint[0], lasting, number)
     assert adjoint["vector"][0] == pytest.approx(vector, rel=1e-9, abs=1e-9)
     assert adjoint["information"][0] == pytest.approx(information, rel=1e-9, abs=1e-9)
 

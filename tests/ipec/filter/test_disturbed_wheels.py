@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.disturbed_wheels import explain, inputs_to_examine, learn_noise
+from omnimate.ipec.filter.disturbed_wheels import explained_by_input, inputs_to_examine, learn_noise
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -18,7 +18,7 @@ seeds, wheels = st.integers(0, 2**32 - 1), st.integers(0, 3)
 def explained(states, wheel, information, pull, alert=0.0):
     filters = record(OpenFilter)
     filters["alert"] = alert
-    return explain(states[0], filters[0], wheel, information, pull)
+    return explained_by_input(states[0], filters[0], wheel, information, pull)
 
 
 def positive(chance):
@@ -29,7 +29,7 @@ def positive(chance):
 def predicted(chance, travel=0.01):
     states = record(FilterState)
     states["inputs"][0] = chance.normal(size=(6, 8))
-    states["way"][0] = travel * np.sign(chance.normal(size=4))
+    states["step_travel"][0] = travel * np.sign(chance.normal(size=4))
     states["speed"] = states["speed_before"] = 0.3
     return states
 
@@ -50,7 +50,7 @@ def test_innovations_that_a_loss_makes_are_explained_by_it_wholly_and_by_a_gain_
     chance = np.random.default_rng(seed)
     states, information = predicted(chance), positive(chance)
     direction = states["inputs"][0, JOINT_A : JOINT_A + 3, wheel]
-    by_loss = -lost * np.sign(states["way"][0, wheel]) * direction
+    by_loss = -lost * np.sign(states["step_travel"][0, wheel]) * direction
     pull = information @ by_loss
     assert explained(states, wheel, information, pull) == pytest.approx(by_loss @ pull, rel=1e-9)
     assert explained(states, wheel, information, -pull) == 0.0
@@ -72,7 +72,7 @@ def test_a_wheel_that_stands_or_is_distrusted_already_explains_nothing(seed, whe
 def test_a_wheel_that_brakes_may_gain_what_it_would_else_have_to_lose(seed, wheel, slower):
     chance = np.random.default_rng(seed)
     states, information = predicted(chance), positive(chance)
-    gain = np.sign(states["way"][0, wheel]) * states["inputs"][0, JOINT_A : JOINT_A + 3, wheel]
+    gain = np.sign(states["step_travel"][0, wheel]) * states["inputs"][0, JOINT_A : JOINT_A + 3, wheel]
     pull = information @ gain
     states["speed_before"] = 0.3
     states["speed"] = 0.3 * slower
@@ -99,7 +99,7 @@ def test_a_push_that_explains_alone_what_no_wheel_does_comes_before_two_wheels(r
 def test_a_step_teaches_no_more_noise_than_a_distrusted_input_has(seed):
     given_, chance = Filter(reference_vehicle()).settings, np.random.default_rng(seed)
     states, filters = predicted(chance), record(OpenFilter)
-    states["rolled"] = 0.05
+    states["step_distance"] = 0.05
     filters["input_variance"] = 1.0
     learn_noise(given_[0], states[0], filters[0], positive(chance), 1e6 * chance.normal(size=3), 10.0)
     most = 2.0 * (given_["distrust"][0] * 0.05) ** 2  # of each of a level's two inputs

@@ -11,9 +11,9 @@ from omnimate.effects.latency import Latency
 from omnimate.effects.link_eccentricity import LinkEccentricity
 from omnimate.effects.traction_slip import TractionSlip
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.findings import NOTABLE, find_disturbances, findings
+from omnimate.ipec.filter.findings import MIN_LOST_TRAVEL, find_disturbances, findings
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.prior import SUSPECTED
+from omnimate.ipec.filter.prior import SUSPECT_NAMES
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.floor import Floor
@@ -56,7 +56,7 @@ def test_a_drive_tells_what_its_bends_move_and_a_robot_that_stands_tells_nothing
     assert drive(robot, Truth(robot, seed=3)).findings.untold == ()
     nothing = Filter(robot).start()
     untold = findings(Filter(robot).settings, nothing.record, nothing.filters).untold
-    assert set(untold) == {name for name in SUSPECTED if not name.startswith(("diameter", "both"))}
+    assert set(untold) == {name for name in SUSPECT_NAMES if not name.startswith(("diameter", "both"))}
 
 
 @pytest.mark.parametrize(
@@ -100,11 +100,11 @@ def test_stretches_and_losses_are_those_of_the_table(drawn):
         assert first == 0 or alert[first - 1, column] == 0.0
         assert last == count - 1 or alert[last + 1, column] == 0.0
         assert disturbance.lost == pytest.approx(lost[first : last + 1, column].sum())
-        assert disturbance.lost >= NOTABLE
+        assert disturbance.lost >= MIN_LOST_TRAVEL
     assert [disturbance.start for disturbance in reported] == sorted(d.start for d in reported)
     left = lost.sum() - sum(disturbance.lost for disturbance in reported)
     stretches = (np.diff((alert > 0.0).astype(int), axis=0, prepend=0) > 0).sum()
-    assert left <= NOTABLE * (stretches - len(reported)) + 1e-12
+    assert left <= MIN_LOST_TRAVEL * (stretches - len(reported)) + 1e-12
 
 
 def test_nothing_distrusted_is_nothing_reported():

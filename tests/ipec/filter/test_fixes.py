@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from omnimate.ipec.filter.fixes import apply_fix, fix_records
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.poses import fill_pose_rows, look
-from omnimate.ipec.filter.records import BANK, LENGTH, STATES, FilterState, OpenFilter
+from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
+from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, LENGTH, STATES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.compiled import layout, record
 from omnimate.vehicle.recording import Poses, Recording
@@ -23,16 +23,16 @@ def state_by(seed):
     states, root = record(FilterState), chance.normal(size=(STATES, STATES))
     states["mean"][0] = 0.1 * chance.normal(size=STATES)
     states["mean"][0, LENGTH] = 1.0
-    states["weight"][0, 0] = states["placed"] = 1.0
-    filters = np.zeros(BANK, layout(OpenFilter))
+    states["weight"][0, 0] = states["is_linked"] = 1.0
+    filters = np.zeros(HYPOTHESIS_COUNT, layout(OpenFilter))
     filters["covariance"] = 1e-3 * root @ root.T
-    filters["number"], filters["followed"] = np.arange(BANK), 1
+    filters["number"], filters["is_active"] = np.arange(HYPOTHESIS_COUNT), 1
     return states, filters
 
 
 def pose_of(both, truck):
     (states, filters), pose, sigma = both, np.empty(3), np.empty(3)
-    look(states["mean"][0] + filters["offset"][0], filters["covariance"][0], truck, pose, sigma)
+    fill_pose(states["mean"][0] + filters["offset"][0], filters["covariance"][0], truck, pose, sigma)
     return pose, sigma
 
 
@@ -49,7 +49,7 @@ def test_one_coordinate_is_kalmans_update(seed, truck, axis):
     states, filters = state_by(seed)
     pose, _ = pose_of((states, filters), truck)
     rows = np.empty((3, STATES))
-    fill_pose_rows(states["mean"][0], truck, rows)
+    fill_pose_jacobian(states["mean"][0], truck, rows)
     measured, sigma = np.full(3, np.nan), np.full(3, 0.02)
     measured[axis] = pose[axis] + 0.01
     after, after_filters = fix((states, filters), truck, measured, sigma)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.forms import follow_motion, shape_error
+from omnimate.ipec.filter.forms import fill_sensitivities, fill_speeds
 from omnimate.ipec.filter.hypotheses import (
     ENCODERS,
     HYPOTHESES,
@@ -36,11 +36,11 @@ def start():
 
 
 def step(start, states, filters, number, *, way=(0.0,) * 4, rolled=(0.0,) * 4, joint=(0.0, 0.0)):
-    states["begun"][0] = states["mean"][0, LINK : LINK + 4]
+    states["step_start"][0] = states["mean"][0, LINK : LINK + 4]
     states["mean"][0, JOINT_A : JOINT_A + 2] += joint
-    states["way"][0], states["rolled"][0], states["samples"] = way, rolled, 5
-    follow_motion(start[0][0], states[0])
-    shape_error(start[0][0], states[0], filters[number])
+    states["step_travel"][0], states["step_distance"][0], states["samples"] = way, rolled, 5
+    fill_speeds(start[0][0], states[0])
+    fill_sensitivities(start[0][0], states[0], filters[number])
     return filters[number]
 
 
@@ -53,7 +53,7 @@ def test_what_a_late_or_slipping_wheel_has_gained_depends_on_its_speed_alone(sta
     states, filters = start[1].record.copy(), start[1].filters.copy()
     number, gained = number_of(ENCODERS + wheel, LATE), np.zeros((INPUTS, 2))
     for way in ways:
-        gained += step(start, states, filters, number, way=np.eye(4)[wheel] * way)["gained"]
+        gained += step(start, states, filters, number, way=np.eye(4)[wheel] * way)["input_sensitivity"]
     speed = ways[-1] / (5 * start[0]["period"][0])
     assert gained[wheel] == pytest.approx([speed, -0.5 * speed * abs(speed)], abs=1e-12)
     assert not np.delete(gained, wheel, axis=0).any()
@@ -79,10 +79,12 @@ def test_off_the_centre_is_any_phase_and_a_zero_set_on_the_straight_is_right_the
     states, filters = start[1].record.copy(), start[1].filters.copy()
     states["mean"][0, JOINT_A + joint] = angle
     moved = np.eye(2)[joint] * turn
-    free = step(start, states, filters, number_of(joint, OFF_CENTRE), joint=moved)["share"][:, joint]
+    free = step(start, states, filters, number_of(joint, OFF_CENTRE), joint=moved)["reading_sensitivity"][
+        :, joint
+    ]
     middle = angle + 0.5 * turn
     assert free == pytest.approx([np.sin(middle), np.cos(middle)])
-    zeroed = step(start, states, filters, number_of(joint, ZEROED))["share"][:, joint]
+    zeroed = step(start, states, filters, number_of(joint, ZEROED))["reading_sensitivity"][:, joint]
     assert zeroed == pytest.approx([np.sin(angle + turn), np.cos(angle + turn) - 1.0])
 
 
@@ -95,14 +97,14 @@ def test_a_joint_that_moved_by_its_play_reads_it_to_that_side(start, turns, side
     filters[number]["covariance"][WANDER, WANDER] = half**2
     for turn in turns:
         opened = step(start, states, filters, number, joint=(turn, 0.0))
-        assert -1.0 <= opened["share"][0, 0] <= 1.0
-        assert 0.0 <= opened["vague"] <= half**2
+        assert -1.0 <= opened["reading_sensitivity"][0, 0] <= 1.0
+        assert 0.0 <= opened["form_variance"] <= half**2
     for _ in range(2):
         opened = step(start, states, filters, number, joint=(side * 2.0 * half, 0.0))
-    assert opened["share"][0, 0] == pytest.approx(-side)
-    assert opened["vague"] == pytest.approx(0.0, abs=1e-12)
+    assert opened["reading_sensitivity"][0, 0] == pytest.approx(-side)
+    assert opened["form_variance"] == pytest.approx(0.0, abs=1e-12)
     opened = step(start, states, filters, number, joint=(-side * 2.0 * half, 0.0))
-    assert opened["vague"] == pytest.approx(half**2)
+    assert opened["form_variance"] == pytest.approx(half**2)
 
 
 @settings(max_examples=50)
@@ -113,7 +115,7 @@ def test_a_truck_on_a_slope_creeps_by_its_way_along_x_and_along_y(start, heading
     states["mean"][0, LINK], states["mean"][0, JOINT_A + truck] = heading, 0.3
     way = (-0.04 if back else 0.04,) * 4
     number, moved = number_of(TRUCKS + truck, SLOPE), np.eye(2)[truck] * turn
-    gained = step(start, states, filters, number, way=way, joint=moved)["gained"]
+    gained = step(start, states, filters, number, way=way, joint=moved)["input_sensitivity"]
     angle = heading + 0.3 + 0.5 * turn
     axes = np.array([[-np.sin(angle), np.cos(angle)], [np.cos(angle), np.sin(angle)]])  # to the side, ahead
     assert axes.T @ gained[[SIDES + truck, AHEAD + truck]] == pytest.approx(0.04 * np.eye(2), abs=1e-12)
@@ -127,7 +129,7 @@ def test_trucks_that_push_each_other_creep_along_the_link_by_opposite_ways(start
     states["mean"][0, JOINT_A : JOINT_A + 2] = angles
     number = number_of(2, PUSH)
     filters[number]["offset"][WANDER] = creep
-    gained = step(start, states, filters, number, way=(0.04,) * 4, rolled=(0.04,) * 4)["gained"]
+    gained = step(start, states, filters, number, way=(0.04,) * 4, rolled=(0.04,) * 4)["input_sensitivity"]
     for truck, away in enumerate((1.0, -1.0)):
         ahead, aside = gained[AHEAD + truck], gained[SIDES + truck]
         cos, sin = np.cos(angles[truck]), np.sin(angles[truck])
@@ -146,14 +148,16 @@ def test_a_late_joint_lags_at_a_rate_between_those_of_the_last_two_steps(start, 
         opened = step(start, states, filters, number, joint=(0.0, turn))
     before, now = np.array(rates) / time
     part = min(0.5 * delay, 1.0)
-    assert opened["share"][0, 1] == pytest.approx(-(part * before + (1.0 - part) * now), abs=1e-12)
-    assert opened["vague"] == pytest.approx((delay * time * (now - before)) ** 2 / 12.0, abs=1e-15)
+    assert opened["reading_sensitivity"][0, 1] == pytest.approx(
+        -(part * before + (1.0 - part) * now), abs=1e-12
+    )
+    assert opened["form_variance"] == pytest.approx((delay * time * (now - before)) ** 2 / 12.0, abs=1e-15)
 
 
 @pytest.mark.parametrize("wheel", range(4))
 def test_a_wheel_whose_size_changes_gains_a_part_of_its_way(start, wheel):
     states, filters = start[1].record.copy(), start[1].filters.copy()
     ways = np.array([0.04, -0.05, 0.03, 0.02])
-    gained = step(start, states, filters, number_of(ENCODERS + wheel, WANDERS), way=ways)["gained"]
+    gained = step(start, states, filters, number_of(ENCODERS + wheel, WANDERS), way=ways)["input_sensitivity"]
     assert gained[wheel] == pytest.approx([ways[wheel], 0.0])
     assert not np.delete(gained, wheel, axis=0).any()

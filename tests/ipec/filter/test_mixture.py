@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.mixture import forget_scale
+from omnimate.ipec.filter.mixture import discard_common_scale
 from omnimate.ipec.filter.records import SLOW
 
 WHEELS = np.array([1.0] * 4 + [0.0] * (SLOW - 4))
@@ -19,7 +19,7 @@ def test_the_size_of_all_wheels_is_as_uncertain_as_with_a_nuisance_along_it(seed
     root = chance.normal(size=(SLOW, SLOW))
     told, mean = root @ root.T + np.eye(SLOW), chance.normal(size=SLOW)
     pull, covariance = told @ mean, np.linalg.inv(told)
-    forget_scale(told, pull, variance)
+    discard_common_scale(told, pull, variance)
     assert np.linalg.inv(told) == pytest.approx(
         covariance + variance * np.outer(WHEELS, WHEELS), rel=1e-6, abs=1e-6 * (1.0 + variance)
     )

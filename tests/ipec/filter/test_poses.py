@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.poses import fill_pose_rows, look
+from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
 from omnimate.ipec.filter.records import JOINT_A, JOINT_B, LENGTH, LINK, STATES, X, Y
 from omnimate.vehicle.linkage import follower, linkage_of
 
@@ -22,7 +22,7 @@ def estimate_by(seed):
 
 def pose_of(mean, truck):
     pose, sigma = np.empty(3), np.empty(3)
-    look(mean, np.eye(STATES), truck, pose, sigma)
+    fill_pose(mean, np.eye(STATES), truck, pose, sigma)
     return pose
 
 
@@ -41,7 +41,7 @@ def test_both_poses_have_the_linkage_that_the_state_says(seed):
 def test_the_rows_are_the_derivatives_of_the_pose(seed, truck):
     mean, _ = estimate_by(seed)
     rows = np.empty((3, STATES))
-    fill_pose_rows(mean, truck, rows)
+    fill_pose_jacobian(mean, truck, rows)
     for state in range(STATES):
         step = np.zeros(STATES)
         step[state] = 1e-6
@@ -53,6 +53,6 @@ def test_the_rows_are_the_derivatives_of_the_pose(seed, truck):
 def test_the_sigmas_are_those_of_the_rows_and_the_covariance(seed, truck):
     mean, covariance = estimate_by(seed)
     pose, sigma, rows = np.empty(3), np.empty(3), np.empty((3, STATES))
-    look(mean, covariance, truck, pose, sigma)
-    fill_pose_rows(mean, truck, rows)
+    fill_pose(mean, covariance, truck, pose, sigma)
+    fill_pose_jacobian(mean, truck, rows)
     assert sigma**2 == pytest.approx(np.diag(rows @ covariance @ rows.T), rel=1e-6, abs=1e-9)

@@ -22,8 +22,8 @@ def move(robot):
 
     def moved(mean, travel):
         state = filter_.start().record.copy()
-        state["mean"][0], state["travel"][0], state["way"][0] = mean, travel, travel
-        state["begun"][0], state["samples"] = mean[LINK : LINK + 4], 1
+        state["mean"][0], state["travel"][0], state["step_travel"][0] = mean, travel, travel
+        state["step_start"][0], state["samples"] = mean[LINK : LINK + 4], 1
         predict_mean(filter_.settings[0], state[0])
         differentiate(filter_.settings[0], state[0])
         return state[0]

@@ -5,8 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.hypotheses import HYPOTHESES, READINGS, SLOPE, chances_before
-from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SUSPECTED, WATCHED, Prior, directions
+from omnimate.ipec.filter.hypotheses import HYPOTHESES, READINGS, SLOPE, log_prior_probabilities
+from omnimate.ipec.filter.prior import (
+    CALIBRATED,
+    MONITORING_PRIOR,
+    NOMINAL,
+    SUSPECT_NAMES,
+    Prior,
+    suspect_directions,
+)
 
 sigmas = st.floats(1e-6, 0.1)
 priors = st.builds(Prior, sigmas, sigmas, sigmas, sigmas, sigmas)
@@ -47,17 +54,17 @@ def test_more_values_of_a_data_sheet_are_wrong_than_of_a_calibration():
 
 
 def test_each_suspect_changes_what_its_name_says():
-    rows = dict(zip(SUSPECTED, directions(), strict=True))
+    rows = dict(zip(SUSPECT_NAMES, suspect_directions(), strict=True))
     assert rows["diameter of b.left"].tolist() == [0, 0, 1, *[0] * 8]
     assert rows["both diameters of a"].tolist() == [1, 1, *[0] * 9]
     assert rows["unequal diameters of b"][2:4] @ [-1.0, 1.0] == 1.0
     assert rows["bias of link"].tolist() == [*[0] * 10, 1]
 
 
-@pytest.mark.parametrize("prior", [CALIBRATED, NOMINAL, WATCHED])
+@pytest.mark.parametrize("prior", [CALIBRATED, NOMINAL, MONITORING_PRIOR])
 def test_each_reading_wanders_with_the_odds_of_the_prior(prior):
     """Forms share the odds; a truck that creeps alone on a slope needs two things to be wrong."""
-    chance, wrong = np.exp(chances_before(prior.wrong)), prior.wrong
+    chance, wrong = np.exp(log_prior_probabilities(prior.wrong)), prior.wrong
     for number in range(len(READINGS)):
         forms = {hypothesis.form for hypothesis in HYPOTHESES if hypothesis.reading == number}
         share = 1.0 - (1.0 - wrong) / len(forms) if SLOPE in forms else 1.0

@@ -25,12 +25,12 @@ def drive(all_settings, states, truths, travel):
         state.travel[:], truth.travel[:] = travel, travel
         predict_mean(given, state)
         predict_mean(given, truth)
-        state.way[:] += travel
-        state.rolled[:] += np.abs(travel)
+        state.step_travel[:] += travel
+        state.step_distance[:] += np.abs(travel)
         state.samples += 1
-        state.seen += 1
+        state.linkage_samples += 1
         for number in range(3):
-            state.missed[number] += truth.mean[JOINT_A + number] - state.mean[JOINT_A + number]
+            state.residual_sum[number] += truth.mean[JOINT_A + number] - state.mean[JOINT_A + number]
     differentiate(given, state)
 
 
@@ -39,7 +39,7 @@ def begun(joints=(0.3, -0.2)):
     start = filter_.start()
     states, filters = start.record.copy(), start.filters.copy()
     given = filter_.settings.copy()
-    given["half"] = 1e-7
+    given["half_count"] = 1e-7
     states["mean"][0, JOINT_A : JOINT_A + 3] = (*joints, given["length"][0])
     filters["covariance"][0] += np.diag([*[1e-4] * 6, *[0.0] * (STATES - 6)])
     return given, states, filters

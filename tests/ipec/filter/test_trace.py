@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omnimate.ipec.filter.estimate import BLOCK, run_forward
+from omnimate.ipec.filter.estimate import BLOCK_SAMPLES, run_forward
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.records import Step
 from omnimate.ipec.filter.smoothing import run_block
@@ -24,34 +24,43 @@ def run():
     robot = reference_vehicle()
     floor = Floor(bumps=bumps_under("b.left", 6, 1.0, 14.0))
     recording = simulate(robot, Truth(robot, floor=floor, seed=1), out_and_back(8.0, 1, link_length=1.0))
-    assert 2 * BLOCK < len(recording) < 4 * BLOCK
+    assert 2 * BLOCK_SAMPLES < len(recording) < 4 * BLOCK_SAMPLES
     return run_forward(recording, ZERO, ZERO, recording.poses, None, None)
 
 
 def test_there_is_a_mark_before_each_block_and_the_first_is_the_start(run):
     count = len(run.table.counts)
-    assert len(run.trace.marks) == -(-count // BLOCK)
+    assert len(run.trace.checkpoints) == -(-count // BLOCK_SAMPLES)
     start = Filter(reference_vehicle()).start().record
-    assert run.trace.marks[0]["mean"].tolist() == start["mean"][0].tolist()
-    assert run.trace.marks[0]["placed"] == 0
+    assert run.trace.checkpoints[0]["mean"].tolist() == start["mean"][0].tolist()
+    assert run.trace.checkpoints[0]["is_linked"] == 0
 
 
 def again(run, number):
     """Return the steps of a block that runs again, the numbers of their samples, and what is behind."""
-    steps, samples = np.zeros((1, BLOCK), layout(Step)), np.empty(BLOCK, np.int64)
-    trace = run.trace._replace(marks=run.trace.marks.copy(), filter_marks=run.trace.filter_marks.copy())
+    steps, samples = np.zeros((1, BLOCK_SAMPLES), layout(Step)), np.empty(BLOCK_SAMPLES, np.int64)
+    trace = run.trace._replace(
+        checkpoints=run.trace.checkpoints.copy(), filter_checkpoints=run.trace.filter_checkpoints.copy()
+    )
     likely = run.last["weight"][0].argmax(keepdims=True)
     kept = run_block(run.settings, (run.table, trace), number, likely, steps, samples)
-    return steps[0, :kept], samples[:kept], (trace.marks[number], trace.filter_marks[number]), likely
+    return (
+        steps[0, :kept],
+        samples[:kept],
+        (trace.checkpoints[number], trace.filter_checkpoints[number]),
+        likely,
+    )
 
 
-def test_each_block_runs_again_to_the_mark_behind_it(run):
-    for number in range(len(run.trace.marks) - 1):
+def test_each_block_runs_again_to_the_next_checkpoint(run):
+    for number in range(len(run.trace.checkpoints) - 1):
         _, _, (behind, filters), likely = again(run, number)
-        for name in ("mean", "counts", "decided"):
-            assert np.array_equal(behind[name], run.trace.marks[number + 1][name])
+        for name in ("mean", "counts", "mixture_count"):
+            assert np.array_equal(behind[name], run.trace.checkpoints[number + 1][name])
         for name in ("offset", "covariance", "alert", "learned"):
-            assert np.array_equal(filters[name][likely], run.trace.filter_marks[number + 1][name][likely])
+            assert np.array_equal(
+                filters[name][likely], run.trace.filter_checkpoints[number + 1][name][likely]
+            )
 
 
 def test_a_block_runs_again_to_the_poses_of_the_estimate(run):
