@@ -68,7 +68,7 @@ EFFECTS: tuple[type[Effect], ...] = (
 )
 
 
-# In the order in which a calibration names them.
+# In the order of a calibration's report.
 CALIBRATED = (Wheelbase, WheelDiameter)
 SETUP = tuple(kind for kind in EFFECTS if kind.is_setup)
 

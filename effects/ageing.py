@@ -1,6 +1,6 @@
-"""Aged samples: what a sensor sends is of some time ago.
+"""Aged samples: base class of effects in which a sensor sends the value of an earlier time.
 
-Shared by latency and by a clock that drifts, which differ only in how the age comes about.
+Latency and clock drift are subclasses; they differ in the age of the samples only.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from omnimate.effects.effect import Stage
     from omnimate.vehicle.se2 import Array
 
-SYNC_SKEW = 5e-4  # [s] between devices that answer the same SYNC: an interrupt, a short filter
+SYNC_SKEW = 5e-4  # [s] spread of sampling times on one SYNC: interrupt and input filter (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +27,9 @@ class History:
 
     Attributes:
         start: Time of the very first sample [s].
-        time: Times of the samples that may still be shown, shape `(H,)` [s].
+        time: Times of the samples that are still needed, shape `(H,)` [s].
         value: Values of these samples, shape `(H,)`.
-        shown: Value that was shown last.
+        shown: Last value that was sent.
     """
 
     start: float
@@ -43,7 +43,7 @@ class AgedSamples(Effect):
     """An effect that makes the samples of one channel, or the poses, older."""
 
     def age(self, time: Array, start: float) -> Array:
-        """Return how old samples `(K,)` are [s], at times [s] after a start [s]."""
+        """Return the age of samples `(K,)` [s] at times [s]; the drive began at `start` [s]."""
         raise NotImplementedError
 
     def acts_at(self) -> Stage:
@@ -74,7 +74,7 @@ class AgedSamples(Effect):
             state = History(first, np.array([first]), np.array([before]), before)
         time, values = np.concatenate((state.time, block.time)), np.concatenate((state.value, value))
         age = self.age(block.time, state.start)
-        # what is newer than now is foreseen along the last step
+        # a negative age is extrapolated along the last step
         steps = np.diff(values)[-len(block) :] / np.diff(time)[-len(block) :]
         shown = np.interp(block.time - np.maximum(age, 0.0), time, values) + np.maximum(-age, 0.0) * steps
         oldest = int(np.searchsorted(time, block.time[-1] - age[-1], side="right")) - 1
@@ -82,12 +82,12 @@ class AgedSamples(Effect):
         return shown, History(state.start, time[kept], values[kept], float(shown[-1]))
 
     def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Return the block of a whole recording with the wheel's travel at the time that it is of."""
+        """Return the block of a whole recording with the wheel's travel shifted to its true time."""
         if self.component not in WHEEL:
             return block, state
         wheel = wheel_number(self.component)
         start = float(block.time[0] - block.period[0])
         time = np.concatenate(([start], block.time))
-        way = np.concatenate(([0.0], np.cumsum(block.travel[:, wheel])))
-        then = np.interp(time + self.age(time, start), time, way)
-        return replace(block.with_travel(wheel, np.diff(then))), state
+        distance = np.concatenate(([0.0], np.cumsum(block.travel[:, wheel])))
+        shifted = np.interp(time + self.age(time, start), time, distance)
+        return replace(block.with_travel(wheel, np.diff(shifted))), state

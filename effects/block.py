@@ -1,7 +1,7 @@
-"""The signals of successive steps of a robot, which effects change on their way.
+"""The signals of successive steps of a robot, the input and output of effects.
 
-A step leads from one sample to the next. The simulator passes blocks of one step, the diagnosis the
-whole of a recording; an effect that remembers something gets its state handed back.
+A step is the interval between two samples. The simulator passes blocks of one step, the diagnosis whole
+recordings; effects with memory receive their state from the previous block.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class Block:
         wheelbase: Nominal wheelbase of each truck, shape `(T,)` [m].
         heading: Heading of each truck in the world, in the middle of the step, shape `(K, T)` [rad].
         place: Position of each truck in the world, in the middle of the step, shape `(K, T, 2)` [m].
-        travel: Way of each wheel over the ground in the step, shape `(K, W)` [m].
-        twist: Motion of each truck in the step, in its own frame, shape `(K, T, 3)`: way forward [m], creep
+        travel: Travel of each wheel over the ground in the step, shape `(K, W)` [m].
+        twist: Motion of each truck in the step, in its frame, shape `(K, T, 3)`: travel forward [m], creep
             to the left [m], yaw [rad].
         reading: Readings of joint_a [rad], joint_b [rad] and link [m] at the end of the step, shape `(K,
             3)`; no columns with a single truck. The link's reading is its length.
@@ -59,7 +59,7 @@ class Block:
         return len(self.time)
 
     def between(self, first: int, last: int) -> Self:
-        """Return the steps from one number to another, the latter not among them."""
+        """Return the steps from number `first` up to but not including `last`."""
         steps = slice(first, last)
         return replace(
             self,
@@ -101,7 +101,7 @@ class Block:
         return replace(self, reading=changed)
 
     def rolled(self) -> Self:
-        """Return the block with the twists that the wheels' travel makes on exact arcs, U (2.4)-(2.6)."""
+        """Return the block with twists calculated from the wheels' travel, U (2.4)-(2.6)."""
         left, right = self.travel[:, 0::2], self.travel[:, 1::2]
         twist = np.zeros((*left.shape, 3))
         twist[..., 0] = 0.5 * (left + right)
@@ -113,7 +113,7 @@ LINKAGE = ("joint_a", "joint_b", "link")
 
 
 def wheel_radius(block: Block, wheel: int) -> float:
-    """Return a wheel's nominal radius [m]: travel over turn; a common one where it stands still."""
+    """Return a wheel's nominal radius [m]: travel over turn, or 75 mm (assumption) if it did not turn."""
     turned = np.abs(block.turned[:, wheel]).sum()
     return float(np.abs(block.travel[:, wheel]).sum() / turned) if turned > 0.0 else 0.075
 
@@ -129,7 +129,7 @@ def truck_number(component: str) -> int:
     return ("a", "b").index(component)
 
 
-def wheels_of(component: str) -> tuple[int, ...]:
+def wheel_columns(component: str) -> tuple[int, ...]:
     """Return the columns of a wheel, or of both wheels of a truck."""
     if component in LINKAGE:
         return ()

@@ -1,9 +1,9 @@
-"""Bump: each obstacle takes a piece of the rolled way that is not travelled.
+"""Bump: on each obstacle a part of the rolled distance is not travelled.
 
 A wheel that climbs over a cable or an edge turns further than the truck travels. The loss grows along the
-crossing as for a stiff wheel on an edge, by the law of `vcan_sim.crossing`.
+crossing as for a stiff wheel on an edge, by the law of `effects.crossing`.
 
-It is seen as a sudden heading error of the lost way, divided by the wheelbase.
+It is seen as a sudden heading error of the lost travel, divided by the wheelbase.
 
 It is confused with a short slip patch.
 
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.effects.block import wheel_number, wheel_radius
-from omnimate.effects.crossing import losing
+from omnimate.effects.crossing import crossing_with_loss
 from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
 from omnimate.effects.errors import EffectError
 from omnimate.effects.words import component_in_words
@@ -34,7 +34,7 @@ class BumpEvents(Effect):
 
     Attributes:
         times: Time at which each crossing begins, on the recording's clock [s].
-        lost: Way that is rolled but not travelled in each crossing [m].
+        lost: Travel that is rolled but not travelled in each crossing [m].
     """
 
     times: tuple[float, ...] = ()
@@ -61,42 +61,42 @@ class BumpEvents(Effect):
             )
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Lose way as each crossing goes on; remember the way rolled since each onset.
+        """Subtract the loss of each crossing; the state is the distance rolled since each onset.
 
-        What begins before a motion of which nothing is remembered is over.
+        Without a state, crossings that began before the block are over.
         """
         wheel = wheel_number(self.component)
         travel, radius = block.travel[:, wheel], wheel_radius(block, wheel)
-        gone = np.concatenate(([0.0], np.cumsum(np.abs(travel))))
+        distance = np.concatenate(([0.0], np.cumsum(np.abs(travel))))
         begun = np.array(self.times) < block.time[0] - block.period[0]
         since = np.where(begun, np.inf, 0.0) if state is None else state
         after, lost = since.copy(), np.zeros(len(block))
         for number, (time, loss) in enumerate(zip(self.times, self.lost, strict=True)):
             first = int(np.searchsorted(block.time, time, side="right"))
-            before = gone[first] - since[number]  # on which the crossing began
-            after[number] = gone[-1] - before
+            before = distance[first] - since[number]  # distance at which the crossing began
+            after[number] = distance[-1] - before
             if loss > 0.0 and since[number] < after[number]:
-                crossing = losing(radius, loss)
-                last = int(np.searchsorted(gone, before + crossing.rolled)) + 1
-                lost[first : last - 1] += np.diff(crossing.lost_after(gone[first:last] - before))
+                crossing = crossing_with_loss(radius, loss)
+                last = int(np.searchsorted(distance, before + crossing.rolled)) + 1
+                lost[first : last - 1] += np.diff(crossing.lost_after(distance[first:last] - before))
         return block.with_travel(wheel, travel - np.sign(travel) * lost), after
 
     def acts_during(self, block: Block) -> tuple[float, float] | None:
-        """Return from its first crossing's begin to its last one's end [s]."""
+        """Return start of the first and end of the last crossing [s]."""
         wheel = wheel_number(self.component)
-        gone = np.cumsum(np.abs(block.travel[:, wheel]))
+        distance = np.cumsum(np.abs(block.travel[:, wheel]))
         ends = [self.times[0]] if self.times else []
         for time, loss in zip(self.times, self.lost, strict=True):
             first = int(np.searchsorted(block.time, time, side="right"))
-            begun = gone[first - 1] if first > 0 else 0.0
-            rolled = losing(wheel_radius(block, wheel), loss).rolled if loss > 0.0 else 0.0
-            last = min(int(np.searchsorted(gone, begun + rolled)), len(block) - 1)
+            begun = distance[first - 1] if first > 0 else 0.0
+            rolled = crossing_with_loss(wheel_radius(block, wheel), loss).rolled if loss > 0.0 else 0.0
+            last = min(int(np.searchsorted(distance, begun + rolled)), len(block) - 1)
             ends.append(float(block.time[last]))
         return (min(self.times), max(ends)) if ends else None
 
     def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002
         """Return the effect in a sentence, with the mean lost travel [mm]."""
-        lost = [1e3 * one for one in self.lost]
+        lost = [1e3 * loss for loss in self.lost]
         many = f"{len(lost)} bumps" if len(lost) > 1 else "a bump"
         return (
             f"{component_in_words(self.component)} went over {many}: each time it rolled about "

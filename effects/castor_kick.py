@@ -1,7 +1,7 @@
 """Castor kick: the truck yaws each time its direction of travel reverses.
 
 Castors swing round when the truck reverses, and push it sideways while they do. Single kicks scatter; this is
-their mean. `swing` is the way over which they come; without it the truck yaws at once.
+their mean. `swing` is the distance over which they come; without it the truck yaws at once.
 
 It is seen as a step of the heading at reversals only.
 
@@ -19,9 +19,9 @@ import numpy as np
 
 from omnimate.effects.block import truck_number
 from omnimate.effects.effect import FAULT, TRUCK, Effect, Parameter, Prior
-from omnimate.effects.play import follow
+from omnimate.effects.play import play_output
 
-SWING = 1e-3  # [m] that a truck has to go back before castors feel it: noise of counts is no reversal
+REVERSAL_DISTANCE = 1e-3  # [m] smallest motion back that counts as a reversal: above the noise of counts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from omnimate.effects.effect import Drive
     from omnimate.vehicle.se2 import Array
 
-SWINGS = (0.0, 0.05, 0.15)  # [m] over which castors swing round: a few of their own trails
+SWING_DISTANCES = (0.0, 0.05, 0.15)  # [m] trial values: up to a few times a castor's trail (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +41,8 @@ class CastorKick(Effect):
 
     Attributes:
         yaw: Yaw at each reversal [rad].
-        swing: Way after a reversal over which the castors swing round, and the truck yaws [m]; 0 where it
-            yaws at once.
+        swing: Distance after a reversal over which the castors swing round, and the truck yaws [m]; 0 where
+            it yaws at once.
     """
 
     yaw: float = 0.0
@@ -61,38 +61,44 @@ class CastorKick(Effect):
     says = "{part} yaws by {yaw:+.3f} degrees each time it reverses: its castors swing round."
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Yaw after each reversal; remember the way, how far it is followed, and how long ago it turned."""
+        """Add the yaw after each reversal; the state is travel, filtered travel, its sign, distance since."""
         truck = truck_number(self.component)
         start, followed, last, since = (0.0, 0.0, 0.0, np.inf) if state is None else state
-        way = start + np.cumsum(block.twist[:, truck, 0])
-        steady = follow(way, followed, 2.0 * SWING)
+        distance = start + np.cumsum(block.twist[:, truck, 0])
+        steady = play_output(distance, followed, 2.0 * REVERSAL_DISTANCE)
         moved = np.sign(np.diff(np.concatenate(([followed], steady))))
         known = np.concatenate(([last], moved))
         before = known[np.maximum.accumulate(np.where(known != 0.0, np.arange(len(known)), 0))]
         reversed_ = (moved != 0.0) & (before[:-1] != 0.0) & (moved != before[:-1])
         twist = block.twist[:, truck].copy()
-        swung, since = self._swung(reversed_, np.abs(block.twist[:, truck, 0]), since)
-        twist[:, 2] += self.yaw * swung
-        return block.with_twist(truck, twist), (float(way[-1]), float(steady[-1]), float(before[-1]), since)
+        shares, since = self._swung(reversed_, np.abs(block.twist[:, truck, 0]), since)
+        twist[:, 2] += self.yaw * shares
+        return block.with_twist(truck, twist), (
+            float(distance[-1]),
+            float(steady[-1]),
+            float(before[-1]),
+            since,
+        )
 
-    def _swung(self, reversed_: NDArray[np.bool_], gone: Array, since: float) -> tuple[Array, float]:
-        """Return which part of the yaw comes in each step, and the way since the last reversal [m].
+    def _swung(self, reversed_: NDArray[np.bool_], distances: Array, since: float) -> tuple[Array, float]:
+        """Return the share of the yaw in each step, and the distance since the last reversal [m].
 
         Args:
             reversed_: Whether the truck reverses in each step, shape `(K,)`.
-            gone: Way of each step, shape `(K,)` [m].
-            since: Way since the last reversal before the first step [m].
+            distances: Distance of each step, shape `(K,)` [m].
+            since: Distance since the last reversal before the first step [m].
         """
         if self.swing == 0.0:
             return reversed_.astype(np.float64), since
-        total = np.cumsum(gone)
-        at = np.maximum.accumulate(np.where(reversed_, np.arange(len(gone)), -1))
-        turned = np.where(at >= 0, total[at] - gone[at], -since)  # way counted when it reversed last
+        total = np.cumsum(distances)
+        last_reversal = np.maximum.accumulate(np.where(reversed_, np.arange(len(distances)), -1))
+        # distance at the last reversal
+        turned = np.where(last_reversal >= 0, total[last_reversal] - distances[last_reversal], -since)
         after = np.minimum(total - turned, self.swing)
-        before = np.minimum(total - gone - turned, self.swing)
+        before = np.minimum(total - distances - turned, self.swing)
         return (after - before) / self.swing, float(total[-1] - turned[-1])
 
     @classmethod
     def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:  # noqa: ARG003
         """Return distances over which castors swing round."""
-        return [{"swing": swing} for swing in SWINGS]
+        return [{"swing": swing} for swing in SWING_DISTANCES]

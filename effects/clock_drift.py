@@ -24,12 +24,14 @@ from omnimate.effects.effect import FAULT, JOINT, LINK, POSES, WHEEL, Parameter,
 if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
-SYNCHRONISED = 10.0  # times rarer than a drift of poses: an encoder that answers SYNC has no clock of its own
+# [1] An encoder that answers SYNC rarely has a free clock: odds are lower than for poses by this
+# (assumption).
+SYNCHRONISED_ODDS_FACTOR = 10.0
 
 
 @dataclass(frozen=True, slots=True)
 class ClockDrift(AgedSamples):
-    """Every sample is the value of a time that lies back further and further.
+    """The age of the samples grows with time.
 
     Attributes:
         rate: Age that the samples gain per time [s/s].
@@ -48,10 +50,10 @@ class ClockDrift(AgedSamples):
     excited_by = "channel motion"
 
     def age(self, time: Array, start: float) -> Array:
-        """Return how old samples are [s]."""
+        """Return the age of samples [s]."""
         return np.asarray(self.rate * (time - start))
 
     @classmethod
     def log_odds(cls, component: str) -> float:
-        """Return the log prior odds: an encoder that answers SYNC rarely has a clock of its own."""
-        return cls.prior.log_odds - (0.0 if component in POSES else math.log(SYNCHRONISED))
+        """Return the log prior odds, lower for encoders, which sample on SYNC."""
+        return cls.prior.log_odds - (0.0 if component in POSES else math.log(SYNCHRONISED_ODDS_FACTOR))

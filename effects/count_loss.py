@@ -2,7 +2,7 @@
 
 The reader, the cable or the counter's input is too slow for the edges.
 
-It is seen as a wheel that counts too little for the way that it rolls, at high speed only.
+It is seen as a wheel that counts too little for the distance that it rolls, at high speed only.
 
 It is confused with a radius that changes with the speed.
 
@@ -53,7 +53,7 @@ class CountLoss(Effect):
     scan = "threshold"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Take the lost counts out of the counted angle; remember how much is missing."""
+        """Subtract the lost counts from the counted angle; the state is their sum."""
         wheel = wheel_number(self.component)
         fast = np.abs(block.speed[:, wheel]) > self.above
         counted = np.where(fast, 1.0 - self.fraction, 1.0) * block.turned[:, wheel]
@@ -61,7 +61,7 @@ class CountLoss(Effect):
         return block.with_counted(wheel, block.angle[:, wheel] - missing, counted), float(missing[-1])
 
     def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Give back to the travel what was rolled and not counted."""
+        """Return the block with the uncounted travel added."""
         wheel = wheel_number(self.component)
         fast = np.abs(block.speed[:, wheel]) > self.above * (1.0 - self.fraction)
         factor = np.where(fast, 1.0 / (1.0 - self.fraction), 1.0)

@@ -1,4 +1,4 @@
-"""The geometry of a wheel that crosses an obstacle: what it rolls, what it loses, and how the loss grows.
+"""Geometry of a wheel that crosses an obstacle: rolled distance and lost travel along the crossing.
 
 A stiff wheel that climbs over something turns further than it travels: while it is on the obstacle,
 its centre swings about a point from -q to q. It rolls 2 r q, travels 2 r sin q and loses the
@@ -32,9 +32,9 @@ class Crossing:
     """One crossing of an obstacle by a stiff wheel.
 
     Attributes:
-        reach: Distance of the wheel's centre from the point about which it swings [m].
+        reach: Distance of the wheel's centre from its centre of rotation, r [m].
         half_angle: Half of the angle through which the centre swings, q [rad].
-        travelled: Way that the centre travels over the ground, 2 r sin q [m].
+        travelled: Travel that the centre travels over the ground, 2 r sin q [m].
     """
 
     reach: float
@@ -43,21 +43,21 @@ class Crossing:
 
     @property
     def lost(self) -> float:
-        """Way that is rolled but not travelled in the whole crossing, 2 r (q - sin q) [m]."""
+        """Travel that is rolled but not travelled in the whole crossing, 2 r (q - sin q) [m]."""
         return 2.0 * self.reach * (self.half_angle - math.sin(self.half_angle))
 
     @property
     def rolled(self) -> float:
-        """Way that the wheel rolls in the whole crossing, 2 r q [m]."""
+        """Travel that the wheel rolls in the whole crossing, 2 r q [m]."""
         return self.travelled + self.lost
 
     def lost_after(self, rolled: Array) -> Array:
-        """Return the way lost so far, when so much of the crossing has been rolled.
+        """Return the travel lost so far, when so much of the crossing has been rolled.
 
         The centre swings from -q to s - q, s = rolled / r, and travels r (sin q + sin(s - q)).
 
         Args:
-            rolled: Way rolled since the crossing began, shape `(K,)` [m].
+            rolled: Distance rolled since the crossing began, shape `(K,)` [m].
         """
         swung = np.clip(np.asarray(rolled) / self.reach, 0.0, 2.0 * self.half_angle)
         sin = math.sin(self.half_angle)
@@ -74,22 +74,22 @@ def crossing_of(shape: Shape, radius: float, height: float) -> Crossing:
         height: Height of the edge or diameter of the cable, h [m], less than R.
     """
     if shape == "chord":
-        return losing(radius, chord_loss(radius, height))
+        return crossing_with_loss(radius, chord_loss(radius, height))
     if shape == "edge":
-        way = 2.0 * math.sqrt(2.0 * radius * height - height * height)
-        return Crossing(radius, math.acos(1.0 - height / radius), way)
+        travelled = 2.0 * math.sqrt(2.0 * radius * height - height * height)
+        return Crossing(radius, math.acos(1.0 - height / radius), travelled)
     reach = radius + 0.5 * height
-    way = 2.0 * math.sqrt(2.0 * radius * height)
-    return Crossing(reach, math.acos((radius - 0.5 * height) / reach), way)
+    travelled = 2.0 * math.sqrt(2.0 * radius * height)
+    return Crossing(reach, math.acos((radius - 0.5 * height) / reach), travelled)
 
 
 @lru_cache(maxsize=1024)
-def losing(radius: float, lost: float) -> Crossing:
-    """Return the crossing of the sharp edge over which a wheel loses this much, 2 R (q - sin q) = lost.
+def crossing_with_loss(radius: float, lost: float) -> Crossing:
+    """Return the crossing of a sharp edge with a given lost travel, 2 R (q - sin q) = lost.
 
     Args:
         radius: Radius of the wheel, R [m].
-        lost: Way that is rolled but not travelled [m], more than 0.
+        lost: Travel that is rolled but not travelled [m], more than 0.
     """
     q = (3.0 * lost / radius) ** (1.0 / 3.0)  # q - sin q = q^3 / 6 to first order
     for _ in range(_NEWTON_STEPS):

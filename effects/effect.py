@@ -1,4 +1,4 @@
-"""What an effect is: a piece of physics on one component, at one stage of the signal path.
+"""The base class of effects: physics of one component at one stage of the signal path.
 
 The order of the stages is that of `STAGES`; `stages` has a picture of the path and what follows it.
 """
@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from omnimate.effects.block import LINKAGE, truck_number, wheels_of
+from omnimate.effects.block import LINKAGE, truck_number, wheel_columns
 from omnimate.effects.errors import EffectError
 from omnimate.effects.words import component_in_words
 
@@ -29,37 +29,37 @@ JOINT = ("joint_a", "joint_b")
 LINK = ("link",)
 POSES = ("poses",)
 
-# How a diagnosis finds what is not linear in an effect: by windows that stand out, by the begin and end of an
-# interval, by the moment of a lasting step, by the order of a periodic error, by a threshold of speed.
+# How a diagnosis finds the nonlinear parameter of an effect: outlying windows, start and end of an interval,
+# time of a lasting step, order of a periodic error, threshold of speed.
 Scan = Literal["moments", "interval", "step", "order", "threshold"]
 # Motion without which an effect on a linkage channel, or on a truck, cannot be identified.
 Excitation = Literal["channel motion", "turns"]
-# When an effect is a nuisance of the first estimate of noise: in any recording, or in one with poses.
+# Recordings in which an effect is a nuisance parameter of the first noise estimate.
 Startup = Literal["always", "with poses"]
 # Quantity over which the error that an effect explains is plotted.
 Abscissa = Literal["time", "wheel angle", "joint angle", "heading", "link length", "speed", "turn rate"]
 
-# Prior odds. With the Bayes factor's own penalty they let noise be named as one of a robot's eight
-# calibrated numbers in one recording of two hundred, and as one of its sixty faults likewise: one false
-# alarm in a hundred.
-MISCALIBRATED = 0.03  # that a calibrated number is wrong: what calibrations are for
-FAULT = 0.005  # of a fault of one component
-RARE = 0.002  # of a fault that few workshops have met
-# A law is off by its discrepancy on each stretch; over a recording of ten or more stretches, by a third.
-RECORDING_PART = 0.3
+# Prior odds [1]. Together with the Bayes factor's penalty they limit false alarms from noise to one recording
+# in two hundred for the eight calibrated parameters, and likewise for the sixty faults: one in a hundred in
+# total.
+MISCALIBRATED = 0.03  # a calibrated parameter is wrong
+FAULT = 0.005  # one component has a given fault
+RARE = 0.002  # one component has a given rare fault
+# [1] Discrepancy of a law over a recording, relative to that on one stretch of 4 s: 1 / sqrt(10 stretches).
+RECORDING_DISCREPANCY_FACTOR = 0.3
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """What one parameter of an effect is.
+    """Name, unit and limits of one parameter of an effect.
 
     Attributes:
         name: Name of the effect's field.
         unit: SI unit of the value; "1" for a ratio.
-        null: Value at which the effect does nothing; None where no value alone does that.
-        scale: Standard deviation of the value's distance from null, in robots that work.
-        low: Least value that makes sense.
-        high: Greatest value that makes sense.
+        null: Value at which the effect vanishes; None if no value of this parameter alone does that.
+        scale: Unit of `Prior`: typical deviation of the value from null in working robots.
+        low: Smallest valid value.
+        high: Largest valid value.
     """
 
     name: str
@@ -72,11 +72,11 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """What a field of an effect that is no number means.
+    """Name and meaning of a text field of an effect.
 
     Attributes:
         name: Name of the effect's field.
-        about: What may stand there.
+        about: Its allowed values.
     """
 
     name: str
@@ -85,14 +85,14 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """What is assumed of an effect before a recording is seen, in units of its parameter's `scale`.
+    """Prior of an effect in a diagnosis, in units of its parameter's `scale`.
 
     Attributes:
-        odds: Prior odds that one component of a robot has it as a fault.
-        background: Standard deviation of what every robot has of it.
+        odds: Prior odds that one component of a robot has the fault.
+        background: Standard deviation of the nominal variation among fault-free robots.
         discrepancy: Relative error of its law on any stretch of 4 s, one standard deviation.
-        largest: Size beyond which it is rejected: three standard deviations of a large fault, or less where
-            nothing in use is as bad.
+        largest: Size above which an estimate is rejected: three standard deviations of a large fault, or less
+            if no robot in use is that bad.
     """
 
     odds: float
@@ -108,7 +108,7 @@ class Prior:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """How recordings drive one component, for the values at which an effect is tried.
+    """Speeds of one component in the recordings, for the grid of trial values of an effect.
 
     Attributes:
         speeds: Quantiles of a wheel's speed between its slowest and fastest [m/s]; empty but for wheels.
@@ -121,19 +121,19 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """An effect on one component; each kind is a subclass in a file of its own, with all that is known of it.
+    """An effect on one component; every kind is a subclass in a separate file that holds all its properties.
 
     Signal path: `stage`, `components`, `parameters` (numbers) and `texts` (other fields).
 
-    Diagnosis: `searched` says whether the kind is a candidate at all, `prior` how likely it is and how large,
-    `linear` the parameter that is estimated (the first one by default), `sizes` those at which a nonlinear
-    law is linearised, `scan` and `grid` where its other parameters are looked for, `excited_by` the motion
-    that it needs. `calibrated` numbers stand in vehicle.toml; a `relative` effect shows only by its
-    difference between components; `is_setup` marks how a measurement is arranged: always fitted, no fault.
+    Diagnosis: `searched` kinds are candidates; `prior` is their probability and size; `linear` is the
+    estimated parameter (default: the first one); `sizes` are the points of linearisation of a nonlinear law;
+    `scan` and `grid` give trial values of the other parameters; `excited_by` is the required motion.
+    `calibrated` parameters are in vehicle.toml; a `relative` effect is visible only by its difference between
+    components; `is_setup` marks properties of the measurement setup, which are always fitted and never a
+    fault.
 
-    Words: `regime` in which it shows, the drive that separates it from others, its sentence (`says`, a
-    template of its parameters, or `describe`), `plotted_over`, and what a large one is confused with
-    (`alternatives`).
+    Report: `regime` in which it is visible, the drive that separates it from others, its sentence (`says`, a
+    template of its parameters, or `describe`), `plotted_over`, and `alternatives` to a large value.
 
     Attributes:
         component: Component on which the effect acts: a wheel, "a" or "b", a joint, "link", or "poses".
@@ -184,26 +184,26 @@ class Effect:
         """Return the stage at which the effect acts on its component."""
         return self.stage
 
-    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401  each effect keeps another state
-        """Return the block with the effect in it, and what the next block has to know.
+    def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401  state differs
+        """Return the block with the effect applied, and the state for the next block.
 
         Args:
-            block: Steps as the stage before left them.
-            state: What `act` returned for the block before; None at the start.
+            block: Steps after the previous stage.
+            state: State that `act` returned for the previous block; None at the start.
         """
         raise NotImplementedError
 
     def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Return the block with what the wheels really rolled, where angle and turn are as counted.
+        """Return the block with the true travel, given angle and turn as counted: the inverse of `act`.
 
-        Only effects on wheel encoders do that; for all others nothing is to be recovered.
+        Only effects on wheel encoders have one; all others return the block unchanged.
         """
         return block, state
 
     def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  few have an end
-        """Return from when to when the effect changes the motion of wheels and trucks at most [s].
+        """Return start and end of the time in which the effect changes the motion of wheels and trucks [s].
 
-        None if it does so all the time, or changes anything else.
+        None if it always does, or changes something else.
 
         Args:
             block: Steps of the robot.
@@ -213,13 +213,17 @@ class Effect:
     @classmethod
     def estimated(cls) -> Parameter:
         """Return the parameter that a diagnosis estimates linearly."""
-        return next(one for one in cls.parameters if one.name == (cls.linear or cls.parameters[0].name))
+        return next(
+            parameter
+            for parameter in cls.parameters
+            if parameter.name == (cls.linear or cls.parameters[0].name)
+        )
 
     @classmethod
     def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:  # noqa: ARG003  few depend on it
-        """Return the values of the other parameters at which the effect is tried in any recording.
+        """Return the trial values of the other parameters for any recording.
 
-        None where it is tried only at what a scan finds.
+        Empty if only a scan gives trial values.
         """
         return () if cls.scan else ({},)
 
@@ -230,20 +234,20 @@ class Effect:
 
     @classmethod
     def background(cls, component: str) -> float:  # noqa: ARG003  few depend on it
-        """Return the standard deviation of what every robot has of it at a component, in scales."""
+        """Return the standard deviation of the nominal variation at a component, in units of `scale`."""
         return 0.0 if cls.scan else cls.prior.background
 
     @classmethod
     def in_any_robot(cls, component: str, vehicle: VehicleParameters) -> Effect | None:  # noqa: ARG003
-        """Return what a component of every robot has of a law that is not linear: a nuisance of its own."""
+        """Return the nominal size of a nonlinear effect on a component of any robot; None for none."""
         return None
 
     def discrepancy(self) -> float:
-        """Return by what part the effect's size may be off over a recording, one standard deviation."""
-        return RECORDING_PART * self.prior.discrepancy
+        """Return the relative error of the effect's law over a recording, one standard deviation."""
+        return RECORDING_DISCREPANCY_FACTOR * self.prior.discrepancy
 
     def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002  few depend on it
-        """Return in a sentence what the effect does, with values in millimetres, degrees and percent."""
+        """Return the effect as a sentence, with values in millimetres, degrees and percent."""
         return self.says.format(part=component_in_words(self.component), **_display_values(self))
 
     def values(self) -> dict[str, Any]:
@@ -264,7 +268,7 @@ class WheelEffect(Effect):
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
         """Change the travel of the component's wheels."""
-        for wheel in wheels_of(self.component):
+        for wheel in wheel_columns(self.component):
             block = block.with_travel(wheel, self.travelled(block, wheel))
         return block, state
 

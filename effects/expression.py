@@ -1,4 +1,4 @@
-"""Formulas as text: read by a parser of their own, and evaluated for many steps at once.
+"""Arithmetic formulas as text: parsed once, evaluated for arrays.
 
     sum     = product { ("+" | "-") product }
     product = signed { ("*" | "/") signed }
@@ -6,8 +6,8 @@
     power   = atom [ "^" signed ]
     atom    = number | variable | function "(" sum { "," sum } ")" | "(" sum ")"
 
-A formula can do nothing but arithmetic. Reading it turns it into steps for a stack (reverse Polish notation),
-so that its evaluation needs no recursion.
+A formula can contain arithmetic only. Parsing gives the steps of a stack machine (reverse Polish notation),
+whose evaluation needs no recursion.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.se2 import Array
 
-DEPTH = 50  # of brackets, signs and powers; Python's own limit of 1000 calls is far away
-ATOM = "a number, a variable, a function or '('"
+MAX_DEPTH = 50  # nesting of brackets, signs and powers, well below Python's recursion limit of 1000
+EXPECTED_ATOM = "a number, a variable, a function or '('"
 TOKEN = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>[-+*/^(),])", re.ASCII
 )
 
 
 class Function(NamedTuple):
-    """What takes some numbers from the stack and leaves one."""
+    """A function of the stack machine with its number of arguments."""
 
     apply: Callable[..., Any]
     arguments: int
@@ -59,11 +59,10 @@ NEGATIVE = Function(np.negative, 1)
 
 @dataclass(frozen=True, slots=True)
 class Expression:
-    """A formula that was read.
+    """A parsed formula.
 
     Attributes:
-        steps: What is done with the stack: a number, or the value of a variable, is put on it, or a function
-            is applied.
+        steps: Operations on the stack: push a number or a variable (by name), or apply a function.
     """
 
     steps: tuple[float | str | Function, ...]
@@ -94,7 +93,7 @@ class Expression:
 
 @lru_cache(maxsize=256)
 def parse(text: str) -> Expression:
-    """Return the expression that a text stands for.
+    """Return the parsed formula of a text.
 
     Raises:
         ExpressionError: The text is no formula; the error names the column and what was expected there.
@@ -107,54 +106,54 @@ def parse(text: str) -> Expression:
 
 
 class _Reader:
-    """A text that is read from left to right; every method reads the rule of its name."""
+    """A recursive-descent parser; every method parses the rule of its name."""
 
     def __init__(self, text: str) -> None:
         self.text, self.steps = text, list[float | str | Function]()
         self.kind, self.word, self.column, self._end, self._depth = "", "", 0, 0, 0
-        self.go_on()
+        self.advance()
 
     def error(self, expected: str) -> ExpressionError:
         """Return the error that something else was expected here."""
         return ExpressionError(self.text, self.column + 1, f"{self.word or 'the end'!r}; expected {expected}")
 
-    def go_on(self) -> None:
-        """Go to the next token; at the end its kind is empty."""
+    def advance(self) -> None:
+        """Advance to the next token; its kind is empty at the end."""
         while self._end < len(self.text) and self.text[self._end].isspace():
             self._end += 1
         self.column = self._end
         match = TOKEN.match(self.text, self.column)
         if match is None and self.column < len(self.text):
             self.word = self.text[self.column]
-            raise self.error(f"{ATOM}, or one of + - * / ^ , )")
+            raise self.error(f"{EXPECTED_ATOM}, or one of + - * / ^ , )")
         self.kind = (match and match.lastgroup) or ""
         self.word = match[0] if match else ""
         self._end = self.column + len(self.word)
 
-    def took(self, *signs: str) -> str:
-        """Return the sign that stands here and go on; empty where it is none of these."""
+    def accept_sign(self, *signs: str) -> str:
+        """Return the current sign and advance if it is one of `signs`; otherwise return an empty text."""
         word = self.word if self.kind == "sign" and self.word in signs else ""
         if word:
-            self.go_on()
+            self.advance()
         return word
 
     def sum(self) -> None:
         self.product()
-        while sign := self.took("+", "-"):
+        while sign := self.accept_sign("+", "-"):
             self.product()
             self.steps.append(OPERATORS[sign])
 
     def product(self) -> None:
         self.signed()
-        while sign := self.took("*", "/"):
+        while sign := self.accept_sign("*", "/"):
             self.signed()
             self.steps.append(OPERATORS[sign])
 
     def signed(self) -> None:
         self._depth += 1
-        if self._depth > DEPTH:
-            raise self.error(f"at most {DEPTH} brackets, signs and powers in each other")
-        if self.took("-"):
+        if self._depth > MAX_DEPTH:
+            raise self.error(f"at most {MAX_DEPTH} brackets, signs and powers in each other")
+        if self.accept_sign("-"):
             self.signed()
             self.steps.append(NEGATIVE)
         else:
@@ -163,7 +162,7 @@ class _Reader:
 
     def power(self) -> None:
         self.atom()
-        if self.took("^"):
+        if self.accept_sign("^"):
             self.signed()
             self.steps.append(OPERATORS["^"])
 
@@ -172,25 +171,25 @@ class _Reader:
         if kind == "number":
             if not math.isfinite(float(word)):
                 raise self.error("a number below 1.8e308")
-            self.go_on()
+            self.advance()
             self.steps.append(float(word))
         elif kind == "name" and word in FUNCTIONS:
-            self.go_on()
+            self.advance()
             self.arguments(FUNCTIONS[word].arguments)
             self.steps.append(FUNCTIONS[word])
         elif kind == "name":
-            self.go_on()
+            self.advance()
             self.steps.append(word)
         elif word == "(":
             self.arguments(1)
         else:
-            raise self.error(ATOM)
+            raise self.error(EXPECTED_ATOM)
 
     def arguments(self, count: int) -> None:
-        """Read so many sums in brackets, with commas between them."""
+        """Parse `count` sums in brackets, separated by commas."""
         for expected in ("(", *[","] * (count - 1)):
-            if not self.took(expected):
+            if not self.accept_sign(expected):
                 raise self.error(f"{expected!r}")
             self.sum()
-        if not self.took(")"):
+        if not self.accept_sign(")"):
             raise self.error("an operator or ')'")

@@ -1,4 +1,4 @@
-"""The effects file: what a diagnosis writes, and what lets the simulator do as the real robot does.
+"""The effects file: written by a diagnosis, and loaded by the simulator to reproduce the real robot.
 
 One table for each effect, in the order in which effects of one stage act:
 
@@ -9,7 +9,7 @@ One table for each effect, in the order in which effects of one stage act:
     phase = 1.2
     sigma = { amplitude = 2.0e-5 }
 
-`sigma` is for people; the simulator does not read it.
+`sigma` is for readers; the simulator ignores it.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _effect(place: str, entry: Mapping[str, Any]) -> Effect:
 
 
 def _values(place: str, entry: Mapping[str, Any], kind: type[Effect]) -> dict[str, Any]:
-    """Return the parameters; those that have a null value must be there, as must nothing unknown."""
+    """Return the parameters; those with a null value are required, unknown keys are errors."""
     known = {field.name: str(field.type) for field in fields(kind) if field.name != "component"}
     for key in entry:
         if key not in (*known, "name", "component", "sigma"):

@@ -1,6 +1,6 @@
 """Floor slope: the truck creeps towards one direction of the floor.
 
-On a tilted floor tyres creep downhill, sideways or lengthwise, by a part of the way driven. On oil, wet
+On a tilted floor tyres creep downhill, sideways or lengthwise, by a part of the distance driven. On oil, wet
 paint or another film that yields, they creep all the time, and also while the truck stands.
 
 It is seen as a displacement whose direction in the truck's frame turns with the heading. The linkage alone
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.se2 import Array
 
-FILM_DISCREPANCY = 0.15  # of the creep on a film, whose pace is a mean over the recording
+FILM_DISCREPANCY = 0.15  # [1] relative error of creep on a film, stated for a mean speed (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class FloorSlope(TruckEffect):
         rate: Creep per metre travelled.
         direction: Direction of the creep in the world, counter-clockwise from x [rad].
         pace: Speed of travel at which a yielding film lets the truck creep by `rate`, and with the same
-            speed while it stands [m/s]; 0 where the creep goes with the way driven.
+            speed while it stands [m/s]; 0 where the creep goes with the distance driven.
     """
 
     rate: float = 0.0
@@ -62,7 +62,7 @@ class FloorSlope(TruckEffect):
     startup_nuisance = "with poses"
 
     def change(self, twist: Array, block: Block, truck: int) -> None:
-        """Add the creep, turned into the truck's own frame."""
+        """Add the creep in the truck's frame."""
         creep = self.rate * (self.pace * block.period if self.pace else np.abs(twist[:, 0]))
         angle = self.direction - block.heading[:, truck]
         twist[:, 0] += creep * np.cos(angle)
@@ -70,11 +70,11 @@ class FloorSlope(TruckEffect):
 
     @classmethod
     def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:
-        """Return a creep with the distance driven, and one with the time."""
+        """Return trial values of `pace`: creep in proportion to distance, and to time."""
         return ({"pace": 0.0}, {"pace": drive.pace})
 
     def discrepancy(self) -> float:
-        """Return the part by which the creep may be off: that of a film is stated for a mean speed."""
+        """Return the relative error of the creep over a recording, one standard deviation."""
         return FILM_DISCREPANCY if self.pace else Effect.discrepancy(self)
 
     def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002

@@ -2,7 +2,7 @@
 
 The encoder sits on the motor's side of a gear that has play.
 
-It is seen as way that is lost at each reversal of the motor, and nowhere else.
+It is seen as travel that is lost at each reversal of the motor, and nowhere else.
 
 It is confused with the kick of a castor.
 
@@ -19,15 +19,15 @@ import numpy as np
 
 from omnimate.effects.block import wheel_number
 from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
-from omnimate.effects.play import follow
+from omnimate.effects.play import play_output
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
     from omnimate.vehicle.parameters import VehicleParameters
 
-# [rad] by which the output of a small gear turns free. What is sold for its small play states 0.15 to
-# 0.5 degrees (maxon GP 32 BZ), others have about one. One wheel's play beyond that of the others is a fault.
-PLAY = math.radians(1.0)
+# [rad] Play of a small gear's output: 0.15 to 0.5 degrees for a low-backlash gear (maxon GP 32 BZ), about one
+# degree for others. Play of one wheel beyond that is a fault.
+TYPICAL_GEAR_PLAY = math.radians(1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class GearBacklash(Effect):
     """The wheel follows its motor through a play.
 
     Attributes:
-        width: Width of the whole play, as way of the wheel [m].
+        width: Width of the whole play, as travel of the wheel [m].
     """
 
     width: float = 0.0
@@ -51,7 +51,7 @@ class GearBacklash(Effect):
     sizes = (1.0, 6.0)
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Let the wheel follow its motor through the play; remember both."""
+        """Pass the travel through the play; the state is the positions of motor and wheel."""
         wheel = wheel_number(self.component)
         travel = block.travel[:, wheel]
         if state is None:
@@ -64,7 +64,7 @@ class GearBacklash(Effect):
         if output is None:
             return block, (motor, None)
         rolled = motor + np.cumsum(travel)
-        wheels = follow(rolled, output, self.width)
+        wheels = play_output(rolled, output, self.width)
         return block.with_travel(wheel, np.diff(wheels, prepend=output)), (
             float(rolled[-1]),
             float(wheels[-1]),
@@ -72,6 +72,6 @@ class GearBacklash(Effect):
 
     @classmethod
     def in_any_robot(cls, component: str, vehicle: VehicleParameters) -> GearBacklash:
-        """Return half the play of a usual gear, which is a nuisance of every wheel."""
+        """Return half the play of a typical gear, a nuisance of every wheel."""
         diameter = vehicle.wheel_diameter(component)  # type: ignore[arg-type]
-        return cls(component=component, width=0.5 * PLAY * diameter)
+        return cls(component=component, width=0.5 * TYPICAL_GEAR_PLAY * diameter)

@@ -1,6 +1,6 @@
 """Gear harmonic: an error that repeats several times per turn of the wheel.
 
-It comes from teeth, from belts, or from the reader of an encoder. The travelled way is s + amplitude
+It comes from teeth, from belts, or from the reader of an encoder. The travel is s + amplitude
 cos(order angle + phase).
 
 It is seen as a quick beat in the heading and in the link's readings.
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GearHarmonic(WheelEffect):
-    """The travelled way is s + amplitude cos(order angle + phase).
+    """The travel is s + amplitude cos(order angle + phase).
 
     Attributes:
-        amplitude: Amplitude of the travelled way [m].
+        amplitude: Amplitude of the travel [m].
         order: Number of beats per turn of the wheel.
         phase: Phase of the beat at the encoder's zero [rad].
     """

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimate.effects.block import LINKAGE
 from omnimate.effects.effect import FAULT, JOINT, Effect, Parameter, Prior
-from omnimate.effects.play import follow
+from omnimate.effects.play import play_output
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
@@ -45,8 +45,8 @@ class JointBacklash(Effect):
     excited_by = "channel motion"
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Let the reading follow the joint through the play; remember where it stood."""
+        """Pass the angle through the play; the state is the last reading."""
         channel = LINKAGE.index(self.component)
         angle = block.reading[:, channel]
-        shown = follow(angle, float(angle[0]) if state is None else state, self.width)
+        shown = play_output(angle, float(angle[0]) if state is None else state, self.width)
         return block.with_reading(channel, shown), float(shown[-1])

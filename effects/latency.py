@@ -48,10 +48,10 @@ class Latency(AgedSamples):
     relative = True
 
     def age(self, time: Array, _start: float) -> Array:
-        """Return how old samples are [s]."""
+        """Return the age of samples [s]."""
         return np.full(len(time), self.delay)
 
     @classmethod
     def background(cls, component: str) -> float:
-        """Return the spread of delays of any robot, in scales; encoders on one SYNC hardly differ."""
+        """Return the nominal spread of delays in units of `scale`; small for encoders on one SYNC."""
         return cls.prior.background if component in POSES else SYNC_SKEW / cls.estimated().scale

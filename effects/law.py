@@ -1,4 +1,4 @@
-"""Law: an error of a component that no other effect has a name for, as a formula or a curve of variables.
+"""Law: an error of a component that no other effect describes, as a formula or a curve of variables.
 
 A diagnosis learns it from what is left over. The error is f = formula + curve, where the curve runs straight
 from knot to knot, and is constant beyond the first and the last one unless it has a period.
@@ -9,7 +9,7 @@ more.
 
 It is seen as whatever its formula says.
 
-It is confused with any effect that has a name, which is therefore looked for first.
+It is confused with any named effect, which is therefore searched first.
 
 The source is the equation that a diagnosis learned, or that its user wrote.
 """
@@ -26,20 +26,20 @@ from omnimate.effects.block import LINKAGE, truck_number, wheel_number
 from omnimate.effects.effect import JOINT, LINK, RARE, TRUCK, WHEEL, Effect, Parameter, Prior, Text
 from omnimate.effects.errors import EffectError
 from omnimate.effects.expression import parse
-from omnimate.effects.variables import Motion, known
+from omnimate.effects.variables import Motion, available_variables
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
     from omnimate.effects.effect import Stage
-    from omnimate.effects.variables import Begun
+    from omnimate.effects.variables import MotionState
     from omnimate.vehicle.se2 import Array
 
 STAGE_OF: dict[str, Stage] = {"travel": "travel", "reading": "reading"}  # all others act on the body
 TWIST = {"forward": 0, "creep": 1, "yaw": 2, "turn": 2}  # column of a truck's motion
 
 
-def quantities(component: str) -> dict[str, str]:
-    """Return what a law of a component may act on, with the unit of f; unless said, it is the first."""
+def law_quantities(component: str) -> dict[str, str]:
+    """Return the quantities that a law may act on, with the unit of f; the first is the default."""
     if component in WHEEL:
         return {"travel": "1"}
     if component in TRUCK:
@@ -52,8 +52,8 @@ class Law(Effect):
     """An error that is a formula, a curve over one variable, or the sum of both.
 
     Attributes:
-        acts_on: Quantity of the component, one of `quantities`; the first where it is empty.
-        formula: Formula of the variables, in the grammar of `vcan_sim.expression`.
+        acts_on: Quantity of the component, one of `law_quantities`; empty for the first.
+        formula: Formula of the variables, in the grammar of `effects.expression`.
         over: Variable over which the curve is; empty without a curve.
         knots: Values of that variable, ascending; none without a curve.
         ordinates: Value of the curve at each knot.
@@ -92,13 +92,15 @@ class Law(Effect):
 
     def __post_init__(self) -> None:
         Effect.__post_init__(self)
-        there = quantities(self.component)
+        there = law_quantities(self.component)
         object.__setattr__(self, "acts_on", self.acts_on or next(iter(there)))
         if self.acts_on not in there:
             raise self._error(f"acts_on = {self.acts_on!r}; expected one of {', '.join(there)}")
         for name in sorted(self._variables()):
-            if name not in known(self.component):
-                raise self._error(f"variable {name!r}; expected one of {', '.join(known(self.component))}")
+            if name not in available_variables(self.component):
+                raise self._error(
+                    f"variable {name!r}; expected one of {', '.join(available_variables(self.component))}"
+                )
         if len(self.knots) != len(self.ordinates):
             raise self._error(f"{len(self.knots)} knots, {len(self.ordinates)} ordinates; expected equal")
         if bool(self.over) != bool(self.knots):
@@ -111,14 +113,14 @@ class Law(Effect):
     @property
     def unit(self) -> str:
         """Unit of f."""
-        return quantities(self.component)[self.acts_on]
+        return law_quantities(self.component)[self.acts_on]
 
     def acts_at(self) -> Stage:
         """Return the stage of the quantity."""
         return STAGE_OF.get(self.acts_on, "body")
 
-    def act(self, block: Block, state: Begun | None = None) -> tuple[Block, Any]:
-        """Change the quantity by the law; remember the start and the way rolled since then.
+    def act(self, block: Block, state: MotionState | None = None) -> tuple[Block, Any]:
+        """Change the quantity by the law; the state is the start and the distance rolled since then.
 
         Raises:
             EffectError: The robot does not have a variable, or the law is not finite at some step.
@@ -141,7 +143,7 @@ class Law(Effect):
         return block.with_twist(truck, twist), motion.after()
 
     def value(self, variables: dict[str, Array]) -> Array:
-        """Return f, of the variables' shape, or a number where it depends on none."""
+        """Return f with the shape of the variables; a scalar if it depends on none."""
         value = parse(self.formula).value(variables)
         if self.over:
             period = self.period or None

@@ -32,9 +32,9 @@ class ReferenceOffset(Effect):
     """The pose that is measured is that of a reference on the truck.
 
     Attributes:
-        x: Of the reference before the middle of the axle [m].
-        y: Likewise to the left of it [m].
-        yaw: By which the reference is turned to the left [rad].
+        x: Position of the reference ahead of the middle of the axle [m].
+        y: Position to the left of it [m].
+        yaw: Rotation of the reference, counter-clockwise [rad].
     """
 
     x: float = 0.0
@@ -59,20 +59,20 @@ class ReferenceOffset(Effect):
         return np.array([self.x, self.y, self.yaw])
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Leave the robot as it is: only what is measured of it changes."""
+        """Return the block unchanged: only the measured poses change, see `measured`."""
         return block, state
 
     def measured(self, poses: Array) -> Array:
-        """Return what is measured `(..., 3)` of a truck at some poses `(..., 3)`."""
+        """Return the measured poses `(..., 3)` of a truck at poses `(..., 3)`."""
         return compose(poses, self.offset)
 
     def truck(self, measured: Array) -> Array:
-        """Return the truck's poses `(..., 3)` of what was measured `(..., 3)`."""
+        """Return the truck's poses `(..., 3)` from measured ones `(..., 3)`: the inverse of `measured`."""
         return compose(measured, inverse(self.offset))
 
 
 def truck_poses(effects: Iterable[Effect], truck: str, measured: Array) -> Array:
-    """Return a truck's poses `(..., 3)`, of poses `(..., 3)` of its reference that were measured."""
+    """Return a truck's poses `(..., 3)` from measured poses `(..., 3)` of its reference."""
     for effect in effects:
         if isinstance(effect, ReferenceOffset) and effect.component == truck:
             measured = effect.truck(measured)

@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SlipPatch(WheelEffect):
-    """Within intervals of time, the travel is (1 - fraction) of the rolled way.
+    """Within intervals of time, the travel is (1 - fraction) of the rolled distance.
 
     Attributes:
-        fraction: Part of the rolled way that is not travelled.
+        fraction: Part of the rolled distance that is not travelled.
         intervals: Pairs of start and end, on the recording's clock [s]; without any pair the wheel always
             slips.
     """
@@ -50,13 +50,13 @@ class SlipPatch(WheelEffect):
     scan = "interval"
 
     def travelled(self, block: Block, wheel: int) -> Array:
-        """Return the travel, without the fraction on the stretches."""
+        """Return the travel reduced by the fraction within the intervals."""
         inside = np.full(len(block), not self.intervals)
         for start, end in self.intervals:
             inside |= (block.time > start) & (block.time <= end)
         return np.where(inside, 1.0 - self.fraction, 1.0) * block.travel[:, wheel]
 
-    def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  it is told by time
+    def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  intervals are in time
         """Return from the first interval's start to the last one's end [s]."""
         if not self.intervals:
             return None

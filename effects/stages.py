@@ -4,7 +4,7 @@ wheel turns -> [encoder] -> counts
      \-> [travel] of the wheel over the ground -> [body] of the truck -> linkage -> [reading] -> counts
                                                       \-> [poses] as measured from outside
 
-The simulator follows this path step by step (`altered_path`), a diagnosis for the whole of a recording
+The simulator follows this path step by step (`altered_path`), a diagnosis for a whole recording
 (`replay`); both go through `by_stage`.
 """
 
@@ -30,9 +30,9 @@ def by_stage(effects: Iterable[Effect]) -> dict[Stage, tuple[Effect, ...]]:
 
 
 def replay(block: Block, effects: Iterable[Effect]) -> Block:
-    """Return the steps of a recording as a robot with effects makes them, stage after stage.
+    """Return the steps of a recording with effects applied, stage after stage.
 
-    Here angles and turns are those that were counted, so that the encoders' effects are taken back.
+    Angles and turns are counted ones here, so that effects on encoders are inverted (`recover`).
 
     Args:
         block: Steps of the nominal robot, with the turns that its encoders counted.

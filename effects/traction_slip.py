@@ -45,6 +45,6 @@ class TractionSlip(WheelEffect):
     plotted_over = "speed"
 
     def travelled(self, block: Block, wheel: int) -> Array:
-        """Return the travel of the wheel, or of each wheel of the truck, without the slip."""
+        """Return the travel of a wheel minus its slip."""
         acceleration, speed = block.acceleration[:, wheel], np.abs(block.speed[:, wheel])
         return block.travel[:, wheel] - self.compliance * acceleration * speed * block.period

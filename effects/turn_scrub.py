@@ -45,8 +45,8 @@ class TurnScrub(TruckEffect):
     excited_by = "turns"
 
     def change(self, twist: Array, block: Block, truck: int) -> None:
-        """Divide the yaw by what the curvature does to the wheelbase."""
+        """Divide the yaw by the relative growth of the wheelbase."""
         across = 0.5 * block.wheelbase[truck] * twist[:, 2]
-        way = np.sqrt(twist[:, 0] ** 2 + across**2)
-        curvature = np.abs(twist[:, 2]) / np.maximum(way, 1e-12)
+        distance = np.sqrt(twist[:, 0] ** 2 + across**2)
+        curvature = np.abs(twist[:, 2]) / np.maximum(distance, 1e-12)
         twist[:, 2] /= 1.0 + self.slope * curvature

@@ -1,7 +1,6 @@
-"""The variables on which a law may depend: what a robot does at each step, in SI units.
+"""The variables on which a law may depend: the motion of a robot at each step, in SI units.
 
-They are the nominal robot's: speeds are those that the wheels' turns tell, and joints and link are as the
-linkage is read.
+They are those of the nominal robot: speeds follow from the wheels' turns, joints and link are as read.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimate.effects.block import LINKAGE, truck_number, wheels_of
+from omnimate.effects.block import LINKAGE, truck_number, wheel_columns
 from omnimate.effects.errors import EffectError
 from omnimate.vehicle.compiled import compiled
 from omnimate.vehicle.parameters import WHEELS
@@ -23,13 +22,13 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 
-class Begun(NamedTuple):
-    """What a component did before a block.
+class MotionState(NamedTuple):
+    """State of a component's motion before a block.
 
     Attributes:
         start: Time at the start of the drive [s].
-        way: Way rolled since then, forward and back [m].
-        past: Mean of the accelerations before [m/s^2], as `past_acceleration`.
+        way: Distance rolled since then, forward and back [m].
+        past: Weighted mean of earlier accelerations [m/s^2], see `past_acceleration`.
     """
 
     start: float
@@ -37,24 +36,22 @@ class Begun(NamedTuple):
     past: float = 0.0
 
 
-MEMORY = (
-    1.0  # [s] in which what is past loses all but a third of its weight: longer than a change of speed lasts
-)
+PAST_ACCELERATION_TIME = 1.0  # [s] time constant of `past_acceleration`: longer than a change of speed
 
 
 class Motion:
-    """What one component does in the steps of a block.
+    """Motion of one component in the steps of a block.
 
     Attributes:
         block: Steps of the robot.
         component: A wheel, a truck, a joint or the link.
-        begun: What the component did before.
+        begun: Its state before the block.
         truck: Column of the component's truck; that of joint_a and the link is truck a.
     """
 
-    def __init__(self, block: Block, component: str, begun: Begun | None = None) -> None:
+    def __init__(self, block: Block, component: str, begun: MotionState | None = None) -> None:
         self.block, self.component = block, component
-        self.begun = begun or Begun(float(block.time[0] - block.period[0]), 0.0)
+        self.begun = begun or MotionState(float(block.time[0] - block.period[0]), 0.0)
         self.truck = int(component == "joint_b") if component in LINKAGE else truck_number(component[0])
 
     def values(self, names: Iterable[str]) -> dict[str, Array]:
@@ -63,7 +60,7 @@ class Motion:
         Raises:
             EffectError: There is no such variable, or this robot or component does not have it.
         """
-        there = known(self.component, trucks=self.block.speed.shape[1] // 2)
+        there = available_variables(self.component, trucks=self.block.speed.shape[1] // 2)
         for name in names:
             if name not in there:
                 raise EffectError(
@@ -71,8 +68,8 @@ class Motion:
                 )
         return {name: there[name].of(self) for name in names}
 
-    def after(self) -> Begun:
-        """Return what the component did up to the end of the block."""
+    def after(self) -> MotionState:
+        """Return the state of the motion at the end of the block."""
         return self.begun._replace(way=float(self.way[-1]), past=float(self.past_acceleration[-1]))
 
     @property
@@ -128,18 +125,18 @@ class Motion:
 
     @property
     def way(self) -> Array:
-        """Way rolled since the start, forward and back [m]."""
+        """Distance rolled since the start, forward and back [m]."""
         return np.asarray(self.begun.way + np.cumsum(np.abs(self.mean(self.block.speed)) * self.block.period))
 
     @property
     def past_acceleration(self) -> Array:
-        """Mean of the accelerations so far, with weights that fall exponentially [m/s^2]."""
-        kept = np.exp(-self.block.period / MEMORY)
-        return _remembered(kept, (1.0 - kept) * self.mean(self.block.acceleration), self.begun.past)
+        """Mean of the accelerations so far, with exponentially falling weights [m/s^2]."""
+        kept = np.exp(-self.block.period / PAST_ACCELERATION_TIME)
+        return _decaying_sum(kept, (1.0 - kept) * self.mean(self.block.acceleration), self.begun.past)
 
     def mean(self, signal: Array) -> Array:
         """Return a signal `(K, W)` of the component's wheel, or the mean of its truck's wheels."""
-        wheels = wheels_of(self.component) or (2 * self.truck, 2 * self.truck + 1)
+        wheels = wheel_columns(self.component) or (2 * self.truck, 2 * self.truck + 1)
         return np.asarray(signal[:, wheels].mean(axis=1))
 
     def angle(self, wheel: int) -> Array:
@@ -148,7 +145,7 @@ class Motion:
 
 
 @compiled
-def _remembered(kept: Array, gained: Array, start: float) -> Array:
+def _decaying_sum(kept: Array, gained: Array, start: float) -> Array:
     """Return y (K,) with y[k] = kept[k] y[k - 1] + gained[k]."""
     values, last = np.empty_like(gained), start
     for step in range(len(gained)):
@@ -163,7 +160,7 @@ class Variable:
 
     Attributes:
         unit: SI unit; "rad" for an angle.
-        about: What it is.
+        about: Description.
         of: Function from a component's motion to the variable, shape `(K,)`.
     """
 
@@ -172,52 +169,52 @@ class Variable:
     of: Callable[[Motion], Array]
 
 
-OWN_ANGLE = "wheel_angle"
+WHEEL_ANGLE = "wheel_angle"
 
 
 def _wheel(number: int) -> Variable:
     return Variable(
-        "rad", f"angle of {WHEELS[number]} from its raw counter's zero", lambda own: own.angle(number)
+        "rad", f"angle of {WHEELS[number]} from its raw counter's zero", lambda motion: motion.angle(number)
     )
 
 
 VARIABLES: dict[str, Variable] = {
-    "speed": Variable("m/s", "rolling speed of the wheel or truck", lambda own: own.mean(own.block.speed)),
-    "acceleration": Variable("m/s^2", "rate of change of it", lambda own: own.mean(own.block.acceleration)),
+    "speed": Variable("m/s", "rolling speed of the wheel or truck", lambda m: m.mean(m.block.speed)),
+    "acceleration": Variable("m/s^2", "rate of change of it", lambda m: m.mean(m.block.acceleration)),
     "past_acceleration": Variable("m/s^2", "mean of the accelerations of the last seconds",
-        lambda own: own.past_acceleration),
-    "turn_rate": Variable("rad/s", "turn rate of the truck, to the left", lambda own: own.turning),
+        lambda m: m.past_acceleration),
+    "turn_rate": Variable("rad/s", "turn rate of the truck, to the left", lambda m: m.turning),
     "yaw_acceleration": Variable("rad/s^2", "rate of change of it",
-        lambda own: own.yaw_accelerations[:, own.truck]),
+        lambda m: m.yaw_accelerations[:, m.truck]),
     "load": Variable("m/s^2", "centripetal acceleration of the truck: its speed times its turn rate, "
-        "in proportion to the load that moves to the outer wheel", lambda own: own.rolling * own.turning),
-    "way": Variable("m", "way rolled since the start, forward and back", lambda own: own.way),
-    "time": Variable("s", "time since the start", lambda own: own.block.time - own.begun.start),
-    "heading": Variable("rad", "heading of the truck", lambda own: own.block.heading[:, own.truck]),
-    "x": Variable("m", "position of the truck in the world", lambda own: own.block.place[:, own.truck, 0]),
-    "y": Variable("m", "position of the truck in the world", lambda own: own.block.place[:, own.truck, 1]),
-    OWN_ANGLE: Variable("rad", "of a wheel alone: its angle from its raw counter's zero",
-        lambda own: own.angle(wheels_of(own.component)[0])),
+        "in proportion to the load that moves to the outer wheel", lambda m: m.rolling * m.turning),
+    "way": Variable("m", "way rolled since the start, forward and back", lambda m: m.way),
+    "time": Variable("s", "time since the start", lambda m: m.block.time - m.begun.start),
+    "heading": Variable("rad", "heading of the truck", lambda m: m.block.heading[:, m.truck]),
+    "x": Variable("m", "position of the truck in the world", lambda m: m.block.place[:, m.truck, 0]),
+    "y": Variable("m", "position of the truck in the world", lambda m: m.block.place[:, m.truck, 1]),
+    WHEEL_ANGLE: Variable("rad", "of a wheel alone: its angle from its raw counter's zero",
+        lambda m: m.angle(wheel_columns(m.component)[0])),
     **{f"wheel_angle_{wheel.replace('.', '_')}": _wheel(number) for number, wheel in enumerate(WHEELS)},
-    "joint_a": Variable("rad", "angle of the joint on truck a, as read", lambda own: own.block.reading[:, 0]),
-    "joint_b": Variable("rad", "angle of the joint on truck b, as read", lambda own: own.block.reading[:, 1]),
-    "link": Variable("m", "length of the link, as read", lambda own: own.block.reading[:, 2]),
+    "joint_a": Variable("rad", "angle of the joint on truck a, as read", lambda m: m.block.reading[:, 0]),
+    "joint_b": Variable("rad", "angle of the joint on truck b, as read", lambda m: m.block.reading[:, 1]),
+    "link": Variable("m", "length of the link, as read", lambda m: m.block.reading[:, 2]),
     "joint_a_rate": Variable("rad/s", "rate of joint_a, as the trucks move it",
-        lambda own: own.joint_rates[:, 0]),
+        lambda m: m.joint_rates[:, 0]),
     "joint_b_rate": Variable("rad/s", "rate of joint_b, as the trucks move it",
-        lambda own: own.joint_rates[:, 1]),
+        lambda m: m.joint_rates[:, 1]),
     "link_rate": Variable("m/s", "rate of the link's length, as the trucks move it",
-        lambda own: own.link_rate),
+        lambda m: m.link_rate),
     "link_yaw_rate": Variable("rad/s", "turn rate of the line between the trucks",
-        lambda own: own.link_yaw_rate),
+        lambda m: m.link_yaw_rate),
     "link_yaw_acceleration": Variable("rad/s^2", "rate of change of it",
-        lambda own: own.link_yaw_acceleration),
+        lambda m: m.link_yaw_acceleration),
 }  # fmt: skip
 
 
-def known(component: str, trucks: int = 2) -> dict[str, Variable]:
+def available_variables(component: str, trucks: int = 2) -> dict[str, Variable]:
     """Return the variables that a component has, by name, in a robot with one truck or two."""
-    absent = set() if "." in component else {OWN_ANGLE}
+    absent = set() if "." in component else {WHEEL_ANGLE}
     if trucks == 1:
         absent |= {
             *(name for name in VARIABLES if name.startswith(("joint", "link"))),

@@ -1,11 +1,11 @@
-"""Wheel diameter: a wheel rolls another way per turn than its owner believes.
+"""Wheel diameter: a wheel's travel per turn differs from the nominal one.
 
 Wheels wear, are pressed flat by the load, or were never measured; the two wheels of a truck then differ.
 
-It is seen as a heading error in proportion to the way driven, and as an error of all lengths.
+It is seen as a heading error in proportion to the distance driven, and as an error of all lengths.
 
-It is confused with the diameter of the truck's other wheel. On closed squares that are driven one way only,
-it is also confused with the wheelbase.
+It is confused with the diameter of the truck's other wheel. On closed squares that are driven in one
+direction only, it is also confused with the wheelbase.
 
 The source is U (2.3): unequal wheel diameters.
 """

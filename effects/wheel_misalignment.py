@@ -3,7 +3,7 @@
 The axle is turned in the frame, to which joint angles and headings refer. The truck travels along the
 normal of the axle.
 
-It is seen as a sideways way in proportion to the way forward.
+It is seen as a sideways way in proportion to the travel forward.
 
 It is confused with the bias of a joint's encoder: the linkage alone cannot tell the two apart.
 
@@ -46,7 +46,7 @@ class WheelMisalignment(TruckEffect):
     startup_nuisance = "always"
 
     def change(self, twist: Array, block: Block, truck: int) -> None:  # noqa: ARG002
-        """Turn the way into the direction of the axle's normal."""
+        """Rotate the travel to the direction of the axle's normal."""
         forward = twist[:, 0].copy()
         twist[:, 0] = forward * np.cos(self.angle)
         twist[:, 1] += forward * np.sin(self.angle)

@@ -4,7 +4,7 @@ Tyres touch the floor in an area and not in a point, so that the effective wheel
 
 It is seen in turns only.
 
-It is confused with unequal wheel diameters on squares that are driven one way only, because these
+It is confused with unequal wheel diameters on squares that are driven in one direction only, because these
 compensate it there.
 
 The source is U (2.5) and (4.4).

@@ -1,4 +1,4 @@
-"""What an engineer calls a component."""
+"""Names of components in sentences."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _COMPONENTS = {
 
 
 def component_in_words(component: str) -> str:
-    """Return what an engineer calls a component."""
+    """Return the name of a component in a sentence, such as "the left wheel of truck a"."""
     if "." in component:
         truck, side = component.split(".")
         return f"the {side} wheel of truck {truck}"

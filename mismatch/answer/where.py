@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.crossing import losing
+from omnimate.effects.crossing import crossing_with_loss
 from omnimate.mismatch.candidates.pushes import Push
 from omnimate.mismatch.recording.folds import laps_of
 
@@ -60,7 +60,7 @@ def _end(wheel: str, time: float, lost: float, signals: Sequence[Signals]) -> fl
         if not one.time[0] <= time <= one.time[-1]:
             continue
         radius = 0.5 * one.recording.vehicle.wheel_diameter(wheel)  # type: ignore[arg-type]
-        span = losing(radius, max(lost, 1e-6)).rolled
+        span = crossing_with_loss(radius, max(lost, 1e-6)).rolled
         column = wheel_number(wheel)
         first = int(np.searchsorted(one.time, time))
         rolled = np.cumsum(np.abs(one.block.travel[first:, column]))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.effects.expression import parse
-from omnimate.effects.variables import OWN_ANGLE, VARIABLES
+from omnimate.effects.variables import VARIABLES, WHEEL_ANGLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -125,7 +125,7 @@ def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, .
         yield from _stretches(variables["time"])
     for name in variables:
         if VARIABLES[name].unit == "rad":
-            for order in range(1, 1 + (BEATS if name == OWN_ANGLE else WAVES)):
+            for order in range(1, 1 + (BEATS if name == WHEEL_ANGLE else WAVES)):
                 angle = name if order == 1 else f"{order} * {name}"
                 yield "wave", (f"sin({angle})", "1"), (f"cos({angle})", "1")
 

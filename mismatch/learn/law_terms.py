@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.effects.law import Law
-from omnimate.effects.variables import Motion, known
+from omnimate.effects.variables import Motion, available_variables
 from omnimate.mismatch.candidates.terms import Term
 from omnimate.mismatch.candidates.unknown import errors, sizes_of
 from omnimate.mismatch.learn.learn import learn
@@ -100,7 +100,7 @@ def observed(
         whitened rows `(V, B)`.
     """
     regression = posterior.regression
-    names = list(known(component, trucks=len(regression.windows[0].signals.trucks)))
+    names = list(available_variables(component, trucks=len(regression.windows[0].signals.trucks)))
     motions = [Motion(windows.signals.block, component).values(names) for windows in regression.windows]
     variables = {name: np.concatenate([motion[name] for motion in motions]) for name in names}
     variables = {name: values for name, values in variables.items() if np.all(np.isfinite(values))}

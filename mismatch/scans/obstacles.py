@@ -20,7 +20,7 @@ from scipy.special import log_ndtr
 
 from omnimate.effects import effects_scanned_by
 from omnimate.effects.block import wheel_radius
-from omnimate.effects.crossing import losing
+from omnimate.effects.crossing import crossing_with_loss
 from omnimate.effects.effect import WHEEL
 from omnimate.mismatch.candidates.pushes import PUSH_SIZE
 from omnimate.mismatch.candidates.terms import Term
@@ -379,7 +379,7 @@ def _loses(encounter: _Encounter, wheel: int, begin: float) -> Array | None:
     """
     windows, stretch = encounter.windows, encounter.stretch
     block = windows.signals.block
-    crossing = losing(wheel_radius(block, wheel), LOST).rolled
+    crossing = crossing_with_loss(wheel_radius(block, wheel), LOST).rolled
     edges = windows.time[stretch.start : stretch.stop + 1]
     first, last = np.searchsorted(block.time, (edges[0], edges[-1]))
     rolled = np.cumsum(np.abs(block.travel[first:last, wheel]))

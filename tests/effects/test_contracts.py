@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.effects import effect_named
-from omnimate.effects.crossing import losing
+from omnimate.effects.crossing import crossing_with_loss
 from omnimate.effects.errors import EffectError
 
 PERIOD, START = 0.015, 1000.0
@@ -65,7 +65,7 @@ def test_a_bump_takes_exactly_lost_and_only_while_it_is_crossed(forward, acted):
     missing = forward.travel[:, 0] - after["travel"][:, 0]
     assert missing.sum() == pytest.approx(7e-3, abs=1e-12)
     first = (forward.time > START + 1.0) & (
-        forward.time < START + 1.0 + losing(0.075, 2e-3).rolled / 0.3 + PERIOD
+        forward.time < START + 1.0 + crossing_with_loss(0.075, 2e-3).rolled / 0.3 + PERIOD
     )
     assert missing[first].sum() == pytest.approx(2e-3, abs=1e-12)
     assert not missing[forward.time <= START + 1.0].any()
@@ -276,4 +276,4 @@ def test_a_reference_ahead_of_the_axle_runs_round_it_when_the_truck_turns():
 
 def test_an_edge_of_height_h_loses_2_r_q_minus_sin_q_while_it_rolls_2_r_q():
     q = math.acos(1.0 - 0.010 / 0.075)
-    assert losing(0.075, 2.0 * 0.075 * (q - math.sin(q))).rolled == pytest.approx(2.0 * 0.075 * q)
+    assert crossing_with_loss(0.075, 2.0 * 0.075 * (q - math.sin(q))).rolled == pytest.approx(2.0 * 0.075 * q)

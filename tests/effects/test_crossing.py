@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.effects.crossing import SHAPES, crossing_of, losing
+from omnimate.effects.crossing import SHAPES, crossing_of, crossing_with_loss
 
 radii = st.floats(0.02, 0.5)
 parts = st.floats(0.001, 0.9)  # of the radius
@@ -33,7 +33,7 @@ def test_the_loss_grows_from_0_to_the_whole_and_stays_there(shape, radius, part)
 @given(radii, parts)
 def test_the_edge_that_loses_as_much_is_found_from_its_loss(radius, part):
     edge = crossing_of("edge", radius, part * radius)
-    again = losing(radius, edge.lost)
+    again = crossing_with_loss(radius, edge.lost)
     assert again.half_angle == pytest.approx(edge.half_angle, rel=1e-6)
     assert again.lost == pytest.approx(edge.lost, rel=1e-9)
 

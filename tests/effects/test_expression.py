@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.effects.errors import ExpressionError
-from omnimate.effects.expression import DEPTH, FUNCTIONS, parse
+from omnimate.effects.expression import FUNCTIONS, MAX_DEPTH, parse
 
 X = np.array([-1.5, 0.5, 2.0])
 NUMBER = st.floats(0.0, 1e6).map(repr)
@@ -88,7 +88,7 @@ def test_any_text_is_either_a_formula_or_refused(text):
 
 @pytest.mark.parametrize("deep", ["(" * 9999, "-" * 9999, "2^" * 9999, "sin(" * 9999])
 def test_a_formula_that_is_too_deep_is_refused(deep):
-    with pytest.raises(ExpressionError, match=f"expected at most {DEPTH}"):
+    with pytest.raises(ExpressionError, match=f"expected at most {MAX_DEPTH}"):
         parse(deep)
 
 

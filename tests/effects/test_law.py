@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from omnimate.effects import effect_named
 from omnimate.effects.errors import EffectError, EffectsFileError
 from omnimate.effects.file import format_effects, parse_effects
-from omnimate.effects.law import Law, quantities
+from omnimate.effects.law import Law, law_quantities
 from omnimate.effects.stages import replay
-from omnimate.effects.variables import VARIABLES, Motion, known
+from omnimate.effects.variables import VARIABLES, Motion, available_variables
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
@@ -21,7 +21,7 @@ from omnimate.vehicle.linkage import linkage_of
 from omnimate.vehicle.sonar import Sonar
 
 PERIOD, START = 0.015, 1000.0
-TARGETS = [(component, acts_on) for component in Law.components for acts_on in quantities(component)]
+TARGETS = [(component, acts_on) for component in Law.components for acts_on in law_quantities(component)]
 
 
 def law(component, formula="0", acts_on="", **curve):
@@ -32,7 +32,7 @@ def law(component, formula="0", acts_on="", **curve):
 def laws(draw):
     """Laws of every quantity, over every variable that a component has."""
     component, acts_on = draw(st.sampled_from(TARGETS))
-    names = st.sampled_from(sorted(known(component)))
+    names = st.sampled_from(sorted(available_variables(component)))
     formula = f"0.01 * {draw(names)} - 0.02 * sin({draw(names)}) / (1 + abs({draw(names)}))"
     curve = {"over": draw(names), "knots": (-1.0, 0.0, 2.0), "ordinates": (0.1, -0.1, 0.2)}
     return law(component, formula, acts_on, **curve, period=draw(st.sampled_from([0.0, math.tau])))
@@ -108,7 +108,7 @@ def test_the_simulator_does_what_a_replay_does(acts_on):
 
 def test_variables_are_what_the_block_says_of_the_component(block):
     wheel, truck = Motion(block, "a.right"), Motion(block, "b")
-    of_wheel, of_truck = wheel.values(known("a.right")), truck.values(known("b"))
+    of_wheel, of_truck = wheel.values(available_variables("a.right")), truck.values(available_variables("b"))
     assert of_wheel["speed"] == pytest.approx(block.speed[:, 1])
     assert of_truck["acceleration"] == pytest.approx(block.acceleration[:, 2:].mean(axis=1))
     assert of_wheel["way"][-1] == pytest.approx(np.abs(block.travel[:, 1]).sum(), rel=1e-6)
