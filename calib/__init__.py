@@ -1,1 +1,1 @@
-"""Calibration: better parameters of a robot from its recordings."""
+"""Calibration: parameters of a robot estimated from its recordings."""

@@ -13,9 +13,9 @@ class Advice:
     """One problem of the measurements, and its remedy.
 
     Attributes:
-        severity: A "note" does no harm, a "warning" may, and after an "error" the result is not to be used.
-        what: The problem.
-        do: What to do about it.
+        severity: A "note" is harmless, a "warning" may matter, an "error" makes the result unusable.
+        what: Description of the problem.
+        do: Remedy.
     """
 
     severity: Severity

@@ -1,6 +1,6 @@
 """Corrected parameters of trucks and robots.
 
-The mean wheel diameter is held, because it was measured before with a tape.
+The mean wheel diameter is held: it is assumed to be measured with a tape, see `omnimate.calib.scale`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def corrected_truck(truck: Truck, e_b: float, e_d: float) -> Truck:
     """Return a truck with its wheelbase times E_b and its ratio D_R / D_L times E_d, U (4.26)-(4.30).
 
-    The factors of a second pass multiply those of the first.
+    Factors of successive calibrations multiply.
 
     Raises:
         ParameterError: The result is not a possible truck.

@@ -1,6 +1,6 @@
-"""The distributions behind intervals and tests.
+"""Probabilities and quantiles for intervals and tests.
 
-They are taken from `scipy.special`: `scipy.stats` gives the same numbers, but takes a second to load.
+From `scipy.special`, because importing `scipy.stats` takes a second.
 """
 
 from __future__ import annotations

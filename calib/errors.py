@@ -1,4 +1,4 @@
-"""The errors of calibration: measurements from which no parameters can be calculated, and why."""
+"""Errors of calibration: measurements from which parameters cannot be estimated."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class CalibrationError(OmnimateError):
-    """Measurements that do not make a calibration.
+    """Measurements from which no calibration can be calculated.
 
     Attributes:
         source: File, folder or recording that the measurements come from.
@@ -24,7 +24,7 @@ class CalibrationError(OmnimateError):
 
 
 class DirectionError(CalibrationError):
-    """Runs of which a direction is missing, or whose cw and ccw are swapped."""
+    """Runs with a missing direction, or with cw and ccw swapped."""
 
 
 class FixError(CalibrationError):
@@ -32,7 +32,7 @@ class FixError(CalibrationError):
 
 
 class FrozenChannelError(CalibrationError):
-    """An encoder that stands still while the robot moves.
+    """An encoder whose reading is constant while the robot moves.
 
     Attributes:
         channel: Name of the encoder's wheel or joint, as far as it is known.
@@ -44,7 +44,7 @@ class FrozenChannelError(CalibrationError):
 
 
 class MethodError(CalibrationError):
-    """A method of calibration that needs more than the experiment holds.
+    """A method of calibration that the data of an experiment do not allow.
 
     Attributes:
         problem: What the method needs.

@@ -1,4 +1,4 @@
-"""A calibration in the formats of those who use it: ROS 2, VDA 5050, JSON.
+"""A calibration as ROS 2 parameters, VDA 5050 wheel definitions and JSON.
 
 ros2_controllers' diff_drive_controller multiplies: its left wheel has wheel_radius times
 left_wheel_radius_multiplier, its base wheel_separation times wheel_separation_multiplier. A VDA 5050
@@ -78,7 +78,7 @@ def vda5050_json(vehicle: VehicleParameters, wheel_width: float) -> str:
 
 
 def calibration_json(results: Sequence[tuple[str, Calibration, Truck, Uncertainty, Interval]]) -> str:
-    """Return everything that is known about calibrations, as JSON in SI units.
+    """Return calibrations with their uncertainties as JSON in SI units.
 
     Args:
         results: For each calibration its label, the calibration, the final truck (with E_s where it was
@@ -118,7 +118,7 @@ def _limits(interval: Interval) -> dict[str, float]:
 
 
 def _json(document: object) -> str:
-    """Return JSON in which unknown numbers are null."""
+    """Return JSON; numbers that are not finite become null."""
     return json.dumps(_known(document), indent=2) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""Fixes, which are absolute poses measured at rest, beside the travel of the wheels."""
+"""Fixes (absolute poses measured at rest) and the travel of the wheels between them."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Recording
 
-_STILL = 0.1  # [s] time before and after a fix at rest in which no wheel moves
-_REST = 0.5e-3  # [m] largest travel of the wheels of a truck at rest
+_REST_TIME = 0.1  # [s] before and after a fix at rest in which no wheel moves (assumption)
+_REST_TRAVEL = 0.5e-3  # [m] largest travel of a wheel at rest: a few counts (assumption)
 
 
 class WheelsAndFixes:
@@ -38,10 +38,10 @@ class WheelsAndFixes:
         self.radii = 0.5 * np.array([parameters.wheel_diameter_left, parameters.wheel_diameter_right])
 
     def rests(self) -> list[float]:
-        """Return the time [s] of one fix in each rest that has fixes, in order."""
+        """Return the time [s] of the first fix of every rest, in order."""
         times: list[float] = []
-        before, after = (self._travel_at(self.fixes.time + shift) for shift in (-_STILL, _STILL))
-        still = (np.abs(after - before) <= _REST).all(axis=-1)
+        before, after = (self._travel_at(self.fixes.time + shift) for shift in (-_REST_TIME, _REST_TIME))
+        still = (np.abs(after - before) <= _REST_TRAVEL).all(axis=-1)
         for time in self.fixes.time[still]:
             if not times or time > self.rest(times[-1])[1]:
                 times.append(float(time))
@@ -53,7 +53,7 @@ class WheelsAndFixes:
 
     def rest(self, time: float) -> tuple[float, float]:
         """Return start and end [s] of the rest around `time`, in which neither wheel moved."""
-        moved = self.time[(np.abs(self.travel - self._travel_at(time)) > _REST).any(axis=1)]
+        moved = self.time[(np.abs(self.travel - self._travel_at(time)) > _REST_TRAVEL).any(axis=1)]
         earlier, later = moved[moved < time], moved[moved > time]
         return (
             float(earlier[-1]) if len(earlier) else -np.inf,

@@ -51,7 +51,7 @@ def load_profiles(path: Path | str) -> dict[str, Profile]:
 
 
 def save_profile(path: Path | str, name: str, profile: Mapping[TruckName, Truck]) -> None:
-    """Add a profile to a file, or replace it there; the other profiles stay.
+    """Add a profile to a file, or replace it; other profiles are unchanged.
 
     Raises:
         CalibrationError: The existing file holds no profiles, or the name is empty.

@@ -1,4 +1,4 @@
-"""Checks of recordings that every calibration needs: absolute poses, and a single robot."""
+"""Checks of recordings before a calibration: absolute poses exist, and all are of one robot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def has_fixes(recording: Recording, truck: TruckName) -> bool:
 
 
 def check_one_robot(recordings: Sequence[Recording]) -> None:
-    """Refuse recordings of robots with different names or channels; their parameters may differ.
+    """Raise an error if recordings are of robots with different names or channels.
 
     Raises:
         CalibrationError: A recording is of another robot than the first one.

@@ -1,7 +1,7 @@
-"""The scaling error E_s: actual over believed mean wheel diameter, U section II-B.
+"""The scaling error E_s: actual over nominal mean wheel diameter, U section II-B.
 
-It is measured on straights, with a tape or with fixes. No closed square shows it: wheels that are 1 per
-cent too large have the same effect on a square as a wheelbase that is 1 per cent too small.
+It is measured on straights, with a tape or with fixes. It is not observable on closed squares: wheels 1 per
+cent too large have the same effect there as a wheelbase 1 per cent too small.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Recording
 
-_SHORTEST = 1.0  # [m] length of the shortest straight that is used
-_LARGEST_TURN = math.radians(10.0)  # of the heading along a straight
-_LARGEST_DETOUR = 1.01  # travel over chord; a drive forth and back is no straight
+_MIN_STRAIGHT = 1.0  # [m] shortest straight that is used: 2 mm of a fix are 0.2 % of it
+_MAX_TURN = math.radians(10.0)  # [rad] largest change of heading along a straight (assumption)
+_MAX_DETOUR = 1.01  # [1] largest travel over chord, so that driving out and back is excluded
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +108,8 @@ def _straights(recording: Recording, name: TruckName) -> list[tuple[float, float
         path = integrate(arc(travel[:, 0], travel[:, 1], truck.wheelbase))
         chord = float(np.hypot(*path[-1, :2]))
         length = float(np.abs(travel.mean(axis=1)).sum())
-        straight = length <= _LARGEST_DETOUR * chord and np.abs(path[:, 2]).max() <= _LARGEST_TURN
-        if chord >= _SHORTEST and straight:
+        straight = length <= _MAX_DETOUR * chord and np.abs(path[:, 2]).max() <= _MAX_TURN
+        if chord >= _MIN_STRAIGHT and straight:
             step = between(np.nan_to_num(drive.mean_fix(start)), np.nan_to_num(drive.mean_fix(end)))
             straights.append((float(np.hypot(*step[:2])), chord))
     return straights

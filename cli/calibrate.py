@@ -120,8 +120,8 @@ def _relative(
     name: TruckName = choice or "a"
     found = calibrate_relative(recordings[0], load_motions(path), name)
     print_estimate(f"Truck {name} and its sensor, {found.source}", found.quantities, found.estimate)
-    if found.degenerate is not None:
-        warn(found.degenerate)
+    if found.missing_motion is not None:
+        warn(found.missing_motion)
     if found.outlying:
         out.print(f"{found.outlying} of {found.estimate.fixes} relative poses contradict the others")
     if out_file is not None:

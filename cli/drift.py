@@ -26,10 +26,10 @@ def drift(
     ] = 1000.0,
 ) -> None:
     """Later, from new recordings: say whether it is time to calibrate again."""
-    from omnimate.calib.monitoring.drift import watch_drift
+    from omnimate.calib.monitoring.drift import monitor_drift
     from omnimate.cli.loading import load
 
-    report = watch_drift([load(source) for source in sources], false_alarm)
+    report = monitor_drift([load(source) for source in sources], false_alarm)
     say(verdict(report))
     for source in report.apart:
         warn(f"{source} stands apart from those before it, which alone is no drift: measure its fixes anew")
@@ -63,10 +63,11 @@ def _shift(quantity: MonitoredQuantity) -> str:
 
 
 def _too_few(report: DriftReport) -> str:
-    from omnimate.calib.monitoring.drift import ENOUGH
+    from omnimate.calib.monitoring.drift import MIN_VALUES
 
     most = max((len(quantity.values) for quantity in report.quantities), default=0)
     return (
-        f"{most} number(s) of a kind in {report.used} recording(s), and {ENOUGH} are needed: laps of a "
-        f"square in one direction with fixes around them, or {ENOUGH} recordings of a robot with a linkage"
+        f"{most} number(s) of a kind in {report.used} recording(s), and {MIN_VALUES} are needed: laps of a "
+        f"square in one direction with fixes around them, or {MIN_VALUES} recordings of a robot with a "
+        "linkage"
     )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from omnimate.calib.estimation.filtering import Filtered, Smoothed, backwards, forwards
+from omnimate.calib.estimation.filtering import Filtered, Smoothed, filter_chains, smooth_chains
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,8 +54,8 @@ class Chains(NamedTuple):
         process = np.tensordot(variances[: len(self.process)], self.process, 1)
         noise = self.noise(variances) / weights[:, np.newaxis, np.newaxis]
         moved = self.start, self.left, self.right, self.sensitivity, process
-        ahead = Filtered(*forwards(first, *moved, self.measured, noise, self.lever, self.effect))
-        return ahead, Smoothed(*backwards(first, self.lever, *ahead[:4]))
+        ahead = Filtered(*filter_chains(first, *moved, self.measured, noise, self.lever, self.effect))
+        return ahead, Smoothed(*smooth_chains(first, self.lever, *ahead[:4]))
 
     def noise(self, variances: Array) -> Array:
         """Return the covariance `(M, 3, 3)` of each measured pose, world frame."""
@@ -81,11 +81,11 @@ class Problem(Protocol):
     def chains(self, coordinates: Array) -> Chains:
         """Return the chains at coordinates `(P,)`."""
 
-    def place(self, number: int) -> tuple[str, float]:
+    def locate_fix(self, number: int) -> tuple[str, float]:
         """Return the source and the time [s] of a measured pose."""
 
 
-def joined(chains: list[Chains], lever: Array) -> Chains:
+def concatenate_chains(chains: list[Chains], lever: Array) -> Chains:
     """Return chains one after the other."""
     return Chains(
         first=np.concatenate([chain.first for chain in chains]),

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class DownWeighted:
-    """A fix that the others contradict.
+    """An outlier among the fixes.
 
     Attributes:
         source: Name of the drive.
@@ -56,14 +56,14 @@ class Estimate:
         coordinates: Estimated values of the coordinates, shape `(P,)`; 0 where held.
         covariance: Cramer-Rao bound of the coordinates with the estimated noise, shape `(P, P)`; 0 where
             held.
-        held: Coordinates that the data do not identify, and those held by request.
+        held: Coordinates that the data do not identify, or that were held by request.
         condition: Condition number of the information on the free coordinates, each in units of its prior
             standard deviation.
         noises: Estimated noise of the movements, then of the fixes.
         freedom: Degrees of freedom for confidence intervals.
-        down_weighted: Fixes that the others contradict, the worst first.
+        down_weighted: Outliers among the fixes, the worst first.
         fixes: Number of measured poses.
-        rms: Root mean square of the whitened residuals; 1 where the noise is described well.
+        rms: Root mean square of the whitened residuals; 1 if the noise model fits.
     """
 
     parameters: tuple[Coordinate, ...]

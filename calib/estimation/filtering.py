@@ -7,8 +7,8 @@ so that one pass gives whitened residuals and their Jacobian: generalised least 
 and of each movement (de Jong & Penzer, 1998; Koopman, 1993): its difference from the prediction by all
 others. From these follow the outliers and the score of every variance.
 
-This filter compares whole poses on SE(2); those of `ipec.filter` and `mismatch.noise.whitening` take one
-scalar reading after the other through sparse transitions of larger states, and share no step with it.
+Its measurements are poses on SE(2); `ipec.filter` and `mismatch.noise.whitening` update by scalar readings
+with sparse transitions of larger states, and share no code with it.
 """
 
 import math
@@ -20,8 +20,12 @@ from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.matrices import complement, invert_into, product, sandwich
 from omnimate.vehicle.se2 import rotate_xy, wrap_angle, write_composed, write_rotation, write_transport
 
-FAR = 10.0  # [m] standard deviation of the position at the begin of a chain, before its first fix
-AROUND = 3.0  # [rad] standard deviation of the heading at the begin of a chain, before its first fix
+START_POSITION_SIGMA = (
+    10.0  # [m] standard deviation of the position at the begin of a chain, before its first fix
+)
+START_HEADING_SIGMA = (
+    3.0  # [rad] standard deviation of the heading at the begin of a chain, before its first fix
+)
 
 
 class Filtered(NamedTuple):
@@ -62,7 +66,7 @@ class Smoothed(NamedTuple):
 
 
 @compiled
-def compare(out: Array, measured: Array, pose: Array, lever: Array) -> None:
+def write_residual(out: Array, measured: Array, pose: Array, lever: Array) -> None:
     """Write a measured pose minus that of the reference, which `lever` puts on the robot; body frame."""
     ahead, aside = rotate_xy(-pose[2], measured[0] - pose[0], measured[1] - pose[1])
     out[0], out[1] = ahead - lever[0], aside - lever[1]
@@ -73,15 +77,15 @@ def compare(out: Array, measured: Array, pose: Array, lever: Array) -> None:
 
 
 @compiled
-def observation(lever: Array) -> Array:
-    """Return how an error of the robot's pose shows in that of the reference, `(3, 3)`."""
+def observation_matrix(lever: Array) -> Array:
+    """Return the derivative `(3, 3)` of the reference's pose by the robot's pose, body frames."""
     observe = np.eye(3)
     observe[0, 2], observe[1, 2] = -lever[1], lever[0]
     return observe
 
 
 @compiled
-def forwards(
+def filter_chains(
     first: Array,
     start: Array,
     left: Array,
@@ -110,7 +114,7 @@ def forwards(
     count, size = len(measured), sensitivity.shape[2]
     innovation, precision = np.zeros((count, 3, 1 + size)), np.zeros((count, 3, 3))
     gain, carry, heading = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros(count)
-    observe = observation(lever)
+    observe = observation_matrix(lever)
     pose, moved, residual = np.zeros(3), np.zeros(3), np.zeros(3)
     covariance, before, spread = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
     turn, mine, cross, rest = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
@@ -118,8 +122,8 @@ def forwards(
     for k in range(count):
         if first[k] > 0.0:
             pose[:], sensed[:], covariance[:] = start[k], 0.0, 0.0
-            covariance[0, 0] = covariance[1, 1] = FAR * FAR
-            covariance[2, 2] = AROUND * AROUND
+            covariance[0, 0] = covariance[1, 1] = START_POSITION_SIGMA * START_POSITION_SIGMA
+            covariance[2, 2] = START_HEADING_SIGMA * START_HEADING_SIGMA
         else:
             write_transport(carry[k], right[k])
             write_composed(moved, left[k], pose)
@@ -135,7 +139,7 @@ def forwards(
         spread[:] = mine
         sandwich(spread, observe, covariance)
         invert_into(precision[k], spread)
-        compare(residual, measured[k], pose, lever)
+        write_residual(residual, measured[k], pose, lever)
         product(predicted, observe, sensed)
         predicted += effect[k]
         for row in range(3):
@@ -159,16 +163,16 @@ def forwards(
 
 
 @compiled
-def backwards(
+def smooth_chains(
     first: Array, lever: Array, innovation: Array, precision: Array, gain: Array, carry: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """Smooth the results of `forwards`; return the fields of `Smoothed`."""
+    """Smooth the results of `filter_chains`; return the fields of `Smoothed`."""
     count, columns = len(innovation), innovation.shape[2]
     fix, fix_precision = np.zeros((count, 3, columns)), np.zeros((count, 3, 3))
     step, step_precision = np.zeros((count, 3, columns)), np.zeros((count, 3, 3))
     later, other = np.zeros((3, columns)), np.zeros((3, columns))
     later_precision, rest = np.zeros((3, 3)), np.zeros((3, 3))
-    observe = observation(lever)
+    observe = observation_matrix(lever)
     for back in range(count):
         k = count - 1 - back
         product(fix[k], precision[k], innovation[k])
@@ -200,10 +204,10 @@ def backwards(
 
 
 @compiled
-def accumulate(
+def join_steps(
     start: Array, end: Array, increment: Array, jacobian: Array, noise: Array
 ) -> tuple[Array, Array, Array]:
-    """Join steps to the movements between fixes.
+    """Return the movements between fixes from single steps.
 
     Args:
         start: First step of each movement, shape `(M,)`.

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from omnimate.calib.estimation.chains import Coordinate
     from omnimate.vehicle.se2 import Array
 
-_UNIDENTIFIED = 1e3  # [prior standard deviations] a larger bound counts as infinite
-_INVOLVED = 0.3  # component of an eigenvector from which on a coordinate belongs to its direction
+_UNIDENTIFIED = 1e3  # [prior standard deviations] a larger bound is reported as unidentified
+_INVOLVED = 0.3  # smallest component of a coordinate that belongs to an eigenvector (assumption)
 
 
 class Held(NamedTuple):
-    """A coordinate that stays nominal.
+    """A coordinate that is held at its nominal value.
 
     Attributes:
         name: Name of the coordinate.
@@ -48,12 +48,12 @@ def information_bound(information: Array, free: NDArray[np.bool_]) -> Array:
 def unobservable(
     coordinates: Sequence[Coordinate], information: Array, free: NDArray[np.bool_]
 ) -> tuple[Held, ...]:
-    """Return the coordinates that the data identify worse than they are known before any drive.
+    """Return the coordinates that the data identify worse than their prior does.
 
-    In units of the prior standard deviations, a direction whose information is below 1 is identified worse
-    than before. All coordinates with a large component in it are held. A coordinate that is known far better
-    than the others, as the mean diameter is from a tape, dominates its direction and is held alone, so that
-    the others can be estimated relative to it, as UMBmark does.
+    In units of the prior standard deviations, a direction with information below 1 adds nothing to the prior.
+    All coordinates with a large component in it are held. A coordinate with a much better prior than the
+    others, such as the mean diameter from a tape, dominates its direction and is held alone, so that the
+    others are estimated relative to it, as in UMBmark.
     """
     sigmas = np.array([coordinate.prior_sigma for coordinate in coordinates])
     scaled = information * np.outer(sigmas, sigmas)

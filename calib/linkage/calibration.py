@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-WINDOW = 0.5  # [s] time of driving between readings that are used
+WINDOW = 0.5  # [s] of driving between two used readings (assumption: longer than the joints' noise)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ def calibrate_linkage(
 
 
 def corrected_linkage(vehicle: VehicleParameters, calibration: LinkageCalibration) -> VehicleParameters:
-    """Return the same robot with calibrated trucks, corrected zeros of its joints and length of its link.
+    """Return a robot with calibrated trucks, joint zeros and link length.
 
     A zero is a whole number of counts, so a bias of up to half a count may remain.
     """

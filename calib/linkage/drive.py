@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.calib.errors import CalibrationError
-from omnimate.calib.estimation.residuals import turned
+from omnimate.calib.estimation.residuals import rotate_covariance
 from omnimate.vehicle.odometry import truck_travel
 from omnimate.vehicle.parameters import JOINTS, WHEELS
 from omnimate.vehicle.se2 import between, lever_matrix
@@ -21,9 +21,11 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Poses, Recording
     from omnimate.vehicle.se2 import Array
 
-_TURNED = math.radians(20.0)  # turn of a truck from which on a joint that never moves counts as frozen
-_ROLLED = 2.0  # [m] travel from which on a link that never moves counts as frozen
-_TOGETHER = 0.05  # [s] largest time between poses of both trucks that make a loop closure
+_FROZEN_JOINT_TURN = math.radians(
+    20.0
+)  # [rad] turn of a truck after which an unchanged joint is frozen (assumption)
+_FROZEN_LINK_TRAVEL = 2.0  # [m] travel after which an unchanged link is frozen (assumption)
+_CLOSURE_TIME = 0.05  # [s] largest time difference of both trucks' poses in a loop closure (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,7 @@ def linkage_drive(recording: Recording, window: float, *, closures: bool) -> Lin
 
 
 def _check(recording: Recording) -> None:
-    """Refuse a drive in which a counter was lost, or a channel stands still while the robot moves."""
+    """Raise an error if a counter was lost, or a channel is frozen while the robot moves."""
     lost = [gap.channel for gap in recording.gaps if gap.reason in {"reboot", "jump"}]
     if lost:
         raise CalibrationError(
@@ -111,8 +113,12 @@ def _check(recording: Recording) -> None:
         turned_most = max(turned_most, float(np.ptp(turn)))
         rolled_least = min(rolled_least, float(np.abs(np.diff(0.5 * (left + right))).sum()))
     frozen = [wheel for wheel in WHEELS if moved[wheel] == 0]
-    frozen += [joint for joint in JOINTS if moved[joint] == 0 and turned_most > _TURNED]
-    frozen += ["link"] if moved["link"] == 0 and rolled_least > _ROLLED and turned_most > _TURNED else []
+    frozen += [joint for joint in JOINTS if moved[joint] == 0 and turned_most > _FROZEN_JOINT_TURN]
+    frozen += (
+        ["link"]
+        if moved["link"] == 0 and rolled_least > _FROZEN_LINK_TRAVEL and turned_most > _FROZEN_JOINT_TURN
+        else []
+    )
     if frozen:
         raise CalibrationError(
             recording.source,
@@ -147,31 +153,31 @@ def _pairs(recording: Recording) -> tuple[Poses, Poses] | None:
     """Return the complete poses of both trucks that were measured at the same time; None without any."""
     if recording.poses is None:
         return None
-    a, b = (_whole(recording.poses.of(truck)) for truck in recording.vehicle.trucks)
+    a, b = (_complete_poses(recording.poses.of(truck)) for truck in recording.vehicle.trucks)
     if len(a.time) == 0 or len(b.time) == 0:
         return None
     near = np.abs(b.time[:, np.newaxis] - a.time).argmin(axis=0)
     first, last = float(recording.time[0]), float(recording.time[-1])
-    good = (np.abs(b.time[near] - a.time) < _TOGETHER) & (a.time >= first) & (a.time <= last)
+    good = (np.abs(b.time[near] - a.time) < _CLOSURE_TIME) & (a.time >= first) & (a.time <= last)
     if not good.any():
         return None
-    return _chosen(a, np.flatnonzero(good)), _chosen(b, near[good])
+    return _select(a, np.flatnonzero(good)), _select(b, near[good])
 
 
-def _whole(poses: Poses) -> Poses:
+def _complete_poses(poses: Poses) -> Poses:
     known = np.isfinite(poses.pose).all(axis=1) & np.isfinite(poses.sigma).all(axis=1)
-    return _chosen(poses, np.flatnonzero(known))
+    return _select(poses, np.flatnonzero(known))
 
 
-def _chosen(poses: Poses, rows: NDArray[np.int64]) -> Poses:
+def _select(poses: Poses, rows: NDArray[np.int64]) -> Poses:
     return type(poses)(poses.time[rows], poses.body[rows], poses.pose[rows], poses.sigma[rows])
 
 
 def closure_covariance(pose_a: Array, pose_b: Array, sigma_a: Array, sigma_b: Array) -> Array:
     """Return the covariance `(M, 3, 3)` of b seen from a, both measured from outside `(M, 3)`, frame of a."""
     lever = lever_matrix(between(pose_a, pose_b)[:, :2])
-    spread_a = turned(_diagonal(sigma_a), pose_a[:, 2])
-    return lever @ spread_a @ lever.transpose(0, 2, 1) + turned(_diagonal(sigma_b), pose_a[:, 2])
+    spread_a = rotate_covariance(_diagonal(sigma_a), pose_a[:, 2])
+    return lever @ spread_a @ lever.transpose(0, 2, 1) + rotate_covariance(_diagonal(sigma_b), pose_a[:, 2])
 
 
 def _diagonal(sigma: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What the filter has learned of a robot while it drove: its values, what contradicts them, what is open."""
+"""Parameters that the filter estimated during a drive, with advice on its findings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
 Unit = Literal["m", "s", "rad"]
-SCALE = Advice(
+SCALE_ADVICE = Advice(
     "note",
     "encoders alone cannot tell the mean diameter of all wheels, nor a floor that makes both trucks creep",
     "measure a straight of some metres, or record absolute poses (fixes)",
@@ -23,13 +23,13 @@ SCALE = Advice(
 
 @dataclass(frozen=True, slots=True)
 class LearnedValue:
-    """A value that the filter has learned.
+    """A parameter that the filter estimated.
 
     Attributes:
-        name: What it is of the robot.
+        name: Name of the parameter.
         unit: Its unit.
-        described: The value by which the robot drove.
-        value: The value that was learned.
+        described: Nominal value.
+        value: Estimated value.
         sigma: Its standard deviation.
     """
 
@@ -58,10 +58,10 @@ def learned_values(vehicle: VehicleParameters, slow: SlowParameters) -> tuple[Le
 
 
 def learned_vehicle(vehicle: VehicleParameters, slow: SlowParameters) -> VehicleParameters:
-    """Return the same robot with what the filter has learned of its encoders while it drove.
+    """Return the robot with the parameters that the filter estimated.
 
-    Creep is no parameter of a robot and stays. A bias of a joint may also be an axle that is turned in its
-    truck: encoders cannot tell; the path is the same, the heading of the body is not.
+    Creep is no parameter of `vehicle.toml`. A joint bias may also be an axle turned in its truck: encoders
+    cannot distinguish them. The path is the same, the heading of the body is not.
     """
     trucks: dict[TruckName, Truck] = {}
     for number, name in enumerate(vehicle.trucks):
@@ -75,15 +75,15 @@ def learned_vehicle(vehicle: VehicleParameters, slow: SlowParameters) -> Vehicle
     return without_biases(vehicle, trucks, (joint_a, joint_b), slow.link_bias)
 
 
-def advice_of(said: Findings) -> tuple[Advice, ...]:
-    """Return what contradicts vehicle.toml or the model, what is not told yet, and what to do about it."""
+def advice_of(findings: Findings) -> tuple[Advice, ...]:
+    """Return advice on wrong values, contradictions of the model, and unidentified parameters."""
     wrong = [
         Advice(
             "warning",
             f"vehicle.toml is probably wrong (probability {probability:.2f}): {name}",
-            f"take over its learned value{_doubt(name)}",
+            f"take over its learned value{_ambiguity(name)}",
         )
-        for name, probability in said.suspects
+        for name, probability in findings.suspects
     ]
     wrong += [
         Advice(
@@ -94,7 +94,7 @@ def advice_of(said: Findings) -> tuple[Advice, ...]:
             if name in WHEELS
             else "look for play, eccentricity, a late reading",
         )
-        for name, probability in said.misread
+        for name, probability in findings.misread
     ]
     wrong += [
         Advice(
@@ -103,13 +103,13 @@ def advice_of(said: Findings) -> tuple[Advice, ...]:
             "floor",
             "look for loose parts, slip, and a rough floor",
         )
-        for name, factor in said.scatter
+        for name, factor in findings.scatter
     ]
-    return (*wrong, *_untold(said.untold), SCALE)
+    return (*wrong, *_unidentified(findings.untold), SCALE_ADVICE)
 
 
-def _doubt(name: str) -> str:
-    """Return what encoders alone cannot tell of a suspect, and what to do."""
+def _ambiguity(name: str) -> str:
+    """Return an alternative explanation of a suspect, with a remedy; empty for none."""
     if name.startswith("bias of joint"):
         return "; an axle that is turned in its truck looks the same: only poses of the truck tell them apart"
     if name.startswith("both diameters"):
@@ -117,8 +117,8 @@ def _doubt(name: str) -> str:
     return ""
 
 
-def _untold(names: tuple[str, ...]) -> list[Advice]:
-    """Return what this drive has not told, and what to drive."""
+def _unidentified(names: tuple[str, ...]) -> list[Advice]:
+    """Return advice on drives that identify the remaining parameters."""
     drives = {
         "drive straight for some metres": [name for name in names if name.startswith("unequal")],
         "drive rounded corners to both sides with a short radius": [

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.calib.estimation.chains import Chains, Coordinate, NoiseSource, joined
-from omnimate.calib.estimation.filtering import accumulate
+from omnimate.calib.estimation.chains import Chains, Coordinate, NoiseSource, concatenate_chains
+from omnimate.calib.estimation.filtering import join_steps
 from omnimate.calib.paths.kinematics import ROUGHNESS, Differential
 from omnimate.vehicle.linkage import follower
 from omnimate.vehicle.se2 import inverse, rotation, transport
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.se2 import Array
 
-# The linkage identifies what the trucks have in common worse than the differences between them.
+# Sums and differences of the trucks' parameters: the linkage identifies the differences better.
 COORDINATES = (
     Coordinate("wheelbase, both", "1", 0.05),
     Coordinate("mean diameter (E_s), both", "1", 0.002),
@@ -72,7 +72,7 @@ class LinkageProblem:
         """The roughness of the floor, and the scatter of the linkage's encoders beyond their resolution."""
         return (ROUGHNESS, JOINT, LINK)
 
-    def place(self, number: int) -> tuple[str, float]:
+    def locate_fix(self, number: int) -> tuple[str, float]:
         """Return the drive and the time [s] of a reading."""
         for drive in self.drives:
             if number < len(drive.time):
@@ -82,26 +82,26 @@ class LinkageProblem:
 
     def values(self, coordinates: Array) -> dict[str, float]:
         """Return the robot's parameters in SI units."""
-        apart = SEPARATE @ coordinates
+        separate = SEPARATE @ coordinates
         result: dict[str, float] = {}
-        for name, truck, of_truck in zip("ab", self.trucks, (apart[:3], apart[3:6]), strict=True):
+        for name, truck, of_truck in zip("ab", self.trucks, (separate[:3], separate[3:6]), strict=True):
             values = Differential(truck).values(of_truck)
             result |= {f"truck {name} {key}": value for key, value in values.items()}
-        biases = zip(("joint_a bias", "joint_b bias", "link bias"), apart[6:], strict=True)
+        biases = zip(("joint_a bias", "joint_b bias", "link bias"), separate[6:], strict=True)
         return result | {name: float(value) for name, value in biases}
 
     def chains(self, coordinates: Array) -> Chains:
         """Return a chain for each drive, one after the other."""
-        apart = SEPARATE @ coordinates
-        return joined([self._chain(drive, apart) for drive in self.drives], np.zeros(3))
+        separate = SEPARATE @ coordinates
+        return concatenate_chains([self._chain(drive, separate) for drive in self.drives], np.zeros(3))
 
-    def _chain(self, drive: LinkageDrive, apart: Array) -> Chains:
+    def _chain(self, drive: LinkageDrive, separate: Array) -> Chains:
         count = len(drive.time)
         models = [Differential(truck) for truck in self.trucks]
-        moved_a, slope_a, process_a = _moved(drive, models[0].steps(drive.wheels[:, :2], apart[:3]))
-        moved_b, slope_b, process_b = _moved(drive, models[1].steps(drive.wheels[:, 2:], apart[3:6]))
-        measured, slopes = _relative(drive, apart[6:])
-        carry = transport(measured)  # errors of a, seen from b, and with the other sign
+        moved_a, slope_a, process_a = _moved(drive, models[0].steps(drive.wheels[:, :2], separate[:3]))
+        moved_b, slope_b, process_b = _moved(drive, models[1].steps(drive.wheels[:, 2:], separate[3:6]))
+        measured, slopes = _relative(drive, separate[6:])
+        carry = transport(measured)  # errors of a in the frame of b, with opposite sign
         sensitivity = np.zeros((count, 3, 9))
         sensitivity[:, :, :3], sensitivity[:, :, 3:6] = -carry @ slope_a, slope_b
         effect = np.zeros((count, 3, 9))
@@ -124,9 +124,9 @@ class LinkageProblem:
 
 
 def _moved(drive: LinkageDrive, steps: Steps) -> tuple[Array, Array, Array]:
-    """Return a truck's movements before each reading; see `accumulate`."""
+    """Return a truck's movements before each reading; see `join_steps`."""
     ends = drive.ends.astype(np.float64)
-    return accumulate(np.concatenate((ends[:1], ends[:-1])), ends, *steps)
+    return join_steps(np.concatenate((ends[:1], ends[:-1])), ends, *steps)
 
 
 def _relative(drive: LinkageDrive, biases: Array) -> tuple[Array, Array]:

@@ -1,1 +1,1 @@
-"""Signs that a calibrated robot has changed: drift of what it repeats, and encoders that stand still."""
+"""Monitoring of calibrated robots: drift of repeated quantities, and frozen encoders."""

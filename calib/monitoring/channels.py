@@ -1,4 +1,4 @@
-"""Problems of recordings that a calibration rests on: encoders that stand still, and an uncorrected E_s."""
+"""Checks of recordings before a calibration: frozen encoders, and an uncorrected E_s."""
 
 from __future__ import annotations
 
@@ -17,19 +17,21 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel, TruckName
     from omnimate.vehicle.recording import Recording
 
-_TURN = 1.0  # [rad] turn of the truck after which a joint must have moved
-_ROLL = 0.5  # [m] travel of the other wheel after which a wheel must have moved
-_TRAVEL = 5.0  # [m] travel of the truck after which a compliant link must have moved
+_FROZEN_JOINT_TURN = 1.0  # [rad] turn of the truck after which an unchanged joint is frozen (assumption)
+_FROZEN_WHEEL_TRAVEL = (
+    0.5  # [m] travel of the other wheel after which an unchanged wheel is frozen (assumption)
+)
+_FROZEN_LINK_TRAVEL = 5.0  # [m] travel of the truck after which an unchanged link is frozen (assumption)
 
 
 def advise_on_recordings(recordings: Sequence[Recording], truck: TruckName) -> tuple[Advice, ...]:
-    """Return what looks wrong with the recordings themselves, independently of their laps."""
+    """Return advice on problems of recordings that do not depend on their laps."""
     frozen = [advice for recording in recordings for advice in frozen_linkage(recording)]
     return (*frozen, *_scale(recordings, truck))
 
 
 def check_frozen(recording: Recording) -> None:
-    """Refuse a recording in which a wheel or a channel of the linkage shows one count throughout.
+    """Raise an error if a wheel or a channel of the linkage is frozen throughout a recording.
 
     Raises:
         CalibrationError: A channel is frozen. A frozen wheel is reported before channels of the linkage that
@@ -45,7 +47,7 @@ def frozen_wheels(recording: Recording) -> tuple[Advice, ...]:
     for truck in recording.vehicle.trucks:
         travels = [float(np.abs(np.diff(wheel)).sum()) for wheel in truck_travel(recording, truck)[:2]]
         for wheel, travel, other in zip(wheels_of(truck), travels, reversed(travels), strict=True):
-            if travel == 0.0 and other > _ROLL:
+            if travel == 0.0 and other > _FROZEN_WHEEL_TRAVEL:
                 what = f"{recording.source}: wheel {wheel} is frozen: not one count while the other one rolls"
                 do = "check its encoder, and node, cob_id and start_bit in vehicle.toml, and record anew"
                 advice.append(Advice("error", f"{what} {other:.1f} m", do))
@@ -62,7 +64,7 @@ def frozen_linkage(recording: Recording) -> tuple[Advice, ...]:
         left, right, _ = truck_travel(recording, truck)
         turned = float(np.ptp(right - left)) / recording.vehicle.trucks[truck].wheelbase
         travel = float(np.abs(np.diff(0.5 * (left + right))).sum())
-        if (travel > _TRAVEL) if channel == "link" else (turned > _TURN):
+        if (travel > _FROZEN_LINK_TRAVEL) if channel == "link" else (turned > _FROZEN_JOINT_TURN):
             what = f"{recording.source}: {channel} is frozen: {travel:.0f} m of driving, and not one count"
             do = "check its encoder, its cable and its cob_id, and record anew; IPEC cannot work without it"
             advice.append(Advice("error", what, do))
@@ -70,7 +72,7 @@ def frozen_linkage(recording: Recording) -> tuple[Advice, ...]:
 
 
 def _scale(recordings: Sequence[Recording], truck: TruckName) -> tuple[Advice, ...]:
-    """Return a warning where straights between fixes show an uncorrected E_s, which squares never show."""
+    """Return a warning if straights between fixes show an uncorrected E_s."""
     try:
         scale = scale_from_straights(recordings, truck)
     except CalibrationError:

@@ -1,9 +1,8 @@
-"""A self-starting CUSUM on a quantity that should not change: when to calibrate again.
+"""A self-starting CUSUM chart for a quantity that should be constant: when to calibrate again.
 
-It gets one value for each drive: a component of the return error, the mean IPEC correction of a metre, the
-length of a known path. Each value is compared with all before it through Student's t, which makes it standard
-normal whatever the mean and the scatter are. No reference has to be known, and the rate of false alarms is
-the one asked for from the third drive on.
+Its input is one value per drive, such as a component of the return error. Each value is standardised by the
+mean and scatter of all earlier ones through Student's t, so that no reference value is needed and the false
+alarm rate holds from the third drive on.
 Source: Hawkins, Self-starting CUSUM charts, The Statistician (1987).
 """
 
@@ -16,9 +15,9 @@ from scipy.optimize import brentq
 
 from omnimate.calib.distributions import normal_upper_limit, student_tail
 
-_SLACK = 0.5  # [standard deviations] half of the shift that is looked for
-_OVERSHOOT = 1.166  # Siegmund's correction for the overshoot
-_LIMIT = 4.0  # [standard deviations] most that a single value counts
+_SLACK = 0.5  # [standard deviations] half of the shift to detect: one standard deviation
+_OVERSHOOT = 1.166  # Siegmund (1985), correction for the overshoot
+_MAX_SCORE = 4.0  # [standard deviations] limit of a single score, against outliers (assumption)
 
 
 def drives_between_false_alarms(threshold: float) -> float:
@@ -34,7 +33,7 @@ def threshold_for(drives: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class DriftMonitor:
-    """The state of the monitor; a new one begins after each calibration.
+    """State of a CUSUM chart; a calibration starts a new one.
 
     Attributes:
         threshold: Sum above which the monitor raises the alarm [standard deviations].
@@ -89,4 +88,4 @@ def _score(monitor: DriftMonitor, value: float) -> float:
     sigma = math.sqrt(monitor.squares / (monitor.count - 1) * (monitor.count + 1) / monitor.count)
     ratio = (value - monitor.mean) / sigma
     deviate = normal_upper_limit(student_tail(abs(ratio), monitor.count - 1))
-    return math.copysign(min(deviate, _LIMIT), ratio)
+    return math.copysign(min(deviate, _MAX_SCORE), ratio)

@@ -1,1 +1,1 @@
-"""Calibration from any path with absolute poses, and the choice of a path that identifies the parameters."""
+"""Calibration from any path with absolute poses, and the design of such paths."""

@@ -1,4 +1,4 @@
-"""The path designer: how well each candidate drive would identify the parameters, before it is driven.
+"""Design of calibration drives: the Cramer-Rao bound of candidate drives before they are driven.
 
 Every candidate gets the same travel of the wheels, in the space given. Its Cramer-Rao bound follows from the
 roughness of the floor and the noise of the fixes alone. The E_max,syst, U (3.4), that a calibration with this
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.se2 import Array
 
-POSITION = 2e-3  # [m] standard deviation of a position by the sonar calibrator, U V
-SONAR_HEADING = math.radians(0.4)  # [rad] standard deviation of a heading by the sonar calibrator, U V
-FINE_HEADING = math.radians(0.02)  # [rad] standard deviation by motion capture at rest
-_JUDGING_SIDE = 4.0  # [m] side of the square on which a calibration is judged
+SONAR_POSITION_SIGMA = 2e-3  # [m] standard deviation of a position by the sonar calibrator, U V
+SONAR_HEADING_SIGMA = math.radians(0.4)  # [rad] standard deviation of a heading by the sonar calibrator, U V
+MOTION_CAPTURE_HEADING_SIGMA = math.radians(0.02)  # [rad] standard deviation by motion capture at rest
+_TEST_SIDE = 4.0  # [m] side of the square for the residual error, U III-C
 _DRAWS = 20_000
-_SPIN_SHARES = np.linspace(0.05, 0.6, 12)  # shares of the travel that spins may take
+_SPIN_SHARES = np.linspace(0.05, 0.6, 12)  # trial shares of the travel for spins
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,9 @@ class Space:
     @property
     def sigma(self) -> Array:
         """Standard deviations of a fix in x, y [m] and theta [rad], shape `(3,)`; nan where not measured."""
-        return np.array([POSITION, POSITION, np.nan if self.heading is None else self.heading])
+        return np.array(
+            [SONAR_POSITION_SIGMA, SONAR_POSITION_SIGMA, np.nan if self.heading is None else self.heading]
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,27 +163,27 @@ def _candidates(truck: Truck, space: Space) -> list[tuple[str, list[PlannedDrive
     radius = min(0.25 * space.length, 0.5 * space.width)
     chance = np.random.default_rng(0)
     return [
-        (f"UMBmark, squares of {side:g} m cw and ccw", _both(truck, side, space)),
-        (f"squares of {side:g} m, one direction", _fill(space, lambda _: square(truck, side, 1))),
+        (f"UMBmark, squares of {side:g} m cw and ccw", _squares(truck, side, space)),
+        (f"squares of {side:g} m, one direction", _repeat(space, lambda _: square(truck, side, 1))),
         (
             f"{space.length:g} m out, and back in reverse",
-            _fill(space, lambda _: out_and_back(truck, space.length)),
+            _repeat(space, lambda _: out_and_back(truck, space.length)),
         ),
-        (f"figures of eight, radius {radius:g} m", _fill(space, lambda _: figure_eight(truck, radius))),
+        (f"figures of eight, radius {radius:g} m", _repeat(space, lambda _: figure_eight(truck, radius))),
         (
             "free, past random points",
-            _fill(space, lambda _: free_lap(truck, space.length, space.width, chance)),
+            _repeat(space, lambda _: free_lap(truck, space.length, space.width, chance)),
         ),
     ]
 
 
-def _both(truck: Truck, side: float, space: Space) -> list[PlannedDrive]:
+def _squares(truck: Truck, side: float, space: Space) -> list[PlannedDrive]:
     """Return as many squares in either direction as their legs, U III-C, fit into the allowed travel."""
     pairs = max(1, round(space.travel / (8.0 * side)))
     return [square(truck, side, sign) for sign in (-1, 1) for _ in range(pairs)]
 
 
-def _fill(space: Space, make: Callable[[int], PlannedDrive]) -> list[PlannedDrive]:
+def _repeat(space: Space, make: Callable[[int], PlannedDrive]) -> list[PlannedDrive]:
     """Return drives until the allowed travel is used up, at least one."""
     drives = [make(0)]
     while sum(drive.rolled for drive in drives) + 0.5 * drives[-1].rolled < space.travel:
@@ -195,7 +197,7 @@ def _residual_error(truck: Truck, bound: Array) -> float:
     for coordinate in (0, 2):
         step = np.zeros(3)
         step[coordinate] = 1e-6
-        columns.append(square_returns(truck, model.truck_at(step), _JUDGING_SIDE)[:, :2] / 1e-6)
+        columns.append(square_returns(truck, model.truck_at(step), _TEST_SIDE)[:, :2] / 1e-6)
     spread = np.linalg.cholesky(bound[np.ix_([0, 2], [0, 2])])
     errors = np.random.default_rng(0).standard_normal((_DRAWS, 2)) @ spread.T
     returns = np.einsum("nk,kij->nij", errors, np.array(columns))

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.se2 import Array
 
-_STEP = 0.1  # [m] of wheel travel in one step
+_TRAVEL_STEP = 0.1  # [m] of wheel travel in one step
 SPEED = 0.2  # [m/s] of the wheels, U III-C
 
 
 @dataclass(slots=True)
 class PlannedDrive:
-    """A drive that is being put together, as travel of the wheels.
+    """A builder of drives, as travel of the wheels.
 
     Attributes:
         truck: The truck that drives it.
@@ -52,7 +52,7 @@ class PlannedDrive:
         return self
 
     def _go(self, left: float, right: float) -> PlannedDrive:
-        count = max(1, math.ceil(max(abs(left), abs(right)) / _STEP))
+        count = max(1, math.ceil(max(abs(left), abs(right)) / _TRAVEL_STEP))
         self.travel += [np.array([left, right]) / count] * count
         return self
 
@@ -65,7 +65,7 @@ class PlannedDrive:
         """Return the measured drive; its fixes have standard deviations `(3,)`, nan where not measured."""
         diameters = np.array([self.truck.wheel_diameter_left, self.truck.wheel_diameter_right])
         readings = np.vstack([np.zeros((1, 2)), np.cumsum(self.travel, axis=0) / (0.5 * diameters)])
-        time = np.arange(len(readings), dtype=np.float64) * (_STEP / SPEED)
+        time = np.arange(len(readings), dtype=np.float64) * (_TRAVEL_STEP / SPEED)
         count = len(self.fixes)
         pose = np.tile(np.where(np.isfinite(sigma), 0.0, np.nan), (count, 1))
         return Drive(time, readings, time[np.array(self.fixes)], pose, np.tile(sigma, (count, 1)), source)

@@ -1,4 +1,4 @@
-"""Drives for least squares: a truck's wheels and the absolute poses of one unbroken stretch, checked."""
+"""Drives for least squares: checked wheel readings and absolute poses without a lost counter."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Poses, Recording
     from omnimate.vehicle.se2 import Array
 
-_FROZEN = 0.5  # [m] travel of the other wheel from which on a wheel that never moves counts as frozen
+_FROZEN_WHEEL_TRAVEL = (
+    0.5  # [m] travel of the other wheel after which an unchanged wheel is frozen (assumption)
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One stretch of driving with absolute poses and unbroken odometry between them.
+    """Wheel readings and absolute poses without a lost counter in between.
 
     Attributes:
         time: Time of the readings [s], shape `(N,)`.
@@ -82,8 +84,8 @@ def drives_of(recordings: Sequence[Recording], truck: TruckName = "a") -> tuple[
     return tuple(drive for recording in recordings for drive in _drives(recording, truck))
 
 
-def thinned(drive: Drive, spacing: float) -> Drive:
-    """Return a drive whose absolute poses lie at least a time [s] apart, its last one kept.
+def thin_fixes(drive: Drive, spacing: float) -> Drive:
+    """Return a drive with absolute poses at least `spacing` [s] apart, including the last one.
 
     The errors of a dense reference are correlated in time: markers sway, the heading differs from that of the
     wheels from place to place, clocks drift. On the OptiOdom squares, such errors of the heading fade within
@@ -100,7 +102,7 @@ def thinned(drive: Drive, spacing: float) -> Drive:
 
 
 def check_truck(recording: Recording, truck: TruckName) -> None:
-    """Refuse a recording whose robot lacks a truck.
+    """Raise an error if the robot of a recording has no such truck.
 
     Raises:
         CalibrationError: The robot has no such truck.
@@ -150,10 +152,10 @@ def _moving(angles: Array) -> NDArray[np.bool_]:
 
 
 def _check_wheels(recording: Recording, truck: TruckName, left: Array, right: Array) -> None:
-    """Refuse a wheel that never moves while the other one drives."""
+    """Raise an error if a wheel never moves while the other one does."""
     travels = [float(np.abs(np.diff(wheel)).sum()) for wheel in (left, right)]
     for wheel, travel, other in zip(wheels_of(truck), travels, reversed(travels), strict=True):
-        if travel == 0.0 and other > _FROZEN:
+        if travel == 0.0 and other > _FROZEN_WHEEL_TRAVEL:
             raise CalibrationError(
                 recording.source,
                 f"wheel {wheel} never moves while the other one rolls {other:.1f} m: its channel is frozen; "

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.calib.estimation.search import estimate
-from omnimate.calib.paths.drives import drives_of, thinned
+from omnimate.calib.paths.drives import drives_of, thin_fixes
 from omnimate.calib.paths.kinematics import Differential, Kinematics
 from omnimate.calib.paths.misfits import without_misfits
 from omnimate.calib.paths.reference import OFFSETS, ReferenceProblem
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-SPACING = 2.0  # [s] time between absolute poses that are used; see `omnimate.calib.paths.drives.thinned`
-_STEP = 1e-5  # step of a coordinate for numerical derivatives
+SPACING = 2.0  # [s] time between absolute poses that are used; see `omnimate.calib.paths.drives.thin_fixes`
+_DERIVATIVE_STEP = 1e-5  # step of a coordinate for numerical derivatives
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ def calibrate_path(
     spacing: float = SPACING,
 ) -> PathCalibration:
     """Return the calibration of a robot of any kinematics; the arguments are those of `calibrate_truck`."""
-    chosen = tuple(thinned(drive, spacing) for drive in drives)
+    chosen = tuple(thin_fixes(drive, spacing) for drive in drives)
     problem = ReferenceProblem(chosen, kinematics, with_offset=with_offset, with_time=with_time)
     problem, left_out = without_misfits(problem, np.zeros(len(problem.coordinates)))
     while True:
@@ -156,14 +156,14 @@ def quantities(
     """Return functions of the first `count` coordinates as quantities, with intervals to first order."""
     place, covariance = result.coordinates[:count], result.covariance[:count, :count]
     nominal, value = values(np.zeros(count)), values(place)
-    steps = _STEP * np.eye(count)
+    steps = _DERIVATIVE_STEP * np.eye(count)
     ahead = [values(place + step) for step in steps]
     behind = [values(place - step) for step in steps]
     width = result.half_width()
     listed = []
     for name in value:
         slope = np.array([high[name] - low[name] for high, low in zip(ahead, behind, strict=True)])
-        sigma = float(np.sqrt(slope @ covariance @ slope)) / (2.0 * _STEP)
+        sigma = float(np.sqrt(slope @ covariance @ slope)) / (2.0 * _DERIVATIVE_STEP)
         reach = width * sigma
         ends = value[name] - reach, value[name] + reach
         listed.append(Quantity(name, nominal[name], value[name], sigma, *ends))

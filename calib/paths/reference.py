@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.calib.estimation.chains import Chains, Coordinate, NoiseSource, joined
-from omnimate.calib.estimation.filtering import accumulate
+from omnimate.calib.estimation.chains import Chains, Coordinate, NoiseSource, concatenate_chains
+from omnimate.calib.estimation.filtering import join_steps
 from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.se2 import between, compose, inverse, rotate
 
@@ -34,9 +34,9 @@ TIME_OFFSET = Coordinate("reference time", "s", 0.1)
 POSITION = NoiseSource("pose position", "m", 2e-3)
 HEADING = NoiseSource("pose heading", "rad", 4e-3)
 STAMP = NoiseSource("pose time stamp", "s", 1e-2)
-ABSENT = 1e6  # [m^2, rad^2] variance of a component that was not measured
-_EXACT = 1e-6  # [m, rad] smallest standard deviation; a smaller one is replaced by it
-_MOMENT = 0.05  # [s] half the time over which the speed at a fix is taken
+UNMEASURED_VARIANCE = 1e6  # [m^2, rad^2] of a component that was not measured: practically infinite
+_MIN_SIGMA = 1e-6  # [m, rad] lower limit of stated standard deviations, for numerical stability
+_SPEED_HALF_TIME = 0.05  # [s] half of the interval over which the speed at a fix is averaged (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ class ReferenceProblem:
         """Noise of the kinematics, then position, heading and time of poses without a stated sigma."""
         return (*self.kinematics.noises, POSITION, HEADING, STAMP)
 
-    def place(self, number: int) -> tuple[str, float]:
+    def locate_fix(self, number: int) -> tuple[str, float]:
         """Return the drive and the time [s] of a fix."""
         for drive in self.drives:
             if number < len(drive.fix_time):
@@ -85,7 +85,9 @@ class ReferenceProblem:
         """Return a chain for each drive, one after the other."""
         lever = coordinates[self._place_of(OFFSETS[0])] if self.with_offset else np.zeros(3)
         delay = float(coordinates[-1]) if self.with_time else 0.0
-        return joined([self._chain(drive, coordinates, lever, delay) for drive in self.drives], lever)
+        return concatenate_chains(
+            [self._chain(drive, coordinates, lever, delay) for drive in self.drives], lever
+        )
 
     def _place_of(self, first: Coordinate) -> slice:
         start = self.coordinates.index(first)
@@ -97,7 +99,7 @@ class ReferenceProblem:
         grid = np.union1d(drive.time, times)
         steps = self.kinematics.steps(_readings(drive, grid), robot)
         ends = np.searchsorted(grid, times).astype(np.float64)
-        moved, slope, process = accumulate(np.concatenate((ends[:1], ends[:-1])), ends, *steps)
+        moved, slope, process = join_steps(np.concatenate((ends[:1], ends[:-1])), ends, *steps)
         count, size = len(times), len(coordinates)
         sensitivity = np.zeros((count, 3, size))
         sensitivity[:, :, : len(robot)] = slope
@@ -123,9 +125,9 @@ class ReferenceProblem:
 
     def _speed(self, drive: Drive, times: Array, robot: Array) -> Array:
         """Return the robot's speed `(M, 3)` at times [m/s, m/s, rad/s], body frame."""
-        around = np.stack([times - _MOMENT, times + _MOMENT], axis=-1).reshape(-1)
+        around = np.stack([times - _SPEED_HALF_TIME, times + _SPEED_HALF_TIME], axis=-1).reshape(-1)
         moved = self.kinematics.steps(_readings(drive, around), robot).increment[::2]
-        return np.asarray(moved / (2.0 * _MOMENT), np.float64)
+        return np.asarray(moved / (2.0 * _SPEED_HALF_TIME), np.float64)
 
     def _effect(self, speed: Array, lever: Array, size: int) -> Array:
         """Return the derivative `(M, 3, P)` of measured poses by the reference's coordinates, body frame."""
@@ -162,10 +164,10 @@ def pose_noise(pose: Array, sigma: Array) -> tuple[Array, Array]:
     """
     known: NDArray[np.bool_] = np.isfinite(pose)
     said: NDArray[np.bool_] = np.isfinite(sigma)
-    variance = np.where(said, np.maximum(np.nan_to_num(sigma), _EXACT) ** 2, 0.0)
+    variance = np.where(said, np.maximum(np.nan_to_num(sigma), _MIN_SIGMA) ** 2, 0.0)
     stated, scatter = np.zeros((len(pose), 3, 3)), np.zeros((2, len(pose), 3, 3))
     for axis in range(3):
-        stated[:, axis, axis] = np.where(known[:, axis], variance[:, axis], ABSENT)
+        stated[:, axis, axis] = np.where(known[:, axis], variance[:, axis], UNMEASURED_VARIANCE)
         scatter[int(axis == 2), :, axis, axis] = known[:, axis] & ~said[:, axis]
     return stated, scatter
 

@@ -1,1 +1,1 @@
-"""Calibration by relative poses, as scan matching gives them: the robot, and where its sensor sits."""
+"""Calibration of robot and sensor pose by relative poses, such as from scan matching."""

@@ -22,7 +22,7 @@ from omnimate.calib.estimation.estimates import Estimate
 from omnimate.calib.estimation.observability import information_bound, unobservable
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.least_squares import quantities
-from omnimate.calib.relative.motions import degenerate
+from omnimate.calib.relative.motions import missing_motion
 from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.odometry import truck_travel
@@ -38,21 +38,23 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-# What is known without any drive: a sensor sits on the robot, somewhere, and looks somewhere.
+# Prior: the sensor is anywhere on a robot of a metre, with any yaw.
 SENSOR = (
     Coordinate("sensor x", "m", 0.5),
     Coordinate("sensor y", "m", 0.5),
     Coordinate("sensor yaw", "rad", 1.0),
 )
-FEWEST = 6  # motions, from which on the six numbers can be told from noise
-ROUNDS = 50
-SETTLED = 1e-6  # [standard deviations] by which the last round changes a coordinate
-OUTLYING = float(chi2.ppf(0.999, 3))  # squared distance of a motion, beyond which it loses weight (Huber)
+MIN_MOTIONS = 6  # 18 equations for six unknowns
+MAX_ROUNDS = 50
+CONVERGED = 1e-6  # [standard deviations] largest change of a coordinate in the last round
+OUTLIER_THRESHOLD = float(
+    chi2.ppf(0.999, 3)
+)  # squared distance above which a motion is down-weighted (Huber)
 
 
 @dataclass(frozen=True, slots=True)
 class RelativeCalibration:
-    """What relative poses of a sensor say of the robot and of the sensor's place.
+    """The calibration of a truck and of a sensor's pose on it.
 
     Attributes:
         source: Where the relative poses come from.
@@ -60,8 +62,8 @@ class RelativeCalibration:
         truck: The calibrated truck.
         sensor: Pose of the sensor on the truck, `(3,)`.
         quantities: Sizes of the truck and the sensor's pose, with intervals.
-        degenerate: Which motions are missing; None where nothing is held for lack of motions.
-        outlying: Number of motions that the others contradict, and which lost weight.
+        missing_motion: Kind of motion that is missing; None if all coordinates are identified.
+        outlying: Number of down-weighted motions.
     """
 
     source: str
@@ -69,13 +71,13 @@ class RelativeCalibration:
     truck: Truck
     sensor: Array
     quantities: tuple[Quantity, ...]
-    degenerate: str | None
+    missing_motion: str | None
     outlying: int
 
 
 @dataclass(frozen=True, slots=True)
 class _Moves:
-    """What the wheels say of each motion, at some coordinates of the truck.
+    """The robot's motions by its wheels, at given coordinates of the truck.
 
     Attributes:
         pose: The robot's motion, `(K, 3)`.
@@ -123,7 +125,7 @@ class _Wheels:
 def calibrate_relative(
     recording: Recording, motions: Motions, truck: TruckName = "a", roughness: float = CONCRETE_ROUGHNESS
 ) -> RelativeCalibration:
-    """Return the calibration of a truck, and of where a sensor sits on it, by relative poses of the sensor.
+    """Return the calibration of a truck and of a sensor's pose on it by relative poses of the sensor.
 
     Args:
         recording: The wheels; absolute poses are not needed.
@@ -166,30 +168,30 @@ def calibrate_wheels(
     free = np.ones(len(parameters), np.bool_)
     information, _, _ = _linear(wheels.moves(model, coordinates), motions, sensor, roughness)
     held = unobservable(parameters, information, free)
-    missing = degenerate(wheels.travel[:, 0], wheels.travel[:, 1], truck.wheelbase) if held else None
-    names = {single.name for single in held}
+    missing = missing_motion(wheels.travel[:, 0], wheels.travel[:, 1], truck.wheelbase) if held else None
+    names = {coordinate.name for coordinate in held}
     free = np.array([parameter.name not in names for parameter in parameters])
     if not free.any():
         raise CalibrationError(
             motions.source, f"the motions identify nothing; {missing or 'drive more, with turns'}"
         )
     sensor = np.where(free[size:], sensor, 0.0)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         information, score, weights = _linear(wheels.moves(model, coordinates), motions, sensor, roughness)
         bound = information_bound(information, free)
         step = bound @ np.where(free, score, 0.0)
         coordinates = coordinates + step[:size]
         sensor = compose(sensor, step[size:])
         settled = np.abs(step[free]) / np.sqrt(np.diag(bound)[free])
-        if settled.max() < SETTLED:
+        if settled.max() < CONVERGED:
             break
     return _result(model, motions, coordinates, sensor, (information, weights, free), held, missing)
 
 
 def _check(time: Array, motions: Motions) -> None:
-    if len(motions.start) < FEWEST:
+    if len(motions.start) < MIN_MOTIONS:
         raise CalibrationError(
-            motions.source, f"{len(motions.start)} relative poses; {FEWEST} or more needed"
+            motions.source, f"{len(motions.start)} relative poses; {MIN_MOTIONS} or more needed"
         )
     if np.any(motions.start[1:] < motions.end[:-1] - 1e-9):
         raise CalibrationError(
@@ -205,7 +207,7 @@ def _check(time: Array, motions: Motions) -> None:
 
 
 def _start(moves: Array, seen: Array) -> Array:
-    """Return the sensor's pose that fits best, the robot's motions being right: linear in x, y, cos, sin.
+    """Return the best-fitting sensor pose for given motions of the robot: linear in x, y, cos, sin.
 
     It is equation (24) of Censi et al. with the wheelbase known: R(yaw) s = o + (R(theta) - 1) (x, y).
     """
@@ -229,7 +231,7 @@ def _linear(moves: _Moves, motions: Motions, sensor: Array, roughness: float) ->
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
     white, slopes = (whitening @ residual[:, :, np.newaxis])[:, :, 0], whitening @ jacobian
     distance = (white**2).sum(axis=1)
-    weights = np.minimum(1.0, np.sqrt(OUTLYING / np.maximum(distance, 1e-300)))
+    weights = np.minimum(1.0, np.sqrt(OUTLIER_THRESHOLD / np.maximum(distance, 1e-300)))
     weighed = slopes * weights[:, np.newaxis, np.newaxis]
     information = np.einsum("kij,kil->jl", weighed, slopes)
     return information, np.einsum("kij,ki->j", weighed, white), np.column_stack([weights, distance])
@@ -248,7 +250,7 @@ def _result(
     size = len(model.coordinates)
     freedom = 3.0 * len(weights) - float(free.sum())
     rms = math.sqrt(float((weights[:, 0] * weights[:, 1]).sum()) / freedom)
-    # Noise may be larger than it is said to be; where it is smaller, the bound stays.
+    # Larger residuals than stated widen the bound; smaller ones do not narrow it.
     covariance = information_bound(information, free) * max(1.0, rms) ** 2
     turn = np.eye(size + 3)
     turn[size:, size:] = rotation(-sensor[2]) if free[-1] else np.eye(3)  # x and y along the robot's axes
@@ -270,7 +272,7 @@ def _result(
     )
 
     def values(place: Array) -> dict[str, float]:
-        names = (single.name for single in SENSOR)
+        names = (coordinate.name for coordinate in SENSOR)
         sensed = dict(zip(names, map(float, place[size:]), strict=True))
         return model.values(place[:size]) | sensed
 

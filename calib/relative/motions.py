@@ -1,4 +1,4 @@
-"""Relative poses of a sensor, as matching two of its scans gives them, and kinds of motions."""
+"""Relative poses of a sensor from scan matching, and a check of the kinds of motion."""
 
 from __future__ import annotations
 
@@ -17,9 +17,13 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 COLUMNS = ("start", "end", "x", "y", "theta", "sigma_x", "sigma_y", "sigma_theta")
-_ALIKE = 0.99  # part of the squared travel of both wheels in one direction, from which on there is but one
-_NEAR = 0.05  # [rad] from equal travel of both wheels: arcs of ten wheelbases and more are called straight
-_STILL = 0.1  # [m] of a wheel's travel, below which nothing was driven
+_SINGLE_KIND_SHARE = (
+    0.99  # [1] squared travel along one ratio of the wheels, over all: above it there is one kind of motion
+)
+_KIND_TOLERANCE = (
+    0.05  # [rad] in the plane of both wheels' travel: radii above ten wheelbases are called straight
+)
+_MIN_TRAVEL = 0.1  # [m] of a wheel's travel below which the robot stands
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +79,10 @@ def _row(path: Path, number: int, line: dict[str, str]) -> list[float]:
     return row
 
 
-def degenerate(left: Array, right: Array, wheelbase: float) -> str | None:
-    """Return which kind of motion is all that there is, and what to drive, too; else None.
+def missing_motion(left: Array, right: Array, wheelbase: float) -> str | None:
+    """Return the only kind of motion and which to add; None if there are several kinds.
 
-    Robots that move in one way only do not show all of their parameters (Censi et al. 2013, section IV).
+    One kind of motion does not identify all parameters (Censi et al. 2013, section IV).
 
     Args:
         left: Travel of the left wheel in each motion [m], `(K,)`.
@@ -87,15 +91,15 @@ def degenerate(left: Array, right: Array, wheelbase: float) -> str | None:
     """
     travel = np.column_stack([left, right])
     squares = travel.T @ travel
-    if np.abs(travel).sum(axis=0).max() < _STILL:
+    if np.abs(travel).sum(axis=0).max() < _MIN_TRAVEL:
         return "the robot stands still: drive arcs of several radii"
     values, vectors = np.linalg.eigh(squares)
-    if values[1] < _ALIKE * values.sum():
+    if values[1] < _SINGLE_KIND_SHARE * values.sum():
         return None
     angle = math.atan2(vectors[1, 1], vectors[0, 1])
-    if _apart(angle, math.pi / 4.0) < _NEAR:
+    if _apart(angle, math.pi / 4.0) < _KIND_TOLERANCE:
         return "straight ways only: drive curves, or turn on the spot"
-    if _apart(angle, -math.pi / 4.0) < _NEAR:
+    if _apart(angle, -math.pi / 4.0) < _KIND_TOLERANCE:
         return "turning on the spot only: drive straight ways or curves, too"
     ahead, turn = math.cos(angle) + math.sin(angle), math.sin(angle) - math.cos(angle)
     radius = abs(0.5 * wheelbase * ahead / turn)

@@ -1,1 +1,1 @@
-"""UMBmark: square runs, their return errors, the correction that they ask for, and how well it is known."""
+"""UMBmark: square runs, return errors, the correction of the truck, and its uncertainty."""

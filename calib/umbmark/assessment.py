@@ -1,4 +1,4 @@
-"""An experiment calibrated by every method that its data allow, and what speaks against using it."""
+"""Calibration of an experiment by all applicable methods, with advice on its data."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """What an experiment says about a truck.
+    """Calibrations of a truck from an experiment, with advice.
 
     Attributes:
         experiment: The experiment, without runs that do not fit the others.
         calibrations: Its calibration by each method that its data allow.
-        advice: Everything that looks wrong with it, first with the recordings that it comes from.
+        advice: Problems of its recordings, then of its return errors.
     """
 
     experiment: Experiment
@@ -36,7 +36,7 @@ class Assessment:
 
     @property
     def is_usable(self) -> bool:
-        """Whether no advice is an error, after which a result is not to be used."""
+        """Whether the result may be used: no advice is an error."""
         return all(advice.severity != "error" for advice in self.advice)
 
     def by(self, method: Method) -> Calibration:
@@ -52,7 +52,7 @@ class Assessment:
 
 
 def assess(experiment: Experiment, recordings: Sequence[Recording], truck: TruckName) -> Assessment:
-    """Return what an experiment says about a truck.
+    """Return the calibrations and the advice of an experiment.
 
     Args:
         experiment: The experiment.

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     Logs = tuple[float, float]
 
 RESAMPLES = 10_000
-FEWEST = 3  # runs in each direction; with two, intervals of 95 per cent contain the truth in 88
+MIN_RUNS = 3  # per direction; with two, intervals of 95 per cent cover the truth in 88 per cent (simulation)
 
 
 def can_bootstrap(errors: ReturnErrors) -> bool:
     """Return whether each direction has enough runs to draw from."""
-    return min(len(errors.cw), len(errors.ccw)) >= FEWEST
+    return min(len(errors.cw), len(errors.ccw)) >= MIN_RUNS
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ def bootstrap(
     scatter = scatter_of(errors)
     if not can_bootstrap(errors):
         raise CalibrationError(
-            errors.source, f"a bootstrap needs {FEWEST} runs in each direction at least: drive five"
+            errors.source, f"a bootstrap needs {MIN_RUNS} runs in each direction at least: drive five"
         )
     inflated = np.nan_to_num(scatter.deviations) * math.sqrt(len(scatter.deviations) / scatter.freedom)
     chance = np.random.default_rng(seed)

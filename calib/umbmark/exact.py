@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.se2 import Array
 
-_LARGEST_RETURN = 1.5  # [sides of the square] a robot that ends farther away did not drive the square
-_LARGEST_LOG_FACTOR = math.log(1.5)  # beyond it the solution is not unique
+_MAX_RETURN_SIDES = 1.5  # [sides of the square] largest E_max,syst of a driven square (assumption)
+_MAX_LOG_FACTOR = math.log(1.5)  # log of the largest E_b or E_d; beyond it the solution is not unique
 
 
 def square_returns(believed: Truck, actual: Truck, side: float) -> Array:
@@ -98,8 +98,8 @@ def solve_weighted(errors: ReturnErrors, truck: Truck) -> Correction:
 
 def _solve(errors: ReturnErrors, truck: Truck, weights: Array, *, weighted: bool) -> Correction:
     logs, converged = fit_factors(errors.centres, weights, truck, errors.side)
-    far = errors.e_max_syst > _LARGEST_RETURN * errors.side
-    if far or not converged or np.abs(logs).max() > _LARGEST_LOG_FACTOR:
+    far = errors.e_max_syst > _MAX_RETURN_SIDES * errors.side
+    if far or not converged or np.abs(logs).max() > _MAX_LOG_FACTOR:
         raise CalibrationError(
             errors.source,
             f"no wheelbase and diameters explain return errors of {1e3 * errors.e_max_syst:.0f} mm "

@@ -66,7 +66,7 @@ class Experiment:
         if self.runs:
             return return_errors(self.runs, truck, side, source)
         cw, ccw = square_returns(self.truck, truck, side)
-        return ReturnErrors(_less(self.errors.cw, cw), _less(self.errors.ccw, ccw), side, source)
+        return ReturnErrors(_subtract(self.errors.cw, cw), _subtract(self.errors.ccw, ccw), side, source)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +180,7 @@ def _side(recordings: Sequence[Recording]) -> float:
     return sides[0]
 
 
-def _less(runs: Array, expected: Array) -> Array:
+def _subtract(runs: Array, expected: Array) -> Array:
     """Return the errors `(n, 3)` minus the expected error `(3,)`."""
     rest = runs - expected
     rest[:, 2] = wrap(rest[:, 2])

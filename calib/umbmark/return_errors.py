@@ -13,11 +13,11 @@ from omnimate.calib.errors import CalibrationError, DirectionError
 if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
-# Clusters farther off their diagonals than along them by this factor, and by this many standard errors, are
-# not there by chance.
+# Directions count as swapped if the clusters lie off their diagonals by this factor of the distance along
+# them, and by this many standard errors of the mean (assumptions).
 _SWAPPED_RATIO = 3.0
 _SWAPPED_SEM = 4.0
-LONGEST = 4.0  # [sides] no return error is longer than the way around the square
+MAX_RETURN_SIDES = 4.0  # [sides] largest return error: the length of the path
 _SQRT_HALF = math.sqrt(0.5)
 
 
@@ -104,7 +104,7 @@ class ReturnErrors:
 
 
 def check_directions(errors: ReturnErrors) -> None:
-    """Refuse errors whose clusters lie on each other's diagonals.
+    """Raise an error if the clusters lie on each other's diagonals.
 
     By U (4.17), (4.18) and their y counterparts the cw cluster lies on y = x and the ccw cluster on y = -x;
     with the labels swapped, or y taken to the right, it is the other way round.

@@ -1,4 +1,4 @@
-"""One drive around the square: the end measured from outside, and the turns of the wheels."""
+"""Square runs: measured end pose, and rotation of the wheels."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 
 SquareDirection = Literal["cw", "ccw"]
 
-_TURN_TOLERANCE = math.radians(45.0)  # tolerance of the total rotation: half a corner
-_FROZEN = 0.05  # [m] travel of a wheel from which on a standing other wheel is frozen
-_LENGTH_TOLERANCE = 0.15  # relative tolerance of the total length
+_TURN_TOLERANCE = math.radians(45.0)  # [rad] tolerance of the total rotation: half a corner
+_FROZEN_WHEEL_TRAVEL = (
+    0.05  # [m] travel of the other wheel after which a wheel without counts is frozen (assumption)
+)
+_LENGTH_TOLERANCE = 0.15  # [1] relative tolerance of the total length (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,7 @@ class SquareRun:
         return np.array([error[0], error[1], wrap(error[2])])
 
     def check(self, truck: Truck, side: float) -> None:
-        """Refuse a run that by its wheels is not one square of `side` [m] in the stated direction.
+        """Raise an error if the wheels did not drive one square of `side` [m] in the stated direction.
 
         Raises:
             FrozenChannelError: A wheel does not count while the other one turns.
@@ -81,7 +83,7 @@ class SquareRun:
         for wheel, other, name in ((0, 1, "left"), (1, 0, "right")):
             stands = travel[:, wheel] == 0.0
             alone = float(np.bincount(np.cumsum(~stands), weights=travel[:, other] * stands).max())
-            if alone > _FROZEN:
+            if alone > _FROZEN_WHEEL_TRAVEL:
                 raise FrozenChannelError(
                     self.source,
                     f"{name} wheel:",

@@ -1,7 +1,7 @@
 """The scatter of the runs of one direction, with both directions pooled.
 
 The square driven cw is the mirror image of the square driven ccw, and so is its scatter. Deviations of the cw
-runs are mirrored (y and theta change sign) before both are pooled, so that correlations stay.
+runs are mirrored (y and theta change sign) before both are pooled, which preserves correlations.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 MIRROR = np.array([1.0, -1.0, -1.0])  # signs of x, y, theta in the mirror image
-_SMALLEST = 1e-9  # [sides of the square, rad] smallest standard deviation, so that all weights are finite
+_MIN_SIGMA = 1e-9  # [sides of the square, rad] smallest standard deviation, so that all weights are finite
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +63,6 @@ def scatter_of(errors: ReturnErrors) -> Scatter:
 
 def weights_of(sigma: Array, runs: tuple[int, int], side: float) -> Array:
     """Return the weights `(..., 2, 3)` of two centres whose single runs scatter by `sigma` `(..., 3)`."""
-    smallest = _SMALLEST * np.array([side, side, 1.0])
+    smallest = _MIN_SIGMA * np.array([side, side, 1.0])
     counted = np.sqrt(np.array(runs, np.float64))[:, None]
     return np.asarray(counted / np.maximum(sigma, smallest)[..., None, :], np.float64)

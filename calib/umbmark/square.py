@@ -95,9 +95,9 @@ def factor_scales(truck: Truck, logs: Array) -> tuple[Array, Array]:
     return np.stack([left, right, e_b], axis=-1), slopes
 
 
-_STEPS = 60
-_DONE = 1e-10  # change of a logarithm after which a solution stands
-_LARGEST_STEP = 0.1  # of a logarithm: 10 per cent
+_MAX_STEPS = 60
+_CONVERGED = 1e-10  # change of a logarithm at convergence
+_MAX_STEP = 0.1  # of a logarithm: 10 per cent
 
 
 def fit_factors(
@@ -121,7 +121,7 @@ def fit_factors(
     damping = np.full((*lead[:-2], 1), 1e-9)
     residual, slopes = _residual(logs, wanted, weights, truck, side)
     step = np.full_like(logs, np.inf)
-    for _ in range(_STEPS):
+    for _ in range(_MAX_STEPS):
         step = _step(residual, slopes, damping)
         tried = logs + step
         new_residual, new_slopes = _residual(tried, wanted, weights, truck, side)
@@ -130,7 +130,7 @@ def fit_factors(
         residual = np.where(better, new_residual, residual)
         slopes = np.where(better[..., None], new_slopes, slopes)
         damping = np.where(better, np.maximum(0.1 * damping, 1e-12), 10.0 * np.maximum(damping, 1e-6))
-        if (np.abs(step) < _DONE).all():
+        if (np.abs(step) < _CONVERGED).all():
             break
     return logs, np.asarray((np.abs(step) < 1e-6).all(axis=-1))
 
@@ -153,4 +153,4 @@ def _step(residual: Array, slopes: Array, damping: Array) -> Array:
     determinant = a * d - b * b
     step = np.stack([b * right[..., 1] - d * right[..., 0], b * right[..., 0] - a * right[..., 1]], axis=-1)
     step = step / np.where(determinant > 0.0, determinant, 1.0)[..., None]
-    return np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
+    return np.clip(step, -_MAX_STEP, _MAX_STEP)

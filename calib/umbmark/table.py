@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from omnimate.calib.errors import ReturnTableError
-from omnimate.calib.umbmark.return_errors import LONGEST, ReturnErrors, check_directions
+from omnimate.calib.umbmark.return_errors import MAX_RETURN_SIDES, ReturnErrors, check_directions
 
 _UNITS = {
     "x": {"mm": 1e-3, "cm": 1e-2, "m": 1.0},
@@ -118,7 +118,7 @@ def _value(path: Path, line: int, number: int, cell: str, column: _Column, side:
     limit, words = (
         (math.pi, "half a turn")
         if column.quantity == "theta"
-        else (LONGEST * side, "the whole way around the square")
+        else (MAX_RETURN_SIDES * side, "the whole way around the square")
     )
     if not abs(value) < limit:
         raise ReturnTableError(

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.se2 import Array
 
-_STEP = 1e-5  # [sides of the square, rad] step of the numerical derivatives
+_DERIVATIVE_STEP = 1e-5  # [sides of the square, rad] step of the numerical derivatives
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +98,8 @@ def between_limits(
 ) -> Uncertainty:
     """Return the uncertainty with limits `(2,)` of E_b and E_d; wheelbase and diameters follow from them.
 
-    The printed equations take angles as small. What that costs, the way to the exact solution of the same
-    centres, belongs into what they state: a limit on that side is as much farther out.
+    The printed equations assume small angles. Their bias, the difference to the exact solution of the same
+    centres, is added to the limit on its side.
     """
     experiment, correction = calibration.experiment, calibration.correction
     truck = experiment.truck
@@ -124,7 +124,7 @@ def between_limits(
 
 
 def _with_bias(experiment: Experiment, value: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Return limits `(2,)` that are moved out by the bias of the printed equations."""
+    """Return limits `(2,)` widened by the bias of the printed equations."""
     bias = factors_at(experiment, "exact", experiment.errors.centres) - value
     return low + np.minimum(bias, 0.0), high + np.maximum(bias, 0.0)
 
@@ -152,7 +152,7 @@ def factors_at(
 def factor_slopes(experiment: Experiment, method: Method) -> Array:
     """Return the derivatives `(2, 6)` of E_b and E_d by the centres' x, y [m], theta [rad], cw then ccw."""
     errors = experiment.errors
-    step = _STEP * np.tile([errors.side, errors.side, 1.0], 2)
+    step = _DERIVATIVE_STEP * np.tile([errors.side, errors.side, 1.0], 2)
     centres = np.nan_to_num(errors.centres).reshape(6)
     moved = np.stack([centres + np.diag(step), centres - np.diag(step)]).reshape(2, 6, 2, 3)
     forward, backward = factors_at(experiment, method, moved)

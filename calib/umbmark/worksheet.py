@@ -1,4 +1,4 @@
-"""Every step from the runs to the correction factors, to be checked with a pocket calculator."""
+"""All steps from the runs to the correction factors, for a check by hand."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Step:
     Attributes:
         number: Number of the formula in U.
         symbol: Symbol of the result.
-        how: The formula with its numbers.
+        how: The formula with numbers inserted.
         value: The result in millimetres, in degrees, or as a factor without unit.
         unit: Unit of the result: mm, deg or empty.
     """

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from sqlalchemy import func, select
 
-from omnimate.calib.umbmark.return_errors import LONGEST
+from omnimate.calib.umbmark.return_errors import MAX_RETURN_SIDES
 from omnimate.service.errors import InvalidValueError, NotFoundError, StateError
 from omnimate.service.store.tables import SampleRow
 from omnimate.service.umbmark.models import ByWalls, ReturnError
@@ -115,7 +115,7 @@ def add_sample(
 
 def _check_size(row: SessionRow, truck: TruckName, error: Array) -> None:
     size = math.hypot(error[0], error[1])
-    if not size <= LONGEST * row.side:
+    if not size <= MAX_RETURN_SIDES * row.side:
         raise InvalidValueError(
             "after",
             f"the return error of truck {truck} would be {size:.3g} m, which is no error of odometry in a "

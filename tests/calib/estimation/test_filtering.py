@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omnimate.calib.estimation.chains import Chains
-from omnimate.calib.estimation.filtering import accumulate
+from omnimate.calib.estimation.filtering import join_steps
 from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.reference import ReferenceProblem
@@ -116,7 +116,7 @@ def test_steps_join_to_the_movement_that_integration_gives():
     chance = np.random.default_rng(0)
     readings = np.cumsum(chance.normal(0.1, 0.2, (31, 2)), axis=0)
     steps = MODEL.steps(readings, np.zeros(3))
-    moved, slope, process = accumulate(np.array([0.0, 10.0]), np.array([10.0, 30.0]), *steps)
+    moved, slope, process = join_steps(np.array([0.0, 10.0]), np.array([10.0, 30.0]), *steps)
     path = integrate(steps.increment)
     np.testing.assert_allclose(moved, [path[10], between(path[10], path[30])], atol=1e-12)
     for coordinate in range(3):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.calib.errors import CalibrationError
-from omnimate.calib.monitoring.drift import ENOUGH, watch_drift
+from omnimate.calib.monitoring.drift import MIN_VALUES, monitor_drift
 from omnimate.motion.paths import rounded_rectangle, umbmark
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
@@ -33,7 +33,7 @@ def healthy():
 def test_a_robot_that_wore_out_is_reported_with_the_lap_from_which_on(healthy):
     """16 laps in each direction, then 8 of the worn robot; the order in which they are given is no matter."""
     worn = squares(3, WORN, day=2)
-    report = watch_drift([worn, *healthy])
+    report = monitor_drift([worn, *healthy])
     assert report.alarms
     assert report.alarms[0].name.startswith("return")
     assert "truck a" in report.alarms[0].name
@@ -43,7 +43,7 @@ def test_a_robot_that_wore_out_is_reported_with_the_lap_from_which_on(healthy):
 
 
 def test_a_healthy_robot_raises_no_alarm(healthy):
-    report = watch_drift(healthy)
+    report = monitor_drift(healthy)
     assert (report.alarms, report.has_enough_values, report.used, report.left_out) == ((), True, 2, 0)
     assert report.apart == ()
 
@@ -61,7 +61,7 @@ def test_a_lap_with_a_wrong_fix_is_named_and_is_no_drift(healthy):
 
 def test_what_was_before_the_last_calibration_is_left_out(healthy):
     calibrated = WORN
-    report = watch_drift([*healthy, squares(3, WORN, day=2, robot=calibrated, runs=1)])
+    report = monitor_drift([*healthy, squares(3, WORN, day=2, robot=calibrated, runs=1)])
     assert (report.used, report.left_out, report.has_enough_values, report.alarms) == (1, 2, False, ())
 
 
@@ -72,26 +72,26 @@ def test_working_days_without_fixes_show_drift_by_what_the_filter_learns():
     """
     path = rounded_rectangle(3.0, 2.0, ["ccw", "cw"])
     days = []
-    for day in range(2 * ENOUGH + 4):
-        true = ROBOT if day < ENOUGH + 2 else WORN
+    for day in range(2 * MIN_VALUES + 4):
+        true = ROBOT if day < MIN_VALUES + 2 else WORN
         truth = Truth(true, floor=Floor(), seed=day)
         recording = simulate(ROBOT, truth, path, start_time=1.7e9 + 86400.0 * day)
         days.append(replace(recording, poses=None, run=None))
-    report = watch_drift(days[: ENOUGH + 2])
-    assert {len(quantity.values) for quantity in report.quantities} == {ENOUGH + 2}
+    report = monitor_drift(days[: MIN_VALUES + 2])
+    assert {len(quantity.values) for quantity in report.quantities} == {MIN_VALUES + 2}
     assert report.has_enough_values
     assert not report.alarms
     assert len(report.quantities) == 4
-    alarms = {alarm.name: alarm for alarm in watch_drift(days).alarms}
+    alarms = {alarm.name: alarm for alarm in monitor_drift(days).alarms}
     found = alarms["wheelbase of truck a beside the file, by the linkage"]
     assert all("truck a" in name for name in alarms)
-    assert abs(found.since - (ENOUGH + 3)) <= 2
+    assert abs(found.since - (MIN_VALUES + 3)) <= 2
     assert np.diff(found.means) == pytest.approx(0.01, rel=0.4)
 
 
 def test_recordings_of_two_robots_are_refused(healthy):
     single = reference_single()
     with pytest.raises(CalibrationError, match="give recordings of one robot at a time"):
-        watch_drift([healthy[0], squares(1, single, day=1, robot=single, runs=1)])
+        monitor_drift([healthy[0], squares(1, single, day=1, robot=single, runs=1)])
     with pytest.raises(CalibrationError, match="no recording given"):
-        watch_drift([])
+        monitor_drift([])

@@ -7,8 +7,8 @@ import pytest
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.paths.design import (
-    FINE_HEADING,
-    SONAR_HEADING,
+    MOTION_CAPTURE_HEADING_SIGMA,
+    SONAR_HEADING_SIGMA,
     Space,
     assess,
     compare_designs,
@@ -30,7 +30,7 @@ TRUCK = Truck(0.340, 0.150, 0.150)
 
 @pytest.fixture(scope="module")
 def designs():
-    found = compare_designs(TRUCK, Space(14.0, 4.0, 160.0, FINE_HEADING))
+    found = compare_designs(TRUCK, Space(14.0, 4.0, 160.0, MOTION_CAPTURE_HEADING_SIGMA))
     return {one.name.split(",")[0].split(" of")[0]: one for one in found}
 
 
@@ -58,7 +58,7 @@ def test_no_closed_square_identifies_e_s_and_open_straights_do(designs):
 
 
 def test_the_best_drive_comes_first_and_those_that_tell_too_little_last():
-    found = compare_designs(TRUCK, Space(14.0, 4.0, 160.0, FINE_HEADING))
+    found = compare_designs(TRUCK, Space(14.0, 4.0, 160.0, MOTION_CAPTURE_HEADING_SIGMA))
     told = [one.residual_error for one in found if not math.isnan(one.residual_error)]
     assert told == sorted(told)
     assert all(math.isnan(one.residual_error) for one in found[len(told) :])
@@ -85,7 +85,7 @@ def test_more_way_tells_more():
         assess(
             "x",
             TRUCK,
-            Space(4.0, 4.0, 1.0, SONAR_HEADING),
+            Space(4.0, 4.0, 1.0, SONAR_HEADING_SIGMA),
             [square(TRUCK, 4.0, sign) for sign in (-1, 1)] * count,
         )
         for count in (1, 4)
@@ -110,7 +110,7 @@ def test_the_bound_before_is_the_confidence_after():
     """What the designer states for six squares, a calibration of a simulated recording attains."""
     robot = reference_single()
     drives = [square(TRUCK, 4.0, sign) for sign in (-1, 1)] * 3
-    before = assess("squares", TRUCK, Space(4.0, 4.0, 96.0, SONAR_HEADING), drives)
+    before = assess("squares", TRUCK, Space(4.0, 4.0, 96.0, SONAR_HEADING_SIGMA), drives)
     true = with_errors(robot, {"a": 336.17 / 340.0}, {"a": 1.00084})
     for seed in range(4):
         after = calibrate_truck([simulate(robot, Truth(true, seed=seed), umbmark(4.0, 3))]).estimate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.calib.errors import CalibrationError, FixError
-from omnimate.calib.paths.drives import drives_of, thinned
+from omnimate.calib.paths.drives import drives_of, thin_fixes
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Gap, Poses
 
@@ -105,8 +105,8 @@ def test_thinning_keeps_the_ends_and_the_spacing(recording):
     (drive,) = drives_of([recording])
     time = np.arange(0.0, 10.05, 0.1)
     dense = replace(drive, fix_time=time, pose=np.zeros((len(time), 3)), sigma=np.zeros((len(time), 3)))
-    kept = thinned(dense, 2.0).fix_time
+    kept = thin_fixes(dense, 2.0).fix_time
     assert kept[0] == time[0]
     assert kept[-1] == time[-1]
     assert np.diff(kept).min() > 1.99
-    np.testing.assert_array_equal(thinned(dense, 0.0).fix_time, time)
+    np.testing.assert_array_equal(thin_fixes(dense, 0.0).fix_time, time)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.relative.calibration import calibrate_wheels
-from omnimate.calib.relative.motions import COLUMNS, Motions, degenerate, load_motions
+from omnimate.calib.relative.motions import COLUMNS, Motions, load_motions, missing_motion
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import between, compose
@@ -56,7 +56,7 @@ def test_without_noise_all_six_numbers_are_found_wherever_the_sensor_sits(x, y, 
     assert found.truck.wheel_diameter_right == pytest.approx(0.1498, abs=1e-7)
     assert found.sensor[:2] == pytest.approx([x, y], abs=1e-6)
     assert math.remainder(found.sensor[2] - yaw, math.tau) == pytest.approx(0.0, abs=1e-6)
-    assert (found.estimate.held, found.degenerate, found.outlying) == ((), None, 0)
+    assert (found.estimate.held, found.missing_motion, found.outlying) == ((), None, 0)
 
 
 def test_the_intervals_hold_the_truth_about_as_often_as_they_say():
@@ -90,7 +90,7 @@ def test_motions_that_the_others_contradict_lose_weight():
 )
 def test_degenerate_motions_are_named_and_what_they_do_not_show_is_held(ways, turns, words, held):
     found = calibrated(drive(ways, turns, truck=NOMINAL))
-    assert found.degenerate.startswith(words)
+    assert found.missing_motion.startswith(words)
     names = {single.name for single in found.estimate.held}
     assert names >= held
     assert names
@@ -112,7 +112,7 @@ def test_curves_to_one_side_of_several_radii_suffice():
     ("left", "right", "side"), [(0.4, 0.6, "left"), (0.6, 0.4, "right"), (-0.4, -0.6, "left")]
 )
 def test_an_arc_is_named_by_the_side_of_its_middle_whichever_way_it_is_driven(left, right, side):
-    named = degenerate(np.full(9, left), np.full(9, right), 0.34)
+    named = missing_motion(np.full(9, left), np.full(9, right), 0.34)
     assert named.startswith(f"one arc only, of 0.85 m to the {side}")
 
 
