@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from omnimate.ipec.readings import Reading, Scales, convert_counts
 from omnimate.vehicle.arcs import roll
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
-from omnimate.vehicle.linkage import direction, follow
+from omnimate.vehicle.linkage import link_heading, place_follower
 from omnimate.vehicle.se2 import wrap_angle
 
 if TYPE_CHECKING:
@@ -60,14 +60,14 @@ def excess_over_tolerance(error: float, tolerance: float) -> float:
 @compiled
 def correct_clapper(settings: Settings, state: State) -> None:
     """Correct both headings by the linkage, then place truck b; call it after dead reckoning, C (9)."""
-    heading = direction(state.pose[0], state.pose[1])
+    heading = link_heading(state.pose[0], state.pose[1])
     for truck in range(2):
         expected = state.pose[truck, 2] - heading
         error = wrap_angle(state.joint[truck] - expected)
         state.correction[truck] = excess_over_tolerance(error, settings.tolerance[truck])
         state.pose[truck, 2] += state.correction[truck]
     take_back_lost_travel(settings, state)
-    follow(state.pose[1], state.pose[0], state.length, heading)
+    place_follower(state.pose[1], state.pose[0], state.length, heading)
 
 
 @compiled
@@ -91,12 +91,12 @@ def correct_omnimate(settings: Settings, state: State) -> None:
     heading lags in every turn; b must first advance by the travel of its wheels. Its (2) to (4) use the joint
     angle with the opposite sign, so that the error is added instead of removed.
     """
-    heading = direction(state.pose[0], state.pose[1])
+    heading = link_heading(state.pose[0], state.pose[1])
     error = wrap_angle(state.joint[0] - (state.pose[0, 2] - heading))
     heading_b = state.pose[1, 2]
     state.correction[0] = excess_over_tolerance(error, settings.tolerance[0])
     state.pose[0, 2] += state.correction[0]
-    follow(state.pose[1], state.pose[0], state.length, heading)
+    place_follower(state.pose[1], state.pose[0], state.length, heading)
     state.correction[1] = excess_over_tolerance(
         wrap_angle(heading + state.joint[1] - heading_b), settings.tolerance[1]
     )
@@ -107,7 +107,7 @@ def correct_omnimate(settings: Settings, state: State) -> None:
 def initialise_truck_b(state: State) -> None:
     """Initialise the pose of truck b from the first reading of the linkage."""
     heading = state.pose[0, 2] - state.joint[0]
-    follow(state.pose[1], state.pose[0], state.length, heading)
+    place_follower(state.pose[1], state.pose[0], state.length, heading)
     state.pose[1, 2] = heading + state.joint[1]
     state.placed = 1
 

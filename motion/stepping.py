@@ -7,7 +7,7 @@ from omnimate.motion.records import Settings, State
 from omnimate.motion.steering import Steer, steer_arc, steer_line, steer_past, steer_turn
 from omnimate.motion.wheels import drive_truck, follow_like_car, keep_formation, stopped
 from omnimate.vehicle.compiled import Array, Record, compiled
-from omnimate.vehicle.linkage import follow
+from omnimate.vehicle.linkage import place_follower
 from omnimate.vehicle.se2 import transform_xy, wrap_angle
 
 CLOSE = 0.005  # [m] from its goal a truck need not drive there
@@ -20,7 +20,7 @@ def sense(x: float, y: float, theta: float, link: tuple[float, float, float], st
     state.pose[0, 0], state.pose[0, 1], state.pose[0, 2] = x, y, theta
     state.link[0], state.link[1], state.link[2] = link
     along = theta - link[0]
-    follow(state.pose[1], state.pose[0], link[2], along)
+    place_follower(state.pose[1], state.pose[0], link[2], along)
     state.pose[1, 2] = along + link[1]
 
 

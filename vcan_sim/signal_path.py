@@ -11,7 +11,7 @@ from omnimate.vcan_sim.records import Constants, Obstacle, State
 from omnimate.vehicle.arcs import glide as glide_pose
 from omnimate.vehicle.arcs import roll as roll_pose
 from omnimate.vehicle.compiled import Array, Record, compiled
-from omnimate.vehicle.linkage import direction
+from omnimate.vehicle.linkage import link_heading
 from omnimate.vehicle.se2 import transform_xy, wrap_angle
 
 
@@ -109,7 +109,7 @@ def couple(constants: Constants, state: State) -> None:
     """Let the linkage take up what lies between the trucks: angles and length, C (9)-(11)."""
     if constants.trucks == 1:
         return
-    along = direction(state.pose[0], state.pose[1])
+    along = link_heading(state.pose[0], state.pose[1])
     for truck in range(2):
         state.joint[truck] += wrap_angle(state.pose[truck, 2] - along - state.joint[truck])
     state.length = math.hypot(state.pose[0, 0] - state.pose[1, 0], state.pose[0, 1] - state.pose[1, 1])

@@ -1,1 +1,1 @@
-"""What is true of the robot, wherever its data come from: parameters, counts, poses, recordings."""
+"""The robot: parameters, counters, poses, odometry, recordings."""

@@ -1,7 +1,7 @@
 """Exact circular arcs: the path of a truck whose wheels turn at constant speeds during one step.
 
-A truck that rolls to a chord of length c and turns by an angle on the way ends at c sinc(h) along its mean
-heading, where h is half of the turn. The array functions serve whole recordings, `advance` one step of a
+A truck that travels an arc of length c and turns by an angle 2 h ends at a chord c sinc(h) along its mean
+heading. The array functions serve whole recordings, `advance` one step of a
 live stream, and `roll` one of compiled code.
 """
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.se2 import Real
 
-SMALL = 1e-6  # [rad] below this half angle sin(h)/h is 1 - h^2/6 to rounding
-SMALL_SLOPE = 1e-4  # [rad] likewise (cos(h) - sin(h)/h) / h, whose difference cancels, is -h/3
+SMALL_ANGLE = 1e-6  # [rad] half angle below which sin(h)/h is 1 - h^2/6 to rounding
+SMALL_SLOPE_ANGLE = 1e-4  # [rad] half angle below which (cos(h) - sin(h)/h) / h is -h/3 to rounding
 
 PoseTuple = tuple[float, float, float]
 
@@ -29,20 +29,20 @@ PoseTuple = tuple[float, float, float]
 def sinc(half: ArrayLike) -> Array:
     """Return sin(h)/h for angles h of any shape [rad]: an arc's chord over its length, h half its turn."""
     half = np.asarray(half, np.float64)
-    small = np.abs(half) < SMALL
+    small = np.abs(half) < SMALL_ANGLE
     ratio = np.sin(half) / np.where(small, 1.0, half)
     return np.asarray(np.where(small, 1.0 - half * half / 6.0, ratio), np.float64)
 
 
 def sinc_of(half: float) -> float:
     """Return sin(h)/h for one angle h [rad]: `sinc` for plain floats and compiled code."""
-    return 1.0 - half * half / 6.0 if abs(half) < SMALL else math.sin(half) / half
+    return 1.0 - half * half / 6.0 if abs(half) < SMALL_ANGLE else math.sin(half) / half
 
 
 def sinc_slope(half: ArrayLike) -> Array:
     """Return the derivative of sin(h)/h by h for angles h of any shape [rad]."""
     half = np.asarray(half, np.float64)
-    small = np.abs(half) < SMALL_SLOPE
+    small = np.abs(half) < SMALL_SLOPE_ANGLE
     slope = (np.cos(half) - sinc(half)) / np.where(small, 1.0, half)
     return np.asarray(np.where(small, -half / 3.0, slope), np.float64)
 
@@ -65,7 +65,7 @@ def arc(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Array:
 def arc_derivative(way: ArrayLike, turn: ArrayLike) -> Array:
     """Return the derivatives `(..., 3, 2)` of arcs by their length [m] and turn [rad], body frame after them.
 
-    The chord way sinc(h) points along the mean heading, half a turn h = turn / 2 from either end.
+    The chord has length `way` sinc(h), h = turn / 2, and points along the mean heading.
     """
     way, half = np.asarray(way, np.float64), 0.5 * np.asarray(turn, np.float64)
     ratio, slope = sinc(half), sinc_slope(half)
@@ -95,11 +95,11 @@ def arc_jacobian(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Arr
 def travel_lever(heading: Real, x: Real, y: Real, turn: float) -> tuple[Real, Real]:
     """Return how much a later x and y change by a metre of a wheel's travel, in the frame of all poses.
 
-    It moves the truck forward by half of it, and turns it; compiled code calls this with floats.
+    The travel moves the truck forward by half of it and turns it; compiled code calls this with floats.
 
     Args:
         heading: Heading while the wheel travels [rad].
-        x: Way from there to the later pose [m].
+        x: Displacement in x from there to the later pose [m].
         y: Likewise.
         turn: Turn by a metre of travel: -1 / wheelbase of the left wheel, 1 / wheelbase of the right [rad/m].
     """
@@ -111,7 +111,7 @@ def wheel_levers(heading: Array, way: Array, wheelbase: float) -> Array:
 
     Args:
         heading: Heading while the wheels travel [rad], shape `(...)`.
-        way: X and y of the later pose less those at that moment [m], shape `(..., 2)`.
+        way: Displacement to the later pose in x and y [m], shape `(..., 2)`.
         wheelbase: Wheelbase [m].
     """
     columns = []
@@ -135,7 +135,7 @@ def integrate_twists(twists: Array, heading: Array, start: Array) -> Array:
     """Return the poses `(N, 3)` along N - 1 arcs with sideways motion.
 
     Args:
-        twists: Way forward and way to the left on each arc [m], shape `(N - 1, 2)` or more columns.
+        twists: Travel forward and to the left on each arc [m], shape `(N - 1, 2)` or more columns.
         heading: Heading at the ends of the arcs [rad], shape `(N,)`.
         start: First pose, of which x and y are used, shape `(3,)`.
     """
@@ -148,7 +148,7 @@ def integrate_twists(twists: Array, heading: Array, start: Array) -> Array:
 def twists_along(path: Array) -> Array:
     """Return the twists `(N - 1, ..., 3)` that lead along a path `(N, ..., 3)` on exact arcs.
 
-    A twist is the way forward [m], the way to the left [m] and the turn [rad]; `integrate_twists` undoes it.
+    A twist is travel forward [m], travel to the left [m] and turn [rad]; `integrate_twists` undoes it.
     """
     yaw = np.diff(path[..., 2], axis=0)
     middle = path[:-1, ..., 2] + 0.5 * yaw

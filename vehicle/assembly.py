@@ -1,15 +1,15 @@
-"""PDOs to samples: one sample per SYNC, in which no frame of another SYNC can stand.
+"""PDOs to samples: one sample per SYNC, without frames of other SYNCs.
 
-One compiled step for each thing that is seen on the bus. The live driver takes one after the other, a log
-is looped over (`assemble_events`).
+There is one compiled function per bus event. The live driver calls them one by one, `assemble_events` for a
+log.
 
 Between `open_sample` and `close_sample` the first well-formed frame of a PDO enters the sample. Nothing in
-a PDO says which SYNC it answers, but a node answers in order, and once. So a SYNC without an answer is owed
-one. As long as answers are owed, the first frames after the next SYNC may be those, and are held back. A
-frame counts as current where it is one more than is owed, where it comes alone after one missed SYNC, or
-where it comes alone and as soon after SYNC as the node answered before. A burst of late answers begins at any
-moment; should it begin at the usual one, the frames that follow it are late all the same. Where a node
-answers alone but later than before, the second such frame counts: the answers that are owed were lost.
+a PDO identifies its SYNC, but a node answers every SYNC once and in order. So after n SYNCs without an
+answer, n answers are owed, and the first frames after the next SYNC are held back because they may be late. A
+frame is current if it is one more than is owed, if it is the only one after one missed SYNC, or if it is the
+only one and came with the node's normal latency. A burst of late answers may start at any time; if it starts
+at the normal latency, the frames after the first are late all the same. If a node answers once per SYNC but
+later than before, the second such frame is accepted: the owed answers were lost.
 """
 
 from __future__ import annotations
@@ -28,45 +28,50 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import GapReason
 
-ALONE = 2  # samples with one frame each after which answers that are owed count as lost
-TOLERANCE = 0.25  # SYNC periods by which an answer may come later than before
-ACCEPTED, HELD, LATE, DUPLICATE, WRONG_LENGTH, REPEATED = range(6)  # what becomes of a frame
-REASONS: tuple[GapReason, ...] = ("missing", "missing", "jump", "reboot")  # by the numbers below; 0 is none
-MISSING, JUMP, REBOOT = 1, 2, 3  # of a gap; the highest counts
-NOTHING, BOOTED, STARTED = -1, -2, -3  # events of a log that are no frames of a PDO
+MAX_SINGLE_ANSWERS = 2  # successive samples with one frame after which owed answers count as lost
+LATENCY_TOLERANCE = 0.25  # [SYNC periods] largest increase of an answer's latency (assumption)
+ACCEPTED, HELD, LATE, DUPLICATE, WRONG_LENGTH, REPEATED = range(6)  # fate of a frame
+REASONS: tuple[GapReason, ...] = (
+    "missing",
+    "missing",
+    "jump",
+    "reboot",
+)  # indexed by the constants below; 0: no gap
+MISSING, JUMP, REBOOT = 1, 2, 3  # causes of a gap; the highest one is reported
+NOTHING, BOOTED, STARTED = -1, -2, -3  # kinds of events that are not PDOs
 
 
 class PdoState:
-    """Record of one TPDO: what is expected of it, its state, and what became of its frames.
+    """Record of one TPDO: expected length, state, and counts of its frames.
 
     Attributes:
         cob_id: COB-ID of the PDO.
         node: Node that sends the PDO.
         length: Expected length [bytes].
         is_mapped: Whether the length is that of a mapping that was read from the device.
-        is_exact: Whether no longer frame is accepted (any more).
-        is_timed: Whether it comes by the device's own timer, more than once per SYNC.
+        is_exact: Whether longer frames are rejected.
+        is_timed: Whether the device's event timer sends it more than once per SYNC.
         answered: Whether a valid frame entered the open sample.
-        heard: Whether any frame of the PDO came since the last SYNC.
+        heard: Whether any frame of the PDO was received since the last SYNC.
         frames: Number of frames that are held back since the last SYNC.
         word: Content of the frame that entered the sample, or of the last one that is held.
         device_time: Its timestamp of the adapter [s].
         arrival_time: When it was on the bus, on the recording's clock [s].
         owed: SYNCs whose answers may still come.
         alone: Samples in a row with one frame while answers are owed.
-        usual: Time from SYNC to the last answer of which there was no doubt [s]; nan before the first.
+        usual: Latency of the last unambiguous answer [s]; nan before the first.
         misses: SYNCs in a row without an answer, before the sample that is open.
         last: Number of the sample that it last entered; -1 before the first.
         has_booted: Whether a boot-up of its node was heard since then.
         was_started: Whether the node was started after that.
         has_restarted: Whether the node's counters begin anew with the frame that entered the sample.
-        is_boot_doubted: Whether a boot-up was heard although the PDOs did not stop; for others to clear.
+        is_boot_doubted: Whether a boot-up was received although the PDOs did not stop; reset by the driver.
         received: Frames that entered a sample.
-        missing: SYNCs that were not answered, but for those whose answer came late.
-        late: Frames that came after their sample was closed.
+        missing: SYNCs without an answer, not counting late answers.
+        late: Frames received after their sample was closed.
         duplicate: Further answers to one SYNC.
         wrong_length: Frames of an impossible length.
-        jumps: Readings that no robot can make.
+        jumps: Readings that were rejected as impossible.
     """
 
     cob_id: int
@@ -123,7 +128,7 @@ class ChannelState(BridgedCounter):
 
 
 class Cycle:
-    """Record of the sample that is open, or was last.
+    """Record of the current sample.
 
     Attributes:
         period: Time between two SYNCs [s].
@@ -169,7 +174,7 @@ def assembly_records(vehicle: VehicleParameters) -> tuple[Record, Record, Record
 
 @compiled
 def open_sample(cycles: Record, pdos: Record, channels: Record, time: float) -> None:
-    """Open a sample at the time of its SYNC [s]; SYNCs that were left out since the last one are missed."""
+    """Open a sample at the time of its SYNC [s]; skipped SYNC periods count as missed samples."""
     cycle = cycles[0]
     if cycle.number >= 0:
         left_out = int(max(np.rint((time - cycle.time) / cycle.period) - 1.0, 0.0))
@@ -195,7 +200,7 @@ def take_frame(
     device_time: float,
     arrival_time: float,
 ) -> int:
-    """Take a frame of a PDO, at any time and of any content; return what becomes of it.
+    """Process a frame of a PDO, at any time and with any content; return its fate.
 
     Args:
         cycles: Record of the open sample.
@@ -240,7 +245,7 @@ def take_frame(
 
 @compiled
 def _accept(cycle: Cycle, pdo: PdoState) -> None:
-    """Let a PDO's frame enter the sample; a boot-up counts where the PDO stopped, or the node was started."""
+    """Accept a PDO's frame; a boot-up counts if the PDO had stopped or the node was started."""
     pdo.answered = True
     pdo.received += 1
     if pdo.has_booted:
@@ -252,30 +257,30 @@ def _accept(cycle: Cycle, pdo: PdoState) -> None:
 
 @compiled
 def close_sample(cycles: Record, pdos: Record, channels: Record) -> None:
-    """Close the open sample; frames that still come belong to none."""
+    """Close the open sample; later frames belong to no sample."""
     cycle = cycles[0]
     for place in range(len(pdos)):
         pdo = pdos[place]
         if not pdo.answered and (pdo.frames > 0 or not pdo.heard):
-            _decide(cycle, pdo)
+            _resolve_held_frames(cycle, pdo)
         pdo.misses = 0 if pdo.answered else pdo.misses + 1
     for column in range(len(channels)):
         channel = channels[column]
         _read(channel, pdos[channel.pdo])
     bridge(channels, cycle.number)
     for column in range(len(channels)):
-        _follow_gap(channels[column], cycle.time)
+        _update_gap(channels[column], cycle.time)
     cycle.is_open = False
 
 
 @compiled
-def _decide(cycle: Cycle, pdo: PdoState) -> None:
-    """Take the held frame for the answer to this SYNC, or all that are held for late ones."""
+def _resolve_held_frames(cycle: Cycle, pdo: PdoState) -> None:
+    """Accept the held frame as the answer to this SYNC, or count all held frames as late."""
     if cycle.is_synchronous:
         pdo.alone = pdo.alone + 1 if pdo.owed > 0 and pdo.frames == 1 else 0
         # also where one of the latencies is unknown
-        is_usual = not (pdo.arrival_time - cycle.time > pdo.usual + TOLERANCE * cycle.period)
-        if pdo.frames == 1 and (pdo.owed == 1 or is_usual or pdo.alone == ALONE):
+        is_usual = not (pdo.arrival_time - cycle.time > pdo.usual + LATENCY_TOLERANCE * cycle.period)
+        if pdo.frames == 1 and (pdo.owed == 1 or is_usual or pdo.alone == MAX_SINGLE_ANSWERS):
             pdo.owed, pdo.alone = 0, 0
             _accept(cycle, pdo)
             return
@@ -286,7 +291,7 @@ def _decide(cycle: Cycle, pdo: PdoState) -> None:
 
 @compiled
 def _read(channel: ChannelState, pdo: PdoState) -> None:
-    """Take the reading of a channel out of its PDO."""
+    """Extract and process the reading of a channel from its PDO."""
     begin_sample(channel)
     if not pdo.answered:
         channel.gap = max(channel.gap, MISSING)
@@ -305,8 +310,8 @@ def _read(channel: ChannelState, pdo: PdoState) -> None:
 
 
 @compiled
-def _follow_gap(channel: ChannelState, time: float) -> None:
-    """End a channel's gap where it was read."""
+def _update_gap(channel: ChannelState, time: float) -> None:
+    """End a channel's gap if it was read."""
     channel.ended_gap = 0
     if channel.present:
         channel.ended_gap, channel.gap_start = channel.gap, channel.last_good
@@ -315,7 +320,7 @@ def _follow_gap(channel: ChannelState, time: float) -> None:
 
 @compiled
 def take_boot(pdos: Record, node: int) -> None:
-    """Note that a boot-up of a node was heard, which its PDOs have to confirm."""
+    """Record a boot-up of a node, to be confirmed by its PDOs."""
     for place in range(len(pdos)):
         if pdos[place].node == node:
             pdos[place].has_booted, pdos[place].was_started = True, False
@@ -323,7 +328,7 @@ def take_boot(pdos: Record, node: int) -> None:
 
 @compiled
 def take_start(pdos: Record, node: int) -> None:
-    """Note that a node, 0 for all, was started."""
+    """Record that a node was started; 0 for all nodes."""
     for place in range(len(pdos)):
         if node in {0, pdos[place].node}:
             pdos[place].was_started = pdos[place].has_booted
@@ -343,7 +348,7 @@ def assemble_events(
     present: NDArray[np.bool_],
     gaps: NDArray[np.uint8],
 ) -> None:
-    """Take all events of a log; each SYNC closes the sample before it, and so does the log's end.
+    """Process all events of a log; every SYNC closes the previous sample, and so does the end of the log.
 
     Args:
         cycles: Record of the sample before; a fresh one.
@@ -355,7 +360,7 @@ def assemble_events(
         lengths: Number of data bytes, shape `(E,)`.
         times: Time of each event [s], shape `(E,)`.
         counts: Filled with the unwrapped counts, shape `(N, C)`.
-        present: Filled with where a reading was believed, shape `(N, C)`.
+        present: Filled with where a reading was accepted, shape `(N, C)`.
         gaps: Filled with the place in `REASONS` of the gap that ended, shape `(N, C)`; 0 for none.
     """
     for event in range(len(opens)):

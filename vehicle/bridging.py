@@ -1,8 +1,7 @@
-"""The travel that a restarted wheel counter has lost, estimated from the truck's other wheel.
+"""Estimation of the travel that a restarted wheel counter lost, from the truck's other wheel.
 
-A counter that begins anew says nothing of the way driven meanwhile; the other wheel of the truck was read
-on. Until the gap the two turned in some proportion, on a straight line or on the spot, and the missing
-travel is taken in the same proportion.
+During a restart only the other wheel is counted. The ratio of both wheels' travel before the gap, such as on
+a straight line or in a turn on the spot, is assumed to hold during the gap.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ from omnimate.vehicle.counters import Counter
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel, VehicleParameters
 
-WINDOW = 10  # samples before the gap, over which the proportion is taken
-MAX_RATIO = 4.0  # of the wheels' travels; beyond it the other wheel hardly moves and says nothing
+RATIO_WINDOW = 10  # samples before the gap over which the ratio is calculated (assumption)
+MAX_RATIO = 4.0  # largest ratio of the wheels' travel; above it the other wheel hardly moves (assumption)
 
 _PARTNERS: dict[Channel, Channel] = {
     "a.left": "a.right",
@@ -36,16 +35,17 @@ class BridgedCounter(Counter):
         scale: Travel per count [m].
         history: Counts of the last samples, the sample of number n at n modulo its length.
         has_history: Whether the wheel has been read.
-        lost: Counts that are added in this sample for what a restart has lost.
-        is_pair_known: Whether both wheels were read in a sample; the last such one gives the next fields.
+        lost: Counts that are added in this sample for a restart.
+        is_pair_known: Whether both wheels were read in some sample; the last such sample gives the next
+            fields.
         pair_count: Count of the other wheel in it.
-        pair_travel: Counts of both wheels over the `WINDOW` before it, this one's first, shape `(2,)`.
-        is_partner_rebased: Whether the other wheel's counter has begun anew since then.
+        pair_travel: Counts of both wheels over the `RATIO_WINDOW` before it, this one's first, shape `(2,)`.
+        is_partner_rebased: Whether the other wheel's counter was restarted since then.
     """
 
     partner: int
     scale: float
-    history: Annotated[IntArray, WINDOW + 1]
+    history: Annotated[IntArray, RATIO_WINDOW + 1]
     has_history: bool
     lost: int
     is_pair_known: bool
@@ -61,7 +61,7 @@ def partners(vehicle: VehicleParameters) -> dict[int, int]:
 
 
 def set_partners(counters: Record, vehicle: VehicleParameters) -> None:
-    """Write into counters `(C,)` which of them are wheels, and of which trucks."""
+    """Fill `partner` and `scale` of the counters `(C,)` that are wheels."""
     counters["partner"] = -1
     for wheel, other in partners(vehicle).items():
         counters[wheel]["partner"] = other
@@ -70,7 +70,7 @@ def set_partners(counters: Record, vehicle: VehicleParameters) -> None:
 
 @compiled
 def lost_counts(wheel: BridgedCounter, other: BridgedCounter) -> int:
-    """Return the counts that a wheel has most likely lost, whose counter has begun anew in this sample."""
+    """Return the estimated counts that a wheel lost, whose counter was restarted in this sample."""
     travel, other_travel = float(wheel.pair_travel[0]), float(wheel.pair_travel[1])
     if not wheel.is_pair_known or wheel.is_partner_rebased or other_travel == 0.0:
         return 0
@@ -81,7 +81,7 @@ def lost_counts(wheel: BridgedCounter, other: BridgedCounter) -> int:
 
 @compiled
 def bridge(counters: Record, number: int) -> None:
-    """Correct the counters `(C,)` that have begun anew in sample `number`, after all of its readings."""
+    """Correct the counters `(C,)` that were restarted in sample `number`, after all of its readings."""
     for column in range(len(counters)):
         wheel = counters[column]
         wheel.lost = 0
@@ -100,11 +100,11 @@ def bridge(counters: Record, number: int) -> None:
     for column in range(len(counters)):
         wheel = counters[column]
         if wheel.partner >= 0 and wheel.present and counters[wheel.partner].present:
-            _keep_pair(wheel, counters[wheel.partner], number)
+            _store_pair(wheel, counters[wheel.partner], number)
 
 
 @compiled
-def _keep_pair(wheel: BridgedCounter, other: BridgedCounter, number: int) -> None:
+def _store_pair(wheel: BridgedCounter, other: BridgedCounter, number: int) -> None:
     first = (number + 1) % len(wheel.history)
     wheel.pair_travel[0] = wheel.count - wheel.history[first]
     wheel.pair_travel[1] = other.count - other.history[first]

@@ -1,8 +1,8 @@
-"""Machine code on disk, keyed by content.
+"""Disk cache of compiled code, keyed by content.
 
-There is one folder for each content and signature: another content has another folder, so that nothing stale
-is ever read, and processes that write at the same time write the same. Where nothing can be written there is
-no disk cache. The folders are in the user's cache, or where NUMBA_CACHE_DIR says.
+There is one folder per content and signature, so that no stale code is read, and concurrent processes write
+the same. Without write access there is no disk cache. The folders are in the user's cache or in
+NUMBA_CACHE_DIR.
 
 numba's own `cache=True` is not enough: it compares the date of one source file, and so runs stale code when
 a function that is called from another file has changed (numba's documentation, "Cache limitations"). Here
@@ -33,7 +33,7 @@ _CONFIG: Any = numba.config
 
 
 def keep_by_content(dispatcher: Any, function: FunctionType) -> None:  # noqa: ANN401  # numba has no types
-    """Let numba's dispatcher of a function look for machine code on disk before it compiles a signature."""
+    """Make numba's dispatcher of a function look up compiled code on disk before compiling a signature."""
     compile_signature = dispatcher.compile
 
     def compile_or_load(signature: object) -> object:

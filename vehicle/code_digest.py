@@ -1,4 +1,4 @@
-"""A digest of everything that the machine code of a function depends on.
+"""Digest of everything that the compiled code of a function depends on.
 
 Two functions with the same digest compile to the same machine code: it covers the function's own code, its
 module, the constants that it names, and the same of every function that it calls, directly or not.

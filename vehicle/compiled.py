@@ -1,6 +1,6 @@
-"""Compiled functions, and the records that they work on.
+"""Compiled functions and their records.
 
-What runs for every sample, live and in simulations, is compiled by numba, so that both run the same
+Code that runs for every sample, live and in simulations, is compiled by numba, so that both use the same
 code. A compiled function reads and writes records: the fields of a small class whose annotations are
 `int`, `float`, or `Annotated[Array, shape]`, laid out as one numpy record by `layout`.
 """

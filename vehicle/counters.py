@@ -1,10 +1,10 @@
-"""Raw counters to counts that never wrap: one compiled step, which recordings loop over.
+"""Unwrapping of raw counters, as one compiled step that recordings loop over.
 
-A counter of range N is known only modulo N, so the shortest way from one reading to the next is taken,
-in either direction. A step that no robot can make is rejected: the channel is not present in that
-sample and keeps its last count. When the next reading goes on from the rejected one, the counter has
-really moved (a restart without a boot-up message): a wheel is re-baselined there, so that it does not
-jump (`omnimate.vehicle.bridging` says what it may have lost); an absolute encoder (joint, link) is believed.
+A counter of range N is known only modulo N, so the shortest step between two readings is used. A step that
+no robot can make is rejected: the channel is not present in that sample and keeps its last count. If the next
+reading continues from the rejected one, the counter has really moved (a restart without a boot-up message): a
+wheel is re-baselined there without a jump (`omnimate.vehicle.bridging` estimates the lost travel); an
+absolute encoder (joint, link) is accepted.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
-MAX_SPEED = 10.0  # [m/s] of a wheel or of the slider; no floor robot is faster
-MAX_TURN_RATE = 20.0  # [rad/s] of a joint; likewise
+MAX_SPEED = 10.0  # [m/s] of a wheel or the slider; assumption: no floor robot is faster
+MAX_TURN_RATE = 20.0  # [rad/s] of a joint; assumption: no floor robot is faster
 
 
 @dataclass(frozen=True, slots=True)
 class CounterLaw:
-    """How one encoder's raw readings follow each other.
+    """Ranges and largest step of one encoder's raw counter.
 
     Attributes:
         periods: Ranges [counts] modulo which a step is taken, one or two, in this order.
-        max_step: Largest step per sample that is believed [counts], below half of every range.
-        absolute: True where a reading means a place (joint, link), False where it means travel (wheel).
+        max_step: Largest step per sample that is accepted [counts], below half of every range.
+        absolute: True for a position (joint, link), False for travel (wheel).
         below_half: Largest step that is not half of a range or more [counts].
     """
 
@@ -52,17 +52,17 @@ class Counter:
 
     Attributes:
         periods: Ranges modulo which a step is taken [counts], shape `(2,)`; 0 for none, or for 2^64.
-        max_step: Largest step per sample that is believed [counts].
+        max_step: Largest step per sample that is accepted [counts].
         below_half: Largest step that is not half of a range or more [counts].
-        is_absolute: Whether a reading means a place (joint, link), and not travel (wheel).
-        count: Unwrapped count of the last reading that was believed; 0 before the first.
+        is_absolute: Whether a reading is a position (joint, link), not travel (wheel).
+        count: Unwrapped count of the last accepted reading; 0 before the first.
         raw: That reading.
         suspect: The reading after it that was rejected.
-        samples: Samples since the last reading that was believed.
-        is_known: Whether a reading has been believed.
+        samples: Samples since the last accepted reading.
+        is_known: Whether a reading has been accepted.
         is_suspect: Whether the last reading was rejected.
-        begins_anew: Whether the device has restarted since the last reading that was believed.
-        present: Whether a reading came in this sample and was believed.
+        begins_anew: Whether the device has restarted since the last accepted reading.
+        present: Whether a reading was accepted in this sample.
         rebased: Whether it was one of a wheel's counter that had begun anew.
     """
 
@@ -118,7 +118,7 @@ def counters_of(laws: Sequence[CounterLaw], fields: type = Counter) -> Record:
 
 @compiled
 def shortest_step(counter: Counter, before: int, after: int) -> int:
-    """Return the shortest way from one raw reading to the next [counts]."""
+    """Return the shortest step from one raw reading to the next [counts]."""
     step = after - before
     for period in counter.periods:
         if period > 0:
@@ -134,7 +134,7 @@ def is_possible(counter: Counter, step: int, samples: int) -> bool:
 
 @compiled
 def take_reading(counter: Counter, raw: int) -> None:
-    """Take the reading of a sample that `begin_sample` has begun."""
+    """Process the reading of a sample; call it after `begin_sample`."""
     step = 0
     if not counter.is_known:
         counter.count = raw
@@ -158,14 +158,14 @@ def take_reading(counter: Counter, raw: int) -> None:
 
 @compiled
 def begin_sample(counter: Counter) -> None:
-    """Begin a sample, in which there may be a reading."""
+    """Begin a sample; `take_reading` may follow."""
     counter.samples += 1
     counter.present, counter.rebased = False, False
 
 
 @compiled
 def take_readings(counters: Record, raw: IntArray) -> None:
-    """Take the readings `(C,)` of one sample in which every counter was read."""
+    """Process the readings `(C,)` of one sample in which every counter was read."""
     for number in range(len(counters)):
         begin_sample(counters[number])
         take_reading(counters[number], raw[number])
@@ -173,7 +173,7 @@ def take_readings(counters: Record, raw: IntArray) -> None:
 
 @compiled
 def _take_all(counters: Record, raw: IntArray, counts: IntArray) -> None:
-    """Take all readings `(N,)` of one counter, and fill in its counts, shape `(N,)`."""
+    """Process all readings `(N,)` of one counter, and fill its counts, shape `(N,)`."""
     for row in range(len(raw)):
         take_readings(counters, raw[row : row + 1])
         counts[row] = counters[0].count

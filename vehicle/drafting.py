@@ -1,4 +1,4 @@
-"""Lines of a drafted `vehicle.toml`: what a bus tells, and what the owner must do about the rest."""
+"""Lines of a drafted `vehicle.toml`: values known from a bus, and instructions for the others."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def known_line(key: str, value: str, comment: str = "") -> str:
 
 
 def unknown_line(key: str, example: str, what: str) -> str:
-    """Return the commented line of a key that the bus does not tell, and what to do about it."""
+    """Return the commented line of an unknown key, with instructions."""
     line = f"# {key} = {example}"
     return f"{line:<{_COLUMN}} # {what}"
 
 
 def geometry_lines(*, has_two: bool) -> Iterator[str]:
-    """Yield the tables of one truck, or of two and their linkage, which no bus tells."""
+    """Yield the tables of one truck, or of two and their linkage, to be measured."""
     for truck in ("a", "b") if has_two else ("a",):
         yield from ("", f"[truck.{truck}]")
         yield unknown_line(
@@ -41,7 +41,7 @@ def bus_lines(bitrate: int | None, sync_period: float | None) -> Iterator[str]:
 
     Args:
         bitrate: Its bit rate [bit/s]; None where it is not known.
-        sync_period: Period of SYNC as it was heard [s]; None where nobody sends it.
+        sync_period: Measured period of SYNC [s]; None without SYNC.
     """
     yield from ("", "[bus]")
     if bitrate is None:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class OmnimateError(Exception):
-    """Something that a user can put right; its text says what was expected, where, and what to do."""
+    """An error that a user can correct; its text says what was expected, where, and what to do."""
 
 
 class TableError(OmnimateError):

@@ -1,4 +1,4 @@
-"""`vehicle.toml`: read with strict checks, and written whole or not at all."""
+"""Reading of `vehicle.toml` with strict checks, and atomic writing."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TABLES = ("name", "truck", "linkage", "bus", "encoder", "drive", "limits")
 
 
 def load_vehicle(path: Path | str) -> VehicleParameters:
-    """Return the robot that a `vehicle.toml` describes, with whole paths of its EDS files.
+    """Return the robot that a `vehicle.toml` describes, with absolute paths of its EDS files.
 
     Raises:
         VehicleFileError: The file is absent, is not TOML, or describes no possible robot; names the key.
@@ -59,9 +59,9 @@ def parse_vehicle(text: str, source: Path | str = "vehicle.toml") -> VehiclePara
 
 
 def save_vehicle(vehicle: VehicleParameters, path: Path | str) -> None:
-    """Write a `vehicle.toml`; a crash leaves the former file or the new one, never a part.
+    """Write a `vehicle.toml` atomically.
 
-    Whole paths of EDS files are written as they are seen from the file.
+    Absolute paths of EDS files are written relative to the file.
     """
     folder = Path(path).resolve().parent
     write_text(Path(path), format_vehicle(_with_eds(vehicle, lambda eds: _seen_from(folder, eds))))

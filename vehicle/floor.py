@@ -1,6 +1,6 @@
-"""How a floor's roughness scatters odometry.
+"""Covariance of odometry from the roughness of a floor.
 
-A wheel's travel over a floor scatters with the square root of the way, independently for each wheel; the
+The travel of each wheel scatters independently with the square root of the distance; the
 roughness is its standard deviation after one metre [m/sqrt(m)]. Source of the law: Chong & Kleeman, Accurate
 odometry and error modelling for a mobile robot, ICRA 1997.
 """
@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 # x and in y, as U V reports: shown by `pytest tests/vcan_sim/test_floor.py`. The heading then scatters by
 # 0.54 degrees.
 CONCRETE_ROUGHNESS = 5.6e-4
-NODES = 24  # of the Gauss-Legendre rule along an arc: exact to rounding for turns of up to two revolutions
+QUADRATURE_NODES = (
+    24  # of the Gauss-Legendre rule along an arc: exact to rounding for turns of up to two revolutions
+)
 
 
 def floor_covariance(levers: Array, travel: Array) -> Array:
@@ -49,7 +51,7 @@ def path_covariance(left: ArrayLike, right: ArrayLike, wheelbase: float) -> Arra
         wheelbase: Wheelbase of the truck [m].
     """
     travel = np.stack([np.asarray(left, np.float64), np.asarray(right, np.float64)], axis=-1)
-    node, weight = np.polynomial.legendre.leggauss(NODES)
+    node, weight = np.polynomial.legendre.leggauss(QUADRATURE_NODES)
     share = 0.5 + 0.5 * node
     corners = integrate(arc(travel[:, 0], travel[:, 1], wheelbase))
     along = arc(np.outer(travel[:, 0], share), np.outer(travel[:, 1], share), wheelbase)

@@ -1,4 +1,4 @@
-"""The linkage: two truck poses, or one truck pose and what the three internal encoders read.
+"""The linkage: conversion between two truck poses, and one truck pose with the three linkage readings.
 
 `link` is the line from the centre of b to the centre of a; joint angles are truck heading minus link
 heading. Poses are `(..., 3)`: x [m], y [m], theta [rad].
@@ -47,13 +47,13 @@ def leader(pose_b: ArrayLike, joint_a: ArrayLike, joint_b: ArrayLike, length: Ar
 
 
 @compiled
-def direction(pose_a: Array, pose_b: Array) -> float:
-    """Return the heading of the link [rad], C (10), O (1), with the quadrant that their atan leaves open."""
+def link_heading(pose_a: Array, pose_b: Array) -> float:
+    """Return the heading of the link [rad], C (10), O (1), in the quadrant that their atan leaves open."""
     return math.atan2(pose_a[1] - pose_b[1], pose_a[0] - pose_b[0])
 
 
 @compiled
-def follow(pose_b: Array, pose_a: Array, length: float, heading: float) -> None:
-    """Put truck b on the link of a length [m] and heading [rad] behind truck a, C (16), O (5), in place."""
+def place_follower(pose_b: Array, pose_a: Array, length: float, heading: float) -> None:
+    """Place truck b behind truck a for length [m] and heading [rad] of the link, C (16), O (5), in place."""
     pose_b[0] = pose_a[0] - length * math.cos(heading)
     pose_b[1] = pose_a[1] - length * math.sin(heading)

@@ -1,6 +1,6 @@
-"""Small matrices for compiled code: results are written into existing arrays, because new ones cost more.
+"""Small matrices for compiled code: results are written into existing arrays, because allocation is slow.
 
-A transposed factor is given as such: `product(out, left.T, right)`.
+A transposed factor is passed as `left.T`: `product(out, left.T, right)`.
 """
 
 from omnimate.vehicle.compiled import Array, compiled

@@ -1,7 +1,7 @@
 """Dead reckoning with the exact circular arc: over a recording at once, and sample by sample.
 
-A truck moves only in samples in which both of its wheels are present; the step then spans the missing
-ones as one arc, so that a late frame never looks like a turn.
+A truck moves only in samples in which both of its wheels are present; the step spans the samples between as
+one arc, so that a late frame is not mistaken for a turn.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Odometer:
         self._before: tuple[int, int] | None = None
 
     def step(self, sample: Sample) -> PoseTuple:
-        """Take one sample and return the pose after it."""
+        """Process one sample and return the pose after it."""
         left, right = self._columns
         if not (sample.present[left] and sample.present[right]):
             return self.pose

@@ -1,7 +1,7 @@
-"""What the owner believes the robot to be: the content of `vehicle.toml`, checked.
+"""The nominal robot: the checked content of `vehicle.toml`.
 
 `wheelbase` is the distance between the contact points of the two drive wheels of one truck, as in the
-papers; car people say track. Lengths in metres, angles in radians, times in seconds.
+papers; car makers call it track. Lengths in metres, angles in radians, times in seconds.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class ParameterError(TableError):
 
 
 def _number(key: str, value: float, low: float, high: float, unit: str) -> None:
-    """Refuse what is not finite or outside what any robot could have."""
+    """Raise an error if a value is not finite, or outside of the range of possible robots."""
     if not math.isfinite(value):
         raise ParameterError(key, f"{value} is not a finite number; expected {low:g} to {high:g} {unit}")
     if not low <= value <= high:
@@ -98,7 +98,7 @@ class Bus:
 
 @dataclass(frozen=True, slots=True)
 class Encoder:
-    """One encoder and where its counts stand on the bus.
+    """One encoder and the position of its counts in a PDO.
 
     Attributes:
         channel: What the encoder measures: a wheel, a joint or the link.
@@ -185,7 +185,7 @@ class Encoder:
         """Signed radians (wheel, joint) or metres (link) per count."""
         if self.counts_per_metre is not None:
             return self.sign / self.counts_per_metre
-        assert self.counts_per_turn is not None  # __post_init__ saw to it
+        assert self.counts_per_turn is not None  # checked by __post_init__
         return self.sign * 2.0 * math.pi / self.counts_per_turn
 
 
@@ -226,7 +226,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What the robot may do at most.
+    """Limits of the robot's motion.
 
     Attributes:
         speed: Highest speed of any wheel over the floor [m/s].
@@ -243,7 +243,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class VehicleParameters:
-    """A whole robot: one truck, or two on a linkage, and what hangs on its bus.
+    """A robot: one truck, or two on a linkage, with the devices on its bus.
 
     Attributes:
         name: Name that the owner gives the robot.

@@ -1,4 +1,4 @@
-"""One drive of one robot, measured or simulated: frozen named arrays on one clock.
+"""The recording of a drive, measured or simulated: frozen named arrays on one clock.
 
 A measured and a simulated drive are the same type, so that their difference is a subtraction.
 """
@@ -49,13 +49,13 @@ class Poses:
 
     def of(self, truck: TruckName) -> Poses:
         """Return the poses of one truck."""
-        mine = self.body == truck
-        return Poses(self.time[mine], self.body[mine], self.pose[mine], self.sigma[mine])
+        of_truck = self.body == truck
+        return Poses(self.time[of_truck], self.body[of_truck], self.pose[of_truck], self.sigma[of_truck])
 
 
 @dataclass(frozen=True, slots=True)
 class Lap:
-    """A stretch of a drive that belongs together and may be held out.
+    """A section of a drive, such as one square, that may be held out.
 
     Attributes:
         direction: Direction of a closed path, cw or ccw; "none" for any other path.
@@ -70,10 +70,10 @@ class Lap:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What was driven.
+    """The protocol of a drive and its laps.
 
     Attributes:
-        protocol: What was driven: umbmark, extended-umbmark, straight, free, or another word.
+        protocol: umbmark, extended-umbmark, straight, free, or another word.
         side: Side of the square [m]; None where no square was driven.
         laps: The laps in order of time.
         floor: Name of the floor that it was driven on; "" where a robot has one floor only.
@@ -87,7 +87,7 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A stretch in which a channel was not read, or a moment at which its counter was re-baselined.
+    """An interval in which a channel was not read, or a time at which its counter was re-baselined.
 
     Attributes:
         channel: Channel that was not read.
@@ -107,7 +107,7 @@ class Recording:
     """A drive, one row per SYNC; columns in the order of `vehicle.channels`.
 
     Attributes:
-        vehicle: The robot as its owner believes it to be.
+        vehicle: The nominal robot.
         time: Time of each SYNC on the recording's clock [s], shape `(N,)`.
         counts: Unwrapped raw counts, shape `(N, C)`; a sample that is not present repeats the one before.
         present: Whether the channel was read in this sample, shape `(N, C)`.

@@ -1,4 +1,4 @@
-"""One reading of all encoders, as the live path hands it on."""
+"""One reading of all encoders in live use."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What the encoders answered to one SYNC; tuples are in the order of `vehicle.channels`.
+    """The encoders' answers to one SYNC; tuples are in the order of `vehicle.channels`.
 
     Attributes:
         index: Number of the SYNC since the start of this run, from 0.

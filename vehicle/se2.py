@@ -1,8 +1,8 @@
 """Poses in the plane: the group SE(2) on x [m], y [m], theta [rad].
 
 A function of arrays takes one pose `(3,)` or many `(..., 3)`, broadcasts, and returns the same shape. Those
-with `_xy` take components, arrays or the floats of compiled code. Compiled code works on one pose `(3,)` at a
-time; what it writes goes into arrays that exist, because making one costs more than the arithmetic.
+with `_xy` take components, arrays or the floats of compiled code. Compiled functions work on one pose `(3,)`
+and write into existing arrays, because allocation costs more than the arithmetic.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def wrap(angle: ArrayLike) -> Array:
 
 
 def compose(first: ArrayLike, second: ArrayLike) -> Array:
-    """Return the pose reached by going `second`, seen from `first`: first (+) second."""
+    """Return the composition first (+) second: `second` is given in the frame of `first`."""
     first, second = np.asarray(first, np.float64), np.asarray(second, np.float64)
     place = transform(first, second[..., :2])
     return np.concatenate([place, (first[..., 2] + second[..., 2])[..., np.newaxis]], axis=-1)
@@ -74,7 +74,7 @@ def rotation(angle: ArrayLike) -> Array:
 
 
 def lever_matrix(way: ArrayLike) -> Array:
-    """Return how an error of x, y, theta becomes one `(..., 3, 3)` at a way `(..., 2)` [m] on, same axes."""
+    """Return the derivatives `(..., 3, 3)` of a pose displaced by `way` `(..., 2)` [m], by x, y, theta."""
     way = np.asarray(way, np.float64)
     matrix = np.zeros((*way.shape[:-1], 3, 3))
     matrix[...] = np.eye(3)
@@ -83,7 +83,7 @@ def lever_matrix(way: ArrayLike) -> Array:
 
 
 def transport(increment: ArrayLike) -> Array:
-    """Return how errors before increments `(..., 3)` become errors after them, `(..., 3, 3)`.
+    """Return the matrices `(..., 3, 3)` that propagate errors over increments `(..., 3)`.
 
     It is the adjoint of the inverse. An error is in its own body frame: true pose = pose (+) error.
     """

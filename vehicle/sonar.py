@@ -45,11 +45,11 @@ class Sonar:
         """Return the ranges right front, right rear, behind [m] `(3,)` at a pose `(3,)`; nan without echo."""
         x, y, theta = (float(value) for value in pose)
         cos, sin = math.cos(theta), math.sin(theta)
-        beside = y - self.side * cos - self.wall_y
+        side_range = y - self.side * cos - self.wall_y
         tilt = 0.5 * self.baseline * sin
-        ranges = np.array([beside + tilt, beside - tilt, x - self.rear * cos - self.wall_x])
-        hears = cos > math.cos(self.beam) and bool(np.all(ranges > 0.0))
-        return ranges if hears else UNKNOWN.copy()
+        ranges = np.array([side_range + tilt, side_range - tilt, x - self.rear * cos - self.wall_x])
+        has_echo = cos > math.cos(self.beam) and bool(np.all(ranges > 0.0))
+        return ranges if has_echo else UNKNOWN.copy()
 
     def range_sigma(self, ranges: Array) -> Array:
         """Return the standard deviation of each range [m] `(3,)`."""

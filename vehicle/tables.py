@@ -1,4 +1,4 @@
-"""TOML tables as dataclasses: every key known, every value of its type, every problem with its place."""
+"""Conversion of TOML tables to dataclasses with strict checks; errors name the key."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LISTS = {
     "tuple[float, float]": ("float", 2, "a [start, end] pair"),
     "tuple[tuple[float, float], ...]": ("tuple[float, float]", None, "a list of [start, end] pairs"),
 }
-_LARGEST = 1023  # bits of a whole number that a float can still hold
+_MAX_INTEGER_BITS = 1023  # bits of a whole number that a float can still hold
 
 
 def read_toml(path: Path | str) -> dict[str, Any]:
@@ -58,7 +58,7 @@ def dataclass_of(kind: type[T], table: object, where: str) -> T:
 
     Args:
         kind: The dataclass; each of its fields is a number, text, true or false, or a list of numbers.
-        table: A table of a TOML document, or what stands in its place.
+        table: A value of a TOML document; an error if it is not a table.
         where: Key of the table in its document, such as `truck.a`.
 
     Raises:
@@ -105,7 +105,7 @@ def _fits(annotation: str, value: Any) -> bool:  # noqa: ANN401
         fits = isinstance(value, list) and (length is None or len(value) == length)
         return fits and all(_fits(inner, item) for item in value)
     types, _ = _SCALARS[annotation]
-    too_large = annotation == "float" and isinstance(value, int) and value.bit_length() > _LARGEST
+    too_large = annotation == "float" and isinstance(value, int) and value.bit_length() > _MAX_INTEGER_BITS
     return isinstance(value, types) and (not isinstance(value, bool) or bool in types) and not too_large
 
 

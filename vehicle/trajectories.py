@@ -1,4 +1,4 @@
-"""Where the odometry of each truck leads over a recording, beside the absolute poses that there are."""
+"""Odometry of each truck over a recording, and its error at the last absolute pose."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """The odometry of a truck over a recording, from its first whole absolute pose where there is one.
+    """The odometry of a truck over a recording, from its first complete absolute pose if there is one.
 
     Attributes:
         truck: The truck.
         time: Time of each sample [s], shape `(N,)`.
         pose: Pose at each sample x, y, theta [m, m, rad], shape `(N, 3)`.
-        fix: The last whole absolute pose, shape `(3,)`; None where there is none.
+        fix: The last complete absolute pose, shape `(3,)`; None where there is none.
         error: That pose minus odometry's at the same time, U (3.1), shape `(3,)`; None without a pose.
     """
 

@@ -16,7 +16,7 @@ from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
-from omnimate.vehicle.linkage import direction, follow
+from omnimate.vehicle.linkage import link_heading, place_follower
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import Array, between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
@@ -132,10 +132,10 @@ def printed_omnimate(
         advance_one(corrector.settings, states, counts[sample], present[sample])
         pose_a, pose_b = state["pose"]
         if was_placed:
-            heading = direction(pose_a, behind if previous_b else pose_b)
+            heading = link_heading(pose_a, behind if previous_b else pose_b)
             error = wrap(state["joint"][0] - (pose_a[2] - heading))
             pose_a[2] += -error if printed_sign else error
-            follow(pose_b, pose_a, state["length"], heading)
+            place_follower(pose_b, pose_a, state["length"], heading)
             pose_b[2] = heading + state["joint"][1]
         path[sample] = pose_a
     return path

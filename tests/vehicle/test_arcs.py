@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.vehicle.arcs import (
-    SMALL,
-    SMALL_SLOPE,
+    SMALL_ANGLE,
+    SMALL_SLOPE_ANGLE,
     advance,
     arc,
     arc_jacobian,
@@ -78,7 +78,7 @@ def test_a_twist_without_sideways_motion_is_the_arc_of_the_wheels(left, right):
 
 
 def test_the_series_of_small_angles_meet_the_formulas():
-    for limit, function, tolerance in ((SMALL, sinc, 1e-15), (SMALL_SLOPE, sinc_slope, 1e-11)):
+    for limit, function, tolerance in ((SMALL_ANGLE, sinc, 1e-15), (SMALL_SLOPE_ANGLE, sinc_slope, 1e-11)):
         below, above = function(np.array([limit * (1.0 - 1e-9), limit * (1.0 + 1e-9)]))
         assert abs(above - below) < tolerance
 

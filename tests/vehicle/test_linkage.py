@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vehicle.linkage import direction, follow, follower, leader, linkage_of
+from omnimate.vehicle.linkage import follower, leader, link_heading, linkage_of, place_follower
 from omnimate.vehicle.se2 import wrap
 
 angles = st.floats(-3.1, 3.1)
@@ -20,9 +20,9 @@ def test_follower_and_linkage_are_inverse(a, joint_a, joint_b, length):
     assert np.isclose(found[2], length)
     assert np.allclose(np.cos(found[1] - joint_b), 1)
     b = np.zeros(3)
-    follow(b, a, length, a[2] - joint_a)
+    place_follower(b, a, length, a[2] - joint_a)
     assert np.allclose(b[:2], follower(a, joint_a, joint_b, length)[:2], rtol=0, atol=1e-11)
-    assert np.isclose(np.cos(direction(a, b) - a[2] + joint_a), 1)
+    assert np.isclose(np.cos(link_heading(a, b) - a[2] + joint_a), 1)
 
 
 @given(trucks, angles, angles, st.floats(0.1, 3))
