@@ -1,1 +1,1 @@
-"""Learns what is on an unknown bus: nodes, PDOs, the layout of their data, wheels. Sends nothing."""
+"""Analysis of an unknown bus: nodes, PDOs, layout of their data, wheels. Nothing is sent."""

@@ -1,4 +1,4 @@
-"""What was learned as a DBC file: every message, every signal in raw counts, and why as comments."""
+"""Export of the findings as a DBC file: signals in raw counts, with reasons as comments."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ if TYPE_CHECKING:
     from omnimate.listen.meanings import Meaning
     from omnimate.listen.signals import LearnedSignal
 
-_NOBODY = "Vector__XXX"  # what DBC files write where no node is known
+_NO_NODE = "Vector__XXX"  # DBC placeholder for an unknown node
 
 
 def learned_dbc(findings: Findings, meanings: dict[str, Meaning]) -> str:
     """Return the text of the DBC file; an unidentified sign is written as unsigned."""
     nodes = sorted(findings.network.nodes)
-    messages = [_message(each, meanings) for each in findings.messages]
-    heartbeats = [heartbeat_message(node, _NOBODY) for node in nodes]
+    messages = [_message(learned, meanings) for learned in findings.messages]
+    heartbeats = [heartbeat_message(node, _NO_NODE) for node in nodes]
     return format_dbc([node_name(node) for node in nodes], [*messages, *heartbeats])
 
 
-def _message(each: LearnedMessage, meanings: dict[str, Meaning]) -> DbcMessage:
-    message = each.message
-    sender = node_name(message.node) if message.node and message.direction == "sent" else _NOBODY
+def _message(learned: LearnedMessage, meanings: dict[str, Meaning]) -> DbcMessage:
+    message = learned.message
+    sender = node_name(message.node) if message.node and message.direction == "sent" else _NO_NODE
     name = f"{'TPDO' if message.direction == 'sent' else 'RPDO'}{message.number}_node_{message.node}"
     name = name if message.number else f"message_{message.name}"
     key = message.can_id | (EXTENDED_KEY if message.is_extended else 0)
-    multiplexor = next((signal for signal in each.signals if signal.kind == "multiplexor"), None)
+    multiplexor = next((signal for signal in learned.signals if signal.kind == "multiplexor"), None)
     switch = None if multiplexor is None else _signal(multiplexor, meanings, None)
-    signals = tuple(_signal(signal, meanings, switch) for signal in each.signals)
+    signals = tuple(_signal(signal, meanings, switch) for signal in learned.signals)
     comments = {}
-    for signal in each.signals:
+    for signal in learned.signals:
         meaning = meanings[signal.label]
         words = "; ".join(word for word in (meaning.words, *signal.reasons) if word)
         if words:
             comments[meaning.name] = words
-    return DbcMessage(key, name, message.data.shape[1], sender, _NOBODY, signals, comments)
+    return DbcMessage(key, name, message.data.shape[1], sender, _NO_NODE, signals, comments)
 
 
 def _signal(signal: LearnedSignal, meanings: dict[str, Meaning], multiplexor: Signal | None) -> Signal:
@@ -55,7 +55,7 @@ def _signal(signal: LearnedSignal, meanings: dict[str, Meaning], multiplexor: Si
 
 
 def dbc_start(signal: LearnedSignal) -> int:
-    """Return the start bit as DBC files count: the lowest one, or big-endian the highest one's place."""
+    """Return the start bit in DBC numbering: the lowest bit, or the highest one of a big-endian signal."""
     if not signal.is_big_endian:
         return signal.start
     highest = signal.start + signal.bits - 1

@@ -1,4 +1,4 @@
-"""A `vehicle.toml` as far as listening can write it; a comment says what to do about the rest."""
+"""Draft of a `vehicle.toml` from the findings, with comments on what remains to be done."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def _other(role: str, shaft: Shaft, findings: Findings) -> Iterator[str]:
 
 def _place(shaft: Shaft, findings: Findings) -> Iterator[str]:
     signal = shaft.position.signal
-    sending = next(each.sending for each in findings.messages if each.message.can_id == signal.can_id)
+    sending = next(entry.sending for entry in findings.messages if entry.message.can_id == signal.can_id)
     if signal.node:
         yield known_line("node", str(signal.node))
     else:

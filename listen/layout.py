@@ -1,9 +1,9 @@
-"""Where the fields of a message begin and end: the probability of every layout, by the lengths of its codes.
+"""Segmentation of a message into fields: the posterior probability of layouts by code lengths.
 
-A layout is a row of fields that fills the message. Its probability is that of its fields' kinds and widths
-(`priors`) times 2^-L of the code of each field's column (`code_lengths`). The sum over all layouts is made by
-the forward and backward recursion of hidden Markov models (Rabiner 1989); a field's probability is the share
-of the layouts that have it.
+A layout is a sequence of fields that fills the message. Its probability is that of its fields' kinds and
+widths (`priors`) times 2^-L of the code of each field's column (`code_lengths`). The sum over all layouts is
+made by the forward and backward recursion of hidden Markov models (Rabiner 1989); a field's probability is
+the share of the layouts that have it.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ import numpy as np
 
 from omnimate.listen import priors
 from omnimate.listen.code_lengths import (
-    centred,
     first_value,
     flags_value,
     little_endian,
-    lowest_zeros,
     number_code,
     ordered_floats,
     residual_code,
     symbol_code,
+    to_signed,
+    trailing_zero_bits,
 )
 from omnimate.listen.profile_words import control_bits, status_bits
 
@@ -37,15 +37,15 @@ if TYPE_CHECKING:
     from omnimate.listen.code_lengths import Column
     from omnimate.listen.priors import Direction, Kind
 
-NEVER = float("-inf")
-RISE, MOST_EDGES = (
+LOG_ZERO = float("-inf")
+MIN_RATE_RISE, MAX_INNER_EDGES = (
     4.0,
     6,
 )  # of the rate of flips; edges inside bytes that are looked at, for the time that it takes
-FEWEST_FLIPS = 100  # frames; with fewer the rate of flips of a bit says little
-MOST_JUMPS = 8  # over the end of a range that are held against a sign: a counter that wraps has many
-MOST_ZEROS = 16  # lowest bits of a float's mantissa; with more, its values are powers of 2 or nearly
-ROUNDS = 2.0  # bits of 1 in 4: a number that passes both 0 and the middle of its range is a counter
+MIN_FLIP_FRAMES = 100  # frames; with fewer the rate of flips of a bit says little
+MAX_SIGN_JUMPS = 8  # limit of wraps that count against a sign: a counter has many
+MAX_MANTISSA_ZEROS = 16  # limit of trailing zero bits of a float's mantissa
+COUNTER_BITS = 2.0  # [bits] prior of 1 in 4: a number that crosses 0 and the middle of its range is a counter
 Reading = tuple["Kind", bool | None]  # kind, and whether signed where that means something
 
 
@@ -57,9 +57,9 @@ class Field:
         start: Its lowest bit in the data as one little-endian number; big-endian, in the number of the bytes
             in the other order.
         bits: Width.
-        is_big_endian: Whether the bytes were turned round.
-        probability: That a field begins and ends here [0 to 1].
-        readings: Probability of each kind and sign, of a field that is here; they add up to 1.
+        is_big_endian: Whether the byte order is reversed.
+        probability: Probability of exactly this field [0 to 1].
+        readings: Probability of each kind and sign, given the field; they add up to 1.
     """
 
     start: int
@@ -99,24 +99,24 @@ def find_layout(
         big_endian: Probability of the big-endian order before any frame is seen.
         packed: Probability of widths that no profile has, before any frame is seen.
     """
-    tables = [_Table(little_endian(each), each.shape[1], direction) for each in (data, data[:, ::-1])]
+    tables = [_Table(little_endian(entry), entry.shape[1], direction) for entry in (data, data[:, ::-1])]
     hypotheses = [
         _Layouts(table, is_big, is_packed, math.log2(order) + math.log2(widths))
         for table, is_big, order in ((tables[0], False, 1.0 - big_endian), (tables[1], True, big_endian))
         for is_packed, widths in ((False, 1.0 - packed), (True, packed))
     ]
-    whole = _sum(each.total for each in hypotheses)
-    shares = [2.0 ** (each.total - whole) for each in hypotheses]
+    whole = _log2_sum(entry.total for entry in hypotheses)
+    shares = [2.0 ** (entry.total - whole) for entry in hypotheses]
     big = shares[2] + shares[3]
-    mine = [k for k in range(4) if hypotheses[k].is_big_endian == (big > 0.5)]
-    best = max((hypotheses[k] for k in mine), key=lambda each: each.best_weight)
-    order = sum(shares[k] for k in mine)
+    same_order = [k for k in range(4) if hypotheses[k].is_big_endian == (big > 0.5)]
+    best = max((hypotheses[k] for k in same_order), key=lambda entry: entry.best_weight)
+    order = sum(shares[k] for k in same_order)
     fields = tuple(
         Field(
             best.table.edges[start],
             best.table.edges[end] - best.table.edges[start],
             best.is_big_endian,
-            min(sum(shares[k] * hypotheses[k].share(start, end) for k in mine) / order, 1.0),
+            min(sum(shares[k] * hypotheses[k].share(start, end) for k in same_order) / order, 1.0),
             best.readings(start, end),
         )
         for start, end in best.path()
@@ -127,7 +127,7 @@ def find_layout(
 def readings_of(
     column: Column, bits: int, direction: Direction, below: Column | None = None
 ) -> dict[Reading, float]:
-    """Return the logarithm (base 2) of kind and data together, for each reading of a column of a field.
+    """Return log2 of the joint probability of kind and data for each reading of a field's column.
 
     Args:
         column: The field's values, `(N,)`.
@@ -136,13 +136,13 @@ def readings_of(
         below: The byte before the field, `(N,)`; None where there is none.
     """
     if len(column) == 0 or np.all(column == column[0]):
-        return _of_constant(column, bits, direction)
+        return _constant_readings(column, bits, direction)
     weights: dict[Reading, float] = {}
     code = number_code(column, bits)
     rounds = min(code.unsigned_wraps, code.signed_wraps)  # of a counter, whose sign cannot be identified
     for signed, wraps in ((False, code.unsigned_wraps), (True, code.signed_wraps)):
-        first = int(centred(column[:1], bits)[0]) if signed else int(column[0])
-        jumps = ROUNDS if rounds else min(wraps, MOST_JUMPS) * bits
+        first = int(to_signed(column[:1], bits)[0]) if signed else int(column[0])
+        jumps = COUNTER_BITS if rounds else min(wraps, MAX_SIGN_JUMPS) * bits
         if code.turn:
             first, jumps = min(first % code.turn, -first % code.turn), 0.0
         length = first_value(first, bits) + signed + code.steps + jumps
@@ -153,17 +153,21 @@ def readings_of(
         _add_profile_words(weights, column, direction, below)
     if bits == 32:
         _add_float(weights, column, direction)
-    return {reading: weight for reading, weight in weights.items() if weight > NEVER}
+    return {reading: weight for reading, weight in weights.items() if weight > LOG_ZERO}
 
 
-def _of_constant(column: Column, bits: int, direction: Direction) -> dict[Reading, float]:
+def _constant_readings(column: Column, bits: int, direction: Direction) -> dict[Reading, float]:
     value = int(column[0]) if len(column) else 0
-    length = -math.log2(priors.ZERO) if value == 0 else -math.log2(1 - priors.ZERO) + first_value(value, bits)
+    length = (
+        -math.log2(priors.ZERO_SHARE)
+        if value == 0
+        else -math.log2(1 - priors.ZERO_SHARE) + first_value(value, bits)
+    )
     weights: dict[Reading, float] = {("constant", None): _prior("constant", bits, direction) - length}
     if bits == 16:
         weights["status word", None] = _prior("status word", bits, direction) - status_bits(column[:1])
         weights["control word", None] = _prior("control word", bits, direction) - control_bits(column[:1])
-    return {reading: weight for reading, weight in weights.items() if weight > NEVER}
+    return {reading: weight for reading, weight in weights.items() if weight > LOG_ZERO}
 
 
 def _add_profile_words(
@@ -187,25 +191,27 @@ def _add_float(weights: dict[Reading, float], column: Column, direction: Directi
     # Exponents of physical values: geometric on both sides of 2^2, half in three octaves; then 24 bits. What
     # passes 0 is small for a moment: the largest value gives the size.
     far = abs(int(used.max()) - 129)
-    step = centred(np.diff(ordered_floats(column)), 33)
+    step = to_signed(np.diff(ordered_floats(column)), 33)
     usual = float(np.median(np.abs(step[step != 0])))
     # 24 bits resolve more than any sensor: its steps are of 2^6 units of the last place and more.
     fine = 0.0 if usual >= priors.FLOAT_STEP else priors.FLOAT_STEP_BITS
-    zeros = min(lowest_zeros(column & np.uint64(0xFFFFFF)), MOST_ZEROS)  # of what counts in 1/16, for example
-    changes = min(residual_code(step >> zeros), symbol_code(column, 32), _on_a_grid(column, exponents))
-    length = 3.1 + far / 3.0 + 24.0 - zeros + math.log2(MOST_ZEROS) + changes + fine
+    zeros = min(
+        trailing_zero_bits(column & np.uint64(0xFFFFFF)), MAX_MANTISSA_ZEROS
+    )  # of what counts in 1/16, for example
+    changes = min(residual_code(step >> zeros), symbol_code(column, 32), _fixed_point_code(column, exponents))
+    length = 3.1 + far / 3.0 + 24.0 - zeros + math.log2(MAX_MANTISSA_ZEROS) + changes + fine
     weights["float", True] = _prior("float", 32, direction) - length
 
 
-def _on_a_grid(column: Column, exponents: NDArray[np.int64]) -> float:
-    """Return the bits of floats as whole numbers of the last place of the largest, as noise about 0 is even.
+def _fixed_point_code(column: Column, exponents: NDArray[np.int64]) -> float:
+    """Return the code length of floats as fixed-point numbers with the resolution of the largest one.
 
-    Smaller floats have more places, which are coded one by one where the values use them.
+    Additional places of smaller floats are coded separately if they are used.
     """
     largest = int(exponents.max())
     values = column.astype(np.uint32).view(np.float32).astype(np.float64)
     grid = np.rint(np.ldexp(values, 150 - largest)).astype(np.int64)
-    zeros = lowest_zeros(np.abs(grid).astype(np.uint64))
+    zeros = trailing_zero_bits(np.abs(grid).astype(np.uint64))
     has_more = bool(np.any(np.ldexp(grid.astype(np.float64), largest - 150) != values))
     below = largest - exponents[values != 0.0] if has_more else np.zeros(0, np.int64)
     more = float(np.where(below < 24, below, 24 + 8).sum())  # or a whole float, where it is negligible
@@ -214,18 +220,18 @@ def _on_a_grid(column: Column, exponents: NDArray[np.int64]) -> float:
     return 1.0 + more + min(residual_code(np.diff(numbers)), residual_code(around[1:]))
 
 
-def total_of(weights: Mapping[Reading, float]) -> float:
-    """Return the logarithm (base 2) of the sum of readings."""
-    return _sum(weights.values())
+def log2_sum(weights: Mapping[Reading, float]) -> float:
+    """Return log2 of the sum of the readings' probabilities."""
+    return _log2_sum(weights.values())
 
 
 def _prior(kind: Kind, bits: int, direction: Direction) -> float:
     share = priors.KINDS[direction][kind] * priors.width_share(kind, bits)
-    return math.log2(share) if share else NEVER
+    return math.log2(share) if share else LOG_ZERO
 
 
 def _edges(words: Column, length: int) -> list[int]:
-    """Return the bits at which fields may begin or end: whole bytes, and where the rate of flips rises.
+    """Return the candidate boundaries of fields: whole bytes, and rises of the bits' flip rate.
 
     The rate falls from each bit of a number to the next higher one, and rises to the lowest bit of the next
     (Marchetti and Stabili, READ, 2019). Where it rises most, a field may begin inside a byte.
@@ -233,12 +239,12 @@ def _edges(words: Column, length: int) -> list[int]:
     whole = range(0, 8 * length + 1, 8)
     flips = words[1:] ^ words[:-1]
     counts = np.array([np.count_nonzero(flips >> np.uint64(bit) & np.uint64(1)) for bit in range(8 * length)])
-    if len(flips) < FEWEST_FLIPS:
+    if len(flips) < MIN_FLIP_FRAMES:
         return list(whole)
     rise = (counts[1:] + 1.0) / (counts[:-1] + 1.0)
-    inside = [bit for bit in range(1, 8 * length) if bit % 8 and rise[bit - 1] > RISE]
+    inside = [bit for bit in range(1, 8 * length) if bit % 8 and rise[bit - 1] > MIN_RATE_RISE]
     inside.sort(key=lambda bit: -rise[bit - 1])
-    return sorted({*whole, *inside[:MOST_EDGES]})
+    return sorted({*whole, *inside[:MAX_INNER_EDGES]})
 
 
 class _Table:
@@ -256,32 +262,32 @@ class _Table:
 
 
 class _Layouts:
-    """The sums over all layouts of a message in one byte order, with the widths of profiles or any."""
+    """Forward and backward sums over all layouts in one byte order, with profile widths or any widths."""
 
     def __init__(self, table: _Table, is_big_endian: bool, is_packed: bool, prior: float) -> None:
         self.table = table
         self.is_big_endian = is_big_endian
         self._is_packed = is_packed
-        self.weight = {place: total_of(self._weights(*place)) for place in table.readings}
+        self.weight = {place: log2_sum(self._weights(*place)) for place in table.readings}
         count = len(table.edges) - 1
-        self._before = [prior] + [NEVER] * count
+        self._before = [prior] + [LOG_ZERO] * count
         self._best: list[tuple[float, int]] = [(prior, 0)]
         for end in range(1, count + 1):
-            ways = [self._before[start] + self.weight[start, end] for start in range(end)]
-            self._before[end] = _sum(ways)
+            extended = [self._before[start] + self.weight[start, end] for start in range(end)]
+            self._before[end] = _log2_sum(extended)
             self._best.append(
                 max((self._best[start][0] + self.weight[start, end], start) for start in range(end))
             )
-        self._after = [NEVER] * count + [0.0]
+        self._after = [LOG_ZERO] * count + [0.0]
         for start in range(count - 1, -1, -1):
-            self._after[start] = _sum(
+            self._after[start] = _log2_sum(
                 self._after[end] + self.weight[start, end] for end in range(start + 1, count + 1)
             )
         self.total = self._before[count]
         self.best_weight = self._best[count][0]
 
     def _weights(self, start: int, end: int) -> dict[Reading, float]:
-        """Return the logarithms of the readings of a field with the widths that hold here."""
+        """Return the log2 probabilities of a field's readings under this model of widths."""
         readings = self.table.readings[start, end]
         if not self._is_packed:
             return readings
@@ -293,7 +299,7 @@ class _Layouts:
         }
 
     def share(self, start: int, end: int) -> float:
-        """Return the share of the layouts that have a field."""
+        """Return the posterior probability of a field."""
         return float(2.0 ** (self._before[start] + self.weight[start, end] + self._after[end] - self.total))
 
     def path(self) -> list[tuple[int, int]]:
@@ -308,9 +314,9 @@ class _Layouts:
     def readings(self, start: int, end: int) -> dict[Reading, float]:
         """Return the probability of each reading of a field."""
         weight = self.weight[start, end]
-        return {reading: 2.0 ** (each - weight) for reading, each in self._weights(start, end).items()}
+        return {reading: 2.0 ** (entry - weight) for reading, entry in self._weights(start, end).items()}
 
 
-def _sum(logarithms: Iterable[float]) -> float:
+def _log2_sum(logarithms: Iterable[float]) -> float:
     values = list(logarithms)
-    return float(np.logaddexp2.reduce(values)) if values else NEVER
+    return float(np.logaddexp2.reduce(values)) if values else LOG_ZERO

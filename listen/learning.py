@@ -1,4 +1,4 @@
-"""Everything that is learned of a bus from a log."""
+"""Analysis of a log: network, messages, signals, shafts, wheels."""
 
 from __future__ import annotations
 
@@ -27,10 +27,8 @@ if TYPE_CHECKING:
     from omnimate.listen.signals import LearnedSignal
     from omnimate.listen.wheels import Kinematics
 
-LIKELY = (
-    0.9  # from which on a node is taken for a drive: what is said of its signs is wrong in few of the rest
-)
-SWINGS = 3  # from the lowest quarter of its values to the highest, or back: a drive there and back makes two
+MIN_DRIVE_PROBABILITY = 0.9  # that a node is a drive, for the signs of its signals
+MIN_SWINGS = 3  # between lowest and highest quarter of the values; driving out and back makes two
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class LearnedMessage:
 
 @dataclass(frozen=True)
 class Findings:
-    """What a bus is.
+    """Results of the analysis of a bus.
 
     Attributes:
         start: Time of the first frame [s].
@@ -70,7 +68,7 @@ def learn_bus(
     known: Mapping[int, Sequence[Signal]] | None = None,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> Findings:
-    """Return what a log shows of its bus.
+    """Return the analysis of a log.
 
     Args:
         frames: The log, of one interface.
@@ -86,14 +84,14 @@ def learn_bus(
         sending = find_sending(message.time, message.data, network.sync_times, network.sync_period)
         learned.append(LearnedMessage(message, sending, learn_signals(message, mapping)))
         progress(number + 1, len(messages))
-    drives = _drives(network, learned)
-    tracks = tracks_of([signal for each in learned for signal in each.signals])
+    drives = _drive_nodes(network, learned)
+    tracks = tracks_of([signal for entry in learned for signal in entry.signals])
     rates = {signal.label for shaft in find_shafts(tracks, drives) for signal, _, _ in shaft.rates}
     learned = [
-        replace(each, signals=tuple(_with_sign(signal, drives, rates) for signal in each.signals))
-        for each in learned
+        replace(entry, signals=tuple(_with_sign(signal, drives, rates) for signal in entry.signals))
+        for entry in learned
     ]
-    shafts = find_shafts(tracks_of([signal for each in learned for signal in each.signals]), drives)
+    shafts = find_shafts(tracks_of([signal for entry in learned for signal in entry.signals]), drives)
     return Findings(
         float(frames.time[0]),
         float(frames.time[-1] - frames.time[0]),
@@ -105,24 +103,24 @@ def learn_bus(
     )
 
 
-def _drives(network: Network, learned: Sequence[LearnedMessage]) -> set[int]:
-    """Return the nodes that are drives of CiA 402: they say so, or a status or control word is theirs.
+def _drive_nodes(network: Network, learned: Sequence[LearnedMessage]) -> set[int]:
+    """Return the nodes that are CiA 402 drives: by 1000h, or by a status or control word.
 
-    Such a word may stand still while the drive is enabled. No other profile has one: the words of all
-    messages of a node count together.
+    Such a word may be constant while the drive is enabled. No other profile has one, so that the words in all
+    messages of a node are combined.
     """
     drives = {number for number, node in network.nodes.items() if node.profile == DRIVE_PROFILE}
     without: dict[int, float] = {}
-    for each in learned:
-        for signal in each.signals:
+    for entry in learned:
+        for signal in entry.signals:
             if signal.kind in {"status word", "control word"} and signal.node:
                 no_word = 1.0 - signal.boundaries * signal.kind_probability
                 without[signal.node] = without.get(signal.node, 1.0) * no_word
-    return drives | {node for node, share in without.items() if share < 1.0 - LIKELY}
+    return drives | {node for node, share in without.items() if share < 1.0 - MIN_DRIVE_PROBABILITY}
 
 
 def _with_sign(signal: LearnedSignal, drives: set[int], rates: set[str]) -> LearnedSignal:
-    """Return a number with the sign that its profile says, and without one where a counter hides it.
+    """Return a number with the sign of its profile, or without one if it may be a counter.
 
     CiA 402's speeds, torques and errors of 32 bits are signed. A counter that passes 0 downwards looks
     signed, too, and may be 6004h of CiA 406 or a vendor's, which are not; no position of a profile has 16
@@ -131,7 +129,7 @@ def _with_sign(signal: LearnedSignal, drives: set[int], rates: set[str]) -> Lear
     is_described = " " in signal.name or profile_reading(signal.name, signal.bits) is not None
     if signal.kind != "number" or signal.bits != 32 or is_described or signal.turn:
         return signal
-    if signal.node in drives and (signal.label in rates or (signal.signed and _swings(signal))):
+    if signal.node in drives and (signal.label in rates or (signal.signed and _oscillates(signal))):
         said = "its node is a drive, and CiA 402's speeds, torques and errors of 32 bits are signed"
         return signal.says(said, signed=True)
     if signal.label not in rates and signal.signed is not None:
@@ -139,9 +137,9 @@ def _with_sign(signal: LearnedSignal, drives: set[int], rates: set[str]) -> Lear
     return signal
 
 
-def _swings(signal: LearnedSignal) -> bool:
-    """Return whether a number goes to and fro between its quarters, as no counter of a wheel does."""
+def _oscillates(signal: LearnedSignal) -> bool:
+    """Return whether a number oscillates between its outer quarters, unlike a wheel counter."""
     value = signal.unwrapped()
     low, high = np.quantile(value, [0.25, 0.75])
     is_high = (value >= high)[(value <= low) | (value >= high)]
-    return int(np.count_nonzero(is_high[:-1] != is_high[1:])) >= SWINGS
+    return int(np.count_nonzero(is_high[:-1] != is_high[1:])) >= MIN_SWINGS

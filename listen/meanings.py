@@ -1,4 +1,4 @@
-"""What each signal is of: a wheel, its speed, a joint; and a name for it that DBC files take."""
+"""Meaning and DBC name of each signal: position or speed of a wheel, a joint or a slider."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from omnimate.listen.signals import LearnedSignal
     from omnimate.listen.wheels import Wheel
 
-LONGEST = 32  # characters of a DBC name
+MAX_NAME_LENGTH = 32  # characters of a DBC name
 
 
 class Meaning(NamedTuple):
-    """What a signal is of.
+    """Name and meaning of a signal.
 
     Attributes:
-        name: Its name, which no other signal of its message has.
-        words: What it is, as a sentence; empty where that is not identified.
+        name: Its name, unique in its message.
+        words: Its meaning as a phrase; empty if it is not identified.
     """
 
     name: str
@@ -29,14 +29,14 @@ class Meaning(NamedTuple):
 
 
 def meanings_of(findings: Findings) -> dict[str, Meaning]:
-    """Return what each signal is of, by its label."""
+    """Return the meanings of all signals by label."""
     words = dict(_of_wheels(findings)) | dict(_of_others(findings))
     return {
         signal.label: Meaning(
             _name(signal, words.get(signal.label, ("", ""))[0]), words.get(signal.label, ("", ""))[1]
         )
-        for each in findings.messages
-        for signal in each.signals
+        for entry in findings.messages
+        for signal in entry.signals
     }
 
 
@@ -48,21 +48,21 @@ def wheel_ratio(wheel: Wheel) -> str:
 
 
 def _of_wheels(findings: Findings) -> Mapping[str, tuple[str, str]]:
-    found: dict[str, tuple[str, str]] = {}
+    phrases: dict[str, tuple[str, str]] = {}
     wheels = findings.kinematics.wheels
     for number, wheel in enumerate(wheels, start=1):
         where = "" if wheel.truck is None else f", truck {wheel.truck + 1}"
         where += "" if wheel.side is None else f", side {wheel.side + 1}"
-        way = {1: "counts up forward", -1: "counts down forward", 0: "its direction is not identified"}[
+        direction = {1: "counts up forward", -1: "counts down forward", 0: "its direction is not identified"}[
             wheel.forward
         ]
         ratio = f", {wheel_ratio(wheel)}" if number > 1 else ""
-        found |= _of_shaft(wheel.shaft, f"wheel_{number}", f"wheel {number}{where}; {way}{ratio}")
-    return found
+        phrases |= _of_shaft(wheel.shaft, f"wheel_{number}", f"wheel {number}{where}; {direction}{ratio}")
+    return phrases
 
 
 def _of_others(findings: Findings) -> Mapping[str, tuple[str, str]]:
-    found: dict[str, tuple[str, str]] = {}
+    phrases: dict[str, tuple[str, str]] = {}
     counts: dict[str, int] = {}
     wheel_labels = {wheel.shaft.position.signal.label for wheel in findings.kinematics.wheels}
     roles = {other.shaft.position.signal.label: other for other in findings.kinematics.others}
@@ -80,19 +80,25 @@ def _of_others(findings: Findings) -> Mapping[str, tuple[str, str]]:
         )
         if role == "movement" and not (shaft.rates or shaft.same):
             continue
-        found |= _of_shaft(shaft, f"{role}_{counts[role]}", f"{role} {counts[role]}{share}")
-    return found
+        phrases |= _of_shaft(shaft, f"{role}_{counts[role]}", f"{role} {counts[role]}{share}")
+    return phrases
 
 
 def _of_shaft(shaft: Shaft, name: str, words: str) -> dict[str, tuple[str, str]]:
     plain = words.partition(",")[0].partition(";")[0]
-    found = {shaft.position.signal.label: (name, f"position of {words}")}
+    phrases = {shaft.position.signal.label: (name, f"position of {words}")}
     for number, (signal, ratio) in enumerate(shaft.same, start=2):
-        found[signal.label] = (f"{name}_again_{number}", f"position of {plain} once more, times {ratio:.5g}")
+        phrases[signal.label] = (
+            f"{name}_again_{number}",
+            f"position of {plain} once more, times {ratio:.5g}",
+        )
     for number, (signal, factor, share) in enumerate(shaft.rates, start=1):
         speed = f"speed of {plain}, or in proportion to it: {factor:.5g} for each count/s"
-        found[signal.label] = (f"{name}_speed_{number}", f"{speed}; it explains {share:.1%} of the variance")
-    return found
+        phrases[signal.label] = (
+            f"{name}_speed_{number}",
+            f"{speed}; it explains {share:.1%} of the variance",
+        )
+    return phrases
 
 
 def _name(signal: LearnedSignal, meaning: str) -> str:
@@ -100,4 +106,4 @@ def _name(signal: LearnedSignal, meaning: str) -> str:
     kind = signal.kind.replace(" ", "_") if signal.kind != "cannot tell" else "unknown"
     stem = known or meaning or kind
     end = f"_{signal.start}" + ("" if signal.switch is None else f"_m{signal.switch}")
-    return stem[: LONGEST - len(end)] + end
+    return stem[: MAX_NAME_LENGTH - len(end)] + end

@@ -1,4 +1,4 @@
-"""The frames of a log by identifier, and what the predefined connections of CiA 301 say of each."""
+"""The frames of a log by identifier, with their PDO by the predefined connection set of CiA 301."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Message:
         is_extended: Whether it has 29 bits.
         time: Times of the frames [s], shape `(N,)`.
         data: Their data, shape `(N, length)`; frames of another length are left out.
-        others: How many frames had another length.
+        others: Number of frames of other lengths.
         node: Node that sends or receives it by the predefined connections; 0 for none.
         number: Number of the PDO of the node, 1 to 4; 0 where it is none.
         direction: Whether the node sends or receives it.
@@ -47,29 +47,29 @@ class Message:
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Name for reports, such as `TPDO1 of node 5`."""
         if not self.number:
             return f"{self.can_id:08X}" if self.is_extended else f"{self.can_id:03X}"
         return f"{'T' if self.direction == 'sent' else 'R'}PDO{self.number} of node {self.node}"
 
 
 def messages_of(frames: Frames, nodes: frozenset[int], *, has_sync: bool = False) -> Iterator[Message]:
-    """Yield what may be PDOs, by identifier.
+    """Yield the messages that may be PDOs, by identifier.
 
     Args:
         frames: The log.
-        nodes: Nodes that say themselves that they are on the bus.
-        has_sync: Whether there is SYNC: where no node reports itself, identifiers show the nodes.
+        nodes: Nodes that were identified by heartbeat, boot-up or SDO.
+        has_sync: Whether there is SYNC; then identifiers show the nodes if none reports itself.
     """
     is_data = frames.flags & (REMOTE | ERROR) == 0
     key = frames.can_id.astype(np.int64) | (frames.flags & EXTENDED).astype(np.int64) << 32
-    for each in np.unique(key[is_data]).tolist():
-        can_id, is_extended = each & 0x1FFFFFFF, bool(each >> 32)
+    for identifier_key in np.unique(key[is_data]).tolist():
+        can_id, is_extended = identifier_key & 0x1FFFFFFF, bool(identifier_key >> 32)
         if (nodes or has_sync) and not is_extended and is_service(can_id):
             continue
-        rows = np.flatnonzero((key == each) & is_data)
+        rows = np.flatnonzero((key == identifier_key) & is_data)
         length = int(np.bincount(frames.length[rows]).argmax())
-        usual = rows[frames.length[rows] == length]
+        regular = rows[frames.length[rows] == length]
         if not length:
             continue
         node, number, direction = _pdo(can_id) if not is_extended else (0, 0, "unknown")
@@ -78,9 +78,9 @@ def messages_of(frames: Frames, nodes: frozenset[int], *, has_sync: bool = False
         yield Message(
             can_id,
             is_extended,
-            frames.time[usual],
-            frames.data[usual, :length],
-            len(rows) - len(usual),
+            frames.time[regular],
+            frames.data[regular, :length],
+            len(rows) - len(regular),
             node,
             number,
             direction,

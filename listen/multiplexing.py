@@ -1,4 +1,4 @@
-"""Messages in which a byte says what the others are."""
+"""Detection of multiplexed messages, in which one byte selects the layout of the others."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Multiplexed(NamedTuple):
 def find_multiplexor(
     data: NDArray[np.uint8], plain: Layout, direction: Direction, big_endian: float, packed: float
 ) -> Multiplexed | None:
-    """Return the byte that says what the others are, where that is the shorter description; else None.
+    """Return the multiplexor of a message if it makes the description shorter; None otherwise.
 
     Args:
         data: Data of the frames, shape `(N, length)`.

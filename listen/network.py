@@ -1,4 +1,4 @@
-"""Who is on a bus and what its services say: nodes and states, SYNC, TIME, NMT, SDO, EMCY."""
+"""Nodes and CANopen services on a bus: states, SYNC, TIME, NMT, SDO, EMCY."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """What the services of CANopen show.
+    """Nodes and services of a CANopen bus.
 
     Attributes:
         nodes: The nodes by id.
@@ -82,7 +82,7 @@ class Network:
 
 
 def find_network(frames: Frames) -> Network:
-    """Return what the services of CANopen show of a bus; nothing where it is no CANopen bus."""
+    """Return the nodes and services in a log; empty if it is no CANopen bus."""
     standard = frames.select(frames.flags & (EXTENDED | ERROR) == 0)
     plain = standard.select(standard.flags & REMOTE == 0)
     syncs = plain.select((plain.can_id == SYNC_ID) & (plain.length <= 1))
@@ -107,7 +107,7 @@ def find_network(frames: Frames) -> Network:
 
 
 def _numbers(standard: Frames, plain: Frames) -> set[int]:
-    """Return the ids of the nodes that say so themselves: a heartbeat, a boot-up, an answer by SDO."""
+    """Return the ids of nodes with a heartbeat, a boot-up or an SDO answer."""
     beats = (plain.can_id > HEARTBEAT) & (plain.can_id < HEARTBEAT + 0x80) & (plain.length == 1)
     states = np.isin(plain.data[:, 0] & 0x7F, (0x00, 0x04, 0x05, 0x7F))
     answers = (plain.can_id > SDO_ANSWER) & (plain.can_id < SDO_REQUEST) & (plain.length == 8)
@@ -154,6 +154,6 @@ def _commands(plain: Frames) -> Iterator[str]:
 
 def _counted(words: Iterator[str]) -> dict[str, int]:
     counts: dict[str, int] = {}
-    for each in words:
-        counts[each] = counts.get(each, 0) + 1
+    for text in words:
+        counts[text] = counts.get(text, 0) + 1
     return counts

@@ -1,4 +1,4 @@
-"""The status word and the control word of a drive, recognised by what CiA 402 says of their bits."""
+"""Code lengths of the status word and the control word of a drive, by the bits of CiA 402."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ COMMANDS: dict[str, tuple[int, int]] = {
 }
 # Objects of CiA 402, 406 and 401 that are mapped into PDOs: width, kind and sign. Those of CiA 406 and 401
 # that have an index of CiA 402, too, are arrays: their sub-index is not 0.
-_SINGLE: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
+_VARIABLES: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
     (0x6040,): (16, "control word", None),
     (0x6041,): (16, "status word", None),
     (0x603F, 0x6500, 0x6503, 0x6505): (16, "bits", None),
@@ -49,7 +49,7 @@ _SINGLE: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
     ),
     (0x6042, 0x6043, 0x6044, 0x6071, 0x6074, 0x6077, 0x6078): (16, "number", True),
 }
-_ARRAY: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
+_ARRAYS: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
     (0x60FE,): (32, "bits", None),
     (0x6000, 0x6200, 0x6300): (8, "bits", None),
     (0x6020, 0x60C1): (32, "number", True),
@@ -58,7 +58,7 @@ _ARRAY: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
 _STATUS_SET = 0x0210  # remote, and voltage enabled
 _STATUS_EVEN = 0x3400  # target reached, and two bits of the mode of operation
 _CONTROL_EVEN = 0x0010  # bit 4 starts a movement in the modes that have one
-USUAL = 0.9  # share of the words of a drive that works in which a bit is as it is when all is well
+USUAL_BIT_SHARE = 0.9  # share of words in which a free bit has its normal value (assumption)
 
 
 def profile_reading(name: str, bits: int) -> tuple[Kind, bool | None] | None:
@@ -70,7 +70,7 @@ def profile_reading(name: str, bits: int) -> tuple[Kind, bool | None] | None:
     """
     place = name.partition(".")[2].partition(" ")[0]
     index, _, subindex = place.partition("h")
-    objects = _ARRAY if subindex else _SINGLE
+    objects = _ARRAYS if subindex else _VARIABLES
     for indices, (width, kind, signed) in objects.items():
         if index and int(index, 16) in indices and bits == width:
             return kind, signed
@@ -127,4 +127,4 @@ def _word_bits(
 
 
 def _bits_of(usual: bool) -> float:
-    return -math.log2(USUAL if usual else 1.0 - USUAL)
+    return -math.log2(USUAL_BIT_SHARE if usual else 1.0 - USUAL_BIT_SHARE)

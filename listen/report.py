@@ -1,4 +1,4 @@
-"""What was learned: as text of 80 columns, and as JSON."""
+"""Report of the findings as text of 80 columns, and as JSON."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from omnimate.listen.dbc import dbc_start
-from omnimate.listen.signals import SURE
+from omnimate.listen.signals import SURE_PROBABILITY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +26,7 @@ def report_lines(findings: Findings, meanings: dict[str, Meaning], *, reasons: b
     Args:
         findings: What was learned.
         meanings: Names and meanings by label.
-        reasons: Whether it is said of each signal how it was decided.
+        reasons: Whether the reasons of each decision are included.
     """
     yield f"{findings.frames} frames in {findings.seconds:.1f} s; nothing was sent"
     yield from _network(findings.network)
@@ -39,13 +39,14 @@ def report_lines(findings: Findings, meanings: dict[str, Meaning], *, reasons: b
         yield from _wrapped(
             f"clear turns begin at {times}; --turn left or right gives the direction of the first", 2
         )
-    for each in findings.messages:
+    for learned in findings.messages:
         yield ""
-        yield from _message(each, meanings, reasons=reasons)
-    changing = [s for each in findings.messages for s in each.signals if s.kind != "constant"]
+        yield from _message(learned, meanings, reasons=reasons)
+    changing = [s for learned in findings.messages for s in learned.signals if s.kind != "constant"]
     sure = sum(signal.is_sure for signal in changing)
     yield ""
-    yield f"{len(changing)} signals that change, of which {sure} are sure (P of at least {SURE:g})"
+    limit = f"P of at least {SURE_PROBABILITY:g}"
+    yield f"{len(changing)} signals that change, of which {sure} are sure ({limit})"
 
 
 def _network(network: Network) -> Iterator[str]:
@@ -83,17 +84,17 @@ def _node(node: Node) -> str:
     return f"node {node.number}: {'; '.join(parts) or 'seen in SDO traffic only'}"
 
 
-def _message(each: LearnedMessage, meanings: dict[str, Meaning], *, reasons: bool) -> Iterator[str]:
-    message = each.message
+def _message(learned: LearnedMessage, meanings: dict[str, Meaning], *, reasons: bool) -> Iterator[str]:
+    message = learned.message
     identifier = f"{message.can_id:08X}" if message.is_extended else f"{message.can_id:03X}"
     name = "" if message.name == identifier else f", {message.name}"
     yield f"{identifier}{name}: {message.data.shape[1]} bytes, {len(message.time)} frames"
-    yield f"  {_sending(each)}"
+    yield f"  {_sending(learned)}"
     if message.others:
         yield f"  {message.others} frames of another length are left out"
     yield f"  {'bits':<9}{'order':<8}{'kind':<14}{'sign':<13}{'P':>6}  name"
     shown: int | None = None
-    for signal in each.signals:
+    for signal in learned.signals:
         if signal.switch != shown and signal.switch is not None:
             yield f"  where the multiplexor is {signal.switch}:"
         shown = signal.switch
@@ -106,8 +107,8 @@ def _message(each: LearnedMessage, meanings: dict[str, Meaning], *, reasons: boo
                 yield from _wrapped(f"- {reason}", 6)
 
 
-def _sending(each: LearnedMessage) -> str:
-    sending = each.sending
+def _sending(learned: LearnedMessage) -> str:
+    sending = learned.sending
     if sending.cause == "SYNC":
         syncs = "every SYNC" if sending.every == 1 else f"one of {sending.every} SYNCs"
         return (
@@ -158,7 +159,7 @@ def findings_as_json(findings: Findings, meanings: dict[str, Meaning]) -> dict[s
         "time_stamps": network.time_stamps,
         "nmt_commands": dict(network.commands),
         "nodes": [asdict(node) for node in network.nodes.values()],
-        "messages": [_message_as_json(each, meanings) for each in findings.messages],
+        "messages": [_message_as_json(learned, meanings) for learned in findings.messages],
         "wheels": [
             {
                 "signal": meanings[wheel.shaft.position.signal.label].name,
@@ -186,8 +187,8 @@ def findings_as_json(findings: Findings, meanings: dict[str, Meaning]) -> dict[s
     }
 
 
-def _message_as_json(each: LearnedMessage, meanings: dict[str, Meaning]) -> dict[str, Any]:
-    message = each.message
+def _message_as_json(learned: LearnedMessage, meanings: dict[str, Meaning]) -> dict[str, Any]:
+    message = learned.message
     return {
         "can_id": message.can_id,
         "extended": message.is_extended,
@@ -195,7 +196,7 @@ def _message_as_json(each: LearnedMessage, meanings: dict[str, Meaning]) -> dict
         "name": message.name,
         "length": message.data.shape[1],
         "frames": len(message.time),
-        "sending": asdict(each.sending),
+        "sending": asdict(learned.sending),
         "signals": [
             {
                 "name": meanings[signal.label].name,
@@ -212,6 +213,6 @@ def _message_as_json(each: LearnedMessage, meanings: dict[str, Meaning]) -> dict
                 "meaning": meanings[signal.label].words,
                 "reasons": list(signal.reasons),
             }
-            for signal in each.signals
+            for signal in learned.signals
         ],
     }

@@ -1,4 +1,4 @@
-"""When a message is sent: after SYNC, by a timer, or when its data change; by the shortest description."""
+"""Trigger of a message: SYNC, a timer, or a change of its data, by the shortest description."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ MIN_FRAMES = 8  # frames, with fewer no cause stands out
 
 @dataclass(frozen=True, slots=True)
 class Sending:
-    """When a message is sent.
+    """Trigger and timing of a message.
 
     Attributes:
-        cause: What makes the node send it.
+        cause: Trigger of the message.
         probability: That this is the cause [0 to 1].
         period: Median of its intervals [s]; 0 for a single frame.
         jitter: Standard deviation of what the cause leaves: of the delay after SYNC, or of the intervals [s].
@@ -43,7 +43,7 @@ class Sending:
 def find_sending(
     time: NDArray[np.float64], data: NDArray[np.uint8], syncs: NDArray[np.float64], sync_period: float | None
 ) -> Sending:
-    """Return when a message is sent.
+    """Return the trigger and timing of a message.
 
     Three codes of its times are compared: the delay after SYNC and the SYNCs between; the intervals, which a
     timer keeps; the intervals of a device that sends changes only, which pauses and repeats no data.

@@ -1,7 +1,7 @@
-"""Signals of one shaft: positions, their speeds, and what follows them; on a common clock.
+"""Groups of signals that measure the same shaft: positions, copies and speeds, on a common clock.
 
-A speed is the rate of a position: the two are held against each other by linear regression, and the position
-that leaves the least is the one, by the ratio of likelihoods of what is left (both normally distributed).
+A speed is matched to the position whose rate explains it best by linear regression, by the ratio of the
+likelihoods of normally distributed residuals.
 """
 
 from __future__ import annotations
@@ -19,17 +19,19 @@ if TYPE_CHECKING:
 
     from omnimate.listen.signals import LearnedSignal
 
-STEP = 0.04  # [s] of the common clock: robots of some hundred kg change their speed in 0.1 s and more
-MEMORY = 1.0  # [s] for which a movement resembles itself; samples further apart are taken for independent
-SLOWEST = 4.0 * STEP  # [s] longest median interval of a signal that can be followed on it
-EXPLAINED = 0.95  # share of a speed's variance that a position explains: 5 % for noise, filters and delays
-FEWEST_VALUES = 6  # different ones, or else nothing can be said about how a number moves
-LAGS = (-2, -1, 0, 1, 2, 3)  # steps by which a filtered speed may be late, or early with the sampling
+CLOCK_STEP = 0.04  # [s] of the common clock: robots of some hundred kg change speed in 0.1 s or more
+CORRELATION_TIME = 1.0  # [s] correlation time of a movement (assumption)
+MAX_INTERVAL = 4.0 * CLOCK_STEP  # [s] largest median interval of a signal that is used
+MIN_EXPLAINED_SHARE = (
+    0.95  # of a speed's variance by its position; 5 % for noise, filters and delays (assumption)
+)
+MIN_DISTINCT_VALUES = 6  # distinct values that are needed for a movement
+LAGS = (-2, -1, 0, 1, 2, 3)  # [steps] trial delays of a filtered speed
 
 
 @dataclass(frozen=True)
 class Track:
-    """A number on the common clock.
+    """A signal resampled to the common clock.
 
     Attributes:
         signal: The signal.
@@ -51,8 +53,8 @@ class Shaft:
     """Signals that measure one movement.
 
     Attributes:
-        position: The signal that shows it best.
-        same: Others that show the same position, with their ratio to it.
+        position: The main position signal.
+        same: Copies of the position, with their ratio to it.
         rates: Signals proportional to its speed, with counts for each count per second and the share of
             their variance that it explains.
     """
@@ -63,22 +65,22 @@ class Shaft:
 
 
 def tracks_of(signals: Sequence[LearnedSignal]) -> list[Track]:
-    """Return the numbers that can be followed, on a common clock."""
-    usable = [signal for signal in signals if _can_be_followed(signal)]
+    """Return the usable signals, resampled to a common clock."""
+    usable = [signal for signal in signals if _is_trackable(signal)]
     if not usable:
         return []
     start = max(float(signal.time[0]) for signal in usable)
     end = min(float(signal.time[-1]) for signal in usable)
-    clock = np.arange(start, end, STEP)
+    clock = np.arange(start, end, CLOCK_STEP)
     return [_track(signal, clock) for signal in usable] if len(clock) > 16 else []
 
 
-def _can_be_followed(signal: LearnedSignal) -> bool:
+def _is_trackable(signal: LearnedSignal) -> bool:
     if signal.kind not in {"number", "float"} or len(signal.time) < 16:
         return False
-    if np.median(np.diff(signal.time)) > SLOWEST:
+    if np.median(np.diff(signal.time)) > MAX_INTERVAL:
         return False
-    return len(np.unique(signal.raw[:20000])) >= FEWEST_VALUES
+    return len(np.unique(signal.raw[:20000])) >= MIN_DISTINCT_VALUES
 
 
 def _track(signal: LearnedSignal, clock: NDArray[np.float64]) -> Track:
@@ -89,29 +91,29 @@ def _track(signal: LearnedSignal, clock: NDArray[np.float64]) -> Track:
     time = np.insert(time, gaps + 1, time[gaps + 1] - usual)
     value = np.insert(value, gaps + 1, value[gaps])
     at = np.interp(clock, time, value)
-    rate = np.convolve(at, np.array([1.0, 0.0, -1.0]) / (2 * STEP), "same")
+    rate = np.convolve(at, np.array([1.0, 0.0, -1.0]) / (2 * CLOCK_STEP), "same")
     rate[[0, -1]] = rate[[1, -2]]
-    return Track(signal, float(clock[0]), at, rate, 0.5 / STEP)
+    return Track(signal, float(clock[0]), at, rate, 0.5 / CLOCK_STEP)
 
 
 def find_shafts(tracks: Sequence[Track], drives: Collection[int]) -> list[Shaft]:
-    """Return the movements that are measured: each position with its copies and its rates.
+    """Return the measured movements: each position with its copies and rates.
 
     Two positions in one message of a drive may be its demand and its actual value; those of any other device
     are of two sensors, even if they move alike.
     """
     is_rate: dict[int, tuple[int, float, float]] = {}
     for number, track in enumerate(tracks):
-        found = _position_of(number, track, tracks)
-        if found is not None:
-            is_rate[number] = found
+        match = _position_of(number, track, tracks)
+        if match is not None:
+            is_rate[number] = match
     positions = [number for number in range(len(tracks)) if number not in is_rate]
     groups: list[list[tuple[int, float]]] = []
     for number in positions:
         for group in groups:
             one, other = tracks[group[0][0]], tracks[number]
             may_be_same = one.signal.can_id != other.signal.can_id or one.signal.node in drives
-            ratio = _same(one, other) if may_be_same else 0.0
+            ratio = _position_ratio(one, other) if may_be_same else 0.0
             if ratio:
                 group.append((number, ratio))
                 break
@@ -131,9 +133,9 @@ def find_shafts(tracks: Sequence[Track], drives: Collection[int]) -> list[Shaft]
     return shafts
 
 
-def independent(count: int) -> float:
-    """Return how many independent samples so many steps of the clock are worth."""
-    return max(count * STEP / MEMORY, 4.0)
+def effective_samples(count: int) -> float:
+    """Return the effective number of independent samples in `count` steps of the clock."""
+    return max(count * CLOCK_STEP / CORRELATION_TIME, 4.0)
 
 
 def _position_of(number: int, track: Track, tracks: Sequence[Track]) -> tuple[int, float, float] | None:
@@ -142,20 +144,20 @@ def _position_of(number: int, track: Track, tracks: Sequence[Track]) -> tuple[in
     for other, position in enumerate(tracks):
         if other == number or np.std(position.rate) <= 2 * position.noise:
             continue
-        share, factor = max(_explained(track.value, position.rate, lag) for lag in LAGS)
+        share, factor = max(_explained_share(track.value, position.rate, lag) for lag in LAGS)
         scores.append((share, factor, other))
     scores.sort(reverse=True)
-    if not scores or scores[0][0] < EXPLAINED:
+    if not scores or scores[0][0] < MIN_EXPLAINED_SHARE:
         return None
     share, factor, other = scores[0]
     # Of two numbers each the rate of the other none is; a position's own rate explains it badly.
     same_node = [each for each in scores if tracks[each[2]].signal.node == track.signal.node]
-    if track.signal.node and same_node and same_node[0][0] >= EXPLAINED:
+    if track.signal.node and same_node and same_node[0][0] >= MIN_EXPLAINED_SHARE:
         share, factor, other = same_node[0]
     return other, factor, share
 
 
-def _explained(value: NDArray[np.float64], rate: NDArray[np.float64], lag: int) -> tuple[float, float]:
+def _explained_share(value: NDArray[np.float64], rate: NDArray[np.float64], lag: int) -> tuple[float, float]:
     """Return the share of a number's variance that a rate explains with a lag, and the factor."""
     late = value[max(lag, 0) : len(value) + min(lag, 0)]
     early = rate[max(-lag, 0) : len(rate) - max(lag, 0)]
@@ -168,15 +170,15 @@ def _explained(value: NDArray[np.float64], rate: NDArray[np.float64], lag: int) 
     return 1.0 - float(left @ left) / whole, factor
 
 
-def _same(one: Track, other: Track) -> float:
-    """Return how many counts of the other a count is, where both show the same movement; else 0.
+def _position_ratio(one: Track, other: Track) -> float:
+    """Return the ratio of counts of two copies of a position; 0 if they are not copies.
 
-    Two signals of one node do where nothing but their resolution and noise is between them.
+    Two signals of one node are copies if they differ by resolution and noise only.
     """
     if one.signal.node != other.signal.node or not one.signal.node:
         return 0.0
-    share, factor = max(_explained(other.rate, one.rate, lag) for lag in (-1, 0, 1))
-    if share < EXPLAINED or not factor:
+    share, factor = max(_explained_share(other.rate, one.rate, lag) for lag in (-1, 0, 1))
+    if share < MIN_EXPLAINED_SHARE or not factor:
         return 0.0
     # What is left is resolution, and the delay between the two samplings.
     table = np.array([one.value - one.value[0], one.rate, np.ones(len(one.value))]).T

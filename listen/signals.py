@@ -1,4 +1,4 @@
-"""The fields of a message as signals: what is known of each, how sure it is, and why."""
+"""The fields of a message as signals, with probabilities and reasons."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from omnimate.listen import priors
-from omnimate.listen.code_lengths import centred, little_endian, number_code
-from omnimate.listen.layout import find_layout, readings_of, total_of
+from omnimate.listen.code_lengths import little_endian, number_code, to_signed
+from omnimate.listen.layout import find_layout, log2_sum, readings_of
 from omnimate.listen.multiplexing import find_multiplexor
 from omnimate.listen.profile_words import profile_reading
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     from omnimate.listen.multiplexing import Multiplexed
     from omnimate.listen.priors import Kind
 
-SURE = 0.99  # an error of 1 % is declared: what is less probable is not said as certain
-# The most that is said of boundaries inside bytes, and in messages that no CANopen node sends: bits may be
-# anywhere there, six edges inside bytes are looked at, and spare bits above a field leave its end open.
-PACKED = 0.9
-# The most that is said of flags of several bytes, which nothing but what they often do ties together, and of
-# numbers that may be wider or narrower for all that was seen: the common types decide nine in ten.
-LOOSE = 0.9
+SURE_PROBABILITY = 0.99  # smallest probability of a finding that is reported as sure: an error rate of 1 %
+# Upper limit of the probability of boundaries inside bytes, or in messages outside of CANopen: only six
+# candidates inside bytes are examined, and spare bits above a field leave its end open. Assumption.
+MAX_PACKED_PROBABILITY = 0.9
+# Upper limit of the probability of flags of several bytes, and of numbers whose width is not determined by
+# the data: nine of ten have a common type. Assumption.
+MAX_OPEN_PROBABILITY = 0.9
 WIDTHS = (8, 16, 32)  # bits of the types that nearly all mapped objects have
-MOST_FRAMES = 4096  # of a message that its layout is learned from, where every bit that moves does so in them
-SAME_STEP = 0.98  # share of frames by which a counter goes on by the same number; the rest were lost
-TIME_RATE = 1e-3  # by how much a clock may differ from the adapter's: quartz is far better, resonators 0.5 %
+MAX_LAYOUT_FRAMES = 4096  # frames from which a layout is learned, if every changing bit changes in them
+MIN_SAME_STEP_SHARE = 0.98  # of the frames of a counter with the same step; the others were lost (assumption)
+MAX_CLOCK_ERROR = 1e-3  # relative error of a device's clock: quartz is far better, resonators have 5e-3
 
 SignalKind = Literal[
     "constant",
@@ -53,7 +53,7 @@ SignalKind = Literal[
 
 @dataclass(frozen=True)
 class LearnedSignal:
-    """A field of a message, and what is known of it.
+    """A field of a message with its properties and their probabilities.
 
     Attributes:
         can_id: Identifier of the message.
@@ -67,12 +67,12 @@ class LearnedSignal:
         kind: What it is; `cannot tell` where nothing is more probable than not.
         kind_probability: Probability of the kind, in these boundaries.
         signed: Two's complement or not; None for `cannot tell`.
-        turn: Counts after which it starts again, where that is before its bits are full; else 0.
+        turn: Range after which it restarts before its bits are full; 0 for none.
         name: Object that SDO traffic or a profile names; empty where none does.
         time: Times of its values [s], shape `(N,)`.
         raw: Values as they are sent, shape `(N,)`.
         switch: Value of the message's multiplexor with which it is there; None for always.
-        reasons: Sentences that say how it was decided.
+        reasons: Sentences on how it was decided.
     """
 
     can_id: int
@@ -95,12 +95,12 @@ class LearnedSignal:
 
     @property
     def is_sure(self) -> bool:
-        """Whether boundaries and kind are said as certain."""
-        return self.kind != "cannot tell" and self.boundaries * self.kind_probability >= SURE
+        """Whether boundaries and kind are reported as sure."""
+        return self.kind != "cannot tell" and self.boundaries * self.kind_probability >= SURE_PROBABILITY
 
     @property
     def label(self) -> str:
-        """A name that no other signal of the log has."""
+        """A name that is unique in the log."""
         identifier = f"{self.can_id:08X}" if self.is_extended else f"{self.can_id:03X}"
         switch = "" if self.switch is None else f".m{self.switch}"
         return f"{identifier}.{self.start}.{self.bits}{'b' if self.is_big_endian else ''}{switch}"
@@ -110,17 +110,17 @@ class LearnedSignal:
         if self.kind == "float":
             return self.raw.astype(np.uint32).view(np.float32).astype(np.float64)
         if self.signed:
-            return centred(self.raw, self.bits).astype(np.float64)
+            return to_signed(self.raw, self.bits).astype(np.float64)
         return self.raw.astype(np.float64)
 
     def unwrapped(self) -> NDArray[np.float64]:
         """Return its values from the first on, unwrapped by the smallest steps, shape `(N,)`."""
         if self.kind == "float":
             return self.values()
-        step = centred(np.diff(self.raw), self.bits)
+        step = to_signed(np.diff(self.raw), self.bits)
         if self.turn:
             step = (step + self.turn // 2) % self.turn - self.turn // 2
-        start = float(centred(self.raw[:1], self.bits)[0]) if self.signed else float(self.raw[0])
+        start = float(to_signed(self.raw[:1], self.bits)[0]) if self.signed else float(self.raw[0])
         return start + np.concatenate(([0.0], np.cumsum(step.astype(np.float64))))
 
     def says(self, *reasons: str, **changes: Any) -> LearnedSignal:  # noqa: ANN401  # its fields
@@ -144,7 +144,7 @@ def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[Learn
     is_canopen = message.node > 0
     big_endian = priors.BIG_ENDIAN if is_canopen else priors.BIG_ENDIAN_ELSEWHERE
     packed = priors.PACKED if is_canopen else priors.PACKED_ELSEWHERE
-    part = _part(message.data)
+    part = _most_active_frames(message.data)
     layout = find_layout(part, direction=message.direction, big_endian=big_endian, packed=packed)
     switched = find_multiplexor(part, layout, message.direction, big_endian, packed)
     if switched is None:
@@ -179,23 +179,23 @@ def _multiplexor(message: Message, found: Multiplexed) -> LearnedSignal:
     return _blank(message, found.start, 8, raw).says(
         f"the other bytes are described more shortly by its values {values}",
         kind="multiplexor",
-        kind_probability=SURE,
+        kind_probability=SURE_PROBABILITY,
     )
 
 
-def _part(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the frames from which a layout is learned: the stretch in which most changes, or all."""
-    if len(data) <= MOST_FRAMES:
+def _most_active_frames(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the frames for learning a layout: those of the interval with most changes, or all."""
+    if len(data) <= MAX_LAYOUT_FRAMES:
         return data
     moving = np.bitwise_or.reduce(data ^ data[0])
     changes = np.concatenate(([0], np.cumsum(np.any(data[1:] != data[:-1], axis=1))))
-    start = int(np.argmax(changes[MOST_FRAMES - 1 :] - changes[: len(data) - MOST_FRAMES + 1]))
-    part = data[start : start + MOST_FRAMES]
+    start = int(np.argmax(changes[MAX_LAYOUT_FRAMES - 1 :] - changes[: len(data) - MAX_LAYOUT_FRAMES + 1]))
+    part = data[start : start + MAX_LAYOUT_FRAMES]
     return part if np.array_equal(np.bitwise_or.reduce(part ^ part[0]), moving) else data
 
 
 def _merged(fields: Sequence[Field]) -> list[Field]:
-    """Return the fields with neighbours that never change made one, because nothing separates them."""
+    """Return the fields with neighbouring constant ones merged."""
     merged: list[Field] = []
     for each in fields:
         if merged and _is_constant(each) and _is_constant(merged[-1]):
@@ -214,7 +214,7 @@ def _width_is_open(raw: NDArray[np.uint64], bits: int, spare: int) -> bool:
     moved = int(np.bitwise_or.reduce(raw ^ raw[0])).bit_length()
     if any(moved <= width < bits for width in WIDTHS):
         return True
-    wraps = np.any(centred(np.diff(raw), bits) != np.diff(raw.astype(np.int64)))
+    wraps = np.any(to_signed(np.diff(raw), bits) != np.diff(raw.astype(np.int64)))
     return not wraps and any(bits < width <= bits + spare for width in WIDTHS)
 
 
@@ -234,14 +234,16 @@ def _signal(message: Message, each: Field, order: float, spare: int) -> LearnedS
     kind = max(kinds, key=lambda name: kinds[name])
     signal = replace(_blank(message, each.start, each.bits, raw), is_big_endian=each.is_big_endian)
     if kind == "constant":
-        return signal.says(_held(raw), kind="constant", kind_probability=1.0, boundaries=each.probability)
+        return signal.says(
+            _constant_reason(raw), kind="constant", kind_probability=1.0, boundaries=each.probability
+        )
     signal = signal.says(
         *_layout_reasons(each, kinds, order),
         boundaries=min(
             each.probability * (order if each.bits > 8 else 1.0),
-            1.0 if message.node and each.start % 8 == 0 and each.bits % 8 == 0 else PACKED,
-            LOOSE if kind == "bits" and each.bits > 8 else 1.0,
-            LOOSE if kind == "number" and _width_is_open(raw, each.bits, spare) else 1.0,
+            1.0 if message.node and each.start % 8 == 0 and each.bits % 8 == 0 else MAX_PACKED_PROBABILITY,
+            MAX_OPEN_PROBABILITY if kind == "bits" and each.bits > 8 else 1.0,
+            MAX_OPEN_PROBABILITY if kind == "number" and _width_is_open(raw, each.bits, spare) else 1.0,
         ),
         kind=kind if kinds[kind] > 0.5 else "cannot tell",
         kind_probability=kinds[kind],
@@ -255,14 +257,14 @@ def _known_signal(message: Message, known: Signal) -> LearnedSignal:
         "SDO traffic in the log wrote or read this mapping", name=known.name, boundaries=1.0
     )
     if len(raw) == 0 or np.all(raw == raw[0]):
-        return signal.says(_held(raw), kind="constant", kind_probability=1.0)
+        return signal.says(_constant_reason(raw), kind="constant", kind_probability=1.0)
     weights = readings_of(raw, known.bits, message.direction)
     of_profile = profile_reading(known.name, known.bits)
     if known.is_float:
         weights = {("float", True): 0.0}
     elif of_profile is not None:
         weights = {of_profile: 0.0}
-    total = total_of(weights)
+    total = log2_sum(weights)
     readings = {reading: 2.0 ** (weight - total) for reading, weight in weights.items()}
     kinds = _kinds(readings)
     kind = max(kinds, key=lambda name: kinds[name])
@@ -289,7 +291,7 @@ def _blank(message: Message, start: int, bits: int, raw: NDArray[np.uint64]) -> 
     )  # fmt: skip
 
 
-def _held(raw: NDArray[np.uint64]) -> str:
+def _constant_reason(raw: NDArray[np.uint64]) -> str:
     value = int(raw[0]) if len(raw) else 0
     return f"it was {value:X}h in all {len(raw)} frames, so that its parts and its kind are not identified"
 
@@ -309,13 +311,13 @@ def _layout_reasons(each: Field, kinds: Mapping[Kind, float], order: float) -> l
 
 
 def _refined(signal: LearnedSignal, readings: Mapping[Reading, float]) -> LearnedSignal:
-    """Return a number as a counter, a time or a number with its sign, where it is one."""
+    """Return a number refined to a counter, a time, or a number with its sign."""
     if signal.kind != "number":
         return signal
     code = number_code(signal.raw, signal.bits)
-    turn = code.turn if code.turn_odds > math.log2(1.0 / (1.0 - SURE)) else 0
+    turn = code.turn if code.turn_odds > math.log2(1.0 / (1.0 - SURE_PROBABILITY)) else 0
     signal = replace(signal, turn=turn)
-    steady = _steady(signal)
+    steady = _counter_or_time(signal)
     if steady is not None:
         return steady
     signs = {signed: share for (kind, signed), share in readings.items() if kind == "number"}
@@ -324,14 +326,14 @@ def _refined(signal: LearnedSignal, readings: Mapping[Reading, float]) -> Learne
     share = signs.get(signed, 0.0) / whole
     if signal.turn:
         return signal.says(f"it starts again after {turn} counts", signed=False)
-    if share < SURE:
+    if share < SURE_PROBABILITY:
         return signal.says("its sign is not identified: it crosses neither 0 nor the middle of its range")
     where = "0" if signed else "the middle of its range"
     return signal.says(f"it crosses {where} without a jump", signed=signed)
 
 
-def _steady(signal: LearnedSignal) -> LearnedSignal | None:
-    """Return a signal that grows with the frames or with time; None where it does neither."""
+def _counter_or_time(signal: LearnedSignal) -> LearnedSignal | None:
+    """Return a signal as a counter of frames or a time; None if it is neither."""
     step = np.diff(signal.unwrapped())
     if len(step) < 8 or np.median(step) <= 0:
         return None
@@ -344,14 +346,14 @@ def _steady(signal: LearnedSignal) -> LearnedSignal | None:
     slope, offset = np.polyfit(signal.time - signal.time[0], total, 1)
     rest = float(np.std(total - slope * (signal.time - signal.time[0]) - offset))
     length = float(signal.time[-1] - signal.time[0])
-    if same >= SAME_STEP and usual <= 16 and not (rest < 0.3 * usual and not is_regular):
+    if same >= MIN_SAME_STEP_SHARE and usual <= 16 and not (rest < 0.3 * usual and not is_regular):
         return signal.says(
             f"it grows by {usual:.0f} from frame to frame, in {same:.1%} of them",
             kind="counter",
             signed=None,
         )
     jitter = max(float(np.std(passed)), 1e-4)
-    is_clock = abs(slope) * jitter * 6 + 2.0 > rest and rest < TIME_RATE * abs(slope) * length
+    is_clock = abs(slope) * jitter * 6 + 2.0 > rest and rest < MAX_CLOCK_ERROR * abs(slope) * length
     unit = (
         min((1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6), key=lambda each: abs(np.log(slope / each)))
         if slope > 0

@@ -1,4 +1,4 @@
-"""Which of four wheels belong to one truck, which are on one side, which truck is in front; and the joints.
+"""Assignment of four wheels to trucks and sides, order of the trucks, and the joints.
 
 The law of a joint identifies them: with the truck's rate of turn w, its speed v, the joint angles A and B
 of both trucks and the length L of the linkage, its angle changes by
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimate.listen.shafts import EXPLAINED, independent
+from omnimate.listen.shafts import MIN_EXPLAINED_SHARE, effective_samples
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     Rates = NDArray[np.float64]
     Pair = tuple[int, int]
 
-ODDS = 99.0  # a declared error rate of 1 %
+MIN_ODDS = 99.0  # [1] for an error rate of 1 %
 PAIRINGS: tuple[tuple[Pair, Pair], ...] = (((0, 1), (2, 3)), ((0, 2), (1, 3)), ((0, 3), (1, 2)))
-COUPLED = 0.2  # by which speeds of coupled trucks differ: at 35 degrees to the linkage, cos is 0.82
-FINEST = 0.005  # share of a joint's rate that the law leaves: sin A for A, resolution, delays of devices
-SAME_HEADING = 0.9  # share of a truck's turning that the other's explains; joints take the rest
+MAX_SPEED_DIFFERENCE = 0.2  # relative, of coupled trucks: at 35 degrees to the linkage, cos is 0.82
+LAW_RESIDUAL = 0.005  # of a joint's rate beyond the law: sin A for A, resolution, delays (assumption)
+MIN_HEADING_SHARE = 0.9  # of a truck's turning explained by the other's (assumption)
 
 
 class JointFit(NamedTuple):
@@ -52,14 +52,14 @@ class JointFit(NamedTuple):
 
 
 class Trucks(NamedTuple):
-    """How four wheels belong together.
+    """Assignment of four wheels to trucks and sides.
 
     Attributes:
         pairing: The wheels of one truck and those of the other; None for `cannot tell`.
         has_sides: Whether the first wheels of both pairs are on one side, and the second ones.
         front: Number of the truck in front; None for `cannot tell`.
         joints: For each of the other movements the number of the truck whose joint it is; None for others.
-        reasons: Sentences that say how it was decided.
+        reasons: Sentences on how it was decided.
     """
 
     pairing: tuple[Pair, Pair] | None
@@ -76,7 +76,7 @@ def find_trucks(
     others: Sequence[tuple[Rates, Rates]],
     forward: int,
 ) -> Trucks:
-    """Return which wheels belong together.
+    """Return the assignment of wheels to trucks and sides.
 
     Args:
         rates: Rates of the four wheels in their counts, shape `(4, M)`.
@@ -88,21 +88,23 @@ def find_trucks(
     normal = rates / np.array(ratios)[:, None]
     speed = normal.mean(axis=0)
     fits = [_fits(number, others, rates, ratios, speed) for number in range(len(others))]
-    worth = 0.5 * independent(rates.shape[1])
+    worth = 0.5 * effective_samples(rates.shape[1])
     scores = []
     for pairing in PAIRINGS:
         sums = [normal[i] + normal[j] for i, j in pairing]
-        apart = float(np.mean((sums[0] - sums[1]) ** 2)) / 4 + COUPLED**2 * float(np.mean(speed**2))
+        apart = float(np.mean((sums[0] - sums[1]) ** 2)) / 4 + MAX_SPEED_DIFFERENCE**2 * float(
+            np.mean(speed**2)
+        )
         score = -worth * math.log(apart)
-        score += sum(bool(nodes[i]) and nodes[i] == nodes[j] for i, j in pairing) * math.log(ODDS)
+        score += sum(bool(nodes[i]) and nodes[i] == nodes[j] for i, j in pairing) * math.log(MIN_ODDS)
         for fit in fits:
-            if min(each.left for each in fit.values()) < 1.0 - EXPLAINED:
-                score -= worth * math.log(min(fit[pair].left for pair in pairing) + FINEST)
+            if min(each.left for each in fit.values()) < 1.0 - MIN_EXPLAINED_SHARE:
+                score -= worth * math.log(min(fit[pair].left for pair in pairing) + LAW_RESIDUAL)
         scores.append((score, pairing))
     scores.sort(reverse=True)
     evidence = scores[0][0] - scores[1][0]
     nothing: tuple[int | None, ...] = (None,) * len(others)
-    if evidence < math.log(ODDS):
+    if evidence < math.log(MIN_ODDS):
         why = "which wheels belong to one truck is not identified: no joint turned with two of them"
         return Trucks(None, has_sides=False, front=None, joints=nothing, reasons=(why,))
     pairing = scores[0][1]
@@ -135,7 +137,11 @@ def _fits(
         terms = []
         for k in range(len(angles)):
             without, _ = _fit(rate, [rates[i], rates[j], *angles[:k], *angles[k + 1 :], *constant])
-            odds = 0.5 * independent(len(rate)) * math.log((without + FINEST) / (left + FINEST))
+            odds = (
+                0.5
+                * effective_samples(len(rate))
+                * math.log((without + LAW_RESIDUAL) / (left + LAW_RESIDUAL))
+            )
             terms.append((float(factors[2 + k]), odds))
         turns = float(factors[0]), float(factors[1])
         fits[i, j] = JointFit(left if is_turn else 1.0, turns, tuple(terms))
@@ -155,8 +161,8 @@ def _truck_of(fit: dict[Pair, JointFit], pairing: tuple[Pair, Pair], worth: floa
     """Return the truck whose joint a movement is, None where it is none or may be of both."""
     left = [fit[pair].left for pair in pairing]
     truck = int(left[1] < left[0])
-    odds = worth * math.log((left[1 - truck] + FINEST) / (left[truck] + FINEST))
-    return truck if left[truck] < 1.0 - EXPLAINED and odds > math.log(ODDS) else None
+    odds = worth * math.log((left[1 - truck] + LAW_RESIDUAL) / (left[truck] + LAW_RESIDUAL))
+    return truck if left[truck] < 1.0 - MIN_EXPLAINED_SHARE and odds > math.log(MIN_ODDS) else None
 
 
 def _front(
@@ -173,7 +179,7 @@ def _front(
             leads = truck if factor * forward < 0 else 1 - truck
             found[leads] += odds
     front = int(found[1] > found[0])
-    if found[front] - found[1 - front] < math.log(ODDS):
+    if found[front] - found[1 - front] < math.log(MIN_ODDS):
         return None, ["which truck is in front is not identified"]
     return front, [f"truck {front + 1} is in front: driving straightens its joint"]
 
@@ -187,7 +193,7 @@ def _sides(
 ) -> tuple[tuple[Pair, Pair], bool, str]:
     """Return the pairs with wheels of one side in one place, whether that is known, and why."""
     alike, odds = _joints_alike(pairing, fits, joints)
-    if odds > math.log(ODDS):
+    if odds > math.log(MIN_ODDS):
         turned = [
             fits[joints.index(truck)][pair].factors[0] * ratios[pair[0]] for truck, pair in enumerate(pairing)
         ]
@@ -203,7 +209,7 @@ def _sides(
     one, other = (each - np.vstack(driven).T @ _fit(each, driven)[1] for each in (one, other))
     whole = math.sqrt(float(one @ one) * float(other @ other))
     together = float(one @ other) / whole if whole else 0.0
-    if together**2 < SAME_HEADING:
+    if together**2 < MIN_HEADING_SHARE:
         return pairing, False, "which wheels of the two trucks are on one side is not identified"
     why = f"both trucks turn by the same angles, apart from their joints (correlation {abs(together):.3f})"
     return _placed(pairing, is_same=together > 0), True, why

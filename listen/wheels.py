@@ -1,7 +1,7 @@
-"""Which shafts are wheels, which of them belong to one truck, and which others are joints or a slider.
+"""Classification of shafts: wheels, their trucks, joints and a slider.
 
-The wheels of a robot hold one ratio of their speeds whenever it drives straight, and both turn then: the
-direction of the two speeds, as a point of a plane, has a sharp peak off the axes.
+While the robot drives straight, the speeds of two wheels have a constant ratio: the histogram of the
+direction of the point (speed 1, speed 2) has a sharp peak off the axes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.listen.shafts import STEP, independent
+from omnimate.listen.shafts import CLOCK_STEP, effective_samples
 from omnimate.listen.trucks import Trucks, find_trucks
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ MIN_SPEED = 0.15  # of the 95 % quantile of a speed; slower is noise of the reso
 MIN_STRAIGHT_ODDS = 2.0  # distance straight on over that of turns on the spot, as the requested drive has
 MIN_SLIDER_SHARE = 0.8  # of a slider's rate, explained by the trucks' speeds; less may be chance
 MAX_STRAIGHT_SPREAD = 0.01  # half interquartile range of a ratio while driving straight: wobble of the drive
-EQUAL = 0.02  # wheels of one make differ by less than 2 % in counts per metre: diameter, air, load
+MAX_SCALE_DIFFERENCE = 0.02  # relative, in counts per metre, of wheels of one make: diameter, pressure, load
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,8 @@ class Wheel:
 
     @property
     def has_exact_ratio(self) -> bool:
-        """Whether the ratio is that of driving straight: a steady bend holds one, too, but not 1."""
-        return self.spread < MAX_STRAIGHT_SPREAD and abs(abs(self.ratio) - 1.0) < EQUAL
+        """Whether the ratio is that of driving straight; in a steady bend it is constant too, but not 1."""
+        return self.spread < MAX_STRAIGHT_SPREAD and abs(abs(self.ratio) - 1.0) < MAX_SCALE_DIFFERENCE
 
 
 @dataclass(frozen=True)
@@ -77,12 +77,12 @@ class Other:
 
 @dataclass(frozen=True)
 class Kinematics:
-    """What moves on the robot.
+    """Wheels, joints and slider of the robot.
 
     Attributes:
         wheels: Its wheels.
         others: Other movements.
-        reasons: Sentences that say how it was decided.
+        reasons: Sentences on how it was decided.
         turns: Beginnings of the clearest turns [s], from which people distinguish left and right.
         ahead: Number of the side whose wheels go further forward in the first turn; None for `cannot tell`.
         front: Number of the truck in front; None for `cannot tell`.
@@ -107,7 +107,7 @@ class _Pair:
 
 
 def find_wheels(shafts: Sequence[Shaft]) -> Kinematics:
-    """Return which of the shafts are wheels, and how they belong together."""
+    """Return the classification of shafts, with trucks and sides of wheels."""
     moving = [shaft for shaft in shafts if _may_be_a_wheel(shaft)]
     nodes = [shaft for shaft in moving if shaft.position.signal.node]
     moving = nodes or moving  # what no node sends has no place in a vehicle.toml
@@ -139,7 +139,7 @@ def _may_be_a_wheel(shaft: Shaft) -> bool:
 
 
 def _pair(one: NDArray[np.float64], other: NDArray[np.float64]) -> _Pair | None:
-    """Return how two speeds go together; None where they hold no ratio for longer than by chance."""
+    """Return the ratio of two speeds; None if no ratio is more frequent than by chance."""
     scales = [float(np.percentile(np.abs(each), 95)) for each in (one, other)]
     if not all(scales):
         return None
@@ -160,7 +160,9 @@ def _pair(one: NDArray[np.float64], other: NDArray[np.float64]) -> _Pair | None:
     best = int(np.argmax(shares))
     # The wheels of most robots are alike: that ratio counts where it is held at all.
     equal = [
-        k for k in range(len(grid)) if abs(abs(math.tan(grid[k])) * scales[1] / scales[0] - 1) < 2 * EQUAL
+        k
+        for k in range(len(grid))
+        if abs(abs(math.tan(grid[k])) * scales[1] / scales[0] - 1) < 2 * MAX_SCALE_DIFFERENCE
     ]
     if equal and (like := max(equal, key=lambda k: shares[k])) and shares[like] > 0.25 * shares[best]:
         best = like
@@ -169,7 +171,7 @@ def _pair(one: NDArray[np.float64], other: NDArray[np.float64]) -> _Pair | None:
     against = max(float(shares[k % len(grid)]) for k in around)
     # Chance: directions spread evenly over half a turn would fall into the peak so often.
     expected = (2 * half + 1) / BINS
-    count = independent(int(np.count_nonzero(fast)))
+    count = effective_samples(int(np.count_nonzero(fast)))
     z = (shares[best] - expected) / math.sqrt(expected * (1 - expected) / count)
     if z < 4.0:  # of 180 directions some may be as frequent by chance with less
         return None
@@ -236,7 +238,7 @@ def _kinematics(
 
 
 def _trucks(wheels: Sequence[Shaft], ratios: list[float], rest: Sequence[Shaft], forward: int) -> Trucks:
-    """Return which wheels belong together, and what the other shafts are to them."""
+    """Return the assignment of wheels to trucks, and the joints among the other shafts."""
     nothing: tuple[int | None, ...] = (None,) * len(rest)
     if len(wheels) == 2:
         why = "two wheels make one truck; only a turn of known direction identifies the left one"
@@ -263,7 +265,7 @@ def _places(found: Trucks, count: int) -> tuple[list[int | None], list[int | Non
 
 
 def _others(rest: Sequence[Shaft], rates: NDArray[np.float64], found: Trucks) -> tuple[Other, ...]:
-    """Return what the other movements are: joints by their law, a slider by the trucks' speeds."""
+    """Return the roles of the other movements: joints by their law, a slider by the trucks' speeds."""
     if found.pairing is None:
         return tuple(Other(shaft, "cannot tell", 0.0) for shaft in rest)
     one, other = ((rates[i] + rates[j]) / 2 for i, j in found.pairing)
@@ -275,10 +277,10 @@ def _others(rest: Sequence[Shaft], rates: NDArray[np.float64], found: Trucks) ->
     bent = [one * angle for angle in angles]
     others = []
     for shaft, truck in zip(rest, found.joints, strict=True):
-        own = [one, other, *(one * angle**2 for angle in angles)]
+        causes = [one, other, *(one * angle**2 for angle in angles)]
         if truck is not None:
-            own = [rates[wheel] for wheel in found.pairing[truck]]
-        share = _share(_smooth(shaft.position.rate), [_smooth(cause) for cause in (*own, *bent)])
+            causes = [rates[wheel] for wheel in found.pairing[truck]]
+        share = _share(_smooth(shaft.position.rate), [_smooth(cause) for cause in (*causes, *bent)])
         if truck is not None:
             others.append(Other(shaft, f"joint of truck {truck + 1}", share))
         else:
@@ -306,10 +308,12 @@ def _turns(
         return (), None
     sums = [rates[[k for k in range(len(rates)) if sides[k] == side]].mean(axis=0) for side in (0, 1)]
     difference = _smooth(sums[1] - sums[0])
-    least = 2 * EQUAL * float(np.percentile(np.abs(rates), 98))  # less may be a difference of diameters
+    least = (
+        2 * MAX_SCALE_DIFFERENCE * float(np.percentile(np.abs(rates), 98))
+    )  # less may be a difference of diameters
     fast = np.abs(difference) > max(0.5 * float(np.percentile(np.abs(difference), 98)), least)
     starts = np.flatnonzero(fast[1:] & ~fast[:-1]) + 1
     if not len(starts):
         return (), None
     ahead = None if forward == 0 else int(difference[starts[0]] * forward > 0)
-    return tuple(start + STEP * number for number in starts[:3].tolist()), ahead
+    return tuple(start + CLOCK_STEP * number for number in starts[:3].tolist()), ahead

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from omnimate.listen.signals import SURE
+from omnimate.listen.signals import SURE_PROBABILITY
 
 SAME_KIND = {
     "bytes": {"number", "bits", "float", "cannot tell", "time", "counter"},
@@ -107,7 +107,7 @@ def judged(truth, column, signals):
             for s in signals
             if s.kind != "constant" and s.start < truth.start + truth.bits and truth.start < s.start + s.bits
         ]
-        yield "sure and wrong" if any(s.boundaries >= SURE for s in touching) else "not sure"
+        yield "sure and wrong" if any(s.boundaries >= SURE_PROBABILITY for s in touching) else "not sure"
         return
     yield "bounds"
     is_right_kind = hit.kind in SAME_KIND.get(truth.kind, {truth.kind})
@@ -229,5 +229,5 @@ def _score_sending(bus, findings):
         if pdo is not None and pdo.cause != "unknown" and each.sending.cause != "cannot tell":
             cause = each.sending.cause.lower() == pdo.cause
             right = cause and (pdo.cause != "sync" or each.sending.every == pdo.every)
-            sure = "sure and " if each.sending.probability >= SURE and not right else ""
+            sure = "sure and " if each.sending.probability >= SURE_PROBABILITY and not right else ""
             yield f"sending: {sure}{'right' if right else 'wrong'}"

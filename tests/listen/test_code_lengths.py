@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.listen.code_lengths import (
-    centred,
     first_value,
     flags_value,
-    lowest_zeros,
     number_code,
     ordered_floats,
     residual_code,
     symbol_code,
+    to_signed,
+    trailing_zero_bits,
 )
 
 RANDOM = np.random.default_rng(3)
@@ -27,7 +27,7 @@ def column(values):
 
 @given(st.lists(st.integers(0, 2**16 - 1), min_size=1), st.integers(1, 64))
 def test_centred_values_are_the_same_modulo_the_ring_and_lie_around_zero(values, bits):
-    found = centred(column(values), bits)
+    found = to_signed(column(values), bits)
     assert all((int(a) - b) % 2**bits == 0 for a, b in zip(found, values, strict=True))
     assert all(-(2 ** (bits - 1)) <= int(a) < 2 ** (bits - 1) for a in found)
 
@@ -96,7 +96,7 @@ def test_a_converter_that_is_left_justified_is_as_short_as_its_upper_bits():
 @given(st.lists(st.integers(0, 2**20), min_size=1), st.integers(0, 20))
 def test_the_lowest_zeros_of_a_column_are_those_of_all_its_values(values, zeros):
     shifted = column([value << zeros for value in values])
-    count = lowest_zeros(shifted)
+    count = trailing_zero_bits(shifted)
     assert count >= zeros
     assert count == 64 or np.any(shifted >> np.uint64(count) & np.uint64(1))
 

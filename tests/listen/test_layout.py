@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omnimate.listen.layout import find_layout
-from omnimate.listen.signals import SURE
+from omnimate.listen.signals import SURE_PROBABILITY
 
 RANDOM = np.random.default_rng(7)
 N = 3000
@@ -41,7 +41,7 @@ def test_a_position_and_a_speed_are_told_apart_at_their_boundary():
     fields, layout = found(packed((position, 4), (noisy(SMOOTH), 2)), direction="sent")
     assert [field[:3] for field in fields] == [(0, 32, "number"), (32, 16, "number")]
     assert fields[1][3] is True
-    assert all(each.probability > SURE for each in layout.fields)
+    assert all(each.probability > SURE_PROBABILITY for each in layout.fields)
 
 
 def test_two_fields_of_24_bits_are_found_because_the_data_say_so():
@@ -54,7 +54,7 @@ def test_the_status_word_of_a_drive_is_recognised_by_its_states():
     status = status | np.where(np.floor(TIME / 7) % 2 > 0, 0x0400, 0)
     fields, layout = found(packed((status, 2), (noisy(SMOOTH * 50), 4)), direction="sent")
     assert fields[0] == (0, 16, "status word", None)
-    assert layout.fields[0].probability > SURE
+    assert layout.fields[0].probability > SURE_PROBABILITY
 
 
 def test_the_control_word_is_recognised_where_a_device_receives_it():
@@ -66,7 +66,7 @@ def test_the_control_word_is_recognised_where_a_device_receives_it():
 def test_a_big_endian_number_is_found_where_little_endian_is_not_a_rule():
     data = packed((noisy(SMOOTH + 9000), 2), (noisy(SMOOTH * 7), 2), order="big")
     _, layout = found(data, big_endian=0.5)
-    assert layout.big_endian > SURE
+    assert layout.big_endian > SURE_PROBABILITY
     assert [(each.start, each.bits) for each in layout.fields] == [(0, 16), (16, 16)]
 
 
@@ -80,12 +80,15 @@ def test_a_float_is_told_from_an_integer():
 def test_what_never_changes_leaves_its_parts_open():
     _, layout = found(packed((np.zeros(N), 4), (noisy(SMOOTH), 2)))
     assert all(set(each.readings) == {("constant", None)} for each in layout.fields[:-1])
-    assert layout.fields[0].probability < SURE
+    assert layout.fields[0].probability < SURE_PROBABILITY
 
 
 def test_a_few_frames_leave_nothing_certain():
     layout = find_layout(packed((noisy(SMOOTH) + 5000, 4), (noisy(SMOOTH) + 5000, 4))[:3])
-    assert all(each.probability < SURE or max(each.readings.values()) < SURE for each in layout.fields)
+    assert all(
+        each.probability < SURE_PROBABILITY or max(each.readings.values()) < SURE_PROBABILITY
+        for each in layout.fields
+    )
 
 
 @pytest.mark.parametrize("shift", [0, 20000, 60000])
@@ -103,7 +106,7 @@ def test_fields_that_are_no_whole_bytes_are_found_where_the_data_say_so():
     fields, layout = found(data)
     assert [field[:2] for field in fields[:2]] == [(0, 20), (20, 20)]
     assert fields[2][0] == 40
-    assert layout.fields[0].probability > SURE
+    assert layout.fields[0].probability > SURE_PROBABILITY
 
 
 def test_a_counter_in_a_byte_beside_constant_bytes_is_no_wider_number():

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from omnimate.listen.shafts import STEP
+from omnimate.listen.shafts import CLOCK_STEP
 from omnimate.listen.trucks import find_trucks
 
 LENGTH, BASE = 1.1, 0.4
@@ -14,7 +14,7 @@ LENGTH, BASE = 1.1, 0.4
 def drive(seed, seconds=60.0):
     """Return the rates of a.left, a.right, b.left and b.right, and the angles of both joints."""
     random = np.random.default_rng(seed)
-    count = int(seconds / STEP)
+    count = int(seconds / CLOCK_STEP)
     window = np.hanning(30) / np.hanning(30).sum()
     speed = np.convolve(np.repeat(random.uniform(0.15, 0.5, count // 100 + 1), 100)[:count], window, "same")
     turn = np.convolve(np.repeat(random.uniform(-0.4, 0.4, count // 75 + 1), 75)[:count], window, "same")
@@ -26,7 +26,7 @@ def drive(seed, seconds=60.0):
         v_b = v_a * math.cos(a) / math.cos(b)
         w_b = -1.2 * b + sway[n]
         link = (v_a * math.sin(a) - v_b * math.sin(b)) / LENGTH
-        a, b = a + (w_a - link) * STEP, b + (w_b - link) * STEP
+        a, b = a + (w_a - link) * CLOCK_STEP, b + (w_b - link) * CLOCK_STEP
         half = BASE / 2
         rates[:, n] = v_a - w_a * half, v_a + w_a * half, v_b - w_b * half, v_b + w_b * half
         angles[:, n] = a, b
@@ -37,7 +37,7 @@ def found(seed, order=(0, 1, 2, 3), joint_signs=(1, 1), nodes=(0, 0, 0, 0), rati
     rates, angles = drive(seed)
     rates = (rates * 8000.0)[list(order)] * np.array(ratios)[:, None]
     counts = angles * np.array(joint_signs)[:, None] * 3000.0
-    others = [(np.gradient(each, STEP), each + 700.0) for each in counts]
+    others = [(np.gradient(each, CLOCK_STEP), each + 700.0) for each in counts]
     return find_trucks(rates, ratios, nodes, others, forward)
 
 
