@@ -20,7 +20,7 @@ from omnimate.cli.loading import frames_on_bus, log_of
 from omnimate.cli.options import DbcFiles, EdsFiles, OptionalLogSource
 from omnimate.files.logs.blocks import LogBlocks
 from omnimate.files.logs.dbc_reading import EXTENDED_KEY
-from omnimate.files.logs.filters import KINDS, FrameFilter, IdentifierRule, around, trigger_of
+from omnimate.files.logs.filters import KINDS, FrameFilter, IdentifierRule, trigger_of, within_seconds
 from omnimate.files.logs.formats.candump_blocks import RELATIVE_WIDTH
 from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, format_frame, format_lines
 from omnimate.files.logs.formats.candump_text import candump_text
@@ -191,7 +191,7 @@ def _chosen(
         start = float(frames.time[0]) if start is None else start
         rows = wanted.wants(frames, start)
         if near is not None:
-            rows &= around(frames, near, margin)
+            rows &= within_seconds(frames, near, margin)
         part = frames if rows.all() else frames.select(rows)
         part = part if count is None else part.select(slice(count))
         if len(part):

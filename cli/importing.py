@@ -108,7 +108,7 @@ def _plan(
     vehicle: VehicleParameters | None,
 ) -> tuple[Plan, VehicleParameters]:
     """Return what of a bag is what, by a mapping, by options, or by guess, and the robot."""
-    from omnimate.files.importers.rosbag.guess import as_toml, guess
+    from omnimate.files.importers.rosbag.guess import guess_plan, plan_as_toml
     from omnimate.files.importers.rosbag.plan import plan_of_options, read_plan
     from omnimate.files.importers.rosbag.reader import topics_of
 
@@ -120,24 +120,24 @@ def _plan(
         raise CallError("import rosbag needs --vehicle, or a --mapping that names the robot")
     if channels:
         return plan_of_options(channels, poses), vehicle
-    guessed = guess(topics_of(source), vehicle.channels)
+    guessed = guess_plan(topics_of(source), vehicle.channels)
     stated = plan_of_options(channels, poses).poses
     plan = type(guessed)(guessed.channels, stated or guessed.poses)
-    warn("no mapping given; by the names in the bag:\n" + as_toml(plan))
+    warn("no mapping given; by the names in the bag:\n" + plan_as_toml(plan))
     return plan, vehicle
 
 
 def _show_topics(source: Path, vehicle: VehicleParameters | None) -> None:
     """Say what is in a bag, and what the names in it suggest."""
-    from omnimate.files.importers.rosbag.guess import as_toml, guess
+    from omnimate.files.importers.rosbag.guess import guess_plan, plan_as_toml
     from omnimate.files.importers.rosbag.reader import topics_of
 
     topics = topics_of(source)
     for topic in topics:
         parts = f" ({', '.join(topic.parts)})" if topic.parts else ""
         say(f"{topic.count:8d}  {topic.kind:32s}  {topic.name}{parts}")
-    plan = guess(topics) if vehicle is None else guess(topics, vehicle.channels)
-    say("\n# a mapping by guess:\n" + (as_toml(plan) or "# nothing is named like a wheel"))
+    plan = guess_plan(topics) if vehicle is None else guess_plan(topics, vehicle.channels)
+    say("\n# a mapping by guess:\n" + (plan_as_toml(plan) or "# nothing is named like a wheel"))
 
 
 def _report_recording(recording: Recording, to: Path) -> None:

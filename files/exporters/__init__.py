@@ -1,1 +1,1 @@
-"""Drives and frames for other tools: MCAP, ROS 2 bags, trajectories as TUM, tables as Parquet."""
+"""Export of drives and frames: MCAP, ROS 2 bags, TUM trajectories, Parquet tables."""

@@ -1,4 +1,4 @@
-"""A recording with what other tools show of it: odometry, IPEC, measured poses, and what happened."""
+"""A recording with derived data for export: odometry, IPEC, measured poses, events."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A recording, and what follows from it.
+    """A recording with derived trajectories and events.
 
     Attributes:
         recording: The recording.
         paths: The poses of each truck by odometry, and by IPEC where there is a linkage that can be read.
-        events: Gaps, laps, and what the frames say, in order of time.
-        notes: What is missing, and why.
+        events: Gaps, laps and bus events, in order of time.
+        notes: Notes on missing parts, with reasons.
     """
 
     recording: Recording
@@ -102,7 +102,7 @@ def _events_of_recording(recording: Recording) -> Iterator[BusEvent]:
 
 
 def _events_of_frames(frames: Frames) -> Iterator[BusEvent]:
-    """Yield what the frames say that are no process data."""
+    """Yield the events in frames other than process data."""
     function = frames.can_id & 0x780
     may_say = (frames.flags & ERROR > 0) | np.isin(function, (0x000, 0x080, 0x580, 0x600, 0x700))
     events = BusEvents()

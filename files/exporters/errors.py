@@ -1,4 +1,4 @@
-"""The errors of the exporters: what cannot be written, and why."""
+"""Errors of the exporters."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class ExportError(OmnimateError):
-    """Something that cannot be written in a format.
+    """Data that a format cannot hold, or a file that cannot be written.
 
     Attributes:
         target: The file or folder that was to be written.

@@ -1,4 +1,4 @@
-"""Which suffix is which format, and what of a drive or a log it takes."""
+"""Export of drives and logs in the format of a file's suffix."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ EXTRAS = {  # format: its extra, and the modules that it installs
 
 @dataclass(slots=True)
 class Exported:
-    """What was written.
+    """Result of an export.
 
     Attributes:
         files: The files, or the folder of a bag.
@@ -53,7 +53,7 @@ class Exported:
 
 
 def suffix_of(target: Path) -> str:
-    """Return the suffix that says the format of a file or folder to be written; its libraries are there.
+    """Return the suffix that determines the format of an output file or folder, with its libraries checked.
 
     Raises:
         ExportError: No format has this suffix.
@@ -77,23 +77,23 @@ def _is_installed(module: str) -> bool:
         return False
 
 
-def export_frames(log: LogStream, target: Path, watch: Callable[[int, int], None]) -> Exported:
+def export_frames(log: LogStream, target: Path, progress: Callable[[int, int], None]) -> Exported:
     """Write a log frame by frame; MCAP files and bags also get the events in it.
 
     Args:
         log: The log, which is read once.
-        target: File or folder to write; its suffix says the format.
-        watch: Function that is called with the bytes that were read and their total, for progress.
+        target: File or folder to write; its suffix determines the format.
+        progress: Called with the bytes that were read and their total, for progress.
 
     Raises:
-        ExportError: The format holds no frames, or what it needs is missing.
+        ExportError: The format holds no frames, or a requirement is missing.
         LogError: The log cannot be read, or the file cannot be written.
     """
     suffix = suffix_of(target)
     if suffix == TUM:
         problem = "TUM holds trajectories; give --vehicle, or a recording folder, so that there is one"
         raise ExportError(target, problem)
-    frames = log.watched(watch)
+    frames = log.with_progress(progress)
     if suffix in {MCAP, BAG}:
         return _export_messages(target, suffix, lambda make: _messages_of(frames, make))
     done = Exported((target,))
@@ -110,18 +110,18 @@ def export_frames(log: LogStream, target: Path, watch: Callable[[int, int], None
 
 
 def export_drive(
-    drive: Drive, target: Path, watch: Callable[[int, int], None], log: LogStream | None = None
+    drive: Drive, target: Path, progress: Callable[[int, int], None], log: LogStream | None = None
 ) -> Exported:
     """Write a drive: samples, odometry, IPEC, measured poses and events, as far as the format holds them.
 
     Args:
         drive: The drive.
         target: File or folder to write; its suffix says the format.
-        watch: Function that is called with how much was written and of how much, for progress.
-        log: The log whose frames are written beside it; None for none.
+        progress: Called with the amount written and the total.
+        log: Log whose frames are written too; None for none.
 
     Raises:
-        ExportError: The format holds no drive, or what it needs is missing.
+        ExportError: The format holds no drive, or a requirement is missing.
         LogError: The log cannot be read, or the file cannot be written.
     """
     suffix = suffix_of(target)
@@ -133,15 +133,15 @@ def export_drive(
             sources = (make.of_drive(drive), map(make.of_frame, frames))
             for number, message in enumerate(heapq.merge(*sources, key=lambda message: message.stamp)):
                 if number % REPORT_EVERY == 0:
-                    watch(int(message.stamp - first), int(last - first))
+                    progress(int(message.stamp - first), int(last - first))
                 yield message
 
         return _export_messages(target, suffix, merged)
     if suffix == PARQUET:
         done = Exported(write_parquet(drive, target))
         if log is not None:
-            beside = export_frames(log, target.with_name(f"{target.stem}-frames{PARQUET}"), watch)
-            done = Exported((*done.files, *beside.files), beside.frames)
+            frame_files = export_frames(log, target.with_name(f"{target.stem}-frames{PARQUET}"), progress)
+            done = Exported((*done.files, *frame_files.files), frame_files.frames)
         return done
     if suffix == TUM and log is None:
         return Exported(write_tum(drive, target))

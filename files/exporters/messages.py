@@ -1,4 +1,4 @@
-"""Drives and frames as ROS 2 messages, serialised as CDR: what Foxglove, PlotJuggler, rviz and rerun know.
+"""Conversion of drives and frames to ROS 2 messages (CDR), for Foxglove, PlotJuggler, rviz and rerun.
 
 Only this file and `omnimate.files.exporters.sinks` use the optional libraries `rosbags` and `mcap`.
 """
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-WORLD = "odom"  # frame in which all poses stand
-LAST = 2**31 - 1  # [s] of builtin_interfaces/msg/Time
+WORLD = "odom"  # frame of all poses
+MAX_TIME = 2**31 - 1  # [s] largest builtin_interfaces/msg/Time
 INFO, WARN = 20, 30  # levels of rcl_interfaces/msg/Log
 # Of can_msgs (ros_canopen) and ros2_socketcan_msgs, which the library does not bring.
 CAN_FRAME, CAN_FD_FRAME = "can_msgs/msg/Frame", "ros2_socketcan_msgs/msg/FdFrame"
@@ -47,7 +47,7 @@ _X, _Y, _YAW = 0, 7, 35  # on the diagonal of ROS's 6 x 6 covariance
 
 
 class Message(NamedTuple):
-    """A message as it stands in a file.
+    """A serialised message.
 
     Attributes:
         topic: Topic of the message.
@@ -63,7 +63,7 @@ class Message(NamedTuple):
 
 
 class Messages:
-    """Makes ROS 2 messages.
+    """Converts drives and frames to ROS 2 messages.
 
     Attributes:
         typestore: The types of ROS 2, and those of CAN frames.
@@ -202,8 +202,8 @@ class Messages:
 
     def _time(self, stamp: int) -> object:
         whole, rest = divmod(stamp, NANOSECOND)
-        if whole > LAST:
-            raise ExportError(self._target, f"a time of {whole} s; ROS 2 counts up to {LAST} s, in 2038")
+        if whole > MAX_TIME:
+            raise ExportError(self._target, f"a time of {whole} s; ROS 2 counts up to {MAX_TIME} s, in 2038")
         return self._make("builtin_interfaces/msg/Time", whole, rest)
 
     def _vector(self, x: float, y: float = 0.0, z: float = 0.0) -> object:

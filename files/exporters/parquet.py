@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from omnimate.files.exporters.drive import Drive
     from omnimate.files.logs.frames import Frame
 
-BLOCK = 1 << 16  # frames in memory, and in a group of rows
+ROW_GROUP_FRAMES = 1 << 16  # frames in memory, and in a group of rows
 _AXES = (("x", "m"), ("y", "m"), ("theta", "rad"))
 _KINDS = {"extended": EXTENDED, "remote": REMOTE, "error": ERROR, "fd": FD, "brs": BRS, "esi": ESI}
 
@@ -41,7 +41,7 @@ def write_parquet(drive: Drive, target: FilePath) -> tuple[FilePath, ...]:
 
 
 def write_frames(frames: Iterable[Frame], path: FilePath) -> None:
-    """Write a table of frames, `BLOCK` of them at a time."""
+    """Write a table of frames, `ROW_GROUP_FRAMES` of them at a time."""
     arrow, parquet = _libraries()
     schema = arrow.schema(
         [
@@ -56,7 +56,7 @@ def write_frames(frames: Iterable[Frame], path: FilePath) -> None:
     )
     remaining = iter(frames)
     with parquet.ParquetWriter(path, schema) as writer:
-        while rows := list(islice(remaining, BLOCK)):
+        while rows := list(islice(remaining, ROW_GROUP_FRAMES)):
             writer.write_table(arrow.table(_frame_columns(rows), schema=schema))
 
 

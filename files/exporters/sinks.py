@@ -1,4 +1,4 @@
-"""Files of messages: MCAP, and ROS 2 bags as `ros2 bag` writes them (sqlite3)."""
+"""Writers of message files: MCAP, and ROS 2 bags (sqlite3)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WriteMessage = Callable[[Message], None]  # called in order of time
 
 @contextmanager
 def mcap_sink(path: Path, typestore: Typestore) -> Iterator[WriteMessage]:
-    """Open an MCAP file of the profile `ros2`; give the function that writes a message."""
+    """Open an MCAP file of profile `ros2`; yield the function that writes a message."""
     from mcap.writer import Writer  # noqa: PLC0415 -- an extra; few need it
 
     schemas: dict[str, int] = {}
@@ -47,7 +47,7 @@ def mcap_sink(path: Path, typestore: Typestore) -> Iterator[WriteMessage]:
 
 @contextmanager
 def bag_sink(folder: Path, typestore: Typestore) -> Iterator[WriteMessage]:
-    """Open a ROS 2 bag; give the function that writes a message.
+    """Open a ROS 2 bag; yield the function that writes a message.
 
     Raises:
         ExportError: The folder exists.

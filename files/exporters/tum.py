@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 def write_tum(drive: Drive, target: FilePath) -> tuple[FilePath, ...]:
-    """Write each trajectory of a drive into a file of its own, and return their names.
+    """Write every trajectory of a drive to a separate file, and return the paths.
 
     `drive.tum` gives `drive-odometry_a.tum`, with `ipec` where there is a linkage, and `measured` where there
-    are whole absolute poses.
+    are complete absolute poses.
     """
     trajectories = [(path.name, path.time, path.pose) for path in drive.paths]
     for truck in drive.recording.vehicle.trucks:

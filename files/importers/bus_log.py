@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ImportedLog(NamedTuple):
-    """What was written.
+    """Numbers of imported frames.
 
     Attributes:
         frames: Number of frames in the recording's log.
@@ -32,7 +32,7 @@ class ImportedLog(NamedTuple):
 
 
 def import_log(
-    log: LogStream, vehicle: VehicleParameters, folder: Path, watch: Callable[[int, int], None]
+    log: LogStream, vehicle: VehicleParameters, folder: Path, progress: Callable[[int, int], None]
 ) -> ImportedLog:
     """Write `vehicle.toml` and `can.log`, frame by frame, so that memory does not grow with the log.
 
@@ -40,7 +40,7 @@ def import_log(
         log: The log, which is read once.
         vehicle: The robot whose bus it is.
         folder: Folder to write; it holds no recording yet.
-        watch: Function that is called with the bytes that were read and their total, for progress.
+        progress: Called with the bytes that were read and their total, for progress.
 
     Raises:
         SourceError: The folder holds a recording.
@@ -56,7 +56,7 @@ def import_log(
         raise SourceError(folder, f"cannot be written: {error.strerror or error}") from error
     fd_frames = 0
     with written_whole(folder / LOG) as partial, closing(open_writer(partial, ".log")) as writer:
-        for frame in log.watched(watch):
+        for frame in log.with_progress(progress):
             if frame.flags & FD:
                 fd_frames += 1
             else:

@@ -1,4 +1,4 @@
-"""A recording from series that each have their own clock: on a common SYNC clock, as from a bus.
+"""Conversion of series with different sampling times to a recording with a common SYNC clock.
 
 Where all channels have the same times, these are the SYNCs and the counts stay as they are. Otherwise the
 channel with the fewest samples gives the clock, and the others are interpolated to it between their
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Poses, Recording, Run
     from omnimate.vehicle.se2 import Array
 
-_PAUSE = 3.0  # [periods] time after which a sample counts as missing
-_LONGEST = 3600.0  # [s] longest pause within a drive
+_PAUSE_PERIODS = 3.0  # [periods] interval above which samples are missing (assumption)
+_MAX_PAUSE = 3600.0  # [s] longest pause within a drive (assumption)
 
 
 def recording_of(
@@ -79,11 +79,17 @@ def _clock(series: list[Series], source: str) -> Array:
     first = series[0].time
     if all(np.array_equal(other.time, first) for other in series):
         return np.array(first, np.float64)
-    start, end = max(each.time[0] for each in series), min(each.time[-1] for each in series)
-    slowest: Array = min(series, key=lambda each: len(each.time)).time
+    start, end = (
+        max(channel_series.time[0] for channel_series in series),
+        min(channel_series.time[-1] for channel_series in series),
+    )
+    slowest: Array = min(series, key=lambda channel_series: len(channel_series.time)).time
     clock: Array = slowest[(slowest >= start) & (slowest <= end)]
     if len(clock) < 2:
-        spans = "; ".join(f"{each.source}: {each.time[0]:.3f} to {each.time[-1]:.3f} s" for each in series)
+        spans = "; ".join(
+            f"{channel_series.source}: {channel_series.time[0]:.3f} to {channel_series.time[-1]:.3f} s"
+            for channel_series in series
+        )
         raise SourceError(source, f"the channels have no time in common ({spans}); expected one clock")
     return clock
 
@@ -112,7 +118,7 @@ def _on_clock(
     slow = replace(vehicle, bus=replace(vehicle.bus, sync_period=period))
     continuous = unwrap(counts, counter_law(encoder, slow))
     after = np.clip(np.searchsorted(time, clock), 1, len(time) - 1)
-    near = time[after] - time[after - 1] <= _PAUSE * period
+    near = time[after] - time[after - 1] <= _PAUSE_PERIODS * period
     inside = (clock >= time[0]) & (clock <= time[-1])
     travel = np.rint(np.interp(clock, time, continuous - continuous[0])).astype(np.int64)
     return travel + continuous[0], near & inside
@@ -122,13 +128,13 @@ def _filled(clock: Array, period: float, source: str) -> tuple[Array, NDArray[np
     """Return the clock with SYNCs added in its pauses, and the index of each original time in it."""
     steps = np.diff(clock)
     longest = int(np.argmax(steps))
-    if steps[longest] > _LONGEST:
+    if steps[longest] > _MAX_PAUSE:
         raise SourceError(
             source,
             f"nothing from {clock[longest]:.3f} s to {clock[longest + 1]:.3f} s; expected one drive on one "
             "clock: cut it in two",
         )
-    more = np.where(steps > _PAUSE * period, np.rint(steps / period).astype(np.int64) - 1, 0)
+    more = np.where(steps > _PAUSE_PERIODS * period, np.rint(steps / period).astype(np.int64) - 1, 0)
     kept = np.concatenate(([0], np.cumsum(more + 1)))
     return np.interp(np.arange(kept[-1] + 1), kept, clock), kept
 
@@ -148,7 +154,7 @@ def _commands(
 
 
 def _check_poses(poses: Poses | None, time: Array, source: str) -> None:
-    """Refuse poses of another clock."""
+    """Raise an error for poses of another clock."""
     if poses is None or np.any((poses.time >= time[0]) & (poses.time <= time[-1])):
         return
     seen = f"{poses.time[0]:.3f} to {poses.time[-1]:.3f} s" if len(poses.time) else "nowhere"

@@ -1,4 +1,4 @@
-"""The errors of the importers: sources that cannot become a recording, and why."""
+"""Errors of the importers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class SourceError(OmnimateError):
-    """A file or a bag that cannot become a recording.
+    """A file or a bag that cannot be converted to a recording.
 
     Attributes:
         source: The file, with line and column where they are known, or the topic of a bag.

@@ -1,4 +1,4 @@
-"""A first check of an imported recording: the end of its nominal odometry against the last absolute pose.
+"""Plausibility check of an imported recording: end of nominal odometry against the last absolute pose.
 
 Odometry that ends metres away, or on the other side, shows swapped wheels, a wrong sign, a wrong unit or a
 wrong resolution before any calibration does.

@@ -46,7 +46,7 @@ class Series:
 
 
 def check_times(time: Array, place: Callable[[int], str]) -> None:
-    """Refuse times `(K,)` [s] that are not finite, lie before 0, or do not increase.
+    """Raise an error for times `(K,)` [s] that are not finite, lie before 0, or do not increase.
 
     Args:
         time: Times to check [s], shape `(K,)`.
@@ -87,7 +87,7 @@ def poses_of(truck: TruckName, time: Array, pose: Array, sigma: Array | None = N
     return Poses(time[known].copy(), np.full(int(known.sum()), truck, "U1"), kept, stated[known].copy())
 
 
-def joined(parts: Iterable[Poses]) -> Poses | None:
+def merge_poses(parts: Iterable[Poses]) -> Poses | None:
     """Return the poses of several trucks in order of time; None where there are none."""
     parts = [part for part in parts if len(part.time)]
     if not parts:

@@ -16,7 +16,7 @@ Name = TypeVar("Name", bound=str)
 
 
 class Table:
-    """One table; it remembers the keys that were read, and `done` refuses all others.
+    """A table that records the keys that were read; `done` raises an error for all others.
 
     Attributes:
         source: File and dotted key, for messages.
@@ -81,7 +81,7 @@ class Table:
             yield known, outer.table(name)
 
     def done(self) -> None:
-        """Refuse keys that were not read."""
+        """Raise an error for keys that were not read."""
         for key in self._values:
             if key not in self._read:
                 known = ", ".join(sorted(self._read))

@@ -22,11 +22,11 @@ RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "turns": 2.0 * math.pi}
 SPEEDS = ("rad/s", "m/s")
 UNITS = ("counts", *RADIANS, *METRES, *SPEEDS)
 
-_MOST = 2**62  # largest count; a 64-bit counter holds twice as many
+_MAX_COUNT = 2**62  # largest count: half of a 64-bit counter's range
 
 
 def counts_of(series: Series, vehicle: VehicleParameters, encoder: Encoder) -> NDArray[np.int64]:
-    """Return the raw counts `(K,)` that an encoder would have shown; 0 where nothing was measured.
+    """Return the raw counts `(K,)` of an encoder for a series; 0 where nothing was measured.
 
     An angle or a length becomes the nearest count; a speed is first summed over time by the trapezoid rule.
 
@@ -35,7 +35,7 @@ def counts_of(series: Series, vehicle: VehicleParameters, encoder: Encoder) -> N
     """
     raw = _raw(series, vehicle, encoder)
     known = np.isfinite(raw)
-    wild = np.flatnonzero(known & (np.abs(raw) > _MOST))
+    wild = np.flatnonzero(known & (np.abs(raw) > _MAX_COUNT))
     if len(wild):
         raise SourceError(
             series.source,

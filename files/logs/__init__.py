@@ -1,1 +1,1 @@
-"""What was on a bus, in files: frames, candump and foreign logs, samples made of them, recording folders."""
+"""Bus logs: frames, candump and foreign formats, filters, decoding, assembly of samples."""

@@ -1,4 +1,4 @@
-"""From the frames of a log to samples: every SYNC opens one, and the encoders' PDOs fill it.
+"""Assembly of a log's frames to samples: every SYNC opens one, and the encoders' PDOs fill it.
 
 A PDO belongs to the last SYNC before it. Of two in one sample the first counts, the other is a duplicate;
 where a sample before it got none, the first may be that one's late answer (`omnimate.vehicle.assembly`). A
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PdoTraffic:
-    """What became of the PDOs of one COB-ID.
+    """Statistics of the PDOs of one COB-ID.
 
     Attributes:
         cob_id: COB-ID of the PDO.
@@ -58,16 +58,16 @@ class PdoTraffic:
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
-    """A recording made from a log, and what else the log held.
+    """A recording assembled from a log, with statistics of the log.
 
     Attributes:
         recording: The recording, without poses and run.
-        pdos: What became of the encoders' PDOs, in the order of the vehicle's file.
+        pdos: Statistics of the encoders' PDOs, in the order of the vehicle's file.
         classes: Number of frames of each class in the log.
         unknown_pdos: Number of frames by COB-ID of PDOs that are not the vehicle's.
         early: Number of frames before the first sample.
         other_buses: Number of frames of other interfaces than that with most of the vehicle's PDOs.
-        opened_by: COB-ID of what opens a sample; the SYNC's (080h) in any orderly log.
+        opened_by: COB-ID of the frames that open samples; 080h (SYNC) in a complete log.
     """
 
     recording: Recording
@@ -122,7 +122,7 @@ class _Log:
 
 
 def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log") -> Assembly:
-    """Return the samples of a log.
+    """Return the recording of a log with statistics.
 
     Args:
         frames: The frames of the log in the order in which they were on the bus.
@@ -158,7 +158,7 @@ def _of_one_bus(frames: Frames, vehicle: VehicleParameters) -> Frames:
 
 
 def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> tuple[_Log, int]:
-    """Cut a log into samples; return it with the COB-ID of what opens them."""
+    """Divide a log into samples; return it with the COB-ID that opens them."""
     classes = classify(frames, vehicle)
     opener, opens = SYNC_ID, is_class(classes, "SYNC")
     if not opens.any():
@@ -177,7 +177,7 @@ def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> tuple[_Log,
 
 
 def _events(log: _Log, records: tuple[Record, Record, Record]) -> Events:
-    """Return what is seen on the bus; write into the records how long the PDOs are."""
+    """Return the events of a log; set the lengths of the PDOs in the records."""
     cycles, pdos, _ = records
     cycles["is_synchronous"] = log.has_sync
     kinds, words = np.full(len(log.frames), NOTHING, np.int16), log.frames.words().copy()
@@ -199,7 +199,7 @@ def _events(log: _Log, records: tuple[Record, Record, Record]) -> Events:
 
 
 def _traffic(pdo: Record, booted: NDArray[np.uint32]) -> PdoTraffic:
-    """Return what became of the PDOs of one record; `booted` are the COB-IDs of all boot-ups, `(B,)`."""
+    """Return the statistics of the PDOs of one record; `booted` are the COB-IDs of all boot-ups, `(B,)`."""
     return PdoTraffic(
         int(pdo["cob_id"]),
         int(pdo["node"]),

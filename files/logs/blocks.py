@@ -1,4 +1,4 @@
-"""Logs of any size and format as arrays, block by block; what is in memory does not grow with the log.
+"""Reading of logs of any format as arrays, block by block in bounded memory.
 
 Large logs of candump are read by several threads. `omnimate.files.logs.reading` gives a whole log at once.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from omnimate.files.logs.formats.block_reader import BlockReader
 from omnimate.files.logs.formats.candump_blocks import BlockParser, SkippedLine, parse_in_parallel
 from omnimate.files.logs.formats.candump_lines import ONLY_CLASSICAL, STAMP_WIDTH, parse_line
-from omnimate.files.logs.formats.foreign import each_entry, foreign_format_of
+from omnimate.files.logs.formats.foreign import foreign_format_of, read_entries
 from omnimate.files.logs.frames import FD, Frame, Frames, frames_of
 from omnimate.vehicle.errors import LogError
 
@@ -28,12 +28,14 @@ if TYPE_CHECKING:
 
     from omnimate.files.logs.formats.foreign import ForeignFormat
 
-HEAD = 4096  # bytes in which a format shows itself
-LARGE = 1 << 27  # bytes of a file from which on threads pay
-AT_ONCE = 1 << 16  # frames of a format that is read frame by frame in a block
-MOST_WORKERS = 8  # one thread hands the blocks out and takes them back in order
-MOST_KEPT = 1000  # skipped lines that are kept; further ones are counted
-GROWING = 0.8  # share of relative times that are later than the one before: half of them by chance
+HEAD_BYTES = 4096  # first bytes, from which the format is recognised
+PARALLEL_SIZE = 1 << 27  # [bytes] size above which threads are faster
+FRAMES_PER_BLOCK = 1 << 16  # frames per block of formats that are read frame by frame
+MAX_WORKERS = 8  # threads; more are limited by the one that distributes blocks
+MAX_SKIPPED_LINES = 1000  # skipped lines that are stored; further ones are only counted
+MIN_INCREASING_SHARE = (
+    0.8  # share of increasing relative times, below which they are intervals (half by chance)
+)
 
 
 @dataclass(slots=True)
@@ -65,7 +67,7 @@ class LogBlocks:
 
     @property
     def skipped(self) -> list[SkippedLine]:
-        """Lines that were left out so far, at most `MOST_KEPT`, and why."""
+        """Lines that were left out so far, at most `MAX_SKIPPED_LINES`, and why."""
         return self._parser.skipped
 
     @property
@@ -81,7 +83,7 @@ class LogBlocks:
         """
         try:
             reader = BlockReader(self.source)
-            form = foreign_format_of(reader.head(HEAD))
+            form = foreign_format_of(reader.head(HEAD_BYTES))
             for block in self._candump(reader) if form is None else self._foreign(reader, form):
                 frames = self._added_up(block)
                 self._note_jumps(frames)
@@ -104,8 +106,8 @@ class LogBlocks:
         return not self.left_out and not self.truncated
 
     def problems(self) -> Iterator[str]:
-        """Yield in words what was left out, and where the clock runs backwards."""
-        yield from lines_in_words(self.source, self.skipped, self.left_out)
+        """Yield sentences on skipped lines, and on jumps of the clock."""
+        yield from describe_skipped_lines(self.source, self.skipped, self.left_out)
         if self.is_added_up:
             yield f"{self.source}: times are since the frame before (candump -td); they were added up from 0"
         if self.truncated:
@@ -118,7 +120,7 @@ class LogBlocks:
     def _added_up(self, frames: Frames) -> Frames:
         """Return a block with absolute times; the first one says whether its times are to be added up."""
         if not self.frames and len(frames):
-            self.is_added_up = self._parser.is_relative and is_since_last(frames.time)
+            self.is_added_up = self._parser.is_relative and are_intervals(frames.time)
         if not self.is_added_up:
             return frames
         start = self._last or 0.0
@@ -126,7 +128,7 @@ class LogBlocks:
 
     def _forget_lines(self) -> None:
         self.left_out += len(self.skipped) - self._kept
-        del self.skipped[MOST_KEPT:]
+        del self.skipped[MAX_SKIPPED_LINES:]
         self._kept = len(self.skipped)
 
     def _note_jumps(self, frames: Frames) -> None:
@@ -142,9 +144,9 @@ class LogBlocks:
         self._last = float(times[-1])
 
     def _foreign(self, reader: BlockReader, form: ForeignFormat) -> Iterator[Frames]:
-        entries = each_entry(reader, form, fd=False)
+        entries = read_entries(reader, form, fd=False)
         channels: tuple[str, ...] = ()
-        while part := list(itertools.islice(entries, AT_ONCE)):
+        while part := list(itertools.islice(entries, FRAMES_PER_BLOCK)):
             frames = [entry for entry in part if isinstance(entry, Frame)]
             for entry in part:
                 if not isinstance(entry, Frame):
@@ -166,10 +168,10 @@ class LogBlocks:
             yield from self._last_line(last[0], before)
 
     def _parsed(self, blocks: Iterator[bytes]) -> Iterator[Frames]:
-        if self.source.stat().st_size < LARGE:
+        if self.source.stat().st_size < PARALLEL_SIZE:
             yield from map(self._parser.parse, blocks)
             return
-        workers = self.workers or min(os.cpu_count() or 1, MOST_WORKERS)
+        workers = self.workers or min(os.cpu_count() or 1, MAX_WORKERS)
         yield from parse_in_parallel(blocks, self._parser, workers)
 
     def _last_line(self, line: bytes, before: deque[Frames]) -> Iterator[Frames]:
@@ -185,7 +187,7 @@ class LogBlocks:
             yield frames_of([frame])
 
 
-def lines_in_words(source: Path, kept: Iterable[SkippedLine], count: int) -> Iterator[str]:
+def describe_skipped_lines(source: Path, kept: Iterable[SkippedLine], count: int) -> Iterator[str]:
     """Yield in words which lines were left out; `count` are all of them, of which some were kept."""
     for line in kept:
         count -= 1
@@ -194,17 +196,17 @@ def lines_in_words(source: Path, kept: Iterable[SkippedLine], count: int) -> Ite
         yield f"{source}: skipped: {count} lines more"
 
 
-def is_since_last(time: ArrayLike) -> bool:
-    """Say whether times are each since the frame before, and not all since the first one.
+def are_intervals(time: ArrayLike) -> bool:
+    """Return whether relative times are intervals between frames, and not times since the first frame.
 
     The latter grow, but for frames of several interfaces that are written in another order.
     """
     grows = np.diff(np.asarray(time, np.float64)[1:]) > 0.0
-    return len(grows) > 0 and float(np.mean(grows)) < GROWING
+    return len(grows) > 0 and float(np.mean(grows)) < MIN_INCREASING_SHARE
 
 
 def looks_complete(last: Frame, pieces: Iterable[Frames]) -> bool:
-    """Say whether the last frame, whose line has no newline, is as long as one of its kind before it."""
+    """Return whether a last frame without newline has the length of an earlier frame of its identifier."""
     kind = np.concatenate([[], *(piece.length[piece.can_id == last.can_id] for piece in pieces)])
     return len(kind) == 0 or bool(np.any(kind == last.length))
 

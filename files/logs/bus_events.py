@@ -1,4 +1,4 @@
-"""What happens on a bus, without knowing the robot: EMCY, restarts, NMT states, SDO aborts, error frames."""
+"""Detection of events on a bus of any robot: EMCY, restarts, NMT states, SDO aborts, error frames."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _SIZES = {NMT_ID: 2, EMCY: 8, SDO_ANSWER: 8, SDO_REQUEST: 8, HEARTBEAT: 1}  # by
 
 
 class BusEvent(NamedTuple):
-    """Something that happened on a bus.
+    """An event on a bus.
 
     Attributes:
-        time: Time of the frame that says it [s].
+        time: Time of its frame [s].
         node: CANopen node id; None where it concerns the bus.
-        what: What happened, in words.
+        what: Description.
         is_problem: Whether it is a fault, a restart or a refusal.
         is_health: Whether it is an EMCY or an NMT state, by which a driver supervises a node.
     """
@@ -45,11 +45,11 @@ class BusEvent(NamedTuple):
 
 
 class NodeSeen(NamedTuple):
-    """What a node has last said of its NMT state.
+    """Last known NMT state of a node.
 
     Attributes:
         state: NMT state in its last heartbeat, boot-up or node guarding answer.
-        time: When it said so [s].
+        time: Time of that frame [s].
     """
 
     state: int
@@ -57,10 +57,10 @@ class NodeSeen(NamedTuple):
 
 
 class BusEvents:
-    """Finds the events in the frames of a bus, by the predefined connections of CiA 301.
+    """Detects events in the frames of a bus, by the predefined connection set of CiA 301.
 
     Attributes:
-        nodes: What each node has last said of its NMT state, by interface and node id.
+        nodes: Last known NMT state of every node, by interface and node id.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""What a CANopen frame says, in words: CiA 301 (NMT, SYNC, EMCY, SDO, heartbeat, predefined COB-IDs)."""
+"""Description of CANopen frames by CiA 301: NMT, SYNC, EMCY, SDO, heartbeat, predefined COB-IDs."""
 
 from __future__ import annotations
 
@@ -117,12 +117,12 @@ _SERVER_ANSWERS = {2: "answer", 3: "confirmed", 5: "block download", 6: "block u
 
 
 def error_register_in_words(register: int) -> str:
-    """Say which errors a device has by its error register 1001h: `generic, temperature`."""
+    """Return the errors in a device's error register 1001h, such as `generic, temperature`."""
     return ", ".join(word for bit, word in enumerate(ERROR_REGISTER) if register >> bit & 1) or "no error"
 
 
 def emcy_in_words(code: int) -> str:
-    """Return what an emergency error code (16 bits) says, by its class where it is not a standard one."""
+    """Return the meaning of an emergency error code (16 bits), or of its class."""
     if code in EMCY_CODES:
         return EMCY_CODES[code]
     high = code >> 8
@@ -130,23 +130,23 @@ def emcy_in_words(code: int) -> str:
 
 
 def emergency_in_words(data: bytes | bytearray) -> str:
-    """Return what an EMCY frame of at least three bytes says: its error code and the error register."""
+    """Return error code, meaning and error register of an EMCY frame of at least three bytes."""
     code = int.from_bytes(data[:2], "little")
     return f"EMCY {code:04X}h: {emcy_in_words(code)} (error register {data[2]:02X}h)"
 
 
 def sdo_abort_in_words(code: int) -> str:
-    """Return what an SDO abort code (32 bits) says."""
+    """Return the meaning of an SDO abort code (32 bits)."""
     return SDO_ABORT_CODES.get(code, "unknown abort code")
 
 
 def nmt_state_in_words(state: int) -> str:
-    """Return what the byte of a heartbeat or node guarding answer says; bit 7 is the guarding toggle."""
+    """Return the NMT state in a heartbeat or node guarding answer; bit 7 is the guarding toggle."""
     return NMT_STATES.get(state & 0x7F, f"unknown state {state & 0x7F:02X}h")
 
 
 def describe_frame(can_id: int, data: bytes, *, remote: bool = False) -> str | None:
-    """Return what an 11-bit frame says in the predefined connection set; None where it is not of CANopen."""
+    """Return the meaning of an 11-bit frame by the predefined connection set; None if it is not CANopen."""
     function, node = can_id & ~0x7F, can_id & 0x7F
     if can_id in LSS_IDS:
         return LSS_IDS[can_id]

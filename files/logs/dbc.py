@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import VehicleParameters
 
-_LONGEST_NAME = 32  # characters of a DBC name
+_MAX_NAME_LENGTH = 32  # characters of a DBC name
 _HOST = "host"
 
 
@@ -93,7 +93,7 @@ def _pdos(vehicle: VehicleParameters) -> Iterator[DbcMessage]:
         is_sent = cob_id in senders
         ends = (node_name(senders[cob_id]), _HOST) if is_sent else (_HOST, node_name(receivers[cob_id]))
         name = "_".join(signal.name for signal in signals)
-        name = name if len(name) <= _LONGEST_NAME else f"{'T' if is_sent else 'R'}PDO_{cob_id:03X}"
+        name = name if len(name) <= _MAX_NAME_LENGTH else f"{'T' if is_sent else 'R'}PDO_{cob_id:03X}"
         yield DbcMessage(cob_id, name, max(signal.length for signal in signals), *ends, signals)
 
 

@@ -1,4 +1,4 @@
-"""One frame in words: a vehicle's channels with their physical values, CANopen services, or neither."""
+"""Description of frames: a vehicle's channels with physical values, or CANopen services."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def vehicle_signals(vehicle: VehicleParameters) -> dict[int, tuple[Signal, ...]]
 
 
 class FrameDecoder:
-    """Says what frames mean; without a description, what the predefined connection set of CANopen says.
+    """Describes frames by known signals, or by the predefined connection set of CANopen.
 
     Attributes:
         signals: Signals by identifier, to which `EXTENDED_KEY` is added for 29 bits.
@@ -60,7 +60,7 @@ class FrameDecoder:
         vehicle: VehicleParameters | None = None,
         signals: Mapping[int, Sequence[Signal]] | None = None,
     ) -> None:
-        """Take the signals that are known of the bus; a vehicle's own count before others.
+        """Set the known signals of the bus; those of a vehicle have priority.
 
         Args:
             vehicle: The robot on the bus; None where it is not known.
@@ -77,7 +77,7 @@ class FrameDecoder:
                 self._nodes.setdefault(node, []).append(name)
 
     def __call__(self, frame: Frame) -> str:
-        """Return what a frame means."""
+        """Return the description of a frame."""
         if frame.flags & ERROR:
             return "error frame of the adapter"
         carried = () if frame.flags & REMOTE else self._carried(frame.can_id, frame.flags)
@@ -91,7 +91,7 @@ class FrameDecoder:
         return words + self._whose(frame.can_id)
 
     def name(self, can_id: int, flags: int, data: bytes) -> str:
-        """Return what an identifier carries, without the values."""
+        """Return the names of an identifier's signals or its service, without values."""
         carried = () if flags & (ERROR | REMOTE) else self._carried(can_id, flags)
         if carried:
             return ", ".join(signal.name for signal in carried)
@@ -103,7 +103,7 @@ class FrameDecoder:
         return self.signals.get(can_id | (EXTENDED_KEY if flags & EXTENDED else 0), ())
 
     def _whose(self, can_id: int) -> str:
-        """Return whose frame it is, where a vehicle is known."""
+        """Return the vehicle's devices of a frame's node; empty without a vehicle."""
         node = can_id & 0x7F
         if self._vehicle is None or node == 0 or can_id > 0x77F:
             return ""

@@ -1,4 +1,4 @@
-"""Which frames of a log or bus are wanted: by identifier, node, kind and time, or around an event."""
+"""Filters of frames by identifier, node, kind and time, or around an event."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     Mask = NDArray[np.bool_]
 
-STANDARD, LONG = 0x7FF, 0x1FFFFFFF
+MAX_STANDARD_ID, MAX_EXTENDED_ID = 0x7FF, 0x1FFFFFFF
 KINDS: Mapping[str, tuple[str, ...]] = {
     "nmt": ("NMT",),
     "sync": ("SYNC",),
@@ -53,7 +53,7 @@ _OPERATORS: Mapping[str, Callable[[NDArray[np.float64], float], Mask]] = {
 
 
 class FilterError(OmnimateError):
-    """A filter or trigger that cannot be understood."""
+    """A filter or trigger with invalid syntax or an unknown name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class IdentifierRule:
         last: Last identifier of the range, or the mask.
         is_mask: Whether it is a mask.
         is_long: Whether the identifiers have 29 bits.
-        is_excluded: Whether it says what is not wanted.
+        is_excluded: Whether these identifiers are excluded.
     """
 
     first: int
@@ -90,7 +90,9 @@ class IdentifierRule:
         first = int(match[2], 16)
         is_mask = match[3] == ":"
         last = int(match[4], 16) if match[4] else first
-        if max(first, last) > (LONG if is_long else STANDARD) or (not is_mask and last < first):
+        if max(first, last) > (MAX_EXTENDED_ID if is_long else MAX_STANDARD_ID) or (
+            not is_mask and last < first
+        ):
             raise FilterError(
                 f"identifier {text!r}: expected up to 7FF, or 8 digits up to 1FFFFFFF, in order"
             )
@@ -108,7 +110,7 @@ class IdentifierRule:
 
 @dataclass(frozen=True, slots=True)
 class FrameFilter:
-    """Which frames are wanted; an empty part wants all.
+    """A filter of frames; an empty part accepts all.
 
     Attributes:
         rules: Identifiers: of those that name some, one must hold, and none of those that exclude.
@@ -151,13 +153,13 @@ class FrameFilter:
 def _concerns(frames: Frames, node: int) -> Mask:
     """Return which frames concern a node by the predefined connections, shape `(N,)`."""
     can_id = frames.can_id
-    own = (can_id & 0x7F == node) & (can_id > SYNC_ID) & (can_id < 0x780) & (can_id & 0x780 != 0x100)
+    from_node = (can_id & 0x7F == node) & (can_id > SYNC_ID) & (can_id < 0x780) & (can_id & 0x780 != 0x100)
     nmt = (can_id == 0) & np.isin(frames.data[:, 1], (0, node)) & (frames.length == 2)
-    return np.asarray((own | nmt) & (frames.flags & (EXTENDED | ERROR) == 0), np.bool_)
+    return np.asarray((from_node | nmt) & (frames.flags & (EXTENDED | ERROR) == 0), np.bool_)
 
 
 class Trigger(Protocol):
-    """Finds the frames around which others are wanted, in a log that comes block by block."""
+    """Finds the frames of an event in a log that is processed block by block."""
 
     def rows(self, frames: Frames) -> NDArray[np.int64]:
         """Return the indices of the frames of the next block at which it happens, shape `(K,)`."""
@@ -166,10 +168,10 @@ class Trigger(Protocol):
 
 @dataclass(slots=True)
 class GapTrigger:
-    """An identifier comes again after it was away.
+    """An identifier appears again after a gap.
 
     Attributes:
-        longest: Time for which it may be away [s].
+        longest: Longest interval that is no gap [s].
     """
 
     longest: float
@@ -209,7 +211,7 @@ class KindTrigger:
 
 @dataclass(slots=True)
 class ValueTrigger:
-    """A signal's value begins to be as is asked for.
+    """A signal's value begins to satisfy a comparison.
 
     Attributes:
         can_id: Identifier of the frames, with 29 bits where `is_long`.
@@ -265,7 +267,7 @@ def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]], long_key: int
     )
 
 
-def around(frames: Frames, times: NDArray[np.float64], seconds: float) -> Mask:
+def within_seconds(frames: Frames, times: NDArray[np.float64], seconds: float) -> Mask:
     """Return which frames are at most so many seconds before or after some times (K,), shape `(N,)`."""
     if not len(times):
         return np.zeros(len(frames), np.bool_)

@@ -1,4 +1,4 @@
-"""What the frames on a bus are, by COB-ID: the predefined connections of CiA 301 and the vehicle's PDOs."""
+"""Classification of frames by COB-ID: the predefined connection set of CiA 301 and the vehicle's PDOs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""CAN frames as they were seen on a bus: one by one, and a whole log as named arrays."""
+"""CAN frames of a bus: single frames, and logs as named arrays."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Frames:
         return np.ascontiguousarray(self.data).view("<u8").reshape(-1)
 
     def backwards(self) -> NDArray[np.int64]:
-        """Return the indices of the frames whose clock stands before that of the frame before, `(K,)`."""
+        """Return the indices of the frames that are earlier than the previous frame, `(K,)`."""
         return np.flatnonzero(np.diff(self.time) < 0) + 1
 
 

@@ -1,4 +1,4 @@
-"""What each identifier of a live bus does: its rate, its jitter, its last data and which bytes changed."""
+"""Statistics of every identifier on a live bus: rate, jitter, last data, changed bytes."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from omnimate.files.logs.rates import PAUSE, PAUSE_INTERVALS, without_pauses
 if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frame
 
-MOST_IDENTIFIERS = 4096  # that are counted each for itself; a hostile bus may show half a billion
-WINDOW = 200  # frames of an identifier over which rate and jitter are taken
-CHANGED = 1.0  # [s] for which a byte counts as changed
+MAX_IDENTIFIERS = 4096  # that are counted separately: bounds memory, as 29 bits allow half a billion
+RATE_FRAMES = 200  # latest frames of an identifier for rate and jitter
+CHANGE_TIME = 1.0  # [s] for which a byte is marked as changed
 _KIND = EXTENDED | REMOTE | ERROR | FD
 
 Key = tuple[str, int, int]
 
 
 class LiveRow(NamedTuple):
-    """What one identifier did.
+    """Statistics of one identifier.
 
     Attributes:
         frame: Its last frame.
         frames: Number of its frames.
-        rate: Frames per second over the last `WINDOW`; 0 where it is away, or came once.
-        jitter: Standard deviation of the time from frame to frame over the last `WINDOW` [s].
+        rate: Frames per second over the last `RATE_FRAMES`; 0 if it is absent or came once.
+        jitter: Standard deviation of the time from frame to frame over the last `RATE_FRAMES` [s].
         age: Time since its last frame [s].
-        changed: Whether each byte of the data changed within the last `CHANGED` seconds.
+        changed: Whether each byte of the data changed within the last `CHANGE_TIME` seconds.
     """
 
     frame: Frame
@@ -50,8 +50,8 @@ class _Identifier:
         self.frame = frame
         self.count = 0
         self.heard = heard
-        self.times: deque[float] = deque(maxlen=WINDOW)
-        self.changed = [-CHANGED - 1.0 + heard] * len(frame.data)
+        self.times: deque[float] = deque(maxlen=RATE_FRAMES)
+        self.changed = [-CHANGE_TIME - 1.0 + heard] * len(frame.data)
 
     def take(self, frame: Frame, heard: float) -> None:
         before = self.frame.data
@@ -79,16 +79,16 @@ class _Identifier:
             0.0 if is_away else 1.0 / mean,
             float(intervals.std()) if len(intervals) > 1 else 0.0,
             age,
-            tuple([now - at <= CHANGED for at in self.changed]),
+            tuple([now - at <= CHANGE_TIME for at in self.changed]),
         )
 
 
 class LiveTable:
-    """Follows the identifiers of a bus, each interface and kind of frame for itself.
+    """Collects statistics of identifiers, separately for each interface and kind of frame.
 
     Attributes:
         frames: Number of frames so far.
-        others: Number of frames of identifiers beyond `MOST_IDENTIFIERS`.
+        others: Number of frames of identifiers beyond `MAX_IDENTIFIERS`.
     """
 
     def __init__(self) -> None:
@@ -96,18 +96,18 @@ class LiveTable:
         self._identifiers: dict[Key, _Identifier] = {}
 
     def take(self, frame: Frame, heard: float) -> None:
-        """Take a frame that was heard at a time on the clock that `rows` is asked with [s]."""
+        """Add a frame that was received at time `heard` on the clock of `rows` [s]."""
         self.frames += 1
         key = (frame.channel, frame.can_id, frame.flags & _KIND)
         identifier = self._identifiers.get(key)
         if identifier is None:
-            if len(self._identifiers) >= MOST_IDENTIFIERS:
+            if len(self._identifiers) >= MAX_IDENTIFIERS:
                 self.others += 1
                 return
             identifier = self._identifiers[key] = _Identifier(frame, heard)
         identifier.take(frame, heard)
 
     def rows(self, now: float) -> tuple[LiveRow, ...]:
-        """Return what each identifier did until `now` [s], by interface, width and identifier."""
+        """Return the statistics at time `now` [s], by interface, width and identifier."""
         order = sorted(self._identifiers, key=lambda key: (key[0], key[2] & EXTENDED, key[1], key[2]))
         return tuple([self._identifiers[key].row(now) for key in order])

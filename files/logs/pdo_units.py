@@ -1,4 +1,4 @@
-"""What the raw counts in a PDO mean: angle of a wheel or joint [rad], length of the link [m]."""
+"""Conversion of raw counts in PDOs: angle of a wheel or joint [rad], length of the link [m]."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Conversion(NamedTuple):
 
 
 def encoder_conversion(encoder: Encoder, vehicle: VehicleParameters) -> Conversion:
-    """Return what the counts of an encoder mean, before they are unwrapped."""
+    """Return the conversion of an encoder's counts, before they are unwrapped."""
     if encoder.channel == "link":
         length = vehicle.linkage.length if vehicle.linkage else 0.0
         return Conversion(encoder.scale, length - encoder.zero * encoder.scale, "m")
@@ -37,5 +37,5 @@ def encoder_conversion(encoder: Encoder, vehicle: VehicleParameters) -> Conversi
 
 
 def drive_conversion(drive: Drive) -> Conversion:
-    """Return what the target velocity (60FFh) of a drive means: the speed of its wheel, forward positive."""
+    """Return the conversion of a drive's target velocity (60FFh) to wheel speed, forward positive."""
     return Conversion(drive.sign * 2.0 * math.pi / drive.counts_per_turn, 0.0, "rad/s")

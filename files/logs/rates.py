@@ -1,4 +1,4 @@
-"""How often each identifier was on the bus."""
+"""Rates of all identifiers on a bus."""
 
 from __future__ import annotations
 
@@ -18,9 +18,12 @@ if TYPE_CHECKING:
     from omnimate.files.logs.decoding import FrameDecoder
     from omnimate.files.logs.frames import Frames
 
-PAUSE, PAUSE_INTERVALS = 1.0, 10.0  # [s] and usual intervals: an identifier that is away for longer pauses
-SHORTEST, DECADE = 1e-6, 50  # [s] of the first bin of intervals; bins for each power of ten, 5 % wide
-_BINS = 13 * DECADE
+PAUSE, PAUSE_INTERVALS = 1.0, 10.0  # [s], [median intervals]: a longer interval than both is a pause
+MIN_INTERVAL, BINS_PER_DECADE = (
+    1e-6,
+    50,
+)  # [s] of the first bin of intervals; bins for each power of ten, 5 % wide
+_BINS = 13 * BINS_PER_DECADE
 _HEADER = f"{'interface':<10} {'id':>8} {'frames':>9} {'Hz':>10} {'bytes':>5}  name"
 
 
@@ -31,7 +34,7 @@ def without_pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(slots=True)
 class IdentifierRate:
-    """What is known of the frames of an identifier so far.
+    """Statistics of the frames of an identifier so far.
 
     Attributes:
         flags: Flags of its first frame.
@@ -67,14 +70,14 @@ class IdentifierRate:
         self.short += int(np.count_nonzero(is_short))
         self.span += float(intervals[is_short].sum())
         self.long += intervals[~is_short].tolist()
-        bins = np.log10(np.maximum(intervals, SHORTEST) / SHORTEST) * DECADE
+        bins = np.log10(np.maximum(intervals, MIN_INTERVAL) / MIN_INTERVAL) * BINS_PER_DECADE
         self.usual += np.bincount(np.minimum(bins.astype(np.int64), _BINS - 1), minlength=_BINS)
 
     @property
     def in_words(self) -> str:
         """Mean rate [Hz] over the time in which the identifier was there, `-` for a single frame.
 
-        A pause of more than a second and ten of its usual intervals does not count.
+        Pauses of more than a second and ten median intervals are not counted.
         """
         longest = max(PAUSE, PAUSE_INTERVALS * self._median())
         there = [interval for interval in self.long if interval <= longest]
@@ -82,9 +85,9 @@ class IdentifierRate:
         return f"{(self.short + len(there)) / span:.3f}" if span > 0 else "-"
 
     def _median(self) -> float:
-        """Return the usual interval [s], as far as the bins tell."""
+        """Return the median interval [s] to the resolution of the bins."""
         middle = np.searchsorted(np.cumsum(self.usual), 0.5 * self.usual.sum())
-        return float(SHORTEST * 10.0 ** ((int(middle) + 0.5) / DECADE))
+        return float(MIN_INTERVAL * 10.0 ** ((int(middle) + 0.5) / BINS_PER_DECADE))
 
 
 class RateTable:

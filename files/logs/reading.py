@@ -1,4 +1,4 @@
-"""Bus logs of every format that people have, recognised by their content.
+"""Reading of bus logs of all supported formats, recognised by their content.
 
 candump (`-L`, `-ta`, `-td`, `-tz` and plain columns), Vector `.asc` and `.blf`, PEAK `.trc`, IXXAT MiniMon,
 PCAP and PCAPNG, python-can's CSV, ASAM MF4; gzipped or not. What cannot be read is left out and reported line
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LogReadResult:
-    """A log, as far as it can be read.
+    """The readable part of a log.
 
     Attributes:
         frames: The frames in the order of the file.
@@ -59,7 +59,7 @@ class LogReadResult:
         return self.blocks.is_whole
 
     def problems(self) -> Iterator[str]:
-        """Yield in words what was left out, and where the clock runs backwards."""
+        """Yield sentences on skipped lines, and on jumps of the clock."""
         return self.blocks.problems()
 
 

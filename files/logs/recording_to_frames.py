@@ -1,4 +1,4 @@
-"""The frames that a bus would have shown for a recording: the inverse of `omnimate.files.logs.assemble`."""
+"""Conversion of a recording to the frames of a bus: the inverse of `omnimate.files.logs.assemble`."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Drive, Encoder
     from omnimate.vehicle.recording import Recording
 
-_LATENCY = 200e-6  # [s] that a device takes to answer SYNC
-_ANSWERS_WITHIN = 0.8  # of the time between two SYNC, at most
-_COMMANDS_BEFORE, _BOOT_UPS_BEFORE = 0.05, 0.10  # of that time, ahead of SYNC
+_LATENCY = 200e-6  # [s] answer time of a device after SYNC (assumption)
+_MAX_ANSWER_SHARE = 0.8  # [SYNC periods] latest answer
+_COMMAND_LEAD, _BOOT_UP_LEAD = 0.05, 0.10  # [SYNC periods] before SYNC
 
 
 def frames_of_recording(recording: Recording) -> Frames:
@@ -39,12 +39,12 @@ def frames_of_recording(recording: Recording) -> Frames:
         frames.append(_frames(time, cob_id, words[there], _size(encoders)))
         order.append(samples[there] + 0.6 + 0.3 * place / len(shared))
     for node, sample in sorted(_restarts(recording)):
-        time = recording.time[[sample]] - _BOOT_UPS_BEFORE * period
+        time = recording.time[[sample]] - _BOOT_UP_LEAD * period
         frames.append(_frames(time, 0x700 + node, np.zeros(1, np.uint64), 1))
         order.append(np.array([sample + 0.1]))
     for drive, speeds in _commanded(recording):
         changes, words = _changes(speeds, drive)
-        time, size = recording.time[changes] - _COMMANDS_BEFORE * period, drive.start_bit // 8 + 4
+        time, size = recording.time[changes] - _COMMAND_LEAD * period, drive.start_bit // 8 + 4
         frames.append(_frames(time, drive.cob_id, words, size))
         order.append(changes + 0.2)
     return concatenate(frames).select(np.argsort(np.concatenate(order), kind="stable"))
@@ -58,9 +58,11 @@ def _shortest_period(recording: Recording) -> float:
 
 def _offsets(sizes: list[int], bitrate: int, period: float) -> NDArray[np.float64]:
     """Return when after SYNC each PDO is on the bus [s]: one after the other, by priority."""
-    bits = np.array([47 + 8 * size + (33 + 8 * size) // 8 for size in sizes])  # with a usual lot of stuffing
+    bits = np.array(
+        [47 + 8 * size + (33 + 8 * size) // 8 for size in sizes]
+    )  # with typical stuffing: one bit in 8
     offsets = _LATENCY + np.cumsum(bits) / bitrate
-    return np.asarray(offsets * min(1.0, _ANSWERS_WITHIN * period / float(offsets[-1])), np.float64)
+    return np.asarray(offsets * min(1.0, _MAX_ANSWER_SHARE * period / float(offsets[-1])), np.float64)
 
 
 def _words(recording: Recording, encoders: list[Encoder]) -> tuple[NDArray[np.bool_], NDArray[np.uint64]]:

@@ -1,4 +1,4 @@
-"""The PDO mappings that SDO traffic in a log shows: what a master has written or read."""
+"""PDO mappings in the SDO traffic of a log, written or read by a master."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 REQUEST, ANSWER = 0x600, 0x580
 DOWNLOAD, UPLOADED = 1, 2  # command specifiers of expedited transfers that carry a value
-OFF = 1 << 31
+INVALID_BIT = 1 << 31
 PDO_TYPES = ((0x1400, 0x200), (0x1800, 0x180))  # communication parameters, and first predefined COB-ID
 PREDEFINED = 4  # PDOs with a predefined COB-ID
 
@@ -62,7 +62,7 @@ def seen_object(frame: Frame) -> tuple[tuple[int, int, int], int] | None:
 
 
 def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tuple[Mapped, ...]]:
-    """Return what each PDO carries, by COB-ID.
+    """Return the objects in each PDO, by COB-ID.
 
     Args:
         objects: PDO parameters by node, index and sub-index; a COB-ID that is missing is the predefined one.
@@ -71,10 +71,10 @@ def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tup
     for node in {key[0] for key in objects}:
         for base, first in PDO_TYPES:
             for number in range(0x200):
-                default = first + 0x100 * number + node if number < PREDEFINED else OFF
+                default = first + 0x100 * number + node if number < PREDEFINED else INVALID_BIT
                 cob_id = objects.get((node, base + number, 1), default)
                 carried = _carried(objects, node, base + 0x200 + number)
-                if carried and not cob_id & OFF:
+                if carried and not cob_id & INVALID_BIT:
                     pdos[cob_id & 0x7FF] = carried
     return pdos
 

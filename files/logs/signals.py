@@ -1,4 +1,4 @@
-"""Numbers in frames: where their bits stand and what they mean, by whatever describes them."""
+"""Signals: numbers in frames, with bit position and conversion."""
 
 from __future__ import annotations
 

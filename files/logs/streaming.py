@@ -1,4 +1,4 @@
-"""Logs of any size and format, frame by frame; what is in memory does not grow with the log.
+"""Reading of logs of any format, frame by frame in bounded memory.
 
 `omnimate.files.logs.reading` gives a whole log as arrays, of classical CAN only. Here CAN FD frames come too.
 """
@@ -8,11 +8,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from omnimate.files.logs.blocks import HEAD, MOST_KEPT, is_since_last, lines_in_words, looks_complete
+from omnimate.files.logs.blocks import (
+    HEAD_BYTES,
+    MAX_SKIPPED_LINES,
+    are_intervals,
+    describe_skipped_lines,
+    looks_complete,
+)
 from omnimate.files.logs.formats.block_reader import BlockReader
 from omnimate.files.logs.formats.candump_blocks import BlockParser, SkippedLine
 from omnimate.files.logs.formats.candump_lines import parse_line
-from omnimate.files.logs.formats.foreign import each_entry, foreign_format_of
+from omnimate.files.logs.formats.foreign import foreign_format_of, read_entries
 from omnimate.files.logs.frames import FD, Frame, frames_of
 from omnimate.vehicle.errors import LogError
 
@@ -30,7 +36,7 @@ class LogStream:
     Attributes:
         source: Path of the file.
         frames: Number of frames so far.
-        skipped: Lines that were left out so far, at most `MOST_KEPT`, and why.
+        skipped: Lines that were left out so far, at most `MAX_SKIPPED_LINES`, and why.
         left_out: Number of lines that were left out so far.
         truncated: Whether the file ends in the middle of a line or of its compressed data.
         size: Size of the file [bytes]; 0 before it is read.
@@ -74,16 +80,16 @@ class LogStream:
             reason = f"{self.skipped[0].reason}: {self.skipped[0].text!r}" if self.skipped else "it is empty"
             raise LogError(self.source, None, f"no CAN frame in the whole file; {reason}")
 
-    def watched(self, watch: Callable[[int, int], None]) -> Iterator[Frame]:
-        """Yield the frames; every `REPORT_EVERY` of them call `watch` with the bytes read and their total."""
+    def with_progress(self, progress: Callable[[int, int], None]) -> Iterator[Frame]:
+        """Yield the frames; call `progress` with bytes read and total after every `REPORT_EVERY`."""
         for number, frame in enumerate(self):
             if number % REPORT_EVERY == 0:
-                watch(self.position, self.size)
+                progress(self.position, self.size)
             yield frame
 
     def problems(self) -> Iterator[str]:
-        """Yield in words what was left out."""
-        yield from lines_in_words(self.source, self.skipped, self.left_out)
+        """Yield sentences on skipped lines."""
+        yield from describe_skipped_lines(self.source, self.skipped, self.left_out)
         if self.truncated:
             yield f"{self.source}: the log ends early; it was read up to there"
 
@@ -91,17 +97,17 @@ class LogStream:
         self.truncated |= line.is_end
         if line.reason:
             self.left_out += 1
-            if len(self.skipped) < MOST_KEPT:
+            if len(self.skipped) < MAX_SKIPPED_LINES:
                 self.skipped.append(line)
 
     def _entries(self) -> Iterator[Frame | SkippedLine]:
         self.size = self.source.stat().st_size
         self._content = BlockReader(self.source)
-        form = foreign_format_of(self._content.head(HEAD))
-        return _each_of_candump(self._content) if form is None else each_entry(self._content, form)
+        form = foreign_format_of(self._content.head(HEAD_BYTES))
+        return _read_candump(self._content) if form is None else read_entries(self._content, form)
 
 
-def _each_of_candump(content: BlockReader) -> Iterator[Frame | SkippedLine]:
+def _read_candump(content: BlockReader) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of a candump log, and what was left out."""
     parser = BlockParser()
     shift, adds_up = 0.0, None
@@ -112,7 +118,7 @@ def _each_of_candump(content: BlockReader) -> Iterator[Frame | SkippedLine]:
             continue
         frames = list(parser.each(block))
         if adds_up is None:
-            adds_up = parser.has_relative_times(block) and is_since_last([frame.time for frame in frames])
+            adds_up = parser.has_relative_times(block) and are_intervals([frame.time for frame in frames])
         for frame in frames:
             shift += frame.time if adds_up else 0.0
             yield frame._replace(time=shift) if adds_up else frame

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from omnimate.files.logs.frames import Frame
 
-SYNC_INTERVAL = 5.0  # [s] between two requests to the disk; what was lost can be written again
+SYNC_INTERVAL = 5.0  # [s] between two fsync calls; a lost file can be written again
 
 
 class FrameWriter(Protocol):
@@ -36,7 +36,7 @@ class FrameWriter(Protocol):
 
 @contextlib.contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """Give the name of a file to write, which becomes `path` in the end; on an error nothing is left of it.
+    """Yield a temporary path that is renamed to `path` at the end; on an error it is removed.
 
     Raises:
         LogError: The file cannot be written.

@@ -1,6 +1,6 @@
 """The recording folder: `vehicle.toml`, `can.log` (or `can.log.gz`), `poses.csv`, `run.toml` on one clock.
 
-Each file is written whole or not at all, `can.log` last: a folder without it is no recording yet.
+Files are written atomically, `can.log` last: a folder without it is no recording yet.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
 VEHICLE, LOG, POSES, RUN = "vehicle.toml", "can.log", "poses.csv", "run.toml"
 
-_CLOCK_TOLERANCE = 1.0  # [s] by which a lap may begin before or end after the log
+_CLOCK_TOLERANCE = 1.0  # [s] that a lap may start before or end after the log (assumption)
 
 
 @dataclass(frozen=True, slots=True)
 class LoadedRecording:
-    """A recording together with how it came out of its folder.
+    """A recording with the statistics of its assembly and its log.
 
     Attributes:
         recording: The recording with its poses and run.
-        assembly: What became of the log's frames.
+        assembly: The assembly of the log's frames into samples.
         log: The frames of the log, and the lines that could not be read.
     """
 
@@ -44,7 +44,7 @@ class LoadedRecording:
 
 
 def load_recording(folder: Path | str) -> Recording:
-    """Return the recording in a folder; `read_recording` also returns what was left out of it.
+    """Return the recording in a folder; `read_recording` also returns its statistics.
 
     Raises:
         VehicleFileError: `vehicle.toml` is absent or describes no possible robot.
@@ -55,7 +55,7 @@ def load_recording(folder: Path | str) -> Recording:
 
 
 def read_recording(folder: Path | str) -> LoadedRecording:
-    """Return the recording in a folder and what its log held besides; errors as `load_recording`."""
+    """Return the recording in a folder with its statistics; errors as `load_recording`."""
     folder = Path(folder)
     if not folder.is_dir():
         raise RecordingError(folder, "no such folder; a recording is a folder with vehicle.toml and can.log")
@@ -110,7 +110,7 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
 
 
 def _check_clock(recording: Recording, path: Path) -> None:
-    """Refuse laps that the log does not cover: they must be on its clock."""
+    """Raise an error for laps that the log does not cover: they must be on its clock."""
     first, last = float(recording.time[0]), float(recording.time[-1])
     for number, lap in enumerate(recording.run.laps if recording.run else (), start=1):
         if lap.start < first - _CLOCK_TOLERANCE or lap.end > last + _CLOCK_TOLERANCE:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 HEADER = "t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"
 _NAMES = HEADER.split(",")
-_ROUNDING = 1e-5  # [rad] by which pi, written with four digits, exceeds itself
+_ROUNDING = 1e-5  # [rad] rounding error of pi written with four decimals
 
 
 def read_poses(path: Path | str, trucks: Collection[str] = TRUCKS) -> Poses:
@@ -43,7 +43,7 @@ def read_poses(path: Path | str, trucks: Collection[str] = TRUCKS) -> Poses:
 
 
 def write_poses(poses: Poses, path: Path | str) -> None:
-    """Write a `poses.csv` in one step, with every digit that the numbers have, and headings wrapped."""
+    """Write a `poses.csv` atomically, with full precision and wrapped headings."""
     pose = poses.pose.copy()
     round_about = np.abs(pose[:, 2]) > math.pi
     pose[round_about, 2] = wrap(pose[round_about, 2])

@@ -1,4 +1,4 @@
-"""From what encoders answered to each SYNC to a recording: counts that never wrap, gaps, and lost travel."""
+"""Conversion of encoder answers to a recording: unwrapped counts, gaps, and lost travel."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Events(NamedTuple):
-    """What is seen on a bus, as `omnimate.vehicle.assembly.assemble_events` takes it; all `(E,)`."""
+    """Events on a bus as input of `omnimate.vehicle.assembly.assemble_events`; all `(E,)`."""
 
     opens: NDArray[np.bool_]
     kinds: NDArray[np.int16]
@@ -39,7 +39,7 @@ def recording_of_events(
     commands: Array | None,
     source: str,
 ) -> Recording:
-    """Return the recording, without poses and run, of events from the first SYNC on; the records follow them.
+    """Return the recording, without poses and run, of events from the first SYNC on; updates the records.
 
     Args:
         vehicle: The robot.
@@ -69,9 +69,9 @@ def recording_of_readings(
     commands: Array | None,
     source: str,
 ) -> Recording:
-    """Return the recording, without poses and run, of what the encoders showed at each SYNC.
+    """Return the recording, without poses and run, of encoder readings at each SYNC.
 
-    Encoders that share a PDO are read where all of them were received.
+    Encoders that share a PDO are present only if all of them were received.
 
     Args:
         vehicle: The robot, whose `channels` are the columns.
@@ -101,7 +101,7 @@ def recording_of_readings(
 def _gaps(
     time: NDArray[np.float64], vehicle: VehicleParameters, samples: _Samples, channels: Record
 ) -> Iterator[Gap]:
-    """Yield where a channel was not read, and why; a gap at the end lasts until the last sample."""
+    """Yield the gaps of all channels; a gap at the end lasts until the last sample."""
     _, present, ended = samples
     for column, channel in enumerate(vehicle.channels):
         rows = np.flatnonzero(ended[:, column])

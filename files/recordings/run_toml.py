@@ -1,4 +1,4 @@
-"""`run.toml`: what was driven, as the protocol's name, the side of its square, and its laps."""
+"""`run.toml`: protocol of a drive, side of its square, and laps."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from omnimate.vehicle.tables import read_toml
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")  # of a floor: it stands in URLs and in files' names
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")  # valid name of a floor, usable in URLs and file names
 
 
 def read_run(path: Path | str) -> Run:
-    """Return what a `run.toml` says.
+    """Return the content of a `run.toml`.
 
     Raises:
         RecordingError: The file cannot be read, is not TOML, or a value is missing or impossible.
@@ -48,7 +48,7 @@ def read_run(path: Path | str) -> Run:
 
 
 def write_run(run: Run, path: Path | str) -> None:
-    """Write a `run.toml` in one step."""
+    """Write a `run.toml` atomically."""
     document: dict[str, Any] = {"protocol": run.protocol}
     if run.side is not None:
         document["side"] = float(run.side)

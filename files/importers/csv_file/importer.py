@@ -14,7 +14,7 @@ from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.csv_file.table import DELIMITERS, read_csv_table
 from omnimate.files.importers.errors import MappingError, SourceError
 from omnimate.files.importers.robots import robot_of
-from omnimate.files.importers.series import Series, check_times, joined, poses_of
+from omnimate.files.importers.series import Series, check_times, merge_poses, poses_of
 from omnimate.files.importers.tables import Table, read_table
 from omnimate.files.importers.units import METRES, RADIANS, SECONDS, UNITS
 from omnimate.vehicle.recording import Lap, Run
@@ -50,7 +50,7 @@ def read_csv(path: Path | str, mapping: Path | str, vehicle: VehicleParameters |
     clock = table.table("time")
     time = _time(cells, clock)
     series = dict(_channels(table, cells, time, robot))
-    poses = joined(_poses(table, cells, style, time, robot))
+    poses = merge_poses(_poses(table, cells, style, time, robot))
     run = Run(_protocol(table), None, (Lap("none", float(time[0]), float(time[-1])),))
     for used in (clock, style, table):
         used.done()
@@ -90,12 +90,12 @@ def _channels(
         column, unit = entry.column("column"), entry.text("unit", "counts", among=UNITS)
         value = cells.numbers(column)
         if entry.switch("increments"):
-            value = _summed(value, cells, column)
+            value = _accumulated(value, cells, column)
         entry.done()
         yield channel, Series(time, value, unit, f"{cells.path}: column {column}")
 
 
-def _summed(value: Array, cells: CsvTable, column: str | int) -> Array:
+def _accumulated(value: Array, cells: CsvTable, column: str | int) -> Array:
     missing = np.flatnonzero(np.isnan(value))
     if len(missing):
         raise SourceError(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 DELIMITERS = {"tab": "\t", ";": ";", "|": "|", ",": ",", "space": " "}  # in the order in which they are tried
 _COMMENTS = ("#", "%")
-_LOOKED_AT = 20  # lines from which the delimiter is recognised
+_DETECTION_LINES = 20  # lines from which the delimiter is recognised
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +131,7 @@ def read_csv_table(path: Path | str, delimiter: str = "", skip: int = 0) -> CsvT
     data = [(number, line) for number, line in kept if not line.startswith(_COMMENTS)]
     if not data:
         raise SourceError(path, "empty; expected a header and rows of numbers")
-    sign = DELIMITERS[delimiter] if delimiter else _delimiter([line for _, line in data[:_LOOKED_AT]])
+    sign = DELIMITERS[delimiter] if delimiter else _delimiter([line for _, line in data[:_DETECTION_LINES]])
     numbers, rows = [number for number, _ in data], [_split(line, sign) for _, line in data]
     if any(map(_is_number, rows[0])):
         above = kept[max(0, kept.index(data[0]) - 1)][1]

@@ -25,7 +25,7 @@ _WHEELS = tuple(_SIDES)
 _MEASURED = re.compile(r"truth|mocap|motion_?capture|vicon|optitrack|qualisys|gt(_|$)|total_?station|vrpn")
 
 
-def guess(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -> Plan:
+def guess_plan(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -> Plan:
     """Return the plan that names and types suggest; ambiguous channels and poses are left out.
 
     Args:
@@ -35,27 +35,29 @@ def guess(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -> Pla
     candidates = [
         ChannelSource(topic.name, part if topic.kind == JOINTS else "")
         for topic in topics
-        if (topic.kind == JOINTS or topic.kind in _TICKS) and not _COMMANDED.search(_plain(topic.name))
+        if (topic.kind == JOINTS or topic.kind in _TICKS) and not _COMMANDED.search(_normalised(topic.name))
         for part in (topic.parts if topic.kind == JOINTS else ("",))
     ]
     single = len(channels) == len(_WHEELS)
-    sources = {channel: _only(channel, candidates, single) for channel in channels}
+    sources = {channel: _unique_candidate(channel, candidates, single) for channel in channels}
     return Plan(
         {channel: source for channel, source in sources.items() if source is not None}, _poses(topics)
     )
 
 
-def _only(channel: Channel, candidates: Sequence[ChannelSource], single: bool) -> ChannelSource | None:
+def _unique_candidate(
+    channel: Channel, candidates: Sequence[ChannelSource], single: bool
+) -> ChannelSource | None:
     """Return the only candidate that is named like a channel; None where none or several are."""
-    names = {source: _plain(source.part or source.topic) for source in candidates}
-    named = [source for source in candidates if _plain(channel) in names[source]]
+    names = {source: _normalised(source.part or source.topic) for source in candidates}
+    named = [source for source in candidates if _normalised(channel) in names[source]]
     if not named and single:
         named = [source for source in candidates if _SIDES[channel].search(names[source])]
         named = [source for source in named if _WHEEL.search(names[source])] or named
     return named[0] if len(named) == 1 else None
 
 
-def _plain(name: str) -> str:
+def _normalised(name: str) -> str:
     """Return a name in lower case with underscores between its words."""
     spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name)
     return re.sub(r"[^a-z0-9]+", "_", spaced.lower())
@@ -64,13 +66,13 @@ def _plain(name: str) -> str:
 def _poses(topics: Sequence[Topic]) -> dict[TruckName, PoseSource]:
     """Return the poses of truck a, preferably a topic named like a measurement, never odometry."""
     able = [topic for topic in topics if topic.kind in POSES and topic.count and not topic.parts]
-    measured = [topic for topic in able if _MEASURED.search(_plain(topic.name))]
+    measured = [topic for topic in able if _MEASURED.search(_normalised(topic.name))]
     other = [topic for topic in able if topic.kind != "nav_msgs/Odometry"]
     best = measured if len(measured) == 1 else other
     return {"a": PoseSource(best[0].name)} if len(best) == 1 else {}
 
 
-def as_toml(plan: Plan) -> str:
+def plan_as_toml(plan: Plan) -> str:
     """Return a plan as the text of an equivalent mapping file."""
     lines = []
     for channel, source in plan.channels.items():

@@ -14,7 +14,7 @@ from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.rosbag.reader import messages_of
 from omnimate.files.importers.rosbag.values import JOINTS, channel_value, pose_value
-from omnimate.files.importers.series import Series, check_times, joined, poses_of
+from omnimate.files.importers.series import Series, check_times, merge_poses, poses_of
 from omnimate.vehicle.recording import Lap, Run
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def read_bag(
     path: Path | str,
     plan: Plan,
     vehicle: VehicleParameters,
-    watch: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Imported:
     """Return the recording that a bag holds.
 
@@ -73,7 +73,7 @@ def read_bag(
         path: A ROS 1 bag, a ROS 2 bag or an MCAP file.
         plan: The plan that says which topic holds which quantity.
         vehicle: The robot.
-        watch: Function that is called with the number of messages read and their total, for progress.
+        progress: Called with the number of messages read and their total, for progress.
 
     Raises:
         SourceError: The bag cannot be read, or does not hold the topics of the plan.
@@ -87,7 +87,7 @@ def read_bag(
     channels = {channel: _Taken(path, source.topic) for channel, source in plan.channels.items()}
     poses = {truck: _Taken(path, place.topic) for truck, place in plan.poses.items()}
     topics = {taken.topic for taken in (*channels.values(), *poses.values())}
-    for message in messages_of(path, sorted(topics), watch):
+    for message in messages_of(path, sorted(topics), progress):
         for channel, source in plan.channels.items():
             if source.topic == message.topic:
                 channels[channel].add(message, channel_value(message, source))
@@ -96,9 +96,9 @@ def read_bag(
                 poses[truck].add(message, pose_value(message, place))
     notes: list[str] = []
     series = {channel: _series(plan, channel, channels[channel], notes) for channel in vehicle.channels}
-    placed = joined(_poses(plan, truck, poses[truck], notes) for truck in plan.poses)
-    first = max(float(each.time[0]) for each in series.values())
-    last = min(float(each.time[-1]) for each in series.values())
+    placed = merge_poses(_poses(plan, truck, poses[truck], notes) for truck in plan.poses)
+    first = max(float(channel_series.time[0]) for channel_series in series.values())
+    last = min(float(channel_series.time[-1]) for channel_series in series.values())
     run = Run("free", None, (Lap("none", first, last),)) if last > first else None
     return Imported(recording_of(vehicle, series, str(path), placed, run), tuple(dict.fromkeys(notes)))
 

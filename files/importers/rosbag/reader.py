@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from rosbags.highlevel import AnyReader
 
-_EVERY = 500  # messages between two reports of progress
-_LOOKED_AT = 300  # messages of a topic in which names of joints and frames are collected
+_PROGRESS_INTERVAL = 500  # messages between two reports of progress
+_NAMING_MESSAGES = 300  # messages of a topic in which names of joints and frames are collected
 _NAMED = ("sensor_msgs/msg/JointState", "tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 
 
@@ -61,7 +61,7 @@ def topics_of(path: Path | str) -> tuple[Topic, ...]:
     Raises:
         SourceError: The bag cannot be read.
     """
-    with _opened(Path(path)) as reader:
+    with _open_bag(Path(path)) as reader:
         topics = []
         for name, info in sorted(reader.topics.items()):
             kind = info.msgtype or "several types"
@@ -71,20 +71,20 @@ def topics_of(path: Path | str) -> tuple[Topic, ...]:
 
 
 def messages_of(
-    path: Path | str, topics: Collection[str], watch: Callable[[int, int], None] | None = None
+    path: Path | str, topics: Collection[str], progress: Callable[[int, int], None] | None = None
 ) -> Iterator[Message]:
     """Yield the messages of some topics in the order in which the bag received them.
 
     Raises:
         SourceError: The bag cannot be read, is empty, or lacks a topic.
     """
-    with _opened(Path(path)) as reader:
+    with _open_bag(Path(path)) as reader:
         _check(reader, Path(path), topics)
         wanted = [connection for connection in reader.connections if connection.topic in topics]
         total = sum(connection.msgcount for connection in wanted)
         for number, (connection, time, raw) in enumerate(reader.messages(wanted)):
-            if watch is not None and number % _EVERY == 0:
-                watch(number, total)
+            if progress is not None and number % _PROGRESS_INTERVAL == 0:
+                progress(number, total)
             content = reader.deserialize(raw, connection.msgtype)
             yield Message(connection.topic, _short(connection.msgtype), time, content)
 
@@ -110,13 +110,13 @@ def _parts(reader: AnyReader, topic: str) -> tuple[str, ...]:
             if hasattr(content, "transforms")
             else content.name
         )
-        if number == _LOOKED_AT:
+        if number == _NAMING_MESSAGES:
             break
     return tuple(names)
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[AnyReader]:
+def _open_bag(path: Path) -> Iterator[AnyReader]:
     """Open a bag; every error of the library about its content becomes a SourceError."""
     try:
         from rosbags.highlevel import AnyReader, AnyReaderError  # noqa: PLC0415 - an extra; few need it

@@ -22,7 +22,7 @@ POSES = (
 )
 _SPEED = "rad/s"
 _VARIANCES = (0, 7, 35)  # x, y and yaw on the diagonal of ROS's 6 x 6
-_UNIT = 0.1  # largest difference of a quaternion's length from 1
+_NORM_TOLERANCE = 0.1  # largest difference of a quaternion's length from 1
 
 
 class StampedValue(NamedTuple):
@@ -91,17 +91,20 @@ def _stamped(content: Any, frame: str) -> Any:  # noqa: ANN401 - messages are ma
     """Return the transform of a frame among several; any other message unchanged."""
     if not hasattr(content, "transforms"):
         return content
-    return next((each for each in content.transforms if _bare(each.child_frame_id) == _bare(frame)), None)
+    return next(
+        (each for each in content.transforms if _without_slash(each.child_frame_id) == _without_slash(frame)),
+        None,
+    )
 
 
-def _bare(frame: str) -> str:
+def _without_slash(frame: str) -> str:
     return frame.lstrip("/")
 
 
 def _yaw(message: Message, turn: Any) -> float:  # noqa: ANN401 - likewise
     """Return the heading of a quaternion [rad], rotation about z of the order z, y, x."""
     length = math.sqrt(turn.x**2 + turn.y**2 + turn.z**2 + turn.w**2)
-    if abs(length - 1.0) > _UNIT:
+    if abs(length - 1.0) > _NORM_TOLERANCE:
         raise SourceError(
             message.topic,
             f"an orientation of length {length:g} at {message.time / 1e9:.6f} s of the bag; expected a "

@@ -1,4 +1,4 @@
-"""Files that may be gzipped, read in blocks, as far as they are whole."""
+"""Reading of plain or gzipped files in blocks, up to a damaged place."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 _GZIP = b"\x1f\x8b"
-_PIECE = 1 << 14  # bytes unpacked at a time: what an error in the packed data costs
-_LONGEST_LINE = 1 << 20  # bytes
+_UNPACK_SIZE = 1 << 14  # bytes unpacked at a time: an error in the packed data loses up to that many
+_MAX_LINE = 1 << 20  # bytes
 _AUTO_HEADER = 32 + zlib.MAX_WBITS  # zlib's wbits: expect a gzip header
 
 
 @dataclass(slots=True)
 class BlockReader:
-    """The content of a file, unpacked; what a damaged or unfinished gzip file still yields is kept.
+    """The unpacked content of a file; of a damaged or incomplete gzip file the readable part.
 
     Attributes:
         path: Path of the file.
@@ -48,7 +48,7 @@ class BlockReader:
             yield block
 
     def head(self, count: int) -> bytes:
-        """Return the first bytes of the content, which is read from its beginning all the same."""
+        """Return the first bytes of the content without consuming them."""
         self._blocks = self._blocks or self._read()
         while sum(map(len, self._ahead)) < count and (block := next(self._blocks, None)) is not None:
             self._ahead.append(block)
@@ -74,8 +74,8 @@ class BlockReader:
             if end:
                 yield bytes(rest[:end])
                 del rest[:end]
-            elif len(rest) > self.size + _LONGEST_LINE:
-                del rest[_LONGEST_LINE:]  # no log has lines of this length: what is cut off is garbage too
+            elif len(rest) > self.size + _MAX_LINE:
+                del rest[_MAX_LINE:]  # no log has lines of this length: what is cut off is garbage too
         end = rest.rfind(b"\n") + 1
         if end:
             yield bytes(rest[:end])
@@ -94,7 +94,7 @@ class BlockReader:
                 while packed:
                     if unpacker.eof:  # several gzip files in one, as `cat` makes them
                         unpacker = zlib.decompressobj(_AUTO_HEADER)
-                    yield unpacker.decompress(packed, _PIECE)
+                    yield unpacker.decompress(packed, _UNPACK_SIZE)
                     packed = unpacker.unused_data if unpacker.eof else unpacker.unconsumed_tail
         except zlib.error:
             self.damaged = True

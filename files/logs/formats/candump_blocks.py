@@ -1,6 +1,6 @@
-"""`candump -L` logs of millions of frames, block by block.
+"""Fast reading of `candump -L` logs, block by block.
 
-Machine code reads the regular lines (`candump_kernel`), the careful line parser all others.
+Compiled code reads regular lines (`candump_kernel`), the line parser all others.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frame, Frames
 
 RELATIVE_WIDTH = 10  # characters of a relative time on candump's screen: three digits, a point, six digits
-_ROUNDS = 16  # interfaces that are looked for in one block
+_MAX_NEW_CHANNELS = 16  # new interfaces that are searched for in one block
 _MAX_CHANNELS = 256
-_TEXT = 80  # characters of a skipped line that are kept
+_EXCERPT_LENGTH = 80  # characters of a skipped line that are stored
 _FD_MARK = b"##"  # between identifier and data of a CAN FD frame
 
 
@@ -88,7 +88,7 @@ class BlockParser:
 
     def parse(self, block: bytes) -> Frames:
         """Return the classical frames of a block."""
-        for _ in range(_ROUNDS):
+        for _ in range(_MAX_NEW_CHANNELS):
             scanned = scan(block, tuple(self.channels))
             name = _unread_name(scanned)
             if name is None or name in self.channels or self._number(name) is None:
@@ -127,12 +127,14 @@ class BlockParser:
 
     def skip(self, line: int, text: bytes, reason: str) -> None:
         """Note a line that holds no frame."""
-        self.skipped.append(SkippedLine(line, text[:_TEXT].decode(errors="replace").rstrip(), reason))
+        self.skipped.append(
+            SkippedLine(line, text[:_EXCERPT_LENGTH].decode(errors="replace").rstrip(), reason)
+        )
 
 
 def _unread_name(scanned: Scanned) -> str | None:
     """Return the interface of the first line that was not read though it is regular."""
-    for row in np.flatnonzero(~scanned.table.is_frame)[:_ROUNDS].tolist():
+    for row in np.flatnonzero(~scanned.table.is_frame)[:_MAX_NEW_CHANNELS].tolist():
         begin = int(scanned.starts[row])
         match = LOG_LINE.fullmatch(scanned.block[begin : scanned.block.index(b"\n", begin)])
         if match is not None and isinstance(parse_line(match[0]), tuple):

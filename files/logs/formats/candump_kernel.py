@@ -1,4 +1,4 @@
-"""Regular lines of `candump -L` read by machine code, in several threads at a time."""
+"""Compiled reading of regular lines of `candump -L`, in several threads."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     Bytes = NDArray[np.uint8]
     Integers = NDArray[np.int64]
 
-_LONGEST_NAME = 32  # bytes of an interface's name; longer ones are read line by line
-_LONGEST_TIME = 22  # bytes: two brackets, ten digits, a point, nine digits
+_MAX_NAME_LENGTH = 32  # bytes of an interface's name; longer ones are read line by line
+_MAX_TIME_LENGTH = 22  # bytes: two brackets, ten digits, a point, nine digits
 _OPEN, _CLOSE, _POINT, _HASH, _SPACE, _RETURN, _NEWLINE = b"().# \r\n"
-_PADDING = b"\n" * 64  # behind a block, so that no look ahead leaves it: none goes further than a name
+_PADDING = b"\n" * 64  # after a block: look-ahead is at most a name
 _R, _T = b"RT"
-_SHORT, _LONG = 3, 8  # digits of an identifier
-_HIGHEST, _HIGHEST_EXTENDED = 0x7FF, 0x1FFFFFFF
+_STANDARD_DIGITS, _EXTENDED_DIGITS = 3, 8  # digits of an identifier
+_MAX_STANDARD_ID, _MAX_EXTENDED_ID = 0x7FF, 0x1FFFFFFF
 _EXTENDED, _RECEIVED, _SENT = EXTENDED, RECEIVED, SENT
-_HEXADECIMAL = np.full(256, 255)  # what a character is worth as a digit; 255 for what is none
+_HEXADECIMAL = np.full(256, 255)  # value of a character as a digit; 255 for no digit
 _HEXADECIMAL[np.frombuffer(b"0123456789ABCDEF", np.uint8)] = np.arange(16)
 _HEXADECIMAL[np.frombuffer(b"abcdef", np.uint8)] = np.arange(10, 16)
 _DECIMAL = np.where(_HEXADECIMAL < 10, _HEXADECIMAL, 255)
@@ -83,17 +83,17 @@ class Scanned(NamedTuple):
 
 
 def scan(block: bytes, channels: Sequence[str]) -> Scanned:
-    """Read the regular lines of a block; other threads go on meanwhile.
+    """Read the regular lines of a block without holding Python's lock.
 
     Args:
         block: Whole lines, the last newline included.
         channels: Names of the interfaces that are known, in the order of their numbers.
     """
-    names = np.zeros((max(1, len(channels)), _LONGEST_NAME), np.uint8)
+    names = np.zeros((max(1, len(channels)), _MAX_NAME_LENGTH), np.uint8)
     sizes = np.zeros(len(names), np.int64)
     for number, channel in enumerate(channels):
         name = channel.encode()
-        if len(name) <= _LONGEST_NAME:
+        if len(name) <= _MAX_NAME_LENGTH:
             names[number, : len(name)], sizes[number] = np.frombuffer(name, np.uint8), len(name)
     text = np.frombuffer(block + _PADDING, np.uint8)
     count = int(np.count_nonzero(text == _NEWLINE)) - len(_PADDING)
@@ -145,7 +145,7 @@ def _scan(
             decimals = close - point - 1
             time[row] = (seconds * _WHOLE_POWERS[decimals] + fraction) / _POWERS[decimals]
             can_id[row], length[row], channel[row] = identifier, size, number
-            flags[row] = flag | (_EXTENDED if width == _LONG else 0)
+            flags[row] = flag | (_EXTENDED if width == _EXTENDED_DIGITS else 0)
         else:
             data[8 * row : 8 * row + 8] = 0
             end = position
@@ -157,7 +157,7 @@ def _scan(
 def _time_at(text: Bytes, position: int) -> tuple[int, int]:
     """Return where the point and the end of a time are, from the start of its line; 0 and 0 for none."""
     point = at = 0
-    while text[position + at] != _NEWLINE and at < _LONGEST_TIME:
+    while text[position + at] != _NEWLINE and at < _MAX_TIME_LENGTH:
         if text[position + at] == _POINT:
             point = at
         if text[position + at] == _CLOSE:
@@ -201,13 +201,13 @@ def _name_at(text: Bytes, close: int, names: Bytes, sizes: Integers) -> tuple[in
 
 def _identifier_at(text: Bytes, at: int) -> tuple[int, int, int]:
     """Return an identifier, the number of its digits, and what stands behind the `#`; no digits for none."""
-    width = _SHORT if text[at + _SHORT] == _HASH else _LONG
+    width = _STANDARD_DIGITS if text[at + _STANDARD_DIGITS] == _HASH else _EXTENDED_DIGITS
     identifier = wrong = 0
     for place in range(at, at + width):
         digit = _HEXADECIMAL[text[place]]
         wrong |= digit >> 4
         identifier = identifier << 4 | digit
-    highest = _HIGHEST if width == _SHORT else _HIGHEST_EXTENDED
+    highest = _MAX_STANDARD_ID if width == _STANDARD_DIGITS else _MAX_EXTENDED_ID
     if wrong or identifier > highest or text[at + width] != _HASH:
         return 0, 0, at
     return identifier, width, at + width + 1

@@ -1,4 +1,4 @@
-"""Millions of frames as candump prints them, line by line the same as `format_frame`, written by columns.
+"""Fast formatting of frames as candump prints them, by columns; equal to `format_frame` line by line.
 
 All frames of a kind (interface, flags, length) have lines of one shape. `format_frame` gives the line of one
 of them; in a copy of it for each frame the digits of time, identifier and data are replaced.
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
     Characters = NDArray[np.uint8]
 
-BLOCK = 1 << 15  # frames written at a time: their lines stay in the processor's cache
+BLOCK_FRAMES = 1 << 15  # frames written at a time: their lines stay in the processor's cache
 MICROSECONDS = 7  # characters: a point and six digits
-TIE = 0.05  # [us] from the middle between two microseconds, where the product below may round another way
+ROUNDING_MARGIN = 0.05  # [us] from a tie between two microseconds, within which rounding may differ
 
 
 def _table(count: int, text: str) -> Characters:
@@ -53,7 +53,7 @@ def candump_text(
     width = max(len(name) for name in frames.channels)
     extended = np.flatnonzero(frames.flags & EXTENDED)
     first = 0 if indent else int(extended[0]) if len(extended) else len(frames)
-    starts = sorted({*range(0, len(frames), BLOCK), first} - {len(frames)})
+    starts = sorted({*range(0, len(frames), BLOCK_FRAMES), first} - {len(frames)})
     for start, end in zip(starts, [*starts[1:], len(frames)], strict=True):
         block = frames.select(slice(start, end))
         yield _text(block, form, width, stamp_width, indent=start >= first)
@@ -63,7 +63,11 @@ def _text(frames: Frames, form: Form, width: int, stamp_width: int, *, indent: b
     """Return the lines of a block as text; a zero stands for no character."""
     exact = frames.time * 1e6
     micros = np.rint(exact)
-    odd = (np.abs(exact - micros) > 0.5 - TIE) | (micros < 0) | (micros >= 10.0 ** (stamp_width - 1))
+    odd = (
+        (np.abs(exact - micros) > 0.5 - ROUNDING_MARGIN)
+        | (micros < 0)
+        | (micros >= 10.0 ** (stamp_width - 1))
+    )
     kinds = frames.channel.astype(np.int32) << 12 | frames.flags.astype(np.int32) << 4 | frames.length
     present = np.flatnonzero(np.bincount(kinds)).tolist()
     lines: list[tuple[NDArray[np.intp], Characters]] = []
@@ -71,20 +75,22 @@ def _text(frames: Frames, form: Form, width: int, stamp_width: int, *, indent: b
         rows = np.flatnonzero(kinds == kind)
         group = frames if len(present) == 1 else frames.select(rows)
         lines.append((rows, _lines(group, form, width, stamp_width, indent=indent)))
-    singles = {}
+    special_lines = {}
     for row in np.flatnonzero(odd).tolist():
         frame = next(iter(frames.select(slice(row, row + 1))))
-        singles[row] = (
+        special_lines[row] = (
             format_frame(frame, form, width, indent=indent, stamp_width=stamp_width).encode() + b"\n"
         )
-    longest = max([line.shape[1] for _, line in lines] + [len(single) for single in singles.values()])
+    longest = max(
+        [line.shape[1] for _, line in lines] + [len(special_line) for special_line in special_lines.values()]
+    )
     text = np.zeros((len(frames), longest), np.uint8)
     for rows, line in lines:
         text[rows, : line.shape[1]] = line
     stamp = 1 if form == "log" else 2
     _fill_stamps(text[:, stamp : stamp + stamp_width], np.where(odd, 0.0, micros))
-    for row, single in singles.items():
-        text[row] = np.frombuffer(single.ljust(longest, b"\0"), np.uint8)
+    for row, special_line in special_lines.items():
+        text[row] = np.frombuffer(special_line.ljust(longest, b"\0"), np.uint8)
     return text.tobytes().translate(None, b"\0")
 
 

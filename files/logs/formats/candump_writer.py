@@ -1,4 +1,4 @@
-"""Writes bus logs while they happen, so that a crash or a power cut costs a second of them at most."""
+"""Writing of bus logs in real time; a crash or a power cut loses one second at most."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from omnimate.files.logs.frames import DEFAULT_CHANNEL, Frame
 if TYPE_CHECKING:
     from types import TracebackType
 
-SYNC_INTERVAL = 0.5  # [s] between two requests to the disk
+SYNC_INTERVAL = 0.5  # [s] between two fsync calls
 
 
 class CandumpWriter:

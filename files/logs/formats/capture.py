@@ -42,7 +42,7 @@ _COOKED_CAN = (0x000C, 0x000D)  # protocols LINUX_SLL_P_CAN and LINUX_SLL_P_CANF
 _COOKED_SENT = 4  # packet type: sent by us
 _TICKS = {0xA1B2C3D4: 1_000_000, 0xA1B23C4D: NANOSECOND}  # per second, by the first word of a PCAP file
 _SNAP_LENGTH = 262_144  # bytes: the largest packet that libpcap takes
-_LARGEST = 1 << 24  # bytes of a block; a larger one is a damaged length
+_MAX_BLOCK_SIZE = 1 << 24  # bytes of a block; a larger one is a damaged length
 _SECTION, _INTERFACE, _ENHANCED, _SIMPLE = 0x0A0D0D0A, 1, 6, 3  # block types of PCAPNG
 _ORDER_MAGIC = 0x1A2B3C4D
 _IF_NAME, _IF_RESOLUTION, _EPB_FLAGS = 2, 9, 2  # options
@@ -91,7 +91,7 @@ def frame_of_packet(
     return Frame(time, bits & ALL_BITS, data, kind | direction, length, channel)
 
 
-def each_of_capture(file: BinaryIO, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
+def read_capture(file: BinaryIO, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of a PCAP or PCAPNG file, and the packets that hold none, by their numbers.
 
     Args:
@@ -125,8 +125,8 @@ def _packets(file: BinaryIO) -> Iterator[Frame | str]:
     if link_type not in {LINK_TYPE, COOKED}:
         raise _DamagedError(_other_link_type(link_type))
     while head := file.read(record.size):
-        whole, rest, captured, _ = record.unpack(_complete(head, record.size))
-        packet = _read(file, _checked(captured))
+        whole, rest, captured, _ = record.unpack(_require_size(head, record.size))
+        packet = _read(file, _require_plausible(captured))
         yield _frame(packet, link_type, order, whole + rest / ticks, DEFAULT_CHANNEL)
 
 
@@ -164,7 +164,7 @@ def _packets_of_pcapng(file: BinaryIO) -> Iterator[Frame | str]:
             order, body = _section(file)
             interfaces = []
         else:
-            size = _checked(struct.unpack(order + "I", _read(file, 4))[0])
+            size = _require_plausible(struct.unpack(order + "I", _read(file, 4))[0])
             body = _read(file, max(size - 8, 0))[:-4]
         if kind == _INTERFACE:
             interfaces.append(_interface(body, order, len(interfaces)))
@@ -175,14 +175,14 @@ def _packets_of_pcapng(file: BinaryIO) -> Iterator[Frame | str]:
         head = file.read(4)
         if not head:
             return
-        kind = struct.unpack(order + "I", _complete(head, 4))[0]
+        kind = struct.unpack(order + "I", _require_size(head, 4))[0]
 
 
 def _section(file: BinaryIO) -> tuple[str, bytes]:
     """Return the byte order of a section, and the rest of its header."""
     size, magic = _read(file, 4), _read(file, 4)
     order = "<" if int.from_bytes(magic, "little") == _ORDER_MAGIC else ">"
-    return order, _read(file, max(_checked(struct.unpack(order + "I", size)[0]) - 12, 0))
+    return order, _read(file, max(_require_plausible(struct.unpack(order + "I", size)[0]) - 12, 0))
 
 
 def _interface(body: bytes, order: str, number: int) -> _Interface:
@@ -221,17 +221,17 @@ def _options(data: bytes, order: str) -> dict[int, bytes]:
 
 
 def _read(file: BinaryIO, size: int) -> bytes:
-    return _complete(file.read(size), size)
+    return _require_size(file.read(size), size)
 
 
-def _complete(data: bytes, size: int) -> bytes:
+def _require_size(data: bytes, size: int) -> bytes:
     if len(data) < size:
         raise EOFError
     return data
 
 
-def _checked(size: int) -> int:
-    if size > _LARGEST:
+def _require_plausible(size: int) -> int:
+    if size > _MAX_BLOCK_SIZE:
         raise _DamagedError(f"a length of {size} bytes; the file is damaged here")
     return size
 

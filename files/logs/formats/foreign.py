@@ -1,4 +1,4 @@
-"""Logs that are not candump's, entry by entry: recognised by their first bytes, read with bounded memory."""
+"""Reading of logs of other formats than candump, entry by entry in bounded memory."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Literal
 
 from omnimate.files.logs.formats import minimon
 from omnimate.files.logs.formats.candump_blocks import SkippedLine
-from omnimate.files.logs.formats.capture import CaptureFormat, capture_format_of, each_of_capture
+from omnimate.files.logs.formats.capture import CaptureFormat, capture_format_of, read_capture
 from omnimate.files.logs.formats.python_can_logs import (
     Format,
-    each_of_blf,
-    each_of_lines,
-    each_of_mf4,
     format_of,
+    read_blf,
+    read_lines,
+    read_mf4,
 )
 from omnimate.vehicle.errors import LogError
 
@@ -33,7 +33,7 @@ def foreign_format_of(head: bytes) -> ForeignFormat | None:
     return format_of(head) or capture_format_of(head)
 
 
-def each_entry(
+def read_entries(
     content: BlockReader, form: ForeignFormat, *, fd: bool = True
 ) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of a log in their order, and what was left out of it.
@@ -47,12 +47,12 @@ def each_entry(
         LogError: What the format needs is not installed.
     """
     if form == "blf":
-        yield from each_of_blf(content, fd=fd)
+        yield from read_blf(content, fd=fd)
     elif form == "pcap" or form == "pcapng":  # noqa: PLR1714 -- so that the type of the rest is known
-        yield from each_of_capture(content.file(), fd=fd)
+        yield from read_capture(content.file(), fd=fd)
     elif form == "mf4":
         try:
-            yield from each_of_mf4(content.path, fd=fd)
+            yield from read_mf4(content.path, fd=fd)
         except ImportError as error:
             needed = "an MF4 file needs the library asammdf: pip install 'omnimate[mf4]'"
             raise LogError(content.path, None, needed) from error
@@ -63,7 +63,7 @@ def each_entry(
         lines = 0 if text.endswith("\n") else len(text.splitlines())
         yield from (line._replace(is_end=line.line == lines) for line in skipped)
     else:
-        yield from each_of_lines(_text(content), form, fd=fd)
+        yield from read_lines(_text(content), form, fd=fd)
     if content.damaged:
         yield SkippedLine(0, "", "", is_end=True)
 

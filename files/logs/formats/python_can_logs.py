@@ -1,7 +1,7 @@
 """Logs of other tools, read through python-can: Vector `.asc` and `.blf`, PEAK `.trc`, ASAM MF4, its own CSV.
 
-The format is recognised by the content. python-can stops at the first bad line; here the line is noted
-and reading goes on behind it.
+The format is recognised by the content. python-can stops at the first bad line; here the line is reported and
+reading continues after it.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ _ASC_META = re.compile(
 )
 _CSV_HEAD = b"timestamp,arbitration_id,extended,remote,error,dlc,data"
 _NUMBER = re.compile(r"\d+$")
-_LATEST = 2.0**32  # [s], in the year 2106
-_MOST_CHANNELS = 0xFFFF  # that a BLF file can name
+_MAX_TIME = 2.0**32  # [s], in the year 2106
+_MAX_CHANNEL = 0xFFFF  # that a BLF file can name
 
 
 def format_of(head: bytes) -> Format | None:
@@ -68,7 +68,7 @@ def frame_of_message(message: can.Message, *, fd: bool = False) -> Frame | str:
     kind = ERROR if message.is_error_frame else kind
     if not 0 <= message.arbitration_id <= (0x7FF if kind == 0 else 0x1FFFFFFF):
         return f"{message.arbitration_id:X} is not an identifier of {11 if kind == 0 else 29} bits"
-    if not 0.0 <= message.timestamp < _LATEST:
+    if not 0.0 <= message.timestamp < _MAX_TIME:
         return f"{message.timestamp} is not a time in seconds"
     if message.is_fd:
         kind |= FD | message.bitrate_switch * BRS | message.error_state_indicator * ESI
@@ -103,13 +103,13 @@ def message_of_frame(frame: Frame) -> can.Message:
         bitrate_switch=bool(frame.flags & BRS),
         error_state_indicator=bool(frame.flags & ESI),
         is_rx=not frame.flags & SENT,
-        channel=int(number[0]) if number and int(number[0]) < _MOST_CHANNELS else None,
+        channel=int(number[0]) if number and int(number[0]) < _MAX_CHANNEL else None,
         data=None if remote else frame.data,
         dlc=frame.length if remote else None,
     )
 
 
-def each_of_blf(content: BlockReader, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
+def read_blf(content: BlockReader, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of a Vector BLF file, and what was left out.
 
     Args:
@@ -130,7 +130,7 @@ def each_of_blf(content: BlockReader, *, fd: bool = True) -> Iterator[Frame | Sk
         yield SkippedLine(number + 1, "", "", is_end=True)
 
 
-def each_of_mf4(path: Path, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
+def read_mf4(path: Path, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of an ASAM MDF 4 file with bus logging, and what was left out.
 
     Raises:
@@ -148,9 +148,7 @@ def each_of_mf4(path: Path, *, fd: bool = True) -> Iterator[Frame | SkippedLine]
         yield SkippedLine(number + 1, "", f"asammdf cannot read on: {error!r}", is_end=True)
 
 
-def each_of_lines(
-    lines: Iterable[str], form: LineFormat, *, fd: bool = True
-) -> Iterator[Frame | SkippedLine]:
+def read_lines(lines: Iterable[str], form: LineFormat, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of an `.asc`, `.csv` or `.trc` file, and the lines that were left out.
 
     Times of a `.trc` count from its start time, read as UTC; those of an `.asc` from the start of the log.
@@ -171,10 +169,10 @@ def each_of_lines(
         return
     numbered = itertools.chain([first], numbered)
     while chunk := list(itertools.islice(numbered, _CHUNK)):
-        yield from _each_of_chunk(head, chunk, form, fd=fd)
+        yield from _read_chunk(head, chunk, form, fd=fd)
 
 
-def _each_of_chunk(
+def _read_chunk(
     head: str, chunk: list[tuple[int, str]], form: LineFormat, *, fd: bool
 ) -> Iterator[Frame | SkippedLine]:
     """Read lines at once where all is well, else one by one to see which of them are bad."""

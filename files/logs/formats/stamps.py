@@ -1,4 +1,4 @@
-"""Times as whole nanoseconds, as other tools' files have them."""
+"""Conversion of times to whole nanoseconds."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ NANOSECOND = 1_000_000_000
 def nanoseconds(time: float) -> int:
     """Return a time [s] as whole nanoseconds, from which `seconds` gives the same time again.
 
-    A double of these years has steps of 240 ns: where it is what a log with microseconds says, the result
-    ends in three zeros as the log does, and does not show digits that nobody measured.
+    A double has steps of 240 ns for present dates. If it equals a whole number of microseconds, as in a
+    candump log, the result ends in three zeros, without digits that were not measured.
     """
     micros = round(time * 1e6)
     if micros / 1e6 == time:

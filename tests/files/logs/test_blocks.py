@@ -30,7 +30,7 @@ def is_parallel(request, monkeypatch):
     """Read in blocks of 4 kB, by the interpreter alone or by threads of machine code."""
     monkeypatch.setattr(block_reader.BlockReader.__init__, "__defaults__", (4096, False, 0, 0))
     if request.param == "threads":
-        monkeypatch.setattr(module, "LARGE", 0)
+        monkeypatch.setattr(module, "PARALLEL_SIZE", 0)
     return request.param == "threads"
 
 
@@ -56,7 +56,7 @@ def test_the_blocks_are_the_log(tmp_path, monkeypatch, lines, pack):
 
 
 def test_a_form_that_is_read_frame_by_frame_comes_in_blocks_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "AT_ONCE", 10)
+    monkeypatch.setattr(module, "FRAMES_PER_BLOCK", 10)
     path = tmp_path / "can.trc"
     head = ";$FILEVERSION=1.1\n;$STARTTIME=43000.0\n"
     lines = [f"{n + 1:6d}) {n * 1.5:11.1f}  Rx         0181  2  {n:02X} 00\n" for n in range(35)]
@@ -96,12 +96,12 @@ def test_what_is_kept_of_a_log_without_frames_is_a_thousand_lines(tmp_path):
     path.write_text("garbage\n" * 3000 + LINES[0])
     log = LogBlocks(path)
     assert sum(len(piece) for piece in log) == 1
-    assert (len(log.skipped), log.left_out) == (module.MOST_KEPT, 3000)
+    assert (len(log.skipped), log.left_out) == (module.MAX_SKIPPED_LINES, 3000)
     assert list(log.problems())[-1].endswith("skipped: 2000 lines more")
 
 
 def test_interfaces_keep_their_numbers_from_block_to_block_in_any_format(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "AT_ONCE", 50)
+    monkeypatch.setattr(module, "FRAMES_PER_BLOCK", 50)
     path = tmp_path / "can.asc"
     with can.ASCWriter(path) as writer:
         for n in range(200):

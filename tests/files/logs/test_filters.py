@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.files.logs.filters import KINDS, FilterError, FrameFilter, IdentifierRule, around, trigger_of
+from omnimate.files.logs.filters import (
+    KINDS,
+    FilterError,
+    FrameFilter,
+    IdentifierRule,
+    trigger_of,
+    within_seconds,
+)
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame, frames_of
 from omnimate.files.logs.signals import Signal
 
@@ -128,4 +135,4 @@ def test_around_keeps_what_is_near_to_one_of_them(log, chosen, margin):
     near = [
         bool(np.any((t >= log.time[places] - margin) & (t <= log.time[places] + margin))) for t in log.time
     ]
-    assert around(log, log.time[places], margin).tolist() == near
+    assert within_seconds(log, log.time[places], margin).tolist() == near

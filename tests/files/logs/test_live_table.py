@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from omnimate.files.logs import live_table
 from omnimate.files.logs.frames import EXTENDED, Frame
-from omnimate.files.logs.live_table import CHANGED, WINDOW, LiveTable
+from omnimate.files.logs.live_table import CHANGE_TIME, RATE_FRAMES, LiveTable
 from tests.files.logs.any_frames import logs
 
 
@@ -19,7 +19,7 @@ def table_of(rows):
     return table
 
 
-@given(st.lists(st.integers(1, 10**5), min_size=2, max_size=WINDOW - 1))
+@given(st.lists(st.integers(1, 10**5), min_size=2, max_size=RATE_FRAMES - 1))
 def test_rate_and_jitter_are_those_of_the_intervals(steps):
     times = np.cumsum(steps) * 1e-6
     (row,) = table_of(Frame(time, 0x181, b"a") for time in times.tolist()).rows(times[-1])
@@ -45,7 +45,7 @@ def test_a_pause_lowers_no_rate():
 def test_a_byte_counts_as_changed_for_a_second():
     table = table_of([Frame(0.0, 0x181, b"\1\2"), Frame(0.5, 0x181, b"\1\3")])
     assert table.rows(0.5)[0].changed == (False, True)
-    assert table.rows(0.5 + CHANGED + 0.01)[0].changed == (False, False)
+    assert table.rows(0.5 + CHANGE_TIME + 0.01)[0].changed == (False, False)
 
 
 def test_all_bytes_of_another_length_are_changed():
@@ -63,7 +63,7 @@ def test_width_and_kind_of_an_identifier_keep_rows_apart_in_their_order():
 
 
 def test_what_is_beyond_the_largest_number_of_identifiers_is_counted(monkeypatch):
-    monkeypatch.setattr(live_table, "MOST_IDENTIFIERS", 3)
+    monkeypatch.setattr(live_table, "MAX_IDENTIFIERS", 3)
     table = table_of(Frame(0.0, can_id) for can_id in (1, 2, 3, 4, 5, 1))
     assert (len(table.rows(0.0)), table.frames, table.others) == (3, 6, 2)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from omnimate.files.importers.rosbag.guess import as_toml, guess
+from omnimate.files.importers.rosbag.guess import guess_plan, plan_as_toml
 from omnimate.files.importers.rosbag.plan import ChannelSource, PoseSource, read_plan
 from omnimate.files.importers.rosbag.reader import Topic
 from omnimate.vehicle.parameters import CHANNELS
@@ -21,7 +21,7 @@ POSE, ODOMETRY, TF = "geometry_msgs/PoseStamped", "nav_msgs/Odometry", "tf2_msgs
     ],
 )
 def test_left_and_right_wheels_are_found_by_the_names_of_joints(parts):
-    plan = guess([Topic("/joint_states", JOINTS, 10, parts)])
+    plan = guess_plan([Topic("/joint_states", JOINTS, 10, parts)])
     assert plan.channels == {
         "a.left": ChannelSource("/joint_states", parts[0]),
         "a.right": ChannelSource("/joint_states", parts[1]),
@@ -30,17 +30,17 @@ def test_left_and_right_wheels_are_found_by_the_names_of_joints(parts):
 
 def test_ticks_are_found_by_the_names_of_topics():
     topics = [Topic("/robot/left_ticks", INT32, 10), Topic("/robot/right_ticks", INT32, 10)]
-    assert guess(topics).channels["a.left"] == ChannelSource("/robot/left_ticks")
+    assert guess_plan(topics).channels["a.left"] == ChannelSource("/robot/left_ticks")
 
 
 def test_two_that_are_named_alike_are_left_open():
     parts = ("front_left_wheel", "rear_left_wheel", "right_wheel")
-    assert set(guess([Topic("/joint_states", JOINTS, 10, parts)]).channels) == {"a.right"}
+    assert set(guess_plan([Topic("/joint_states", JOINTS, 10, parts)]).channels) == {"a.right"}
 
 
 def test_channels_of_two_trucks_are_found_by_their_own_names():
     parts = tuple(channel.replace(".", "_") for channel in CHANNELS)
-    plan = guess([Topic("/joints", JOINTS, 10, parts)], CHANNELS)
+    plan = guess_plan([Topic("/joints", JOINTS, 10, parts)], CHANNELS)
     assert plan.channels == {
         channel: ChannelSource("/joints", part) for channel, part in zip(CHANNELS, parts, strict=True)
     }
@@ -59,11 +59,11 @@ def test_channels_of_two_trucks_are_found_by_their_own_names():
     ],
 )
 def test_poses_are_those_of_a_measurement_and_never_the_robots_own_odometry(topics, found):
-    assert guess(topics).poses == ({} if found is None else {"a": PoseSource(found)})
+    assert guess_plan(topics).poses == ({} if found is None else {"a": PoseSource(found)})
 
 
 def test_a_guess_written_as_a_mapping_reads_back_the_same(tmp_path, robot):
     topics = [Topic("/joint_states", JOINTS, 10, ("left", "right")), Topic("/mocap", POSE, 10)]
-    plan = guess(topics)
-    (tmp_path / "map.toml").write_text(as_toml(plan))
+    plan = guess_plan(topics)
+    (tmp_path / "map.toml").write_text(plan_as_toml(plan))
     assert read_plan(tmp_path / "map.toml", robot)[0] == plan

@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from omnimate.files.logs.formats.candump_lines import format_lines
-from omnimate.files.logs.formats.candump_text import BLOCK, candump_text
+from omnimate.files.logs.formats.candump_text import BLOCK_FRAMES, candump_text
 from omnimate.files.logs.frames import ERROR, EXTENDED, RECEIVED, REMOTE, SENT, Frame, frames_of
 
 kinds = st.sampled_from([0, 0, EXTENDED, REMOTE, EXTENDED | REMOTE, ERROR])
@@ -34,9 +34,9 @@ def test_columns_give_the_bytes_of_lines(rows, form, stamp_width):
     assert b"".join(candump_text(log, form, stamp_width)) == lines.encode()
 
 
-@pytest.mark.parametrize("first_extended", [0, 5, BLOCK - 1, BLOCK, BLOCK + 1])
+@pytest.mark.parametrize("first_extended", [0, 5, BLOCK_FRAMES - 1, BLOCK_FRAMES, BLOCK_FRAMES + 1])
 def test_identifiers_are_right_aligned_from_the_first_29_bit_one_on_over_blocks(first_extended):
-    count = BLOCK + 20
+    count = BLOCK_FRAMES + 20
     flags = np.zeros(count, np.uint8)
     flags[first_extended] = EXTENDED
     log = frames_of(

@@ -14,9 +14,9 @@ from omnimate.files.logs.formats.capture import (
     PcapngWriter,
     PcapWriter,
     capture_format_of,
-    each_of_capture,
     frame_of_packet,
     packet_of,
+    read_capture,
 )
 from omnimate.files.logs.formats.stamps import nanoseconds
 from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, RECEIVED, REMOTE, SENT, Frame
@@ -36,12 +36,12 @@ def capture(rows, form="pcap"):
 
 @given(logs(directions=(0, SENT, RECEIVED)))
 def test_pcapng_gives_every_frame_back_with_its_interface_and_direction(rows):
-    assert list(each_of_capture(io.BytesIO(capture(rows, "pcapng")))) == rows
+    assert list(read_capture(io.BytesIO(capture(rows, "pcapng")))) == rows
 
 
 @given(logs(channels=("can0",), directions=(0,)))
 def test_pcap_gives_every_frame_of_one_interface_back(rows):
-    assert list(each_of_capture(io.BytesIO(capture(rows)))) == rows
+    assert list(read_capture(io.BytesIO(capture(rows)))) == rows
 
 
 NAMES = {ERROR: "error", REMOTE: "remote_transmission_request", EXTENDED: "extended"}
@@ -89,7 +89,7 @@ def test_a_capture_of_the_other_byte_order_with_microseconds_is_read():
     content = struct.pack(">IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 227)
     content += struct.pack(">IIII", 1700000000, 250, len(packet), len(packet)) + packet
     assert capture_format_of(content) == "pcap"
-    assert list(each_of_capture(io.BytesIO(content))) == [Frame(1700000000.00025, 0x181, b"AB", 0, 2)]
+    assert list(read_capture(io.BytesIO(content))) == [Frame(1700000000.00025, 0x181, b"AB", 0, 2)]
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -102,7 +102,7 @@ def test_a_capture_on_all_interfaces_has_identifiers_in_the_order_of_its_host(or
     content = struct.pack(order + "IHHiIII", 0xA1B23C4D, 2, 4, 0, 0, 65535, 113)
     for packet in (cooked(1, 0x000C, 0x181), cooked(4, 0x000C, 0x80012345), cooked(0, 0x0800, 0)):
         content += struct.pack(order + "IIII", 1, 0, len(packet), len(packet)) + packet
-    first, second, other = each_of_capture(io.BytesIO(content))
+    first, second, other = read_capture(io.BytesIO(content))
     assert first == Frame(1.0, 0x181, b"AB", 0, 2)
     assert second == Frame(1.0, 0x12345, b"AB", EXTENDED | SENT, 2)
     assert "protocol 0800h, which is not CAN" in other.reason
@@ -115,7 +115,7 @@ def test_a_padded_packet_of_72_bytes_is_can_fd_even_without_its_bit():
 
 def test_a_capture_of_another_link_type_says_which_and_what_was_expected():
     content = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1)
-    (line,) = each_of_capture(io.BytesIO(content))
+    (line,) = read_capture(io.BytesIO(content))
     assert "link type 1; expected 227 (CAN_SOCKETCAN)" in line.reason
     assert line.is_end
 
@@ -124,7 +124,7 @@ def test_a_capture_of_another_link_type_says_which_and_what_was_expected():
 def test_a_capture_that_was_cut_off_gives_the_frames_before_and_says_so(row, form, data):
     whole = capture([row, row], form)
     one = len(capture([row], form))
-    entries = list(each_of_capture(io.BytesIO(whole[: data.draw(st.integers(one + 1, len(whole) - 1))])))
+    entries = list(read_capture(io.BytesIO(whole[: data.draw(st.integers(one + 1, len(whole) - 1))])))
     assert entries[0] == row
     assert entries[-1].is_end
 
@@ -132,10 +132,10 @@ def test_a_capture_that_was_cut_off_gives_the_frames_before_and_says_so(row, for
 @given(st.binary(max_size=200), st.sampled_from(["pcap", "pcapng"]))
 def test_no_damage_breaks_the_reader(garbage, form):
     whole = capture([Frame(1.0, 0x181, b"AB")], form)
-    for entry in each_of_capture(io.BytesIO(whole + garbage)):
+    for entry in read_capture(io.BytesIO(whole + garbage)):
         assert isinstance(entry, Frame | SkippedLine)
 
 
 def test_fd_frames_are_left_out_where_only_classical_can_is_asked_for():
-    (line,) = each_of_capture(io.BytesIO(capture([Frame(1.0, 0x181, bytes(12), FD)])), fd=False)
+    (line,) = read_capture(io.BytesIO(capture([Frame(1.0, 0x181, bytes(12), FD)])), fd=False)
     assert "CAN FD" in line.reason
