@@ -1,1 +1,1 @@
-"""Where to go, as wheel speeds: programs of legs, turns and via-points, driven from odometry alone."""
+"""Motion control: programs of legs, turns and via-points to wheel speeds, by odometry alone."""

@@ -1,4 +1,4 @@
-"""Drives a robot through a program on its bus: one sample, one step, one command, until it is done."""
+"""Execution of a program on a robot's bus: a sample, a step and a command in turn."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
     Fix = Callable[[TruckName], tuple[Array, Array]]
 
-BLIND = 0.1  # [s] without a complete sample within which the robot is commanded to stand
+MAX_BLIND_TIME = 0.1  # [s] without a complete sample after which the robot is stopped (assumption)
 
 
 class Robot(Protocol):
-    """What reads the encoders and turns the wheels; `omnimate.driver.robot.driver.Driver` does."""
+    """Interface of a robot; implemented by `omnimate.driver.robot.driver.Driver`."""
 
     def cycle(self) -> Sample:
         """Return the next sample."""
@@ -40,7 +40,7 @@ class Robot(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Where the robot is after a sample.
+    """State of the drive after a sample.
 
     Attributes:
         sample: The sample that was read.
@@ -66,12 +66,13 @@ class Moment:
 def drive(
     robot: Robot, runner: Runner, vehicle: VehicleParameters, journal: Journal, fix: Fix | None = None
 ) -> Iterator[Moment]:
-    """Work through a runner's program and yield after each sample; stopping early is the caller's choice.
+    """Execute a runner's program and yield after each sample; the caller may stop early.
 
     Odometry begins anew from each fix, U III-C 1). Where encoders are missing, the wheels are commanded to
-    stand before `BLIND` has passed since the last complete sample, and the program waits. A sample ends up to
-    one SYNC period after its time, and the next one another period later: this is the last one that is soon
-    enough. With a SYNC period of more than half of `BLIND`, it is the first incomplete one.
+    stand before `MAX_BLIND_TIME` has passed since the last complete sample, and the program waits. A sample
+    ends up to one SYNC period after its time, and the next one another period later: this is the last one
+    that is soon enough. With a SYNC period of more than half of `MAX_BLIND_TIME`, it is the first incomplete
+    one.
 
     Args:
         robot: The robot, with its drives enabled.
@@ -83,7 +84,7 @@ def drive(
     """
     odometer, reader = Odometer(vehicle, "a"), LinkReader(vehicle)
     standing = (0.0,) * len(vehicle.wheels)
-    seen, patience = -np.inf, BLIND - 2.0 * vehicle.bus.sync_period
+    seen, patience = -np.inf, MAX_BLIND_TIME - 2.0 * vehicle.bus.sync_period
     while not runner.done:
         sample = robot.cycle()
         pose = odometer.step(sample)
@@ -96,13 +97,13 @@ def drive(
             continue
         robot.command(runner.step(pose, reader.read(sample.counts)))
         journal.observe(sample.time, runner)
-        where = _take_fixes(sample.time, vehicle, journal, fix) if runner.fix_due and fix else None
+        where = _measure_fixes(sample.time, vehicle, journal, fix) if runner.fix_due and fix else None
         if where is not None:
             odometer.pose = (float(where[0]), float(where[1]), float(where[2]))
         yield Moment(sample, pose, runner.lap, where)
 
 
-def _take_fixes(time: float, vehicle: VehicleParameters, journal: Journal, fix: Fix) -> Array | None:
+def _measure_fixes(time: float, vehicle: VehicleParameters, journal: Journal, fix: Fix) -> Array | None:
     """Measure every truck; return the pose of truck a `(3,)` where it was seen."""
     where = None
     for truck in vehicle.trucks:

@@ -1,4 +1,4 @@
-"""What happened during a program: its laps and the absolute fixes, as the recording folder keeps them."""
+"""Record of a program's laps and absolute fixes for the recording folder."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 
 
 class LapRecorder(Protocol):
-    """Keeps laps and fixes outside this process; `omnimate.driver.robot.recorder.Recorder` does."""
+    """Interface to store laps and fixes; implemented by `omnimate.driver.robot.recorder.Recorder`."""
 
     def lap(self, direction: Direction, start: float, end: float) -> object:
-        """Keep a lap that has ended, with the times of its start and its end [s]."""
+        """Store a finished lap, with the times of its start and end [s]."""
         ...
 
     def pose(self, at: float, truck: TruckName, pose: Sequence[float], sigma: Sequence[float]) -> object:
-        """Keep a truck's absolute pose x, y, theta [m, m, rad] and its standard deviations."""
+        """Store a truck's absolute pose x, y, theta [m, m, rad] and its standard deviations."""
         ...
 
 
 class Journal:
-    """Keeps laps and fixes while a runner works; call `observe` after each of its steps.
+    """Records laps and fixes while a runner works; call `observe` after each of its steps.
 
     Attributes:
         program: The program that is being driven.
@@ -49,7 +49,7 @@ class Journal:
         self._started = 0.0
 
     def observe(self, time: float, runner: Runner) -> None:
-        """Note the beginning and the end of a lap at the time of the sample [s]."""
+        """Record the start or the end of a lap at the time of the sample [s]."""
         if runner.lap == self.lap:
             return
         if self.lap is not None:
@@ -60,7 +60,7 @@ class Journal:
         self.lap, self._started = runner.lap, time
 
     def fix(self, time: float, truck: TruckName, pose: ArrayLike, sigma: ArrayLike) -> None:
-        """Note an absolute pose `(3,)` of a truck and its standard deviations `(3,)`, nan where unknown."""
+        """Record an absolute pose `(3,)` of a truck and its standard deviations `(3,)`, nan where unknown."""
         self._fixes.append((time, truck, pose, sigma))
         if self._recorder is not None:
             numbers = np.array([pose, sigma], np.float64).tolist()

@@ -1,6 +1,6 @@
 """The drives of the three papers, and free ones, as programs.
 
-Every lap begins and ends at rest; before and after it stands a rest of about 2 s with an absolute fix,
+Every lap begins and ends at rest; before and after it is a rest of about 2 s with an absolute fix,
 from which the operator initialises the odometry anew, U III-C 1) and O 3.2.
 """
 
@@ -28,8 +28,8 @@ from omnimate.vehicle.recording import Direction
 Turning = Literal["cw", "ccw"]
 Point = tuple[float, float]
 
-PAUSE = 0.3  # [s] stop at a corner
-STOP = 2.0  # [s] rest between laps, for a fix
+PAUSE = 0.3  # [s] stop at a corner (assumption)
+STOP = 2.0  # [s] rest between laps, for a fix (assumption)
 
 
 def _sign(direction: Direction) -> int:
@@ -42,7 +42,7 @@ def _no_direction(laps: int) -> tuple[Direction, ...]:
 
 
 def _home(follower: Follower, link_length: float | None, speed: float) -> list[Row]:
-    """Drive back to the origin from where a lap has really ended, truck b after truck a."""
+    """Return rows that drive to the origin from the end of a lap, truck b after truck a."""
     rows = [Row(GOTO, speed=speed, frame=WORLD)]
     if link_length is not None and follower == "parallel":
         rows.append(Row(GOTO, x=-link_length, speed=speed, truck=1, frame=WORLD))

@@ -1,4 +1,4 @@
-"""A program: what to drive, as a table of rows that compiled code works through, with its laps.
+"""A program: a table of motions with laps, executed by compiled code.
 
 Places and headings of a row are given in a frame: the world, in which odometry was initialised, or the
 pose at which a lap began. A row that stands still at its end is finished only when all wheels do.
@@ -72,14 +72,14 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What to drive.
+    """A program of motions.
 
     Attributes:
         protocol: Protocol as in `run.toml`: umbmark, extended-umbmark, straight, free.
         rows: The rows in the order in which they are driven.
         directions: Direction of each lap.
         side: Side of the square [m]; None where no square is driven.
-        follower: How truck b goes with truck a.
+        follower: Control law of truck b.
 
     Raises:
         ProgramError: A row could not be finished.
@@ -102,7 +102,7 @@ class Program:
 
 
 def _check(number: int, row: Row) -> None:
-    """Refuse a row that could not be finished."""
+    """Raise an error if a row could never be finished."""
     if not all(map(math.isfinite, row)):
         raise ProgramError(number, f"{row} holds a number that is not finite")
     if row.kind != REST and row.speed <= 0.0:
@@ -116,7 +116,7 @@ def _check(number: int, row: Row) -> None:
 
 
 def rest(duration: float, *, fix: bool = False) -> Row:
-    """Stand still for a time [s], with an absolute fix in the middle if asked."""
+    """Return a row that stands still for a time [s], with an absolute fix in the middle on request."""
     return Row(REST, duration=duration, fix=int(fix))
 
 

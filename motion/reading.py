@@ -1,4 +1,4 @@
-"""What the linkage reads, from the counts of one sample."""
+"""Readings of the linkage from the counts of a sample."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class LinkReader:
-    """Turns the counts of a sample into joint angles and link length; None for a single truck."""
+    """Converts the counts of a sample to joint angles and link length; None for a single truck."""
 
     def __init__(self, vehicle: VehicleParameters) -> None:
         self._columns: list[tuple[int, int, float]] = []

@@ -6,7 +6,7 @@ from omnimate.vehicle.compiled import Array
 
 
 class Settings:
-    """What does not change during a program.
+    """Constants of a program on a vehicle.
 
     Attributes:
         trucks: Number of trucks, 1 or 2.
@@ -16,7 +16,7 @@ class Settings:
         acceleration: Acceleration limit of every wheel over the floor [m/s^2].
         wheelbase: Wheelbase of each truck [m].
         radius: Radius of each wheel [m].
-        tolerance: Accuracy to which each truck's travel is driven [m]: what its encoders resolve.
+        tolerance: Accuracy of each truck's travel [m]: the resolution of its encoders.
         turn_tolerance: Accuracy to which each truck's heading is driven [rad].
         link_length: Length of the link that truck b keeps [m].
     """
@@ -34,7 +34,7 @@ class Settings:
 
 
 class State:
-    """Where the runner is in its program.
+    """State of the runner in its program.
 
     Attributes:
         row: Current row of the program; the number of rows when it is done.

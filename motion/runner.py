@@ -1,4 +1,4 @@
-"""The runner: works through a program, one step per sample, from odometry and the linkage alone."""
+"""The runner: executes a program, one step per sample, by odometry and the linkage alone."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Runner:
         self._load()
 
     def _load(self) -> None:
-        """Take a step with a copy of the state, so that the first one on a robot need not load code."""
+        """Run a step on a copy of the state, so that code is compiled before the robot moves."""
         step(self.rows, self.settings, self.state.copy(), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), self._wheels)
         self._wheels[:] = 0.0
 

@@ -1,4 +1,4 @@
-"""How one truck is steered: along a line or an arc, on the spot, towards a point.
+"""Steering of one truck: along a line or an arc, on the spot, towards a point.
 
 Each function returns the speed of the truck's centre [m/s], its turn rate [rad/s], and whether the end
 is reached. Steering acts per metre of travel, so that a slow truck turns slowly.
@@ -14,8 +14,10 @@ Steer = tuple[float, float, bool]
 
 LOOKAHEAD = 1.0  # [m] a truck off its line aims at the point this far ahead
 STIFFNESS = 4.0  # [1/m] curvature per radian off course; with the above critically damped
-RESERVE = 0.8  # part of the acceleration limit that stops use; the rest is left for steering
-SETTLING = 0.25  # part of the remaining distance in the last steps: no overshoot with one step of delay
+BRAKING_SHARE = 0.8  # [1] share of the acceleration limit for braking; the rest is for steering
+SETTLING_SHARE = (
+    0.25  # [1] share of the remaining distance per step at the end: no overshoot with one step of delay
+)
 
 
 @compiled
@@ -25,23 +27,23 @@ def clip(value: float, bound: float) -> float:
 
 
 @compiled
-def approach(remaining: float, tolerance: float, speed: float, settings: Settings) -> float:
+def approach_speed(remaining: float, tolerance: float, speed: float, settings: Settings) -> float:
     """Return the speed [m/s], with its sign, that stops at the end of a remaining distance [m].
 
-    Constant deceleration, then, for the last millimetre, a constant part of the rest per step.
+    Constant deceleration; in the last millimetre a constant share of the remaining distance per step.
     """
-    braking = RESERVE * settings.acceleration
+    braking = BRAKING_SHARE * settings.acceleration
     distance = abs(remaining)
     if distance <= tolerance:
         return 0.0
-    gain = min(SETTLING / settings.period, 0.5 * math.sqrt(braking / tolerance))
+    gain = min(SETTLING_SHARE / settings.period, 0.5 * math.sqrt(braking / tolerance))
     last = braking / (gain * gain)
     fast = gain * distance if distance <= last else math.sqrt(2.0 * braking * distance - braking * last)
     return math.copysign(min(fast, speed), remaining)
 
 
 @compiled
-def follow(
+def path_turn_rate(
     speed: float, aside: float, course: float, travel_heading: float, curvature: float, sharpest: float
 ) -> float:
     """Return the turn rate [rad/s] of a truck that follows a path.
@@ -74,9 +76,9 @@ def steer_line(
 ) -> Steer:
     """Drive along the line that ends at a point with a course [rad], front or back first, and stop there."""
     remaining, aside = rotate_xy(-course, end_x - x, end_y - y)
-    ahead = approach(remaining, tolerance, speed, settings)
+    ahead = approach_speed(remaining, tolerance, speed, settings)
     travel_heading = heading + math.pi * reverse
-    turn = follow(ahead, -aside, course, travel_heading, 0.0, sharpest)
+    turn = path_turn_rate(ahead, -aside, course, travel_heading, 0.0, sharpest)
     return (-ahead if reverse else ahead), turn, ahead == 0.0
 
 
@@ -97,15 +99,15 @@ def steer_arc(
     side = math.copysign(1.0, curvature)
     aside = side * (1.0 / abs(curvature) - math.hypot(x - centre_x, y - centre_y))
     course = math.atan2(y - centre_y, x - centre_x) + side * math.pi / 2.0
-    ahead = approach(remaining, tolerance, speed, settings)
-    return ahead, follow(ahead, aside, course, heading, curvature, abs(curvature)), ahead == 0.0
+    ahead = approach_speed(remaining, tolerance, speed, settings)
+    return ahead, path_turn_rate(ahead, aside, course, heading, curvature, abs(curvature)), ahead == 0.0
 
 
 @compiled
 def steer_turn(remaining: float, speed: float, truck: int, settings: Settings) -> Steer:
     """Turn on the spot by a remaining angle [rad], the wheels at a speed [m/s]."""
     arm = 0.5 * settings.wheelbase[truck]
-    rim = approach(remaining * arm, settings.turn_tolerance[truck] * arm, speed, settings)
+    rim = approach_speed(remaining * arm, settings.turn_tolerance[truck] * arm, speed, settings)
     return 0.0, rim / arm, rim == 0.0
 
 
@@ -125,7 +127,7 @@ def steer_past(
     """Aim at a via-point and slow down before it, until it is near enough [m] to go on, O 3.2."""
     distance = math.hypot(via_x - x, via_y - y)
     off = wrap_angle(math.atan2(via_y - y, via_x - x) - heading)
-    braking = 2.0 * RESERVE * settings.acceleration * max(distance - near, 0.0)
+    braking = 2.0 * BRAKING_SHARE * settings.acceleration * max(distance - near, 0.0)
     ahead = min(speed, math.sqrt(corner_speed * corner_speed + braking))
     if abs(off) > math.pi / 4.0:
         ahead = min(ahead, corner_speed)

@@ -10,12 +10,12 @@ from omnimate.vehicle.compiled import Array, Record, compiled
 from omnimate.vehicle.linkage import place_follower
 from omnimate.vehicle.se2 import transform_xy, wrap_angle
 
-CLOSE = 0.005  # [m] from its goal a truck need not drive there
+GOAL_TOLERANCE = 0.005  # [m] distance from a goal within which a truck need not drive (assumption)
 
 
 @compiled
-def sense(x: float, y: float, theta: float, link: tuple[float, float, float], state: State) -> None:
-    """Take in the pose of truck a and the linkage; place truck b by them, C (16)."""
+def update_poses(x: float, y: float, theta: float, link: tuple[float, float, float], state: State) -> None:
+    """Update the pose of truck a and the linkage reading, and place truck b, C (16)."""
     state.heading += wrap_angle(theta - state.heading)
     state.pose[0, 0], state.pose[0, 1], state.pose[0, 2] = x, y, theta
     state.link[0], state.link[1], state.link[2] = link
@@ -25,8 +25,8 @@ def sense(x: float, y: float, theta: float, link: tuple[float, float, float], st
 
 
 @compiled
-def enter(row: Row, state: State) -> None:
-    """Begin a row: set its frame, and remember the formation from which it starts."""
+def begin_row(row: Row, state: State) -> None:
+    """Begin a row: set its frame, and store the initial formation."""
     if row.frame == HERE:
         state.frame[0], state.frame[1], state.frame[2] = state.pose[0, 0], state.pose[0, 1], state.heading
     elif row.frame == WORLD:
@@ -36,18 +36,18 @@ def enter(row: Row, state: State) -> None:
     state.phase = 0
     state.rested = 0
     state.progress = 0.0
-    centre_x, centre_y = in_frame(row, state)
+    centre_x, centre_y = goal_position(row, state)
     state.bearing = math.atan2(state.pose[0, 1] - centre_y, state.pose[0, 0] - centre_x)
 
 
 @compiled
-def in_frame(row: Row, state: State) -> tuple[float, float]:
-    """Return the row's place in the frame of the poses [m]."""
+def goal_position(row: Row, state: State) -> tuple[float, float]:
+    """Return the row's goal in the frame of the poses [m]."""
     return transform_xy(state.frame, row.x, row.y)
 
 
 @compiled
-def stand(row: Row, state: State, settings: Settings) -> Steer:
+def stand_still(row: Row, state: State, settings: Settings) -> Steer:
     """Stand still for the row's duration; in its middle a fix is due if asked for."""
     steps = max(2, round(row.duration / settings.period))
     if state.at_rest:
@@ -57,10 +57,10 @@ def stand(row: Row, state: State, settings: Settings) -> Steer:
 
 
 @compiled
-def go_round(row: Row, state: State, settings: Settings) -> Steer:
+def drive_arc(row: Row, state: State, settings: Settings) -> Steer:
     """Drive along the row's arc, measuring the travel by the angle around its centre."""
     x, y, heading = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
-    centre_x, centre_y = in_frame(row, state)
+    centre_x, centre_y = goal_position(row, state)
     bearing = math.atan2(y - centre_y, x - centre_x)
     state.progress += wrap_angle(bearing - state.bearing) / row.curvature
     state.bearing = bearing
@@ -72,15 +72,15 @@ def go_round(row: Row, state: State, settings: Settings) -> Steer:
 
 
 @compiled
-def go_to(row: Row, state: State, settings: Settings) -> Steer:
+def drive_to_goal(row: Row, state: State, settings: Settings) -> Steer:
     """Turn towards a goal, front or back, whichever is nearer; drive there; turn to the heading wanted."""
     truck = row.truck
     x, y, heading = state.pose[truck, 0], state.pose[truck, 1], state.pose[truck, 2]
-    goal_x, goal_y = in_frame(row, state)
+    goal_x, goal_y = goal_position(row, state)
     if state.phase == 0:
         state.course = math.atan2(goal_y - y, goal_x - x)
         state.backwards = 1 if abs(wrap_angle(state.course - heading)) > math.pi / 2.0 else 0
-        close = max(CLOSE, 2.0 * settings.tolerance[truck])
+        close = max(GOAL_TOLERANCE, 2.0 * settings.tolerance[truck])
         state.phase = 3 if math.hypot(goal_x - x, goal_y - y) < close else 1
     if state.phase == 2:
         tolerance = settings.tolerance[truck]
@@ -101,9 +101,9 @@ def go_to(row: Row, state: State, settings: Settings) -> Steer:
 def steer(row: Row, state: State, settings: Settings) -> Steer:
     """Return speed [m/s] and turn rate [rad/s] of the row's truck, and whether the row is finished."""
     x, y, heading = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
-    to_x, to_y = in_frame(row, state)
+    to_x, to_y = goal_position(row, state)
     if row.kind == REST:
-        return stand(row, state, settings)
+        return stand_still(row, state, settings)
     if row.kind == PASS:
         return steer_past(
             x, y, heading, to_x, to_y, row.tolerance, row.curvature, row.speed, row.corner_speed, settings
@@ -118,14 +118,16 @@ def steer(row: Row, state: State, settings: Settings) -> Steer:
         remaining = state.frame[2] + row.heading - state.heading
         speed, turn, there = steer_turn(remaining, row.speed, 0, settings)
     elif row.kind == ARC:
-        speed, turn, there = go_round(row, state, settings)
+        speed, turn, there = drive_arc(row, state, settings)
     elif row.kind == GOTO:
-        speed, turn, there = go_to(row, state, settings)
+        speed, turn, there = drive_to_goal(row, state, settings)
     return speed, turn, there and stopped(row.truck, state)
 
 
 @compiled
-def move(kind: int, truck: int, speed: float, turn: float, state: State, settings: Settings) -> None:
+def set_wheel_speeds(
+    kind: int, truck: int, speed: float, turn: float, state: State, settings: Settings
+) -> None:
     """Set the speeds of all wheels, within their limits; the other truck follows truck a, or stands."""
     drive_truck(truck, speed, turn, state, settings)
     if settings.trucks == 1:
@@ -151,13 +153,13 @@ def step(
     link: tuple[float, float, float],
     wheels: Array,
 ) -> bool:
-    """Take one pose of truck a and one reading of the linkage; write the wheel speeds [rad/s] to `wheels`.
+    """Process a pose of truck a and a reading of the linkage; write the wheel speeds [rad/s] to `wheels`.
 
     Returns:
-        Whether something happened: a lap began or ended, a fix is due, or the program is done.
+        Whether a lap began or ended, a fix is due, or the program is done.
     """
     settings, state = all_settings[0], states[0]
-    sense(pose[0], pose[1], pose[2], link, state)
+    update_poses(pose[0], pose[1], pose[2], link, state)
     state.at_rest = 1 if stopped(0, state) and stopped(1, state) else 0
     state.fix_due = 0
     lap, kind, truck = state.lap, REST, 0
@@ -172,11 +174,11 @@ def step(
         state.lap = -1
         speed, turn, finished = 0.0, 0.0, False
         if state.row < len(rows):
-            enter(rows[state.row], state)
+            begin_row(rows[state.row], state)
             speed, turn, finished = steer(rows[state.row], state, settings)
     if state.row < len(rows):
         kind, truck = rows[state.row].kind, rows[state.row].truck
-    move(kind, truck, speed, turn, state, settings)
+    set_wheel_speeds(kind, truck, speed, turn, state, settings)
     for wheel in range(2 * settings.trucks):
         wheels[wheel] = state.speeds[wheel] / settings.radius[wheel]
     return bool(state.lap != lap or state.fix_due or state.row == len(rows))

@@ -1,4 +1,4 @@
-"""The speeds of the wheels: of a truck within its limits, and of truck b as it goes with truck a.
+"""Wheel speeds of a truck within its limits, and control of truck b relative to truck a.
 
 Truck b follows as a car's rear axle, or in formation: from truck a's speed and the readings of the linkage,
 to b's speed [m/s] and turn rate [rad/s]. The slider takes up the remainder.
@@ -10,11 +10,11 @@ from omnimate.motion.records import Settings, State
 from omnimate.vehicle.compiled import compiled
 from omnimate.vehicle.se2 import rotate_xy, wrap_angle
 
-LENGTH_GAIN = 1.0  # [1/s] slider error that is driven out per second
-FACING_GAIN = 2.0  # [1/s] turn rate per radian that b faces off a, loosely
-HEADING_GAIN = 1.0  # [1/s] likewise between the headings of a and b
-ASIDE_GAIN = 4.0  # [1/m^2] curvature per metre off the place in the formation
-STEEPEST = 0.2  # cosine of joint_b below which b does not speed up any more
+LENGTH_GAIN = 1.0  # [1/s] speed of b per error of the link's length
+JOINT_GAIN = 2.0  # [1/s] turn rate of b per angle of joint_b
+HEADING_GAIN = 1.0  # [1/s] turn rate of b per difference of headings
+OFFSET_GAIN = 4.0  # [1/m^2] curvature per sideways offset in the formation
+MIN_JOINT_COSINE = 0.2  # [1] lower limit of cos(joint_b) in the speed of b
 
 
 @compiled
@@ -22,7 +22,7 @@ def follow_like_car(speed: float, state: State, settings: Settings) -> tuple[flo
     """Face the centre of truck a loosely and keep the link's length, O 3.2."""
     along = speed * math.cos(state.link[0]) + LENGTH_GAIN * (state.link[2] - settings.link_length)
     behind = wrap_angle(state.link[1])
-    return along / max(math.cos(behind), STEEPEST), -FACING_GAIN * behind
+    return along / max(math.cos(behind), MIN_JOINT_COSINE), -JOINT_GAIN * behind
 
 
 @compiled
@@ -33,7 +33,7 @@ def keep_formation(speed: float, turn: float, state: State, settings: Settings) 
     north = state.pose[0, 1] - settings.link_length * sin - state.pose[1, 1]
     ahead, aside = rotate_xy(-state.pose[1, 2], east, north)
     off = wrap_angle(state.link[0] - state.link[1])
-    rate = turn + HEADING_GAIN * off + ASIDE_GAIN * speed * aside
+    rate = turn + HEADING_GAIN * off + OFFSET_GAIN * speed * aside
     return speed * math.cos(off) + LENGTH_GAIN * ahead, rate
 
 

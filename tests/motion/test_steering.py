@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from omnimate.motion.records import Settings
 from omnimate.motion.steering import (
-    approach,
+    approach_speed,
     clip,
-    follow,
+    path_turn_rate,
     steer_arc,
     steer_line,
     steer_past,
@@ -37,7 +37,7 @@ def test_an_approach_stops_at_its_end_without_overshoot_even_one_step_late(way, 
     own, tolerance = limits(period, acceleration), 1.2e-5
     speeds, speed, gone = [0.0], 0.0, 0.0
     for _ in range(round((abs(way) / 0.5 + 20.0) / period)):
-        wanted = approach(way - gone, tolerance, 0.5, own)
+        wanted = approach_speed(way - gone, tolerance, 0.5, own)
         speed += clip(wanted - speed, acceleration * period)
         speeds.append(speed)
         gone += speeds[-1 - delay] * period
@@ -50,15 +50,15 @@ def test_an_approach_brakes_with_less_than_the_limit():
     own = limits()
     ways = [0.001 * step for step in range(1, 1000)]
     for way in ways:
-        speed = approach(way, 1.2e-5, 10.0, own)
-        assert speed - approach(way - speed * 0.015, 1.2e-5, 10.0, own) <= 0.5 * 0.015
+        speed = approach_speed(way, 1.2e-5, 10.0, own)
+        assert speed - approach_speed(way - speed * 0.015, 1.2e-5, 10.0, own) <= 0.5 * 0.015
 
 
 def test_a_truck_beside_its_path_turns_towards_it():
-    assert follow(0.3, 0.1, 0.0, 0.0, 0.0, 1.0) < 0.0
-    assert follow(0.3, -0.1, 0.0, 0.0, 0.0, 1.0) > 0.0
-    assert follow(0.3, 0.0, 0.0, 0.0, 0.5, 1.0) == pytest.approx(0.15)
-    assert follow(-0.01, 0.1, 0.0, 0.0, 0.0, 1.0) == 0.0
+    assert path_turn_rate(0.3, 0.1, 0.0, 0.0, 0.0, 1.0) < 0.0
+    assert path_turn_rate(0.3, -0.1, 0.0, 0.0, 0.0, 1.0) > 0.0
+    assert path_turn_rate(0.3, 0.0, 0.0, 0.0, 0.5, 1.0) == pytest.approx(0.15)
+    assert path_turn_rate(-0.01, 0.1, 0.0, 0.0, 0.0, 1.0) == 0.0
 
 
 def test_a_line_driven_in_reverse_keeps_the_heading_and_goes_backwards():

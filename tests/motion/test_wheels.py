@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.motion.records import Settings, State
-from omnimate.motion.stepping import sense
+from omnimate.motion.stepping import update_poses
 from omnimate.motion.wheels import drive_truck, follow_like_car, keep_formation, stopped
 from omnimate.vehicle.arcs import advance
 from omnimate.vehicle.compiled import record
@@ -26,7 +26,7 @@ def robot(pose_a, pose_b):
 
 
 def see(states, pose_a, pose_b):
-    sense(*pose_a, tuple(float(part) for part in linkage_of(pose_a, pose_b)), states[0])
+    update_poses(*pose_a, tuple(float(part) for part in linkage_of(pose_a, pose_b)), states[0])
 
 
 def go(pose, speed, turn):
