@@ -84,10 +84,10 @@ def number_code(values: Column, bits: int) -> NumberCode:
 
     step = centre(np.diff(values))
     lengths = [residual_code(step), residual_code(centre(np.diff(step, prepend=0).view(np.uint64)))]
-    usual = int(np.median(step))
-    if usual:
-        rest = residual_code(centre((step - usual).view(np.uint64)))
-        lengths.append(rest + first_value(usual, bits) + 1.0)
+    median_step = int(np.median(step))
+    if median_step:
+        rest = residual_code(centre((step - median_step).view(np.uint64)))
+        lengths.append(rest + first_value(median_step, bits) + 1.0)
     far = centre(values - values[len(values) // 2])
     far -= np.int64(np.median(far))
     lengths.append(residual_code(far[1:]) + first_value(int(far[0]), bits) + 1.0)
@@ -190,15 +190,15 @@ def symbol_code(values: Column, bits: int, below: Column | None = None, *, new_v
         sizes = np.bincount(_set_bits(flips[changed[first] - 1]), minlength=bits + 1)
         joint += float(sizes @ [flags_value((1 << size) - 1, bits) for size in range(bits + 1)])
     moves = [int(np.count_nonzero(flips >> np.uint64(bit) & np.uint64(1))) for bit in range(bits)]
-    each = sum(_binary_code(len(flips) - count, count) for count in moves if count)
-    each += flags_value((1 << sum(map(bool, moves))) - 1, bits)
+    separate = sum(_binary_code(len(flips) - count, count) for count in moves if count)
+    separate += flags_value((1 << sum(map(bool, moves))) - 1, bits)
     coins = sum(0.4 * len(flips) < count < 0.6 * len(flips) for count in moves)
-    return min(joint, each) + 2.0 + CODE_EXCESS / 8 * coins * len(flips)
+    return min(joint, separate) + 2.0 + CODE_EXCESS / 8 * coins * len(flips)
 
 
 def _conditional_change_code(changes: NDArray[np.bool_], others: NDArray[np.bool_]) -> float:
     """Return the code length of the changes of a field given those of another one, both `(N,)`."""
-    together, alone = (int(np.count_nonzero(changes & each)) for each in (others, ~others))
+    together, alone = (int(np.count_nonzero(changes & mask)) for mask in (others, ~others))
     known = int(np.count_nonzero(others))
     never = (
         _binary_code(len(others) - known - alone, alone) if alone else 0.0

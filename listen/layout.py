@@ -192,9 +192,9 @@ def _add_float(weights: dict[Reading, float], column: Column, direction: Directi
     # passes 0 is small for a moment: the largest value gives the size.
     far = abs(int(used.max()) - 129)
     step = to_signed(np.diff(ordered_floats(column)), 33)
-    usual = float(np.median(np.abs(step[step != 0])))
+    median_step = float(np.median(np.abs(step[step != 0])))
     # 24 bits resolve more than any sensor: its steps are of 2^6 units of the last place and more.
-    fine = 0.0 if usual >= priors.FLOAT_STEP else priors.FLOAT_STEP_BITS
+    fine = 0.0 if median_step >= priors.FLOAT_STEP else priors.FLOAT_STEP_BITS
     zeros = min(
         trailing_zero_bits(column & np.uint64(0xFFFFFF)), MAX_MANTISSA_ZEROS
     )  # of what counts in 1/16, for example

@@ -87,8 +87,8 @@ def find_network(frames: Frames) -> Network:
     plain = standard.select(standard.flags & REMOTE == 0)
     syncs = plain.select((plain.can_id == SYNC_ID) & (plain.length <= 1))
     interval = np.diff(syncs.time)
-    usual = float(np.median(interval)) if len(interval) else None
-    regular = interval[interval < 1.5 * usual] if usual else interval
+    median_interval = float(np.median(interval)) if len(interval) else None
+    regular = interval[interval < 1.5 * median_interval] if median_interval else interval
     parameters = seen_objects(plain)
     numbers = _numbers(standard, plain)
     return Network(
@@ -96,7 +96,7 @@ def find_network(frames: Frames) -> Network:
             number: _node(number, standard, plain)
             for number in sorted(numbers | {key[0] for key in parameters})
         },
-        usual,
+        median_interval,
         float(np.std(regular)) if len(regular) else 0.0,
         int(syncs.data[:, 0].max()) if len(syncs) and np.all(syncs.length == 1) else 0,
         syncs.time,
@@ -141,8 +141,8 @@ def _device_type(number: int, plain: Frames) -> int | None:
     """Return 1000h as the node answered by SDO, expedited; None where that was not seen."""
     rows = (plain.can_id == 0x580 + number) & (plain.length == 8) & (plain.data[:, 0] == 0x43)
     rows &= (plain.data[:, 1] == 0) & (plain.data[:, 2] == 0x10) & (plain.data[:, 3] == 0)
-    found = plain.data[rows, 4:8]
-    return int.from_bytes(found[-1].tobytes(), "little") if len(found) else None
+    device_types = plain.data[rows, 4:8]
+    return int.from_bytes(device_types[-1].tobytes(), "little") if len(device_types) else None
 
 
 def _commands(plain: Frames) -> Iterator[str]:

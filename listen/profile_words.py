@@ -105,10 +105,10 @@ def _word_bits(
     names = list(meanings)
     total, before, expected = 0.0, -1, {working, *names[:2]}  # a log begins while it works, or is switched on
     for value in values.tolist():
-        found = [name for name, (mask, wanted) in meanings.items() if value & mask == wanted]
-        if not found:
+        matching = [name for name, (mask, wanted) in meanings.items() if value & mask == wanted]
+        if not matching:
             return math.inf
-        name = max(found, key=lambda name: meanings[name][0].bit_count())
+        name = max(matching, key=lambda name: meanings[name][0].bit_count())
         free = ~meanings[name][0] & 0xFFFF
         rest = len(meanings) - len(expected)
         total += (

@@ -58,14 +58,14 @@ def find_sending(
     if len(interval) + 1 < MIN_FRAMES:
         period = float(np.median(interval)) if len(interval) else 0.0
         return Sending("cannot tell", 0.0, period, 0.0)
-    usual = float(np.median(interval))
-    regular = interval[np.abs(interval - usual) < 0.5 * usual]
+    median_interval = float(np.median(interval))
+    regular = interval[np.abs(interval - median_interval) < 0.5 * median_interval]
     jitter = float(np.std(regular)) if len(regular) else 0.0
-    grid = np.maximum(np.rint(interval / usual), 1.0)
+    grid = np.maximum(np.rint(interval / median_interval), 1.0)
     gaps = int(np.count_nonzero(grid > 1))
     same = int(np.count_nonzero(~np.any(data[1:] != data[:-1], axis=1)))
     # A timer's period must be described, of SYNC only a small whole number.
-    late = _ticks(interval - grid * usual) + first_value(round(usual / TICK), 32)
+    late = _ticks(interval - grid * median_interval) + first_value(round(median_interval / TICK), 32)
     lengths: dict[Cause, float] = {
         "timer": late + gaps * EXCEPTION_BITS,
         "change": late + gaps + same * EXCEPTION_BITS + 1.0,
@@ -84,7 +84,7 @@ def find_sending(
             by_sync = float(np.std(delay)), every, middle
     best = min(lengths, key=lambda cause: lengths[cause])
     total = math.fsum(2.0 ** max(lengths[best] - each, -1000.0) for each in lengths.values())
-    return Sending(best, 1.0 / total, usual, *(by_sync if best == "SYNC" else without_sync))
+    return Sending(best, 1.0 / total, median_interval, *(by_sync if best == "SYNC" else without_sync))
 
 
 def _ticks(seconds: NDArray[np.float64]) -> float:

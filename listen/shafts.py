@@ -85,10 +85,10 @@ def _is_trackable(signal: LearnedSignal) -> bool:
 
 def _track(signal: LearnedSignal, clock: NDArray[np.float64]) -> Track:
     time, value = signal.time, signal.unwrapped()
-    usual = float(np.median(np.diff(time)))
+    median_interval = float(np.median(np.diff(time)))
     # A device that sends changes is silent while nothing changes: its last value holds.
-    gaps = np.flatnonzero(np.diff(time) > 3 * usual)
-    time = np.insert(time, gaps + 1, time[gaps + 1] - usual)
+    gaps = np.flatnonzero(np.diff(time) > 3 * median_interval)
+    time = np.insert(time, gaps + 1, time[gaps + 1] - median_interval)
     value = np.insert(value, gaps + 1, value[gaps])
     at = np.interp(clock, time, value)
     rate = np.convolve(at, np.array([1.0, 0.0, -1.0]) / (2 * CLOCK_STEP), "same")

@@ -137,9 +137,9 @@ def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[Learn
     """
     if known:
         return tuple(
-            _known_signal(message, each)
-            for each in known
-            if each.start_bit + each.bits <= 8 * message.data.shape[1]
+            _known_signal(message, layout_field)
+            for layout_field in known
+            if layout_field.start_bit + layout_field.bits <= 8 * message.data.shape[1]
         )
     is_canopen = message.node > 0
     big_endian = priors.BIG_ENDIAN if is_canopen else priors.BIG_ENDIAN_ELSEWHERE
@@ -150,13 +150,15 @@ def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[Learn
     if switched is None:
         return _signals(message, layout)
     switch = _multiplexor(message, switched)
-    found = [switch]
+    learned = [switch]
     for value, parts in switched.layouts.items():
         rows = np.flatnonzero(message.data[:, switched.start // 8] == value)
-        for first, last, each in parts:
+        for first, last, layout_field in parts:
             part_of = replace(message, time=message.time[rows], data=message.data[rows, first:last])
-            found += [_moved(signal, value, first, last, message) for signal in _signals(part_of, each)]
-    return tuple(found)
+            learned += [
+                _moved(signal, value, first, last, message) for signal in _signals(part_of, layout_field)
+            ]
+    return tuple(learned)
 
 
 def _moved(signal: LearnedSignal, switch: int, first: int, last: int, message: Message) -> LearnedSignal:
@@ -169,14 +171,17 @@ def _moved(signal: LearnedSignal, switch: int, first: int, last: int, message: M
 def _signals(message: Message, layout: Layout) -> tuple[LearnedSignal, ...]:
     order = max(layout.big_endian, 1.0 - layout.big_endian)
     fields = _merged(layout.fields)
-    following = [*(each.bits if _is_constant(each) else 0 for each in fields[1:]), 0]
-    return tuple(_signal(message, each, order, spare) for each, spare in zip(fields, following, strict=True))
+    following = [*(layout_field.bits if _is_constant(layout_field) else 0 for layout_field in fields[1:]), 0]
+    return tuple(
+        _signal(message, layout_field, order, spare)
+        for layout_field, spare in zip(fields, following, strict=True)
+    )
 
 
-def _multiplexor(message: Message, found: Multiplexed) -> LearnedSignal:
-    raw = _column(message, found.start, 8, is_big_endian=False)
-    values = ", ".join(map(str, found.layouts))
-    return _blank(message, found.start, 8, raw).says(
+def _multiplexor(message: Message, learned: Multiplexed) -> LearnedSignal:
+    raw = _column(message, learned.start, 8, is_big_endian=False)
+    values = ", ".join(map(str, learned.layouts))
+    return _blank(message, learned.start, 8, raw).says(
         f"the other bytes are described more shortly by its values {values}",
         kind="multiplexor",
         kind_probability=SURE_PROBABILITY,
@@ -197,12 +202,16 @@ def _most_active_frames(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def _merged(fields: Sequence[Field]) -> list[Field]:
     """Return the fields with neighbouring constant ones merged."""
     merged: list[Field] = []
-    for each in fields:
-        if merged and _is_constant(each) and _is_constant(merged[-1]):
+    for layout_field in fields:
+        if merged and _is_constant(layout_field) and _is_constant(merged[-1]):
             last = merged[-1]
-            merged[-1] = replace(last, bits=last.bits + each.bits, probability=1.0)
+            merged[-1] = replace(last, bits=last.bits + layout_field.bits, probability=1.0)
         else:
-            merged.append(replace(each, probability=1.0) if _is_constant(each) and len(fields) > 1 else each)
+            merged.append(
+                replace(layout_field, probability=1.0)
+                if _is_constant(layout_field) and len(fields) > 1
+                else layout_field
+            )
     return merged
 
 
@@ -218,8 +227,8 @@ def _width_is_open(raw: NDArray[np.uint64], bits: int, spare: int) -> bool:
     return not wraps and any(bits < width <= bits + spare for width in WIDTHS)
 
 
-def _is_constant(each: Field) -> bool:
-    return max(each.readings, key=lambda reading: each.readings[reading])[0] == "constant"
+def _is_constant(layout_field: Field) -> bool:
+    return max(layout_field.readings, key=lambda reading: layout_field.readings[reading])[0] == "constant"
 
 
 def _column(message: Message, start: int, bits: int, *, is_big_endian: bool) -> NDArray[np.uint64]:
@@ -227,28 +236,34 @@ def _column(message: Message, start: int, bits: int, *, is_big_endian: bool) -> 
     return little_endian(data) >> np.uint64(start) & np.uint64((1 << bits) - 1)
 
 
-def _signal(message: Message, each: Field, order: float, spare: int) -> LearnedSignal:
+def _signal(message: Message, layout_field: Field, order: float, spare: int) -> LearnedSignal:
     """Return the signal of a field, behind which so many bits never change."""
-    raw = _column(message, each.start, each.bits, is_big_endian=each.is_big_endian)
-    kinds = _kinds(each.readings)
+    raw = _column(message, layout_field.start, layout_field.bits, is_big_endian=layout_field.is_big_endian)
+    kinds = _kinds(layout_field.readings)
     kind = max(kinds, key=lambda name: kinds[name])
-    signal = replace(_blank(message, each.start, each.bits, raw), is_big_endian=each.is_big_endian)
+    signal = replace(
+        _blank(message, layout_field.start, layout_field.bits, raw), is_big_endian=layout_field.is_big_endian
+    )
     if kind == "constant":
         return signal.says(
-            _constant_reason(raw), kind="constant", kind_probability=1.0, boundaries=each.probability
+            _constant_reason(raw), kind="constant", kind_probability=1.0, boundaries=layout_field.probability
         )
     signal = signal.says(
-        *_layout_reasons(each, kinds, order),
+        *_layout_reasons(layout_field, kinds, order),
         boundaries=min(
-            each.probability * (order if each.bits > 8 else 1.0),
-            1.0 if message.node and each.start % 8 == 0 and each.bits % 8 == 0 else MAX_PACKED_PROBABILITY,
-            MAX_OPEN_PROBABILITY if kind == "bits" and each.bits > 8 else 1.0,
-            MAX_OPEN_PROBABILITY if kind == "number" and _width_is_open(raw, each.bits, spare) else 1.0,
+            layout_field.probability * (order if layout_field.bits > 8 else 1.0),
+            1.0
+            if message.node and layout_field.start % 8 == 0 and layout_field.bits % 8 == 0
+            else MAX_PACKED_PROBABILITY,
+            MAX_OPEN_PROBABILITY if kind == "bits" and layout_field.bits > 8 else 1.0,
+            MAX_OPEN_PROBABILITY
+            if kind == "number" and _width_is_open(raw, layout_field.bits, spare)
+            else 1.0,
         ),
         kind=kind if kinds[kind] > 0.5 else "cannot tell",
         kind_probability=kinds[kind],
     )
-    return _refined(signal, each.readings)
+    return _refined(signal, layout_field.readings)
 
 
 def _known_signal(message: Message, known: Signal) -> LearnedSignal:
@@ -296,15 +311,15 @@ def _constant_reason(raw: NDArray[np.uint64]) -> str:
     return f"it was {value:X}h in all {len(raw)} frames, so that its parts and its kind are not identified"
 
 
-def _layout_reasons(each: Field, kinds: Mapping[Kind, float], order: float) -> list[str]:
+def _layout_reasons(layout_field: Field, kinds: Mapping[Kind, float], order: float) -> list[str]:
     reasons = [
-        f"bits {each.start} to {each.start + each.bits - 1} are shortest together, P = {each.probability:.3f}"
+        f"bits {layout_field.start} to {layout_field.start + layout_field.bits - 1} are shortest together, P = {layout_field.probability:.3f}"
     ]
-    if each.bits > 8:
-        name = "big-endian" if each.is_big_endian else "little-endian"
+    if layout_field.bits > 8:
+        name = "big-endian" if layout_field.is_big_endian else "little-endian"
         reasons.append(f"{name}: P = {order:.3f}")
     shares = ", ".join(
-        f"{kind} {share:.3f}" for kind, share in sorted(kinds.items(), key=lambda each: -each[1])[:3]
+        f"{kind} {share:.3f}" for kind, share in sorted(kinds.items(), key=lambda item: -item[1])[:3]
     )
     reasons.append(f"as {shares}")
     return reasons
@@ -322,7 +337,7 @@ def _refined(signal: LearnedSignal, readings: Mapping[Reading, float]) -> Learne
         return steady
     signs = {signed: share for (kind, signed), share in readings.items() if kind == "number"}
     whole = sum(signs.values()) or 1.0
-    signed = max(signs, key=lambda each: signs[each]) if signs else None
+    signed = max(signs, key=lambda sign: signs[sign]) if signs else None
     share = signs.get(signed, 0.0) / whole
     if signal.turn:
         return signal.says(f"it starts again after {turn} counts", signed=False)
@@ -337,25 +352,29 @@ def _counter_or_time(signal: LearnedSignal) -> LearnedSignal | None:
     step = np.diff(signal.unwrapped())
     if len(step) < 8 or np.median(step) <= 0:
         return None
-    usual = float(np.median(step))
-    same = float(np.mean(step == usual))
+    median_step = float(np.median(step))
+    same = float(np.mean(step == median_step))
     passed = np.diff(signal.time)
-    usually = float(np.median(passed))  # a lost frame makes a pause, and no clock of a frame counter
-    is_regular = bool(np.median(np.abs(passed - usually)) < 0.01 * usually)
+    median_interval = float(np.median(passed))  # a lost frame makes a pause, and no clock of a frame counter
+    is_regular = bool(np.median(np.abs(passed - median_interval)) < 0.01 * median_interval)
     total = signal.unwrapped()
     slope, offset = np.polyfit(signal.time - signal.time[0], total, 1)
     rest = float(np.std(total - slope * (signal.time - signal.time[0]) - offset))
     length = float(signal.time[-1] - signal.time[0])
-    if same >= MIN_SAME_STEP_SHARE and usual <= 16 and not (rest < 0.3 * usual and not is_regular):
+    if (
+        same >= MIN_SAME_STEP_SHARE
+        and median_step <= 16
+        and not (rest < 0.3 * median_step and not is_regular)
+    ):
         return signal.says(
-            f"it grows by {usual:.0f} from frame to frame, in {same:.1%} of them",
+            f"it grows by {median_step:.0f} from frame to frame, in {same:.1%} of them",
             kind="counter",
             signed=None,
         )
     jitter = max(float(np.std(passed)), 1e-4)
     is_clock = abs(slope) * jitter * 6 + 2.0 > rest and rest < MAX_CLOCK_ERROR * abs(slope) * length
     unit = (
-        min((1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6), key=lambda each: abs(np.log(slope / each)))
+        min((1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6), key=lambda rate: abs(np.log(slope / rate)))
         if slope > 0
         else 1.0
     )

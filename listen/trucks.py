@@ -172,14 +172,14 @@ def _front(
     forward: int,
 ) -> tuple[int | None, list[str]]:
     """Return the truck in front, by the sign of its joint's own term, and why."""
-    found: dict[int, float] = {0: 0.0, 1: 0.0}
+    front_odds: dict[int, float] = {0: 0.0, 1: 0.0}
     for number, truck in enumerate(joints):
         if truck is not None and forward:
             factor, odds = fits[number][pairing[truck]].angles[number]
             leads = truck if factor * forward < 0 else 1 - truck
-            found[leads] += odds
-    front = int(found[1] > found[0])
-    if found[front] - found[1 - front] < math.log(MIN_ODDS):
+            front_odds[leads] += odds
+    front = int(front_odds[1] > front_odds[0])
+    if front_odds[front] - front_odds[1 - front] < math.log(MIN_ODDS):
         return None, ["which truck is in front is not identified"]
     return front, [f"truck {front + 1} is in front: driving straightens its joint"]
 
@@ -227,8 +227,8 @@ def _joints_alike(
         return 0.0, 0.0
     both = 0.0
     for truck in (0, 1):
-        mine, other = joints.index(truck), joints.index(1 - truck)
-        angles = fits[mine][pairing[truck]].angles
-        sign = -math.copysign(1.0, angles[mine][0] * angles[other][0])
-        both += sign * min(angles[mine][1], angles[other][1])
+        joint, other = joints.index(truck), joints.index(1 - truck)
+        angles = fits[joint][pairing[truck]].angles
+        sign = -math.copysign(1.0, angles[joint][0] * angles[other][0])
+        both += sign * min(angles[joint][1], angles[other][1])
     return math.copysign(1.0, both), abs(both)

@@ -118,10 +118,10 @@ def find_wheels(shafts: Sequence[Shaft]) -> Kinematics:
     }
     group = _largest_group(len(moving), pairs)
     if len(group) not in {2, 4}:
-        found = f"{len(group)} shafts move alike" if group else "no two shafts move alike"
+        assignment = f"{len(group)} shafts move alike" if group else "no two shafts move alike"
         others = tuple(Other(shaft, "cannot tell", 0.0) for shaft in moving)
         return Kinematics(
-            (), others, (f"{found}: a robot has 2 or 4 wheels, so which are wheels is not identified",)
+            (), others, (f"{assignment}: a robot has 2 or 4 wheels, so which are wheels is not identified",)
         )
     return _kinematics(moving, group, pairs)
 
@@ -224,17 +224,17 @@ def _kinematics(
             f"{(1 + abs(going)) / 2:.0%} of the travel is in one direction, which is taken as forward"
         )
     rest = [moving[k] for k in range(len(moving)) if k not in group]
-    found = _trucks([moving[k] for k in group], ratios, rest, forward)
-    trucks, sides = _places(found, len(group))
-    reasons += found.reasons
+    assignment = _trucks([moving[k] for k in group], ratios, rest, forward)
+    trucks, sides = _places(assignment, len(group))
+    reasons += assignment.reasons
     spreads = [0.0, *(pairs[first, other].spread for other in group[1:])]
     wheels = tuple(
         Wheel(moving[k], ratio, spread, truck, side, int(np.sign(ratio)) * forward)
         for k, ratio, spread, truck, side in zip(group, ratios, spreads, trucks, sides, strict=True)
     )
     turns, ahead = _turns(moving[first].position.start, rates, sides, forward)
-    others = _others(rest, rates, found)
-    return Kinematics(wheels, others, tuple(reasons), turns, ahead, found.front)
+    others = _others(rest, rates, assignment)
+    return Kinematics(wheels, others, tuple(reasons), turns, ahead, assignment.front)
 
 
 def _trucks(wheels: Sequence[Shaft], ratios: list[float], rest: Sequence[Shaft], forward: int) -> Trucks:
@@ -251,35 +251,35 @@ def _trucks(wheels: Sequence[Shaft], ratios: list[float], rest: Sequence[Shaft],
     return find_trucks(rates, ratios, nodes, others, forward)
 
 
-def _places(found: Trucks, count: int) -> tuple[list[int | None], list[int | None]]:
+def _places(assignment: Trucks, count: int) -> tuple[list[int | None], list[int | None]]:
     """Return truck and side of each wheel."""
     if count == 2:
-        return ([0, 0], [0, 1]) if found.has_sides else ([None] * 2, [None] * 2)
+        return ([0, 0], [0, 1]) if assignment.has_sides else ([None] * 2, [None] * 2)
     trucks: list[int | None] = [None] * count
     sides: list[int | None] = [None] * count
-    for number, pair in enumerate(found.pairing or ()):
+    for number, pair in enumerate(assignment.pairing or ()):
         for side, wheel in enumerate(pair):
             trucks[wheel] = number
-            sides[wheel] = side if found.has_sides or number == 0 else None
+            sides[wheel] = side if assignment.has_sides or number == 0 else None
     return trucks, sides
 
 
-def _others(rest: Sequence[Shaft], rates: NDArray[np.float64], found: Trucks) -> tuple[Other, ...]:
+def _others(rest: Sequence[Shaft], rates: NDArray[np.float64], assignment: Trucks) -> tuple[Other, ...]:
     """Return the roles of the other movements: joints by their law, a slider by the trucks' speeds."""
-    if found.pairing is None:
+    if assignment.pairing is None:
         return tuple(Other(shaft, "cannot tell", 0.0) for shaft in rest)
-    one, other = ((rates[i] + rates[j]) / 2 for i, j in found.pairing)
+    one, other = ((rates[i] + rates[j]) / 2 for i, j in assignment.pairing)
     angles = [
         shaft.position.value - shaft.position.value.mean()
-        for shaft, truck in zip(rest, found.joints, strict=True)
+        for shaft, truck in zip(rest, assignment.joints, strict=True)
         if truck is not None
     ]
     bent = [one * angle for angle in angles]
     others = []
-    for shaft, truck in zip(rest, found.joints, strict=True):
+    for shaft, truck in zip(rest, assignment.joints, strict=True):
         causes = [one, other, *(one * angle**2 for angle in angles)]
         if truck is not None:
-            causes = [rates[wheel] for wheel in found.pairing[truck]]
+            causes = [rates[wheel] for wheel in assignment.pairing[truck]]
         share = _share(_smooth(shaft.position.rate), [_smooth(cause) for cause in (*causes, *bent)])
         if truck is not None:
             others.append(Other(shaft, f"joint of truck {truck + 1}", share))

@@ -84,13 +84,13 @@ def drive(
     """
     odometer, reader = Odometer(vehicle, "a"), LinkReader(vehicle)
     standing = (0.0,) * len(vehicle.wheels)
-    seen, patience = -np.inf, MAX_BLIND_TIME - 2.0 * vehicle.bus.sync_period
+    last_complete, patience = -np.inf, MAX_BLIND_TIME - 2.0 * vehicle.bus.sync_period
     while not runner.done:
         sample = robot.cycle()
         pose = odometer.step(sample)
         if all(sample.present):
-            seen = sample.time
-        elif sample.time - seen > patience:
+            last_complete = sample.time
+        elif sample.time - last_complete > patience:
             runner.halt()
             robot.command(standing)
             yield Moment(sample, pose, runner.lap)

@@ -116,13 +116,13 @@ def out_and_back(
         speed: [m/s].
         link_length: Length of the link of a robot with two trucks [m]; None for a single truck.
     """
-    there = Row(LINE, x=length, speed=speed)
+    outward = Row(LINE, x=length, speed=speed)
     back = Row(LINE, heading=math.pi, reverse=1, speed=speed)
     rows: list[Row] = []
     for lap in range(runs):
         if lap:
             rows += [rest(STOP, fix=True), *_home("parallel", link_length, speed)]
-        drive = [there, rest(PAUSE), back, rest(PAUSE)]
+        drive = [outward, rest(PAUSE), back, rest(PAUSE)]
         rows += [rest(STOP, fix=True), *in_lap(lap, drive, HERE)]
     rows.append(rest(STOP, fix=True))
     return Program("straight", tuple(rows), _no_direction(runs), None, "parallel")

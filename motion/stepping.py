@@ -108,20 +108,20 @@ def steer(row: Row, state: State, settings: Settings) -> Steer:
         return steer_past(
             x, y, heading, to_x, to_y, row.tolerance, row.curvature, row.speed, row.corner_speed, settings
         )
-    speed, turn, there = 0.0, 0.0, False
+    speed, turn, reached = 0.0, 0.0, False
     if row.kind == LINE:
         course, tolerance = state.frame[2] + row.heading, settings.tolerance[0]
-        speed, turn, there = steer_line(
+        speed, turn, reached = steer_line(
             x, y, heading, to_x, to_y, course, row.reverse, row.curvature, row.speed, tolerance, settings
         )
     elif row.kind == TURN:
         remaining = state.frame[2] + row.heading - state.heading
-        speed, turn, there = steer_turn(remaining, row.speed, 0, settings)
+        speed, turn, reached = steer_turn(remaining, row.speed, 0, settings)
     elif row.kind == ARC:
-        speed, turn, there = drive_arc(row, state, settings)
+        speed, turn, reached = drive_arc(row, state, settings)
     elif row.kind == GOTO:
-        speed, turn, there = drive_to_goal(row, state, settings)
-    return speed, turn, there and stopped(row.truck, state)
+        speed, turn, reached = drive_to_goal(row, state, settings)
+    return speed, turn, reached and stopped(row.truck, state)
 
 
 @compiled

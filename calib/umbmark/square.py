@@ -63,7 +63,7 @@ def square_ends(truck: Truck, side: float, scales: Array) -> tuple[Array, Array]
 
 
 def _arc(left: Array, right: Array, wheelbase: Array, go_left: Array, go_right: Array) -> _Arc:
-    """Return the arc of wheels that believe to go so far, with the scales of their diameters."""
+    """Return the arc for nominal travel of both wheels, scaled by their diameters."""
     travel = left * go_left, right * go_right, wheelbase
     moved, slopes = arc(*travel), arc_jacobian(*travel)
     turn = moved[..., 2]
@@ -76,7 +76,7 @@ def _arc(left: Array, right: Array, wheelbase: Array, go_left: Array, go_right: 
 def factor_scales(truck: Truck, logs: Array) -> tuple[Array, Array]:
     """Return the scales `(..., 3)` that log E_b, log E_d `(..., 2)` mean, and their slopes `(..., 3, 2)`.
 
-    The mean diameter is held, U (4.28), also where the believed wheels are unequal.
+    The mean diameter is held, U (4.28), also if the nominal wheels are unequal.
     """
     e_b, e_d = np.exp(logs[..., 0]), np.exp(logs[..., 1])
     ratio = truck.wheel_diameter_right / truck.wheel_diameter_left

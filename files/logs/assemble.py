@@ -132,10 +132,10 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
     Raises:
         RecordingError: The log holds neither a SYNC nor a PDO of this vehicle.
     """
-    mine = _of_one_bus(frames, vehicle)
-    log, opener = _cut(mine, vehicle, source)
+    bus_frames = _of_one_bus(frames, vehicle)
+    log, opener = _cut(bus_frames, vehicle, source)
     records = assembly_records(vehicle)
-    events, commands, booted = _events(log, records), _commands(log, vehicle), mine.can_id[log.boots]
+    events, commands, booted = _events(log, records), _commands(log, vehicle), bus_frames.can_id[log.boots]
     recording = recording_of_events(vehicle, records, events, commands, source)
     return Assembly(
         recording,
@@ -143,7 +143,7 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
         _tally(log),
         _tally_of_unknown(log),
         int(np.argmax(log.opens)),
-        len(frames) - len(mine),
+        len(frames) - len(bus_frames),
         opener,
     )
 

@@ -67,8 +67,8 @@ class FrameDecoder:
             signals: Signals of a DBC file, an object dictionary or a mapping, by identifier.
         """
         self._vehicle = vehicle
-        own = vehicle_signals(vehicle) if vehicle is not None else {}
-        self.signals: dict[int, Sequence[Signal]] = {**(signals or {}), **own}
+        vehicle_known = vehicle_signals(vehicle) if vehicle is not None else {}
+        self.signals: dict[int, Sequence[Signal]] = {**(signals or {}), **vehicle_known}
         self._nodes: dict[int, list[str]] = {}
         if vehicle is not None:
             owners = [(encoder.node, str(encoder.channel)) for encoder in vehicle.encoders]

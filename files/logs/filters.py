@@ -180,7 +180,7 @@ class GapTrigger:
 
     def rows(self, frames: Frames) -> NDArray[np.int64]:
         """Return the frames of the next block that end a gap, shape `(K,)`."""
-        seen = len(self._kinds)
+        carried_count = len(self._kinds)
         kind = np.concatenate((self._kinds, frame_kinds(frames)))
         time = np.concatenate((self._times, frames.time))
         order = np.argsort(kind, kind="stable")
@@ -188,7 +188,7 @@ class GapTrigger:
         away = (np.diff(time[order]) > self.longest) & is_next
         last = order[np.append(~is_next, True)] if len(order) else order
         self._kinds, self._times = kind[last], time[last]
-        return np.sort(order[1:][away]) - seen
+        return np.sort(order[1:][away]) - carried_count
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,10 +203,10 @@ class KindTrigger:
 
     def rows(self, frames: Frames) -> NDArray[np.int64]:
         """Return the frames of the kind, shape `(K,)`."""
-        found = FrameFilter(kinds=(self.kind,)).wants(frames)
+        matches = FrameFilter(kinds=(self.kind,)).wants(frames)
         if self.kind == "emcy":
-            found &= (frames.data[:, 0] > 0) | (frames.data[:, 1] > 0)
-        return np.flatnonzero(found)
+            matches &= (frames.data[:, 0] > 0) | (frames.data[:, 1] > 0)
+        return np.flatnonzero(matches)
 
 
 @dataclass(slots=True)

@@ -50,8 +50,10 @@ def classify(frames: Frames, vehicle: VehicleParameters | None = None) -> NDArra
         for identifiers in ranges:
             table[identifiers.start : identifiers.stop] = CLASSES.index(name)
     if vehicle is not None:
-        mine = [encoder.cob_id for encoder in vehicle.encoders] + [drive.cob_id for drive in vehicle.drives]
-        table[mine] = CLASSES.index("PDO")
+        cob_ids = [encoder.cob_id for encoder in vehicle.encoders] + [
+            drive.cob_id for drive in vehicle.drives
+        ]
+        table[cob_ids] = CLASSES.index("PDO")
     classes: NDArray[np.uint8] = table[frames.can_id & 0x7FF]
     classes[(classes == CLASSES.index("SYNC")) & (frames.length > 1)] = CLASSES.index("foreign")
     classes[frames.flags & REMOTE > 0] = CLASSES.index("remote")

@@ -46,7 +46,7 @@ class IdentifierRate:
         short: Number of intervals of at most `PAUSE`.
         span: Their sum [s].
         long: The other intervals [s]; there are few in any log, because they are long.
-        usual: How many intervals are of each size, shape `(BINS,)`.
+        histogram: How many intervals are of each size, shape `(BINS,)`.
     """
 
     flags: int
@@ -58,7 +58,7 @@ class IdentifierRate:
     short: int = 0
     span: float = 0.0
     long: list[float] = field(default_factory=list)
-    usual: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, np.int64))
+    histogram: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, np.int64))
 
     def add(self, time: NDArray[np.float64], length: NDArray[np.uint8]) -> None:
         """Count frames that came at times [s], `(N,)`, in their order."""
@@ -71,7 +71,7 @@ class IdentifierRate:
         self.span += float(intervals[is_short].sum())
         self.long += intervals[~is_short].tolist()
         bins = np.log10(np.maximum(intervals, MIN_INTERVAL) / MIN_INTERVAL) * BINS_PER_DECADE
-        self.usual += np.bincount(np.minimum(bins.astype(np.int64), _BINS - 1), minlength=_BINS)
+        self.histogram += np.bincount(np.minimum(bins.astype(np.int64), _BINS - 1), minlength=_BINS)
 
     @property
     def in_words(self) -> str:
@@ -86,7 +86,7 @@ class IdentifierRate:
 
     def _median(self) -> float:
         """Return the median interval [s] to the resolution of the bins."""
-        middle = np.searchsorted(np.cumsum(self.usual), 0.5 * self.usual.sum())
+        middle = np.searchsorted(np.cumsum(self.histogram), 0.5 * self.histogram.sum())
         return float(MIN_INTERVAL * 10.0 ** ((int(middle) + 0.5) / BINS_PER_DECADE))
 
 

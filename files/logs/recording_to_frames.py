@@ -34,10 +34,10 @@ def frames_of_recording(recording: Recording) -> Frames:
     shared = [[encoder for encoder in vehicle.encoders if encoder.cob_id == cob_id] for cob_id in cob_ids]
     offsets = _offsets([_size(encoders) for encoders in shared], vehicle.bus.bitrate, period)
     for place, (cob_id, encoders) in enumerate(zip(cob_ids, shared, strict=True)):
-        there, words = _words(recording, encoders)
-        time = recording.time[there] + offsets[place]
-        frames.append(_frames(time, cob_id, words[there], _size(encoders)))
-        order.append(samples[there] + 0.6 + 0.3 * place / len(shared))
+        present, words = _words(recording, encoders)
+        time = recording.time[present] + offsets[place]
+        frames.append(_frames(time, cob_id, words[present], _size(encoders)))
+        order.append(samples[present] + 0.6 + 0.3 * place / len(shared))
     for node, sample in sorted(_restarts(recording)):
         time = recording.time[[sample]] - _BOOT_UP_LEAD * period
         frames.append(_frames(time, 0x700 + node, np.zeros(1, np.uint64), 1))
@@ -67,12 +67,12 @@ def _offsets(sizes: list[int], bitrate: int, period: float) -> NDArray[np.float6
 
 def _words(recording: Recording, encoders: list[Encoder]) -> tuple[NDArray[np.bool_], NDArray[np.uint64]]:
     """Return where a PDO is there, `(N,)`, and its data as little-endian numbers, `(N,)`."""
-    there = np.ones(len(recording), bool)
+    present = np.ones(len(recording), bool)
     words = np.zeros(len(recording), np.uint64)
     for encoder in encoders:
-        there &= recording.is_present(encoder.channel)
+        present &= recording.is_present(encoder.channel)
         words |= encode(recording.channel_counts(encoder.channel), encoder)
-    return there, words
+    return present, words
 
 
 def encode(counts: NDArray[np.int64], encoder: Encoder) -> NDArray[np.uint64]:

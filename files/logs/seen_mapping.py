@@ -45,7 +45,7 @@ def seen_objects(frames: Frames) -> dict[tuple[int, int, int], int]:
     index = frames.data[:, 1].astype(np.int64) | frames.data[:, 2].astype(np.int64) << 8
     is_sdo &= (frames.flags & (EXTENDED | REMOTE | ERROR) == 0) & (index >= 0x1400) & (index < 0x1C00)
     objects = (seen_object(frame) for frame in frames.select(np.flatnonzero(is_sdo)))
-    return dict(each for each in objects if each is not None)
+    return dict(pair for pair in objects if pair is not None)
 
 
 def seen_object(frame: Frame) -> tuple[tuple[int, int, int], int] | None:
