@@ -137,9 +137,9 @@ def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[Learn
     """
     if known:
         return tuple(
-            _known_signal(message, layout_field)
-            for layout_field in known
-            if layout_field.start_bit + layout_field.bits <= 8 * message.data.shape[1]
+            _known_signal(message, mapped)
+            for mapped in known
+            if mapped.start_bit + mapped.bits <= 8 * message.data.shape[1]
         )
     is_canopen = message.node > 0
     big_endian = priors.BIG_ENDIAN if is_canopen else priors.BIG_ENDIAN_ELSEWHERE
@@ -153,10 +153,10 @@ def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[Learn
     learned = [switch]
     for value, parts in switched.layouts.items():
         rows = np.flatnonzero(message.data[:, switched.start // 8] == value)
-        for first, last, layout_field in parts:
+        for first, last, part_layout in parts:
             part_of = replace(message, time=message.time[rows], data=message.data[rows, first:last])
             learned += [
-                _moved(signal, value, first, last, message) for signal in _signals(part_of, layout_field)
+                _moved(signal, value, first, last, message) for signal in _signals(part_of, part_layout)
             ]
     return tuple(learned)
 
@@ -313,7 +313,8 @@ def _constant_reason(raw: NDArray[np.uint64]) -> str:
 
 def _layout_reasons(layout_field: Field, kinds: Mapping[Kind, float], order: float) -> list[str]:
     reasons = [
-        f"bits {layout_field.start} to {layout_field.start + layout_field.bits - 1} are shortest together, P = {layout_field.probability:.3f}"
+        f"bits {layout_field.start} to {layout_field.start + layout_field.bits - 1} are shortest together, "
+        f"P = {layout_field.probability:.3f}"
     ]
     if layout_field.bits > 8:
         name = "big-endian" if layout_field.is_big_endian else "little-endian"
