@@ -312,10 +312,9 @@ def _constant_reason(raw: NDArray[np.uint64]) -> str:
 
 
 def _layout_reasons(layout_field: Field, kinds: Mapping[Kind, float], order: float) -> list[str]:
-    reasons = [
-        f"bits {layout_field.start} to {layout_field.start + layout_field.bits - 1} are shortest together, "
-        f"P = {layout_field.probability:.3f}"
-    ]
+    last = layout_field.start + layout_field.bits - 1
+    probability = f"P = {layout_field.probability:.3f}"
+    reasons = [f"bits {layout_field.start} to {last} are shortest together, {probability}"]
     if layout_field.bits > 8:
         name = "big-endian" if layout_field.is_big_endian else "little-endian"
         reasons.append(f"{name}: P = {order:.3f}")
