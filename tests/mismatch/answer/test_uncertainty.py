@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from omnimate.effects.effect import RECORDING_PART
+from omnimate.effects.effect import RECORDING_DISCREPANCY_FACTOR
 from omnimate.effects.floor_slope import FILM_DISCREPANCY
 from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.candidates.terms import term
@@ -28,12 +28,12 @@ def test_a_large_one_is_no_surer_than_its_law(name, component):
     member, built, known = told(name, component, 4.0, 1e-12)
     value = getattr(built, member.linear)
     away = value - (1.0 if member.linear == "ratio" else 0.0)
-    assert known[member.linear] == pytest.approx(RECORDING_PART * member.discrepancy * away)
+    assert known[member.linear] == pytest.approx(RECORDING_DISCREPANCY_FACTOR * member.discrepancy * away)
 
 
 def test_a_wave_has_both_in_its_size_and_in_its_phase():
     member, built, known = told("wheel_eccentricity", "a.left", 2.0, 0.04)
-    law = RECORDING_PART * member.discrepancy
+    law = RECORDING_DISCREPANCY_FACTOR * member.discrepancy
     size = math.sqrt(8.0)
     assert known["phase"] == pytest.approx(math.hypot(0.2 / size, law))
     assert known["amplitude"] == pytest.approx(built.amplitude * math.hypot(0.2 / size, law))
@@ -41,7 +41,9 @@ def test_a_wave_has_both_in_its_size_and_in_its_phase():
 
 def test_every_bump_has_its_own():
     member, built, known = told("bump", "a.left", 1.0, 1e-12, times=(1.0, 2.0, 3.0))
-    assert known["lost"] == pytest.approx(RECORDING_PART * member.discrepancy * np.array(built.lost))
+    assert known["lost"] == pytest.approx(
+        RECORDING_DISCREPANCY_FACTOR * member.discrepancy * np.array(built.lost)
+    )
 
 
 def test_a_film_is_told_for_a_pace_that_is_a_mean():
