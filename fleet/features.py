@@ -9,7 +9,7 @@ import numpy as np
 
 from omnimate.fleet.segments import JOINT_NUMBERS, Crossings, Segments
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.prior import WATCHED
+from omnimate.ipec.filter.prior import MONITORING_PRIOR
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -69,7 +69,7 @@ def estimate_joints(recording: Recording) -> Joints:
     """
     if recording.vehicle.linkage is None:
         return NO_JOINTS
-    slow = estimate(recording, prior=WATCHED).slow
+    slow = estimate(recording, prior=MONITORING_PRIOR).slow
     return Joints(np.array(slow.joint_bias), np.array(slow.sigma[_JOINT_SIGMAS]))
 
 

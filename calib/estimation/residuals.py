@@ -52,7 +52,7 @@ class Residuals:
             spread = self.smoothed.step_precision
             weights = np.minimum(weights, np.concatenate((weights[:1], weights[:-1])))
         else:
-            shape = turned(self.chains.scatter[number - kinds] * variance, self.heading)
+            shape = rotate_covariance(self.chains.scatter[number - kinds] * variance, self.heading)
             auxiliary, spread = self.smoothed.fix, self.smoothed.fix_precision
         residual = auxiliary[:, :, 0] + auxiliary[:, :, 1:] @ self.change
         explained = np.einsum("ki,ki->k", residual, (shape @ residual[:, :, np.newaxis])[:, :, 0])
@@ -62,7 +62,7 @@ class Residuals:
 
     def distances(self, variances: Array, weights: Array) -> Array:
         """Return the squared Mahalanobis distance `(M,)` of each fix from the prediction by all others."""
-        noise = turned(self.chains.noise(variances), self.heading)
+        noise = rotate_covariance(self.chains.noise(variances), self.heading)
         fix = self.smoothed.fix
         apart = np.linalg.inv(self.smoothed.fix_precision + 1e-12 * np.eye(3))
         away = apart @ (fix[:, :, :1] + fix[:, :, 1:] @ self.change[:, np.newaxis])
@@ -76,7 +76,7 @@ def outlier_weights(square: Array, components: NDArray[np.int_]) -> Array:
     return np.asarray(np.minimum(1.0, _THRESHOLD[components] / np.maximum(square, 1e-12)), np.float64)
 
 
-def turned(covariance: Array, angle: Array) -> Array:
+def rotate_covariance(covariance: Array, angle: Array) -> Array:
     """Return covariances `(M, 3, 3)` of the world frame in frames turned by angles `(M,)` [rad]."""
     turn = rotation(angle)
     return np.asarray(turn @ covariance @ turn.transpose(0, 2, 1), np.float64)

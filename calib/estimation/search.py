@@ -251,7 +251,7 @@ class _Search:
             ),
             1.0 / max(relative, 1e-6),
             tuple(
-                DownWeighted(*problem.place(k), float(self.distance[k]), float(self.weights[k]))
+                DownWeighted(*problem.locate_fix(k), float(self.distance[k]), float(self.weights[k]))
                 for k in worst
             ),
             len(self.weights),

@@ -78,7 +78,7 @@ def step(monitor: DriftMonitor, value: float) -> DriftMonitor:
 
 def stands_apart(monitor: DriftMonitor, value: float) -> bool:
     """Return whether a value is more than four standard deviations from those before it."""
-    return abs(_score(monitor, value)) >= _LIMIT
+    return abs(_score(monitor, value)) >= _MAX_SCORE
 
 
 def _score(monitor: DriftMonitor, value: float) -> float:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Recording
 
-ENOUGH = 6  # values of a quantity from which on a shift of it can be seen
+MIN_VALUES = 6  # values of a quantity from which on a shift of it can be seen
 FALSE_ALARM = 1000.0  # drives between false alarms
 
 
@@ -90,7 +90,7 @@ class DriftReport:
     @property
     def has_enough_values(self) -> bool:
         """Whether at least one quantity has enough values to show a shift."""
-        return any(len(quantity.values) >= ENOUGH for quantity in self.quantities)
+        return any(len(quantity.values) >= MIN_VALUES for quantity in self.quantities)
 
 
 @dataclass(slots=True)
@@ -108,7 +108,7 @@ class _Values:
             self.units[name] = unit
 
 
-def watch_drift(recordings: Sequence[Recording], false_alarm: float = FALSE_ALARM) -> DriftReport:
+def monitor_drift(recordings: Sequence[Recording], false_alarm: float = FALSE_ALARM) -> DriftReport:
     """Return whether recordings of one robot show that its calibration has drifted.
 
     Args:
@@ -133,7 +133,7 @@ def watch_drift(recordings: Sequence[Recording], false_alarm: float = FALSE_ALAR
         _add_learned(collected, recording)
     each = false_alarm * max(1, len(collected.values))
     quantities = [
-        _watch(name, collected.units[name], values, collected.sources[name], each)
+        _monitor(name, collected.units[name], values, collected.sources[name], each)
         for name, values in collected.values.items()
     ]
     return DriftReport(tuple(quantities), len(used), len(ordered) - len(used))
@@ -174,7 +174,7 @@ def _add_learned(collected: _Values, recording: Recording) -> None:
             collected.add(name, "1", value, recording.source)
 
 
-def _watch(
+def _monitor(
     name: str, unit: str, values: Sequence[float], sources: Sequence[str], false_alarm: float
 ) -> MonitoredQuantity:
     """Return the result of a monitor that gets the values one by one, up to its first alarm."""

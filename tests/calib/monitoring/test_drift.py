@@ -53,7 +53,7 @@ def test_a_lap_with_a_wrong_fix_is_named_and_is_no_drift(healthy):
     pose = last.poses.pose.copy()
     pose[-1, :2] += 0.5
     wrong = replace(last, poses=replace(last.poses, pose=pose))
-    report = watch_drift([*healthy[:-1], wrong])
+    report = monitor_drift([*healthy[:-1], wrong])
     assert report.alarms == ()
     assert len(report.apart) == 1
     assert f"lap {len(last.run.laps)}, truck" in report.apart[0]
