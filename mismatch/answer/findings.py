@@ -92,13 +92,11 @@ def answer(found: Investigation) -> Diagnosis:
     findings, traces = _relevant(_ordered(_merged(present)), told, laws)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
-    helps = bool(findings) or told.gain[0] > told.gain[1]
-    if not helps:  # what was calibrated predicts nothing better where it is new
+    if not findings and told.gain[0] <= told.gain[1]:  # what was calibrated predicts nothing new better
         effects, told = fit.mounted, told.unchanged()
     calibrated = tuple(
         Calibrated(effect.name, effect.component, _parameters(fit.regression, acting, number))
         for number, effect in enumerate(acting.effects)
-        if helps or effect.is_setup
     )
     drawn = evidence_of(fit, nominal, residuals, findings, _candidates(found, findings))
     unseen = [] if findings or traces else blind(found.posterior)
