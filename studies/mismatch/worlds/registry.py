@@ -66,15 +66,16 @@ def write_drawn(
     return write_all(write_one, made, folder, jobs, report)
 
 
+LABELLED = ("concealed", "concealed2", "contact", "contact2", "unnamed")  # folders of recordings with labels
+
+
 def worlds(data: Path) -> dict[str, World]:
     """Return all worlds by name; `data` is the folder of labelled sets and of real recordings."""
     every: tuple[World, ...] = (
         WrittenWorld("engine", "own engine", write_engine),
         WrittenWorld("wide", "own engine, wide", partial(write_drawn, "wide.cases", WIDE, "numpy")),
         WrittenWorld("mujoco", "MuJoCo", partial(write_drawn, "mujoco.cases", CONTACTS, "mujoco")),
-        LabelledWorld("concealed", "concealed", data / "concealed", foreign=True),
-        LabelledWorld("concealed2", "concealed2", data / "concealed2", foreign=True),
-        LabelledWorld("contact", "contact", data / "contact", foreign=True),
+        *(LabelledWorld(name, name, data / name, foreign=True) for name in LABELLED),
         WrittenWorld(
             "bullet", "PyBullet", partial(write_drawn, "bullet.cases", CONTACTS, "pybullet"), foreign=True
         ),

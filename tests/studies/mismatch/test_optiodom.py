@@ -81,7 +81,8 @@ def test_what_both_halves_together_say_is_true_of_each(written):
 
 
 def test_a_tool_that_finds_nothing_predicts_as_the_described_robot_and_asserts_nothing(written, monkeypatch):
-    folder, labels = written
+    folder, written_labels = written
+    labels = {name: {**label, "effects": label["secondary"]} for name, label in written_labels.items()}
     monkeypatch.setattr(optiodom, "diagnose", lambda _recordings: Diagnosis("agreement", "nothing"))
     answers = {name: diagnosed_and_driven((folder / name, label)) for name, label in labels.items()}
     errors = [answer["open_loop"] for answer in answers.values()]
