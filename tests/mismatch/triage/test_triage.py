@@ -23,7 +23,7 @@ def wide(tmp_path_factory):
         folder = tmp_path_factory.mktemp("wide") / str(number)
         chance = np.random.default_rng([2, number, 5])  # as `make` draws the kind of a case
         if chance.choice(list(KINDS), p=list(KINDS.values())) == "null":
-            label = make((folder, 2, number))
+            label = make(folder, 2, number)
             if not any(each["effect"] == "latency" for each in label["secondary"]):
                 found.append(load_recording(folder / "1"))
         number += 1
