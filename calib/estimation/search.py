@@ -30,7 +30,7 @@ _ROBUST_ROUNDS = 7  # rounds in which variances come from medians, which outlier
 _FIRST_WEIGHTS = (
     3  # first rounds, in which only the weights change, so that an outlier is not taken for noise
 )
-_MOST_ROUNDS = 60
+_MOST_ROUNDS = 120  # the slowest half of a public set (OptiOdom) needs 70
 _CONVERGED = 5e-3  # [standard deviations] largest last change of the coordinates
 _SETTLED = 0.1  # largest last change of a weight, or of a variance in its standard deviations
 _PATIENT_ROUNDS = 25  # rounds in which the variances must settle; then a slow, unimportant one is ignored
