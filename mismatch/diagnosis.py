@@ -15,9 +15,8 @@ if TYPE_CHECKING:
 Verdict = Literal["agreement", "mismatch", "insufficient"]
 
 Key = tuple[str, str]  # an effect, and the component on which it acts
-USUAL_FACTOR = (
-    3.3  # by which levels of noise of robots in use differ: one standard deviation of `noise.levels`
-)
+# By which levels of noise of robots in use differ: one standard deviation of the prior in `noise.levels`.
+USUAL_FACTOR = 3.3
 ASSERTED = 0.5  # a finding of this probability or more is an assertion, one of less a possibility
 
 

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.fit import Acting, Fitted
     from omnimate.mismatch.heldout import HeldOut
     from omnimate.mismatch.investigate import Investigation
+    from omnimate.vehicle.se2 import Array
 
 _SHOWN = 6  # alternatives of a finding
 EVEN = 0.5  # probability of a name that is the best of wrong ones, at most
@@ -56,13 +57,6 @@ SUREST = 0.999  # no probability above it is printed: the model itself is no sur
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
 _SEEN = 0.7
-
-
-def _drop(fit: Fitted, number: int) -> float:
-    """Return by how much the chi-square falls with an effect of a fit."""
-    after = fit.rows[:, 0]
-    before = after + fit.rows[:, fit.chosen.places[number]] @ fit.chosen.values[number]
-    return float(before @ before - after @ after)
 
 
 def answer(found: Investigation) -> Diagnosis:
@@ -76,13 +70,16 @@ def answer(found: Investigation) -> Diagnosis:
     numbers = {member: number for number, member in enumerate(found.named)}
     left = leftover(found.posterior, found.members)
     misfit = size(residuals.after) >= MISFIT
-    surest = [
-        EVEN if misfit or _is_predicted(fit, number, left) else SUREST
-        for number in range(len(fit.chosen.effects))
+    rows = fit.rows
+    parts = [
+        rows[:, place] @ sizes for place, sizes in zip(fit.chosen.places, fit.chosen.values, strict=True)
     ]
+    predicted = _are_predicted(parts, rows[:, 0], left)
+    surest = [EVEN if misfit or doubted else SUREST for doubted in predicted]
+    explained = [float(part @ (part + 2.0 * rows[:, 0])) / excess for part in parts]
     present = [
-        _finding(fit, numbers[member], rivalry(found, member), excess, surest[numbers[member]])
-        if member in numbers
+        _finding(fit, number, rivalry(found, member), explained[number], surest[number])
+        if (number := numbers.get(member)) is not None
         else _unknown(found, member, rivalry(found, member), excess)
         for member in found.members
     ]
@@ -179,11 +176,10 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
     ]
 
 
-def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float, surest: float) -> Finding:
-    """Return an effect of the fit as a finding, whose name is no surer than a probability."""
+def _finding(fit: Fitted, number: int, rivals: Rivalry, explained: float, surest: float) -> Finding:
+    """Return an effect of the fit that explains a share, as a finding no surer than a probability."""
     effect, regression = fit.chosen.effects[number], fit.regression
     part_of = regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
-    drop = _drop(fit, number)
     signals = [single.signals for single in regression.windows]
     intervals = crossings(effect, signals)
     others = tuple(
@@ -204,20 +200,27 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, excess: float, surest: f
             places_at(intervals, signals),
         ),
         () if unknown else _parameters(fit.regression, fit.chosen, number),
-        min(1.0, max(0.0, drop / excess)),
+        min(1.0, max(0.0, explained)),
         _pushed(effect.component) if unknown else sentence(effect, signals[0].recording.vehicle),
         (PUSH_REGIME,) if unknown else (),
         "; ".join(drives_for(names)) if any(other.probability > 0.05 for other in others) else "",
     )
 
 
-def _is_predicted(fit: Fitted, number: int, left: Leftover) -> bool:
-    """Say whether what predicts the leftover leaves an effect of the fit less than a margin of evidence."""
-    if not left.predictions:
-        return False
-    part = fit.rows[:, fit.chosen.places[number]] @ fit.chosen.values[number]
-    column, data = left.project_out(np.column_stack([part, fit.rows[:, 0] + part])).T
-    return float(column @ data) ** 2 < 2.0 * NAMELESS_MARGIN * float(column @ column)
+def _are_predicted(parts: Sequence[Array], after: Array, left: Leftover) -> list[bool]:
+    """Say of each effect whether what predicts the leftover leaves it less than a margin of evidence.
+
+    Args:
+        parts: What each effect explains of the data, `(V,)`.
+        after: Data without all that is explained, `(V,)`.
+        left: The leftover.
+    """
+    if not left.predictions or not parts:
+        return [False] * len(parts)
+    columns = left.project_out(np.stack([after, *parts], axis=1))
+    rest, parts_left = columns[:, 0], columns[:, 1:]
+    squares, scores = (parts_left**2).sum(axis=0), parts_left.T @ rest
+    return [bool(doubted) for doubted in (scores + squares) ** 2 < 2.0 * NAMELESS_MARGIN * squares]
 
 
 def _pushed(component: str) -> str:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.answer.where import row_names
-from omnimate.mismatch.candidates.quantities import excited, quantities
+from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
 from omnimate.mismatch.recording.folds import folds_of
 
@@ -110,11 +110,10 @@ def leftover(posterior: Posterior, members: Iterable[int]) -> Leftover:
     regression, stretch = posterior.regression, posterior.candidates.stretch
     innovations = posterior.given(members).residual
     names = row_names(regression.windows[0])
-    moving = excited([windows.signals for windows in regression.windows])
-    curves = [quantities(windows.signals, moving) for windows in regression.windows]
-    shared = [name for name in curves[0] if all(name in own for own in curves)]
-    stacked = [np.hstack([np.stack(own[name], axis=1) for name in shared]) for own in curves]
-    edges = np.cumsum([0, *(2 * len(curves[0][name]) for name in shared)])
+    curves = shared_quantities([windows.signals for windows in regression.windows])
+    stacked = [np.stack([curve for own in drive.values() for curve in own], axis=1) for drive in curves]
+    widths = [len(own) for own in curves[0].values()]
+    edges = 2 * np.cumsum([0, *widths])
     folds = folds_of(regression.windows)
     chance = np.random.default_rng(0)
     found, gains = [], []
@@ -122,7 +121,7 @@ def leftover(posterior: Posterior, members: Iterable[int]) -> Leftover:
         mine = np.flatnonzero(regression.channel == channel)
         if len(mine) < FEWEST_ROWS:
             continue
-        columns = _now_and_before(regression, mine, stacked, [len(curves[0][name]) for name in shared])
+        columns = _now_and_before(regression, mine, stacked, widths)
         own = innovations[mine]
         scale = max(1.4826 * float(np.median(np.abs(own))), 0.3 * float(own.std()), 1e-9)
         own = np.clip(own / scale, -OUTLYING, OUTLYING)
@@ -133,7 +132,7 @@ def leftover(posterior: Posterior, members: Iterable[int]) -> Leftover:
             ]
         )
         data = np.column_stack([own, _null(own, stretch[mine], chance)])
-        for name, (start, end) in zip(shared, itertools.pairwise(edges.tolist()), strict=True):
+        for name, (start, end) in zip(curves[0], itertools.pairwise(edges.tolist()), strict=True):
             gains.append(_heldout_gain(columns[:, start:end], data, fold))
             found.append(
                 (

@@ -27,6 +27,15 @@ def excited(signals: Sequence[Signals]) -> set[str]:
     return {*moving_channels(signals), *(("turning",) if turns(signals) else ())}
 
 
+def shared_quantities(signals: Sequence[Signals]) -> list[Curves]:
+    """Return of each recording the curves over the quantities that vary in all of them."""
+    moving = excited(signals)
+    curves = [quantities(recording, moving) for recording in signals]
+    return [
+        {name: own[name] for name in curves[0] if all(name in other for other in curves)} for own in curves
+    ]
+
+
 def quantities(signals: Signals, moving: Container[str]) -> Curves:
     """Return curves `(N - 1,)` of order one over each quantity on which an error may depend.
 

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.candidates.quantities import excited, quantities
+from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Container
+    from collections.abc import Callable
 
+    from omnimate.mismatch.candidates.quantities import Curves
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.recording.response import Columns
     from omnimate.mismatch.recording.windows import Windows
@@ -52,8 +53,8 @@ def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]
 
     Quantities that the drive hardly excites are noise, and no curve may depend on them.
     """
-    moving = excited([windows.signals for windows in regression.windows])
-    offered = [_columns(windows, moving) for windows in regression.windows]
+    curves = shared_quantities([windows.signals for windows in regression.windows])
+    offered = [_columns(windows, own) for windows, own in zip(regression.windows, curves, strict=True)]
     groups, raw = offered[0][0], [columns for _, columns in offered]
     odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
@@ -63,11 +64,8 @@ def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]
     return terms, [width for _, width in groups], regression.whitened(raw)
 
 
-def _columns(
-    windows: Windows, moving: Container[str]
-) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
+def _columns(windows: Windows, shared: Curves) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
     """Return columns of all errors, and how many are of each component, what it acts on, and quantity."""
-    shared = quantities(windows.signals, moving)
     level = np.ones(len(windows.signals.block))
     groups, pushes, seen = [], [], []
     for error in errors(windows):

@@ -17,6 +17,7 @@ import numpy as np
 
 from omnimate.effects.expression import parse
 from omnimate.effects.variables import VARIABLES, WHEEL_ANGLE
+from omnimate.mismatch.candidates.quantities import RARE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -39,7 +40,6 @@ HARMONICS = np.arange(9)
 KNOTS = 40  # at which a curve is written down; straight lines between them miss under 1 % of its variance
 MOMENTS = 160  # of a drive, at which an error may set in
 COARSE, LASTING = 4, 8  # every fourth of them, from one to one of the next eight of which it may last
-RARE = 0.005  # share of the samples beyond either end of a curve: too few to tell it there
 
 Text = tuple[str, str]  # what a coefficient multiplies, and its unit
 

@@ -1,7 +1,11 @@
 """An error without a name may depend on what the drive changes, and on nothing that is its noise."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.terms import smooth_terms
 from omnimate.mismatch.candidates.unknown import unknown_terms
 from omnimate.mismatch.recording.signals import signals_of
@@ -32,6 +36,18 @@ def test_on_a_straight_drive_it_depends_on_no_turn_rate_and_on_no_joint(regressi
     offered = quantities(regression(straight))
     assert "speed of a.left" in offered
     assert not offered & TURNING
+
+
+def test_what_varies_in_one_recording_only_is_offered_for_none(drive):
+    steady = signals_of(drive(laps=1))
+    jitter = 1e-4 * np.sin(np.arange(len(steady.block)))
+    block = replace(steady.block, period=steady.block.period.mean() + jitter)
+    exact = replace(steady.block, period=np.full(len(steady.block), steady.block.period.mean()))
+    recordings = [replace(steady, block=each) for each in (block, exact)]
+    names = [list(curves) for curves in shared_quantities(recordings)]
+    assert names[0] == names[1]
+    assert "SYNC period" not in names[0]
+    assert "SYNC period" in shared_quantities(recordings[:1])[0]
 
 
 def test_on_a_straight_drive_no_scrub_is_looked_for(straight, drive):
