@@ -46,7 +46,7 @@ def discrepancy_factor(part: Array, stretch: NDArray[np.int64]) -> csr_array:
     row_numbers, columns, values, count = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)], 0
     for start, end in itertools.pairwise(edges.tolist()):
         rows_of_stretch = order[start:end]
-        if float((part[rows_of_stretch] ** 2).sum()) < 1e-3:
+        if float((part[rows_of_stretch] ** 2).sum()) < 1e-7:
             continue
         axes, sizes, _ = np.linalg.svd(part[rows_of_stretch], full_matrices=False)
         axes = axes * np.sqrt(1.0 - 1.0 / np.sqrt(1.0 + sizes**2))

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.stats import norm
@@ -78,6 +78,7 @@ def test_shrinking_takes_the_root_of_the_noise_and_narrowing_gives_it_back(seed,
 
 
 @settings(max_examples=30)
+@example(seed=121, width=1, size=0.05)  # a stretch in which hardly anything is loosened
 @given(seed=SEEDS, width=st.integers(1, 3), size=st.floats(0.05, 10.0))
 def test_loosened_rows_are_whitened_by_the_root_of_the_whole_noise(seed, width, size):
     chance = np.random.default_rng(seed)
