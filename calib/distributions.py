@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.se2 import Array
 
+MAD_TO_SIGMA = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+
 
 def normal_probability(deviate: float) -> float:
     """Return the probability that a standard normal number is below `deviate`."""

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.calib.distributions import MAD_TO_SIGMA
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.vehicle.se2 import Array
 
 _LIMIT = 3.5  # [standard deviations] beyond it, a number is an outlier: Iglewicz & Hoaglin (1993)
-_NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 _FEWEST = 3  # runs from which on one can differ from the others
 
 
@@ -25,5 +26,5 @@ def outlying_runs(values: Array, smallest: float) -> NDArray[np.bool_]:
     if len(values) < _FEWEST:
         return np.zeros(len(values), bool)
     away = values - np.median(values)
-    sigma = _NORMAL * float(np.median(np.abs(away)))
+    sigma = MAD_TO_SIGMA * float(np.median(np.abs(away)))
     return np.asarray(away > max(_LIMIT * sigma, smallest), bool)

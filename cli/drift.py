@@ -32,7 +32,7 @@ def drift(
     report = monitor_drift([load(source) for source in sources], false_alarm)
     say(verdict(report))
     for source in report.apart:
-        warn(f"{source} stands apart from those before it, which alone is no drift: measure its fixes anew")
+        warn(f"{source} differs from the values before it; one such value is no drift: repeat its fixes")
 
 
 def verdict(report: DriftReport) -> str:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.calib.distributions import MAD_TO_SIGMA
 from omnimate.fleet.features import NO_JOINTS, Joints
 from omnimate.fleet.segments import JOINT_NUMBERS, PARAMETERS
 
@@ -32,7 +33,6 @@ MAX_DAILY_SCATTER = (
 # [standard deviations of a day] by which robots differ from their files, at least: few robots say little of
 # how much they differ, and where a robot starts is no change.
 MIN_START_SCATTER = 10.0
-_MAD_TO_SIGMA = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,4 +222,4 @@ def _variance_margin(count: int) -> float:
 
 def _robust_variance(values: Array) -> Array:
     """Return the variance around 0 of values `(N, ...)`, from the median of their absolute values."""
-    return np.asarray((_MAD_TO_SIGMA * np.median(np.abs(values), axis=0)) ** 2, np.float64)
+    return np.asarray((MAD_TO_SIGMA * np.median(np.abs(values), axis=0)) ** 2, np.float64)

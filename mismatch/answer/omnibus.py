@@ -21,6 +21,7 @@ from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
 from omnimate.mismatch.recording.folds import folds_of
+from omnimate.mismatch.recording.pose_outliers import MAD_TO_SIGMA
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -123,7 +124,7 @@ def leftover(posterior: Posterior, members: Iterable[int]) -> Leftover:
             continue
         columns = _now_and_before(regression, mine, stacked, widths)
         own = innovations[mine]
-        scale = max(1.4826 * float(np.median(np.abs(own))), 0.3 * float(own.std()), 1e-9)
+        scale = max(MAD_TO_SIGMA * float(np.median(np.abs(own))), 0.3 * float(own.std()), 1e-9)
         own = np.clip(own / scale, -OUTLYING, OUTLYING)
         fold = np.concatenate(
             [

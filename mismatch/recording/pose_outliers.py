@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 NEIGHBOURS = 3  # on each side, whose median is compared with a pose
 AROUND = 30  # poses on each side from which the usual size of a difference is taken, if it is larger there
-USUAL = 1.4826  # times the median of amounts is the standard deviation of a normal distribution
+MAD_TO_SIGMA = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 OUTLYING = 4.0  # standard deviations of a difference, beyond which noise is in fewer than 6 of 100,000 poses
 
 
@@ -46,7 +46,7 @@ def pose_outliers(pose: Array, driven: Array) -> NDArray[np.bool_]:
     after = middle - np.median(off[:, :, NEIGHBOURS + 1 :], axis=2)
     apart = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
     size = np.abs(before)
-    deviation = USUAL * np.maximum(np.median(size, axis=0), np.median(_about(size, AROUND), axis=2))
+    deviation = MAD_TO_SIGMA * np.maximum(np.median(size, axis=0), np.median(_about(size, AROUND), axis=2))
     outlying[known] = apart > OUTLYING * deviation
     return outlying
 
