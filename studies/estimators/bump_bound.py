@@ -3,8 +3,9 @@
 Peers: plain odometry, IPEC, the filter, and the filter on the same robots and floors without bumps, which is
 what a filter could keep that is told how much a wheel loses as well.
 
-Robots and drives are those of `ipec_accuracy`. The filter that is told distrusts a wheel from the sample in
-which it touches the obstacle until it has left it, and no other wheel.
+Each robot has the errors that a calibration leaves (`studies.papers.robots.LEFT_BEHIND`), drawn anew, and
+drives one lap of O 3. The filter that is told distrusts a wheel from the sample in which it touches the
+obstacle until it has left it, and no other wheel.
 
 Usage: python -m studies.estimators.bump_bound [seeds [first seed]]
 """
@@ -18,30 +19,41 @@ from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.step import predict_live, run_hypotheses_live
 from omnimate.ipec.readings import ordered_counts
+from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.bumps import Bump, bumps_under
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
 from omnimate.vehicle.parameters import Channel
 from omnimate.vehicle.recording import Recording
-from omnimate.vehicle.se2 import Array
+from omnimate.vehicle.se2 import Array, between, compose, wrap
 from studies.benchmark import options
-from studies.estimators.ipec_accuracy import lap, return_error, show
-from studies.papers.robots import LEFT_BEHIND
+from studies.papers.robots import LEFT_BEHIND, calibrated_truth
 
+ROBOT = reference_vehicle()
 HEIGHT = 0.009  # [m] of the cables
+
+
+def bumps_of(seed: int) -> tuple[Channel, tuple[Bump, ...]]:
+    """Return the wheel of truck a that meets bumps, and 20 cables of 9 mm under it."""
+    wheel: Channel = "a.left" if seed % 2 else "a.right"
+    return wheel, bumps_under(wheel, 20, 1.0, 16.0, height=HEIGHT)
+
+
+def lap(seed: int, *, bumps: bool) -> Recording:
+    """Return a lap of O 3, 18.5 m, with bumps or without."""
+    program = rounded_rectangle(6.0, 3.25, ["cw" if seed % 4 < 2 else "ccw"])
+    return simulate(ROBOT, calibrated_truth(ROBOT, bumps_of(seed)[1] if bumps else (), seed), program)
 
 
 def touching(recording: Recording, seed: int) -> tuple[int, Array]:
     """Return the number of the wheel that meets bumps, and whether it touches one in each sample `(N,)`."""
-    wheel: Channel = "a.left" if seed % 2 else "a.right"
+    wheel, bumps = bumps_of(seed)
     radius = 0.5 * recording.vehicle.trucks["a"].wheel_diameter_left
     rolled = radius * np.abs(recording.wheel_angle(wheel) - recording.wheel_angle(wheel)[0])
-    places = np.array([bump.after for bump in _bumps(wheel)])
+    places = np.array([bump.after for bump in bumps])
     reach = np.sqrt(2.0 * radius * HEIGHT)
     near = np.abs(rolled[:, None] - places) <= reach
     return ("a.left", "a.right").index(wheel), near.any(axis=1)
-
-
-def _bumps(wheel: Channel) -> tuple[Bump, ...]:
-    return bumps_under(wheel, 20, 1.0, 16.0, height=HEIGHT)
 
 
 def told(recording: Recording, seed: int) -> Array:
@@ -63,6 +75,21 @@ def told(recording: Recording, seed: int) -> Array:
     return path
 
 
+def return_error(recording: Recording, path: Array) -> Array:
+    """Return the true minus the estimated last pose of truck a, from the fix before the drive on."""
+    assert recording.poses is not None  # simulations have poses
+    fixes = recording.poses.of("a").pose
+    error = fixes[-1] - compose(fixes[0], between(path[0], path[-1]))
+    return np.array([*error[:2], wrap(error[2])])
+
+
+def interval(values: Array) -> str:
+    """Return root mean square, its 95 % interval by bootstrap, and the largest."""
+    again = np.random.default_rng(0).choice(values, (1000, len(values)))
+    low, high = np.percentile(np.sqrt(np.mean(again**2, axis=1)), [2.5, 97.5])
+    return f"{np.sqrt(np.mean(values**2)):7.3f} ({low:6.3f} to {high:6.3f}) worst {np.abs(values).max():7.3f}"
+
+
 def main() -> None:
     """Print the return errors."""
     given = options(__doc__, {"seeds": 40, "first": 5000})
@@ -81,7 +108,9 @@ def main() -> None:
             errors.setdefault(name, []).append(return_error(recording, path))
     print(f"O 3, 20 bumps under one wheel of truck a; rms of {count}")
     for name, rows in errors.items():
-        show(name, np.array(rows))
+        x, y, theta = np.array(rows).T
+        position, heading = interval(1e3 * np.hypot(x, y)), interval(np.degrees(theta))
+        print(f"  {name:<10} position [mm] {position}   heading [degrees] {heading}")
 
 
 if __name__ == "__main__":

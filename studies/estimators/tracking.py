@@ -8,7 +8,7 @@ the mean squared error in standard deviations, summed over x, y and heading.
 
 Usage: python -m studies.estimators.tracking [--seed N] [FOLDER [WORLD ...]]
 
-FOLDER keeps drives and pictures (`build/tracking` by default). A WORLD is made, engine, mujoco, bullet,
+FOLDER keeps the drives (`build/tracking` by default). A WORLD is made, engine, mujoco, bullet,
 wide, or a folder of recordings with labels.json. Without one: the first two, and the recordings beside the
 checkout. Another seed draws other robots, floors and drives: the constants were chosen with seed 4 in view.
 """
@@ -17,21 +17,18 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from omnimate.ipec.corrector import Method, correct
 from omnimate.ipec.errors import LinkageChannelError
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL, SUSPECT_SIZES
+from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array, between, wrap
 from studies.estimators.tracking_worlds import SEED, drives_of
-from studies.figures import framed
 
 DATA = Path("../shared/data")
 RECORDED = tuple(str(DATA / name) for name in ("contact", "concealed", "concealed2"))
@@ -41,18 +38,6 @@ FACTOR, SMALL = 1.1, 0.005  # times the best peer; [m] below which an error alwa
 LIMITS = 0.216, 9.348  # of NEES: 95 % of a chi-squared variable with 3 degrees of freedom
 FLOOR = np.array([1e-3, 1e-3, 1e-3])  # [m, m, rad] below which no error counts: a good tracker's scatter
 STILL = 2e-3  # [m] of the way within which the poses before a drive are averaged
-ACROSS = 4  # panels in a row
-STYLES = {
-    "plain": ("0.6", 1.0),
-    "IPEC": ("tab:orange", 1.0),
-    "OmniMate": ("tab:green", 1.0),
-    "calibrated": ("tab:blue", 1.8),
-    "nominal": ("tab:red", 1.2),
-}
-STATES = (
-    *("a.left", "a.right", "b.left", "b.right", "wheelbase a", "wheelbase b"),
-    *("creep a", "creep b", "joint_a", "joint_b", "link"),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,21 +48,11 @@ class Row:
         what: Name of the case.
         errors: Root mean square of the distance along the drive by each method and prior [m].
         nees: NEES by each prior.
-        standing: NEES of the first prior at each of the judge's poses, shape `(K,)`.
-        slow: What the encoders err by at the end, with the first prior, shape `(11,)`, in sizes of a suspect.
-        sigma: Standard deviations of these, shape `(11,)`.
-        curves: Error of each method at each of the judge's poses [m, m, rad], `(K, 3)`.
-        time: Time of these poses [s], shape `(K,)`.
     """
 
     what: str
     errors: dict[str, float]
     nees: dict[str, float]
-    standing: Array
-    slow: Array
-    sigma: Array
-    curves: dict[str, Array]
-    time: Array
 
     @property
     def best(self) -> float:
@@ -139,16 +114,14 @@ def rms(error: Array) -> float:
     return float(np.sqrt(np.mean(error[:, 0] ** 2 + error[:, 1] ** 2)))
 
 
-def squared(judge: Judge, error: Array, time: Array, sigma: Array) -> Array:
-    """Return the squared error in standard deviations, summed over x, y and heading, at each pose `(K,)`."""
-    known = np.stack([np.interp(judge.time, time, column) for column in sigma.T], axis=1)
-    return np.asarray(np.sum(error**2 / (known**2 + judge.sigma**2 + FLOOR**2), axis=1))
-
-
 def nees(judge: Judge, error: Array, time: Array, sigma: Array) -> float:
-    """Return the mean squared error in standard deviations, summed over x, y and heading: 3 where honest."""
-    moved = judge.time > judge.time[0] + 1.0
-    return float(np.mean(squared(judge, error, time, sigma)[moved]))
+    """Return the mean squared error in standard deviations, summed over x, y and heading: 3 if consistent.
+
+    The first second of the judge's poses does not count.
+    """
+    known = np.stack([np.interp(judge.time, time, column) for column in sigma.T], axis=1)
+    squared = np.sum(error**2 / (known**2 + judge.sigma**2 + FLOOR**2), axis=1)
+    return float(np.mean(squared[judge.time > judge.time[0] + 1.0]))
 
 
 def measure(what: str, recording: Recording) -> Row:
@@ -158,21 +131,17 @@ def measure(what: str, recording: Recording) -> Row:
         LinkageChannelError: A channel of the linkage cannot be read.
     """
     judge = judge_of(recording)
-    curves = {
-        name: errors_of(judge, recording.time, correct(recording, method=method).pose_a)
+    errors = {
+        name: rms(errors_of(judge, recording.time, correct(recording, method=method).pose_a))
         for name, method in METHODS.items()
     }
     means: dict[str, float] = {}
-    results = {name: estimate(recording, prior=prior) for name, prior in PRIORS.items()}
-    for name, result in results.items():
-        curves[name] = errors_of(judge, recording.time, result.pose_a)
-        means[name] = nees(judge, curves[name], recording.time, result.sigma_a)
-    errors = {name: rms(error) for name, error in curves.items()}
-    first, scale = results["calibrated"], np.array((*SUSPECT_SIZES[:4], *SUSPECT_SIZES[6:13]))
-    standing = squared(judge, curves["calibrated"], recording.time, first.sigma_a)
-    learned = first.slow.vector / scale
-    time = judge.time - judge.time[0]
-    return Row(what, errors, means, standing, learned, first.slow.sigma / scale, curves, time)
+    for name, prior in PRIORS.items():
+        result = estimate(recording, prior=prior)
+        error = errors_of(judge, recording.time, result.pose_a)
+        errors[name] = rms(error)
+        means[name] = nees(judge, error, recording.time, result.sigma_a)
+    return Row(what, errors, means)
 
 
 def show(row: Row) -> None:
@@ -200,60 +169,8 @@ def summarise(rows: list[Row]) -> bool:
     return good
 
 
-def draw_panels(
-    rows: Sequence[Row], path: Path, draw: Callable[[Axes, Row], object], below: str, beside: str
-) -> None:
-    """Draw a panel for each case, with its name above it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    down = -(-len(rows) // ACROSS)
-    with framed(path, (4.0 * ACROSS, 2.4 * down)) as figure:
-        grid = figure.subplots(down, ACROSS, squeeze=False)
-        for axes in grid.flat[len(rows) :]:
-            axes.set_visible(False)
-        for axes, row in zip(grid.flat, rows, strict=False):
-            axes.set_title(row.what[:48], fontsize=8)
-            axes.tick_params(labelsize=7)
-            draw(axes, row)
-        figure.supylabel(beside, fontsize=9)
-        figure.supxlabel(below, fontsize=9)
-
-
-def draw_errors(axes: Axes, row: Row) -> None:
-    """Draw the distance from the truth along a drive."""
-    for name, (colour, width) in STYLES.items():
-        error = 1e3 * np.hypot(row.curves[name][:, 0], row.curves[name][:, 1])
-        axes.plot(row.time, np.maximum(error, 0.1), color=colour, lw=width, label=name)
-    axes.set_yscale("log")
-    axes.set_ylim(0.3)
-    axes.legend(fontsize=6)
-
-
-def draw_nees(axes: Axes, row: Row) -> None:
-    """Draw NEES along a drive, and the limits between which it is consistent."""
-    axes.axhspan(*LIMITS, color="tab:green", alpha=0.2, lw=0)
-    axes.plot(row.time, np.maximum(row.standing, 1e-3), color="tab:blue", lw=1.0)
-    axes.set_yscale("log")
-    axes.set_ylim(1e-2)
-
-
-def draw_states(axes: Axes, row: Row) -> None:
-    """Draw what was learned of the encoders at the end of a drive, with two standard deviations."""
-    axes.errorbar(range(len(STATES)), row.slow, 2.0 * row.sigma, fmt="o", ms=3, lw=1, color="tab:blue")
-    axes.axhline(0.0, color="0.7", lw=0.5)
-    axes.set_xticks(range(len(STATES)), STATES, rotation=90)
-    axes.set_yscale("symlog", linthresh=0.01)
-    axes.margins(y=0.15)
-
-
-PICTURES = {
-    "errors": (draw_errors, "time [s]", "position error [mm]"),
-    "nees": (draw_nees, "time [s]", "NEES; green: 95 % of a chi-squared variable, 3 degrees of freedom"),
-    "states": (draw_states, "", "learned, in the largest size that is expected; bars: 2 standard deviations"),
-}
-
-
 def main() -> None:
-    """Print the table of each world, and draw its pictures."""
+    """Print the table of each world."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("folder", type=Path, nargs="?", default=Path("build/tracking"))
@@ -275,10 +192,6 @@ def main() -> None:
                 continue
             show(rows[-1])
         good = summarise(rows) and good
-        name = f"{Path(world).name}-{asked.seed}"
-        for kind, (draw, below, beside) in PICTURES.items():
-            draw_panels(rows, folder / f"{name}-{kind}.png", draw, below, beside)
-        print(f"  drawn: {folder / name}-errors.png, -nees.png and -states.png")
     sys.exit(not good)
 
 

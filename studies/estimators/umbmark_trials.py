@@ -1,9 +1,11 @@
-"""The statistics of UMBmark, counted over many simulated experiments, in about fifteen minutes.
+"""How often the intervals of UMBmark hold the truth, and its guards warn, over many simulated experiments.
+
+It takes about fifteen minutes; `python -m studies reproduce` has bias and variance.
 
 The wheelbase is also fitted with everything free (`calibrate`) to recordings of squares, which takes most of
 the time.
 
-Peers: the paper's printed equations beside the exact and the weighted ones, and the Cramer-Rao bound.
+Peers: the paper's printed equations beside the exact and the weighted ones, and the true parameters.
 
 Usage: python -m studies.estimators.umbmark_trials
 """
@@ -18,16 +20,7 @@ from omnimate.calib.umbmark.experiment import calibrate
 from omnimate.calib.umbmark.guards import advise, without_outliers
 from omnimate.calib.umbmark.printed import Method
 from studies.benchmark import options
-from studies.papers.trials import (
-    Trial,
-    after_calibration,
-    coverage,
-    efficiency,
-    floor_covariance,
-    free_coverage,
-    left_over,
-    plain_covariance,
-)
+from studies.papers.trials import Trial, coverage, floor_covariance, free_coverage
 
 FIGURE_11 = (0.98874, 1.00084)
 METHODS: tuple[Method, ...] = ("printed", "heading", "exact", "weighted")
@@ -36,17 +29,6 @@ TRIAL = Trial(*FIGURE_11, floor_covariance(0.025))
 
 def main() -> None:
     options(__doc__)
-    sizes = 1e3 * after_calibration(TRIAL, 4000)
-    low, high = np.percentile(sizes, [5, 95])
-    print(f'"after" with 25 mm of scatter: mean {sizes.mean():.1f} mm, 5 to 95 % {low:.1f} to {high:.1f} mm')
-    for factors in (FIGURE_11, (0.95, 1.005)):
-        for method in ("printed", "exact", "weighted"):
-            left = 1e3 * left_over(Trial(*factors, floor_covariance(0.022)), 1000, method).mean()
-            print(f"left over at {factors} with 22 mm of scatter, {method}: {left:.1f} mm")
-    plain = Trial(*FIGURE_11, plain_covariance(0.022))
-    print("variance over bound, true weights:", efficiency(plain, 100_000, estimated_weights=False).round(3))
-    print("variance over bound, own weights, 5 + 5:", efficiency(plain, 100_000).round(3))
-    print("variance over bound, own weights, 20 + 20:", efficiency(replace(plain, runs=20), 50_000).round(3))
     for runs in (2, 5):
         for method in METHODS:
             held = 100.0 * coverage(replace(TRIAL, runs=runs), 2000, method)

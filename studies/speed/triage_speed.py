@@ -12,11 +12,12 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from subprocess import DEVNULL, run
 
 from omnimate.files.recordings.folder import save_recording
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.triage.triage import triage
-from studies.benchmark import OMNIMATE, best, duration, options, process_cost
+from studies.benchmark import OMNIMATE, best, duration, options
 from studies.speed.diagnose_speed import simulated
 
 WANTED = 0.3  # [s]
@@ -37,10 +38,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "drive"
         save_recording(recording, folder)
-        command = [*OMNIMATE, "diagnose", "--triage", str(folder)]
-        process = min(process_cost(command).wall for _ in range(given.rounds))
-        nothing = [sys.executable, "-c", "pass"]
-        empty = min(process_cost(nothing).wall for _ in range(given.rounds))
+        process, empty = (
+            best(lambda command=command: run(command, check=True, stdout=DEVNULL), given.rounds)
+            for command in (
+                [*OMNIMATE, "diagnose", "--triage", str(folder)],
+                [sys.executable, "-c", "pass"],
+            )
+        )
     print(
         f"{len(recording)} samples, {recording.time[-1] - recording.time[0]:.0f} s of driving: "
         f"triage {asked:.2f} s (wanted {WANTED}; processor {used:.2f} s), "
