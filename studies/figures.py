@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -12,14 +13,9 @@ from matplotlib.ticker import NullLocator
 
 from omnimate.figures.files import check_format, save
 from omnimate.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILLION
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from omnimate.vehicle.se2 import Array
-    from studies.mismatch.scoring.efficiency import Efficiency
-    from studies.mismatch.scoring.score import Bin
+from omnimate.vehicle.se2 import Array
+from studies.mismatch.scoring.efficiency import Efficiency
+from studies.mismatch.scoring.score import Bin
 
 BINS = 8  # of the injections by their strength
 JITTER = 0.03  # of the axis, by which the marks of single injections are spread

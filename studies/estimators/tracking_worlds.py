@@ -37,8 +37,7 @@ from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.recording import Poses, Recording
-from studies.mismatch.engines.cases import Case
-from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.scene import Case, scene
 from studies.mismatch.engines.vocabulary import VOCABULARY
 from studies.mismatch.engines.writing import Measuring, write
 

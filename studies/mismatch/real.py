@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
 from omnimate.figures.floor_plan import Track, plot_floor_plan
-from omnimate.mismatch import diagnose
+from omnimate.mismatch import Diagnosis, diagnose
 from omnimate.mismatch.description.first_look import first_look
 from omnimate.vehicle.odometry import dead_reckon
-from omnimate.vehicle.se2 import wrap
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import Array, wrap
 from studies.datasets import husky, labyrinth
 from studies.figures import plot_turns
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from omnimate.mismatch import Diagnosis
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)

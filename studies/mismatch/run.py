@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -16,15 +16,12 @@ from omnimate.mismatch import Diagnosis, diagnose
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.recording import Recording
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 Report = Callable[[int, int], None]  # called with how much is done, and of how much
 Progress = Callable[[str], AbstractContextManager[Report]]  # called with what is being done
 
-
 Question = tuple[Path, dict[str, Any]]  # the folder of a case, and its label, of which no tool sees the truth
 Answer = dict[str, Any]
+Answers = Mapping[str, Answer]  # by case
 Tool = Callable[[Sequence[Recording]], Diagnosis]
 
 

@@ -3,32 +3,23 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+
+from rich.table import Table
 
 from omnimate.mismatch import diagnose
 from studies.figures import plot_efficiency, plot_errors, plot_reliability
 from studies.mismatch import run, tables
 from studies.mismatch.engines.cases import cases
-from studies.mismatch.run import Answer, answered_by
-from studies.mismatch.scoring.audit import audited, questions
+from studies.mismatch.run import Answer, Answers, Progress, Tool, answered_by
+from studies.mismatch.scoring.audit import Audit, audited, questions
 from studies.mismatch.scoring.efficiency import efficiency
 from studies.mismatch.scoring.judging import beyond_twins, reported_instead
 from studies.mismatch.scoring.leave_one_out import concealing
 from studies.mismatch.scoring.score import Score, pooled, scored
-from studies.mismatch.worlds.world import AbsentError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from rich.table import Table
-
-    from studies.mismatch.run import Progress, Tool
-    from studies.mismatch.scoring.audit import Audit
-    from studies.mismatch.worlds.world import Corpus, Request, World
-
-    Answers = Mapping[str, Answer]
+from studies.mismatch.worlds.world import AbsentError, Corpus, Request, World
 
 
 def ask_tool(corpus: Corpus, jobs: int, progress: Progress, kept: Path | None = None) -> dict[str, Answer]:

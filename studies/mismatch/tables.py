@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
+from studies.mismatch.run import Answers
+from studies.mismatch.scoring.audit import Audit
 from studies.mismatch.scoring.leave_one_out import OUTCOMES, left_out_rows
+from studies.mismatch.scoring.score import Line, Score
 
 ERRORS = ("nominal", "least squares", "found")  # the ways to predict what was not seen
-
-if TYPE_CHECKING:
-    from collections import Counter
-    from collections.abc import Mapping, Sequence
-
-    from studies.mismatch.scoring.audit import Audit
-    from studies.mismatch.scoring.score import Line, Score
-    from studies.mismatch.study import Answers
 
 
 def worlds(scores: Sequence[Score]) -> Table:

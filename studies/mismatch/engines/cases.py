@@ -2,30 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.scene import Case, scene
 from studies.mismatch.engines.vocabulary import ALIKE, UNNAMED, VOCABULARY, set_bump_times
 from studies.mismatch.engines.writing import MEASURING, write
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-
-@dataclass(frozen=True, slots=True)
-class Case:
-    """One case of the corpus."""
-
-    kind: str  # kind of the case: null, single, multi, masked, unknown or insufficient
-    effects: tuple[tuple[str, str], ...]  # effects that are concealed, as (effect, component)
-    drive: str  # kind of the drive: squares, one way, eights, slalom or shuttle
-    poses: str  # kind of absolute poses: none, sonar or mocap
-    trucks: int = 2  # number of trucks, 1 or 2
-    note: str = ""  # name of what is special about the case; empty for nothing
 
 
 def seed_of(seed: int, number: int) -> int:

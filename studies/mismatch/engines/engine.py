@@ -8,24 +8,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
 
-from studies.mismatch.engines.faults import TruckStep, WheelStep, felt, moved, shown, touches, travelled
-from studies.mismatch.engines.programmes import commands
-from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
-from studies.mismatch.engines.writing import Log
-
-if TYPE_CHECKING:
-    from numpy.random import Generator
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.faults import ConcealedFault, Place
-    from studies.mismatch.engines.programmes import Lap
-    from studies.mismatch.engines.writing import Robot
-
-    Array = NDArray[np.float64]
+from studies.mismatch.engines.faults import (
+    ConcealedFault,
+    Place,
+    TruckStep,
+    WheelStep,
+    felt,
+    moved,
+    shown,
+    touches,
+    travelled,
+)
+from studies.mismatch.engines.laws import counted_share
+from studies.mismatch.engines.programmes import Lap, commands
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, Array
+from studies.mismatch.engines.writing import Log, Robot
 
 SUBSTEPS, LONGEST = 4, 0.005  # least substeps of a sample period, and their longest duration [s]
 ALIGN = 1.5  # [1/s], gain with which truck b turns into the link; it lags behind in turns
@@ -140,12 +142,8 @@ class _Engine:
     def _kept(self, wheel: int) -> float:
         """Return the share of a wheel's counts that its device counts."""
         for fault in self.faults:
-            if (
-                fault.effect == "count_loss"
-                and fault.component == WHEELS[wheel]
-                and abs(self.speed[wheel]) > fault["above"]
-            ):
-                return 1.0 - float(fault["fraction"])
+            if fault.effect == "count_loss" and fault.component == WHEELS[wheel]:
+                return float(counted_share(fault.parameters, self.speed[wheel]))
         return 1.0
 
     def _scatter(self, wheel: int, way: float) -> float:

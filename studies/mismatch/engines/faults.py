@@ -9,14 +9,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from studies.mismatch.engines.laws import body_motion, half_angle, reading_of
+from studies.mismatch.engines.laws import SCALED, body_motion, half_angle, reading_of, rolling_ratio
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    Twist = tuple[float, float, float]  # forward [m], left [m] and yaw [rad] in the truck's frame
+Twist = tuple[float, float, float]  # forward [m], left [m] and yaw [rad] in the truck's frame
 
 Place = tuple[float, float]  # on the floor [m]
 
@@ -166,8 +163,8 @@ def touches(fault: ConcealedFault, wheel: str) -> bool:
 def travelled(fault: ConcealedFault, step: WheelStep) -> float:
     """Return the distance of a wheel over the ground [m] in a step, with a fault that acts on it."""
     rolled, angle = step.rolled, step.angle
-    if fault.effect in _SCALED:
-        return rolled * _SCALED[fault.effect](fault, step.speed, step.now)
+    if fault.effect in SCALED:
+        return rolled * float(rolling_ratio(fault.effect, fault.parameters, step.speed, step.now))
     if fault.effect == "wheel_eccentricity":
         middle = 0.5 * (angle[0] + angle[1]) + fault["phase"]
         return rolled + float(fault["amplitude"]) * math.cos(middle) * (angle[1] - angle[0])
@@ -184,19 +181,6 @@ def travelled(fault: ConcealedFault, step: WheelStep) -> float:
     elif fault.effect == "unknown":
         way = rolled + _way_gained(fault, step)
     return way
-
-
-def _slipped(fault: ConcealedFault, _speed: float, now: float) -> float:
-    inside = any(start < now <= end for start, end in fault["intervals"])
-    return 1.0 - float(fault["fraction"]) if inside else 1.0
-
-
-_SCALED: dict[str, Callable[[ConcealedFault, float, float], float]] = {
-    "wheel_diameter": lambda fault, _speed, _now: float(fault["ratio"]),
-    "radius_vs_speed": lambda fault, speed, _now: 1.0 + float(fault["slope"]) * abs(speed),
-    "radius_step": lambda fault, _speed, now: float(fault["ratio"]) if now > fault["time"] else 1.0,
-    "slip_patch": _slipped,
-}
 
 
 def _bumped(fault: ConcealedFault, way: float, now: float) -> float:

@@ -12,25 +12,21 @@ lacks, for who asks how strong they would show.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from studies.mismatch.engines.strength import Drive, Poses, rates
-from studies.mismatch.engines.vocabulary import LINKAGE, TRUCKS, WHEELS
+from studies.mismatch.engines.vocabulary import LINKAGE, TRUCKS, WHEELS, Array
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Parameters = Mapping[str, Any]
-    Value = Any  # a number, or an array of one for each sample
+Parameters = Mapping[str, Any]
+Value = Any  # a number, or an array of one for each sample
 
 ITERATIONS = 6  # of a fixed point; each gains the effect's size, some percent at most
 REVERSED = 1.5  # counts that a wheel rolls back until it has reversed; what jitters by a count has not
+SCALED = ("wheel_diameter", "radius_vs_speed", "radius_step", "slip_patch")  # scale the distance of a wheel
 STANDS = 0.005  # [m/s] below which a truck stands
 
 
@@ -81,33 +77,41 @@ def _rolled(drive: Drive, wheel: int, law: Callable[[Array, Array], Array]) -> A
     return way
 
 
-def _wheel_diameter(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    return _rolled(drive, wheel, lambda _way, steps: steps / parameters["ratio"])
+def rolling_ratio(effect: str, parameters: Parameters, speed: Value, time: Value) -> Value:
+    """Return how far a wheel travels over how far it rolls, with an effect of `SCALED`, of one or all steps.
+
+    Args:
+        effect: Name of the effect.
+        parameters: Its parameters, by name.
+        speed: Speed of the wheel [m/s].
+        time: Time at the end of the step [s].
+    """
+    if effect == "wheel_diameter":
+        return parameters["ratio"]
+    if effect == "radius_vs_speed":
+        return 1.0 + parameters["slope"] * abs(speed)
+    if effect == "radius_step":
+        return np.where(time > parameters["time"], parameters["ratio"], 1.0)
+    within = [(time > start) & (time <= end) for start, end in parameters["intervals"]]
+    return np.where(np.any(within, axis=0), 1.0 - parameters["fraction"], 1.0)
 
 
-def _radius_step(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    ratio = np.where(drive.time[1:] > parameters["time"], parameters["ratio"], 1.0)
-    return _rolled(drive, wheel, lambda _way, steps: steps / ratio)
+def counted_share(parameters: Parameters, speed: Value) -> Value:
+    """Return the share of its counts that an encoder with `count_loss` counts at speeds [m/s]."""
+    return np.where(abs(speed) > parameters["above"], 1.0 - parameters["fraction"], 1.0)
 
 
-def _slip_patch(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    kept = np.where(inside(drive.time[1:], parameters["intervals"]), 1.0 - parameters["fraction"], 1.0)
-    return _rolled(drive, wheel, lambda _way, steps: steps / kept)
+def _scaled(effect: str) -> Callable[[Drive, int, Parameters], Array]:
+    """Return the law of the rolled way of a wheel with an effect of `SCALED`."""
 
+    def law(drive: Drive, wheel: int, parameters: Parameters) -> Array:
+        def steps_of(way: Array, steps: Array) -> Array:
+            speed, _ = rates(way, drive.time)
+            return np.asarray(steps / rolling_ratio(effect, parameters, speed, drive.time[1:]))
 
-def inside(time: Array, intervals: list[list[float]]) -> NDArray[np.bool_]:
-    """Return which times [s] lie in one of the intervals, their starts left out, shape `(N,)`."""
-    within = np.zeros(len(time), bool)
-    for start, end in intervals:
-        within |= (time > start) & (time <= end)
-    return within
+        return _rolled(drive, wheel, steps_of)
 
-
-def _radius_vs_speed(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    def law(way: Array, steps: Array) -> Array:
-        return np.asarray(steps / (1.0 + parameters["slope"] * np.abs(rates(way, drive.time)[0])))
-
-    return _rolled(drive, wheel, law)
+    return law
 
 
 def _traction_slip(drive: Drive, wheel: int, parameters: Parameters) -> Array:
@@ -161,8 +165,7 @@ def half_angle(lost: float, radius: float) -> float:
 
 def _count_loss(drive: Drive, wheel: int, parameters: Parameters) -> Array:
     speed, _ = rates(drive.way[:, wheel], drive.time)
-    kept = np.where(np.abs(speed) > parameters["above"], 1.0 - parameters["fraction"], 1.0)
-    return _from_steps(drive.way[0, wheel], kept * np.diff(drive.way[:, wheel]))
+    return _from_steps(drive.way[0, wheel], counted_share(parameters, speed) * np.diff(drive.way[:, wheel]))
 
 
 def _old_way(drive: Drive, wheel: int, parameters: Parameters) -> Array:
@@ -307,11 +310,8 @@ def _stamps(drive: Drive, poses: Poses, effect: str, parameters: Parameters) -> 
 
 
 OF_WHEELS: dict[str, Callable[[Drive, int, Parameters], Array]] = {
-    "wheel_diameter": _wheel_diameter,
-    "radius_step": _radius_step,
+    **{effect: _scaled(effect) for effect in SCALED},
     "wheel_eccentricity": _wheel_eccentricity,
-    "radius_vs_speed": _radius_vs_speed,
-    "slip_patch": _slip_patch,
     "bump": _bump,
     "count_loss": _count_loss,
     "latency": _old_way,

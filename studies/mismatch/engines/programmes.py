@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
+from numpy.random import Generator
 
+from studies.mismatch.engines.vocabulary import Array
 from studies.mismatch.engines.wide.robots import within
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.random import Generator
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 STOP = 1.2  # [s] before and after each lap, for a measured pose
 

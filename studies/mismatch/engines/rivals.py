@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 
 from studies.mismatch.engines.laws import altered
-from studies.mismatch.engines.strength import Drive, left_of, rates
+from studies.mismatch.engines.strength import Drive, Ruler, left_of
 from studies.mismatch.engines.vocabulary import (
     LINKAGE,
     SIGNED,
@@ -17,19 +19,11 @@ from studies.mismatch.engines.vocabulary import (
     VOCABULARY,
     WAVES,
     WHEELS,
+    Array,
     label,
 )
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from numpy.random import Generator
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.strength import Ruler
-
-    Array = NDArray[np.float64]
-    Name = tuple[str, str]
+Name = tuple[str, str]
 
 CROSSING = 0.3  # [s] that a wheel takes for a bump, about
 QUARTERS = (0.0, 0.5 * math.pi)  # phases of which any other is a sum
@@ -104,7 +98,8 @@ def _others(
         order = {"order": more.get("order")} if name == "gear_harmonic" else {}
         return [] if None in order.values() else [{**order, "phase": phase} for phase in QUARTERS]
     if name == "count_loss":
-        return [{"above": more.get("above") or _usual_speed(drives, WHEELS.index(component))}]
+        speeds = np.concatenate([drive.speed(WHEELS.index(component)) for drive in drives])
+        return [{"above": more.get("above") or float(np.median(speeds))}]
     others: dict[str, list[dict[str, Any]]] = {
         "floor_slope": [{"direction": direction} for direction in QUARTERS],
         "radius_step": [] if first is None else [{"time": first}],
@@ -112,12 +107,6 @@ def _others(
         "bump": [{"times": [start for start, _ in spans]}] if spans else [],
     }
     return others.get(name, [{}])
-
-
-def _usual_speed(drives: Sequence[Drive], wheel: int) -> float:
-    return float(
-        np.median(np.concatenate([np.abs(rates(each.way[:, wheel], each.time)[0]) for each in drives]))
-    )
 
 
 def _times_of(effect: str, more: Mapping[str, Any], end: float) -> tuple[float | None, list[list[float]]]:
@@ -243,8 +232,7 @@ def _more(effect: str, component: str, drives: Sequence[Drive], chance: Generato
         start, end = drives[0].time[0], drives[-1].time[-1]
         return {"time": float(start + chance.uniform(0.3, 0.7) * (end - start))}
     if effect == "count_loss":
-        wheel = SIDES.index(component)
-        speeds = np.concatenate([np.abs(rates(drive.way[:, wheel], drive.time)[0]) for drive in drives])
+        speeds = np.concatenate([drive.speed(SIDES.index(component)) for drive in drives])
         return {"above": float(np.quantile(speeds[speeds > MOVING], chance.uniform(0.3, 0.7)))}
     if effect == "bump":
         moments = _moments(drives, SIDES.index(component))
@@ -257,11 +245,9 @@ def _more(effect: str, component: str, drives: Sequence[Drive], chance: Generato
     return {}
 
 
-def _moments(drives: Sequence[Drive], wheel: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _moments(drives: Sequence[Drive], wheel: int) -> Array:
     """Return the times at which a wheel moves [s]."""
-    return np.concatenate(
-        [drive.time[1:][np.abs(rates(drive.way[:, wheel], drive.time)[0]) > MOVING] for drive in drives]
-    )
+    return np.concatenate([drive.time[1:][drive.speed(wheel) > MOVING] for drive in drives])
 
 
 def _stretch(drives: Sequence[Drive], component: str, chance: Generator) -> list[list[float]]:

@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 
 from studies.mismatch.engines.engine import Floor, drive
 from studies.mismatch.engines.faults import KINDS, ConcealedFault
-from studies.mismatch.engines.programmes import programme
+from studies.mismatch.engines.programmes import Lap, programme
 from studies.mismatch.engines.vocabulary import SIGNED, VOCABULARY, WAVES, label
-from studies.mismatch.engines.writing import random_robot
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.random import Generator
-
-    from studies.mismatch.engines.cases import Case
-    from studies.mismatch.engines.programmes import Lap
-    from studies.mismatch.engines.writing import Log, Robot
+from studies.mismatch.engines.writing import Log, Robot, random_robot
 
 START = 1_763_000_000.0
 SEEDS = 1_000_000  # seeds with different start times: the time in a log has ten digits before the point
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One case of the corpus."""
+
+    kind: str  # kind of the case: null, single, multi, masked, unknown or insufficient
+    effects: tuple[tuple[str, str], ...]  # effects that are concealed, as (effect, component)
+    drive: str  # kind of the drive: squares, one way, eights, slalom or shuttle
+    poses: str  # kind of absolute poses: none, sonar or mocap
+    trucks: int = 2  # number of trucks, 1 or 2
+    note: str = ""  # name of what is special about the case; empty for nothing
 
 
 @dataclass(frozen=True, slots=True)

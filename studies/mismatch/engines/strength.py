@@ -16,20 +16,16 @@ taken as independent. Where there are a few poses only, at stops, the noise is t
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from studies.mismatch.engines.vocabulary import TRUCKS, WHEELS
+from studies.mismatch.engines.vocabulary import TRUCKS, WHEELS, Array
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Residual = Mapping[str, Array]
+Residual = Mapping[str, Array]
 
 SMOOTHING = 0.2  # [s] over which speeds are taken; a count of 0.1 mm is then 0.5 mm/s
 
@@ -82,6 +78,10 @@ class Drive:
         changed = np.zeros((len(self.time) - 1, self.trucks, 3)) if self.more is None else self.more.copy()
         changed[:, truck] += more
         return replace(self, more=changed)
+
+    def speed(self, wheel: int) -> Array:
+        """Return the size of a wheel's speed in each step [m/s], shape `(N - 1,)`."""
+        return np.abs(rates(self.way[:, wheel], self.time)[0])
 
     def twist(self, truck: int) -> Array:
         """Return a truck's motion in each step, `(N - 1, 3)`: forward [m], left [m], yaw [rad]."""

@@ -6,16 +6,11 @@ A robot has T trucks, one or two; a single truck has no joints and no link.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from studies.mismatch.engines.vocabulary import JOINTS, TRUCKS, WHEELS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+from studies.mismatch.engines.vocabulary import JOINTS, TRUCKS, WHEELS, Array
 
 WINDOW = 33  # rows of a stretch: about half a second
 

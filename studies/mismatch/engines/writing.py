@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
 
 from studies.mismatch.engines.strength import Drive as Seen
 from studies.mismatch.engines.strength import Poses
-from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, Array
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from numpy.random import Generator
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Pose = tuple[float, int, Array]  # stamp [s], number of the truck, x [m], y [m] and heading [rad]
+Pose = tuple[float, int, Array]  # stamp [s], number of the truck, x [m], y [m] and heading [rad]
 
 ARRIVAL = 2e-4  # [s] from SYNC to the first frame, and from each frame to the next
 

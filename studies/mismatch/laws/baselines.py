@@ -8,24 +8,19 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from omnimate.mismatch.learn.evidence import Products
+from omnimate.vehicle.se2 import Array
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from numpy.typing import NDArray
-
-    from omnimate.vehicle.se2 import Array
-
-    Variables = Mapping[str, Array]
-    Learned = Callable[[Variables], Array]
-    Columns = Callable[[Array], Array]
+Variables = Mapping[str, Array]
+Learned = Callable[[Variables], Array]
+Columns = Callable[[Array], Array]
 
 FEATURES = 300  # of a Gaussian process
 LENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0)  # of its kernel, in standard deviations of the variables

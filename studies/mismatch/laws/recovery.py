@@ -3,46 +3,39 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from omnimate.effects import effect_named
+from omnimate.effects.effect import Effect
 from omnimate.effects.file import format_effects
 from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import smooth_terms
 from omnimate.mismatch.candidates.unknown import errors, sizes_of
+from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
+from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.investigate import (
     posterior_with_background,
     startup_nuisances,
     whiten_with_estimated_noise,
 )
 from omnimate.mismatch.learn.law_terms import law_of, observed
-from omnimate.mismatch.noise.levels import DEFAULT_LEVELS
-from omnimate.mismatch.recording.response import column, response
+from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, NoiseLevels
+from omnimate.mismatch.recording.response import Columns, Response, column, response
 from omnimate.mismatch.recording.signals import signals_of
-from omnimate.mismatch.recording.windows import windows_of
+from omnimate.mismatch.recording.windows import Windows, windows_of
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import Array
 from studies.mismatch.engines.cases import cases, seed_of
-from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.scene import Case, scene
 from studies.mismatch.engines.vocabulary import label, set_bump_times
 from studies.mismatch.engines.writing import MEASURING, write
 from studies.mismatch.laws.baselines import gaussian_process, has_sindy, sindy
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from omnimate.effects.effect import Effect
-    from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
-    from omnimate.mismatch.evidence.posterior import Posterior
-    from omnimate.mismatch.noise.levels import NoiseLevels
-    from omnimate.mismatch.recording.response import Columns, Response
-    from omnimate.mismatch.recording.windows import Windows
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
-    from studies.mismatch.engines.cases import Case
 
 QUICK = ("wheelbase", "radius_vs_speed", "joint_eccentricity")  # effects of the small study
 
@@ -97,7 +90,6 @@ def _frozen(value: Any) -> Any:  # noqa: ANN401  # a number, or lists of them
 
 LAW, PROCESS, SINDY = "law", "Gaussian process", "pysindy"
 METHODS = (LAW, PROCESS, SINDY)
-
 
 Recovery = dict[str, Any]
 """What one case came to: `effect` and `component` that are concealed and in no library; `gain` of the effect

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from rich.table import Table
@@ -11,14 +12,8 @@ from rich.table import Table
 from studies.figures import plot_recovery
 from studies.mismatch import run
 from studies.mismatch.laws.baselines import has_sindy
-from studies.mismatch.laws.recovery import LAW, METHODS, SINDY, recovered, wanted
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from studies.mismatch.laws.recovery import Recovery
-    from studies.mismatch.run import Progress
+from studies.mismatch.laws.recovery import LAW, METHODS, SINDY, Recovery, recovered, wanted
+from studies.mismatch.run import Progress
 
 CASES = 3  # of each effect
 CLEAR = 30.0  # [nat] of the effect's own gain, below which a drive hardly shows it: 7.7 sigma

@@ -7,25 +7,17 @@ drives with different random numbers.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from studies.mismatch.engines.cases import seed_of
-from studies.mismatch.engines.scene import scene
-from studies.mismatch.engines.writing import seen
+from studies.mismatch.engines.scene import Case, scene
+from studies.mismatch.engines.vocabulary import Array
+from studies.mismatch.engines.writing import Log, Robot, seen
 from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.cases import Case
-    from studies.mismatch.engines.writing import Log, Robot
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

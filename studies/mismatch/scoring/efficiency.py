@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
 
-from studies.mismatch.scoring.judging import is_found
+from studies.mismatch.engines.vocabulary import Array
+from studies.mismatch.scoring.judging import Answer, Label, is_found
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from studies.mismatch.scoring.judging import Answer, Label
-
-    Array = NDArray[np.float64]
-
-STEPS = 50  # of Newton's method; some ten are enough where the fit has a limit
 # Standard deviation of the slope's and the offset's prior: it decides only where all or none are found.
 FLAT = 10.0
 
@@ -61,12 +54,12 @@ def efficiency(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> Ef
 
 
 def _logistic(at: Array, hit: NDArray[np.bool_]) -> tuple[float, float]:
-    """Return offset and slope of a logistic regression, by Newton's method with a flat prior."""
-    columns = np.stack([np.ones(len(at)), at], axis=1)
-    weights = np.zeros(2)
-    for _ in range(STEPS):
-        share = 1.0 / (1.0 + np.exp(-columns @ weights))
-        slope = columns.T @ (hit - share) - weights / FLAT**2
-        curvature = (columns.T * (share * (1.0 - share))) @ columns + np.eye(2) / FLAT**2
-        weights = weights + np.clip(np.linalg.solve(curvature, slope), -2.0, 2.0)
-    return float(weights[0]), float(weights[1])
+    """Return offset and slope of a logistic regression with a flat prior."""
+    sign = np.where(hit, 1.0, -1.0)
+
+    def cost(weights: Array) -> float:
+        odds = weights[0] + weights[1] * at
+        return float(np.logaddexp(0.0, -sign * odds).sum() + 0.5 * weights @ weights / FLAT**2)
+
+    offset, slope = minimize(cost, np.zeros(2), tol=1e-9).x
+    return float(offset), float(slope)

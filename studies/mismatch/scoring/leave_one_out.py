@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, wrong
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from studies.mismatch.scoring.judging import Answer, Label
+from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, Answer, Label, asserted, wrong
 
 Outcome = Literal["unknown", "acceptable", "wrong name", "nothing"]
 OUTCOMES: tuple[Outcome, ...] = ("unknown", "acceptable", "wrong name", "nothing")

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from statistics import fmean, geometric_mean
+from typing import Any
 
+from scipy.stats import binomtest
+
+from studies.mismatch.run import Answers
 from studies.mismatch.scoring.efficiency import efficiency
 from studies.mismatch.scoring.judging import (
     ASSERTED,
     SURE,
+    Answer,
+    Label,
     all_right,
     asserted,
     beyond_twins,
@@ -25,27 +32,15 @@ from studies.mismatch.scoring.judging import (
     says_unknown,
     wrong,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from studies.mismatch.scoring.judging import Answer, Label
-    from studies.mismatch.study import Answers
-    from studies.mismatch.worlds.world import Corpus
-
-_Z = 1.96  # the normal distribution's quantile of 97.5 %
+from studies.mismatch.worlds.world import Corpus
 
 
 def wilson(hits: int, of: int) -> tuple[float, float]:
     """Return the 95 % interval of a share, Wilson (1927); nan without any case."""
     if not of:
         return math.nan, math.nan
-    share, square = hits / of, _Z * _Z
-    middle, width = (
-        share + square / (2 * of),
-        _Z * math.sqrt(share * (1 - share) / of + square / (4 * of * of)),
-    )
-    return (middle - width) / (1 + square / of), (middle + width) / (1 + square / of)
+    interval = binomtest(hits, of).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 # Bounds of the bins: finer where answers are sure, because that is where a false one does harm.
@@ -233,22 +228,20 @@ def _of_calibrations(pairs: Sequence[tuple[Label, Answer]]) -> list[Line]:
     return [
         share("5 sigma by least squares: asserted", told, 1.0),
         Line("open loop over least squares, worst set", max(ratios, default=math.nan), 1.0),
-        Line("open loop over least squares, geometric mean", _geometric(ratios), 0.95),
+        Line("open loop over least squares, geometric mean", _mean(ratios, geometric_mean), 0.95),
     ]
 
 
 def _heldout(residuals: Sequence[Mapping[str, float]]) -> Line:
     """Return the geometric means of held-out residuals, before and after."""
-    before, after = (_geometric([each[when] for each in residuals]) for when in ("before", "after"))
+    before, after = (
+        _mean([each[when] for each in residuals], geometric_mean) for when in ("before", "after")
+    )
     return Line("held-out residual, before -> after", after / before, note=f"{before:.2f} -> {after:.2f}")
 
 
-def _geometric(values: Sequence[float]) -> float:
-    return math.exp(_mean([math.log(value) for value in values])) if values else math.nan
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values) if values else math.nan
+def _mean(values: Sequence[float], mean: Callable[[Sequence[float]], float] = fmean) -> float:
+    return mean(values) if values else math.nan
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,27 +7,23 @@ predicts these sets better than three numbers do. Runs follow each other on one 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.files.recordings.folder import save_recording
+from omnimate.vehicle.parameters import Channel
+from omnimate.vehicle.recording import Recording
 from studies.datasets.optiodom.recordings import differential_sets, recordings_of
 from studies.mismatch.engines.rivals import draw
 from studies.mismatch.engines.strength import Drive, Poses, Ruler
+from studies.mismatch.run import Report
 from studies.mismatch.worlds.optiodom import in_sequence
 from studies.mismatch.worlds.world import AbsentError, Label, Request, write_all
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from omnimate.vehicle.parameters import Channel
-    from omnimate.vehicle.recording import Recording
-    from studies.mismatch.run import Report
 
 MOST_RUNS = 6  # of a case
 _WHEELS: tuple[Channel, Channel] = ("a.left", "a.right")

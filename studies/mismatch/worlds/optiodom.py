@@ -8,35 +8,30 @@ no mistake.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.effects.ageing import AgedSamples
 from omnimate.effects.block import Block
+from omnimate.effects.effect import Effect
 from omnimate.effects.reference_offset import truck_poses
 from omnimate.effects.stages import replay
 from omnimate.files.recordings.folder import save_recording
 from omnimate.mismatch import diagnose
 from omnimate.vehicle.arcs import integrate_twists
-from omnimate.vehicle.se2 import between
+from omnimate.vehicle.parameters import Channel
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import Array, between
 from studies.datasets.optiodom import recordings as optiodom
 from studies.mismatch.engines.strength import rates
 from studies.mismatch.engines.vocabulary import label
-from studies.mismatch.run import Answer, Question, answer_of, recordings_of
+from studies.mismatch.run import Answer, Question, Report, answer_of, recordings_of
 from studies.mismatch.worlds.world import AbsentError, Label, Request
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from omnimate.effects.effect import Effect
-    from omnimate.vehicle.parameters import Channel
-    from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
-    from studies.mismatch.run import Report
 
 START, PAUSE = 1_593_000_000.0, 60.0  # [s] the clock of the first run, and from one run to the next
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from omnimate.vehicle.errors import OmnimateError
 from studies.mismatch.engines.cases import cases, make, seed_of
+from studies.mismatch.run import Report
 from studies.mismatch.worlds.injections import write_injections
 from studies.mismatch.worlds.optiodom import diagnosed_and_driven, write_optiodom
 from studies.mismatch.worlds.world import (
@@ -21,12 +23,6 @@ from studies.mismatch.worlds.world import (
     WrittenWorld,
     write_all,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from studies.mismatch.run import Report
 
 WIDE, CONTACTS = (6, 300), (6, 46)  # cases of the wide world, and of an engine with contacts: quick, whole
 

@@ -6,19 +6,15 @@ import hashlib
 import json
 import random
 import shutil
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 from omnimate.vehicle.errors import OmnimateError
 from studies.mismatch import run
-from studies.mismatch.run import answered
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
-
-    from studies.mismatch.run import Answer, Progress, Question, Report
+from studies.mismatch.run import Answer, Progress, Question, Report, answered
 
 Label = dict[str, Any]
 Reply = TypeVar("Reply")

@@ -7,40 +7,33 @@ recording (`engines.strength`), and compared with what each effect of the vocabu
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
 
 from studies.mismatch.engines.bullet import faults
 from studies.mismatch.engines.bullet.chassis import ROBOTS, Chassis
 from studies.mismatch.engines.bullet.drive import Course, Floor, TippedError, drive
 from studies.mismatch.engines.bullet.faults import Fault, Setting
 from studies.mismatch.engines.laws import altered
-from studies.mismatch.engines.programmes import PROGRAMMES, commands
+from studies.mismatch.engines.programmes import PROGRAMMES, Lap, Leg, commands
 from studies.mismatch.engines.rivals import SEPARATE, rivals
 from studies.mismatch.engines.scene import SEEDS, START
 from studies.mismatch.engines.strength import Drive as Seen
 from studies.mismatch.engines.strength import Noise, Ruler, left_of, residual
-from studies.mismatch.engines.true_motion import Nominal, axle_ahead, calibrate
-from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, label
+from studies.mismatch.engines.true_motion import Drive, Nominal, axle_ahead, calibrate
+from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, Array, label
 from studies.mismatch.engines.wide.robots import COUNTS, JOINTS, METRES, within
 from studies.mismatch.engines.writing import Log, Measuring, Robot, measured, seen, seen_exactly, write
 from studies.mismatch.engines.writing import encoders as drawn_encoders
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.random import Generator
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.programmes import Lap, Leg
-    from studies.mismatch.engines.true_motion import Drive
-
-    Array = NDArray[np.float64]
-    Name = tuple[str, str]
-    Build = Callable[[Setting], Fault]
+Name = tuple[str, str]
+Build = Callable[[Setting], Fault]
 
 MOST = (
     0.5  # share of a change without a law that a name may leave; it then explains three quarters of its power

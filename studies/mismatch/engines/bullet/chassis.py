@@ -7,9 +7,11 @@ original width rests on its inner and its outer edge in turn, and the wheelbase 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from numpy.random import Generator
 
 from studies.mismatch.engines.bullet.urdf import (
     Place,
@@ -22,11 +24,6 @@ from studies.mismatch.engines.bullet.urdf import (
     with_soft,
     with_tread,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from numpy.random import Generator
 
 # Slip [m/s] at which tyres have 0.7 of their grip where a robot steers by skidding: about what its bends drag
 # them aside, so that it turns on one wheelbase.

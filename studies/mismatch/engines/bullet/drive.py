@@ -9,24 +9,18 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pybullet
+from numpy.typing import NDArray
 
-from studies.mismatch.engines.true_motion import Drive, contacts
+from studies.mismatch.engines.bullet.chassis import Chassis
+from studies.mismatch.engines.true_motion import Drive, Nominal, contacts
+from studies.mismatch.engines.vocabulary import Array
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.bullet.chassis import Chassis
-    from studies.mismatch.engines.true_motion import Nominal
-
-    Array = NDArray[np.float64]
-    Hook = Callable[["Scene", float], None]
+Hook = Callable[["Scene", float], None]
 
 CELL, WAVE = 0.05, 0.1  # [m] between two heights, and below which the surface is smooth
 MARGIN = 3.0  # [m] of floor beyond the path that is commanded

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from studies.mismatch.engines.bullet.drive import Box
+from studies.mismatch.engines.bullet.chassis import Chassis
+from studies.mismatch.engines.bullet.drive import Box, Hook, Scene
 from studies.mismatch.engines.bullet.urdf import (
+    Place,
     joint,
     link,
     middle,
@@ -20,6 +24,7 @@ from studies.mismatch.engines.bullet.urdf import (
 )
 from studies.mismatch.engines.true_motion import (
     Draws,
+    Drive,
     before_and_after,
     crossings,
     lost,
@@ -31,18 +36,7 @@ from studies.mismatch.engines.true_motion import (
 )
 from studies.mismatch.engines.vocabulary import WHEELS
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.bullet.chassis import Chassis
-    from studies.mismatch.engines.bullet.drive import Hook, Scene
-    from studies.mismatch.engines.bullet.urdf import Place
-    from studies.mismatch.engines.true_motion import Drive
-
-    Parameters = dict[str, Any]
-    Array = NDArray[np.float64]
+Parameters = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from collections.abc import Sequence
 
 Place = tuple[float, float, float]  # [m]
 ORIGIN: Place = (0.0, 0.0, 0.0)

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from studies.mismatch.engines.mujoco import faults
-from studies.mismatch.engines.mujoco.control import Pace, eight, rounded, shuttle, square
+from studies.mismatch.engines.mujoco.control import Pace, Program, eight, rounded, shuttle, square
 from studies.mismatch.engines.mujoco.drive import Floor, drive
-from studies.mismatch.engines.mujoco.faults import Setting, yielding
-from studies.mismatch.engines.mujoco.model import random_robot
-from studies.mismatch.engines.true_motion import Nominal, above_noise, calibrate, residuals
+from studies.mismatch.engines.mujoco.faults import FaultyRobot, Setting, Values, yielding
+from studies.mismatch.engines.mujoco.model import Robot, random_robot
+from studies.mismatch.engines.true_motion import Drive, Nominal, above_noise, calibrate, residuals
 from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
 from studies.mismatch.engines.writing import Device, Log, Measuring, write
 from studies.mismatch.engines.writing import Robot as Described
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from studies.mismatch.engines.mujoco.control import Program
-    from studies.mismatch.engines.mujoco.faults import FaultyRobot, Values
-    from studies.mismatch.engines.mujoco.model import Robot
-    from studies.mismatch.engines.true_motion import Drive
 
 FAULTS: dict[str, Callable[[Setting], FaultyRobot]] = {
     "wheel_diameter": faults.wheel_diameter,

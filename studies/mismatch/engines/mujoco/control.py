@@ -6,19 +6,15 @@ the encoders and the nominal robot. It knows no true pose.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from studies.mismatch.engines.true_motion import Nominal
 
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.true_motion import Nominal
-
-    Curvature = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Curvature = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 EIGHT = 2.404825557695773  # first zero of the Bessel function J0: the eight closes
 

@@ -8,27 +8,19 @@ roll the product of tilt and turn, so that the floor would look like wheels of a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from studies.mismatch.engines.mujoco.control import Controller
-from studies.mismatch.engines.mujoco.model import FEET, model_xml
-from studies.mismatch.engines.true_motion import WINDOW, Drive, contacts
+from studies.mismatch.engines.mujoco.control import Controller, Program
+from studies.mismatch.engines.mujoco.model import FEET, Robot, model_xml
+from studies.mismatch.engines.true_motion import WINDOW, Drive, Nominal, contacts
 from studies.mismatch.engines.vocabulary import WHEELS
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.mujoco.control import Program
-    from studies.mismatch.engines.mujoco.model import Robot
-    from studies.mismatch.engines.true_motion import Nominal
-
-    Hook = Callable[["Scene", float], None]
+Hook = Callable[["Scene", float], None]
 
 WAVES = 16
 

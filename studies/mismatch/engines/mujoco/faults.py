@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from studies.mismatch.engines.mujoco.drive import Hook, Scene
 from studies.mismatch.engines.mujoco.model import HOLD, Cable, Robot
 from studies.mismatch.engines.true_motion import (
     Draws,
+    Drive,
     creep,
     crossings,
     downhill,
@@ -19,18 +23,10 @@ from studies.mismatch.engines.true_motion import (
     rolling_ratios,
 )
 from studies.mismatch.engines.vocabulary import WHEELS, label
+from studies.mismatch.engines.writing import Device
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from studies.mismatch.engines.mujoco.drive import Hook, Scene
-    from studies.mismatch.engines.true_motion import Drive
-    from studies.mismatch.engines.writing import Device
-
-    Values = dict[str, NDArray[np.float64]]
-    Labels = Callable[[Drive], list[dict[str, Any]]]
+Values = dict[str, NDArray[np.float64]]
+Labels = Callable[[Drive], list[dict[str, Any]]]
 
 
 def _unchanged(values: Values) -> Values:

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from studies.mismatch.engines.vocabulary import WHEELS
-
-if TYPE_CHECKING:
-    import numpy as np
 
 FEET = (*WHEELS, "a.castor", "b.castor")
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 
 from studies.mismatch.engines.engine import Floor
 from studies.mismatch.engines.faults import FARTHER
@@ -19,20 +22,12 @@ from studies.mismatch.engines.vocabulary import (
     LINKAGE,
     VOCABULARY,
     WHEELS,
+    Array,
     label,
     set_bump_times,
 )
 from studies.mismatch.engines.wide.robots import secondary, wide_measuring, wide_robot, within
 from studies.mismatch.engines.writing import Log, Measuring, Robot, seen, write
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.random import Generator
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 ROUGHNESS, WAVES = (5e-5, 2e-3), (0.05, 0.5)  # [m/sqrt(m)], [m]
 STRETCH = (0.4, 2.5)  # factor on the usual size of a fault

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.random import Generator
 
 from studies.mismatch.engines.writing import Measuring, Robot, encoders
-
-if TYPE_CHECKING:
-    from numpy.random import Generator
 
 BASES = (0.12, 0.7)  # [m], from a toy to a field robot
 RADII = (0.02, 0.17)  # [m]
