@@ -18,7 +18,7 @@ POSITION_DEMANDS = {0x6062, 0x607A, 0x60FC, 0x60C1}
 SPEEDS = {0x606C, 0x6069, 0x6030, 0x6044, 0x2028, 0x2029, 0x2069, 0x206C, 0x60FF, 0x606B, 0x6042, 0x6043}
 TORQUES = {0x6077, 0x6074, 0x6071, 0x6078, 0x2027, 0x2031, 0x60FA}
 ERRORS = {0x60F4, 0x20F4}
-STATES = [0x0240, 0x0231, 0x0233, 0x0237]
+STATUS, CONTROL = (0x0240, 0x0231, 0x0233, 0x0237), (0x0000, 0x0006, 0x0007, 0x000F)  # CiA 402, until enabled
 
 
 @dataclass
@@ -213,43 +213,22 @@ def _status(random, session):
     extra = int(random.choice([0x0000, 0x0400, 0x1000, 0x1400, 0x0080, 0x4000]))
     toggles = random.random() < 0.5
     flips = np.sort(random.uniform(0, 60, random.integers(4, 30)))
-
-    def at(times):
-        out = []
-        enabled = session.enabled
-        for time in times:
-            step = int(np.clip((time - enabled) / 0.15 + 3, 0, 3)) if enabled is not None else 3
-            word = STATES[step]
-            if step == 3:
-                word |= extra
-                if toggles and np.searchsorted(flips, time) % 2:
-                    word ^= 0x0400
-            out.append(word)
-        return out
-
-    return at
+    words = [*STATUS[:3], STATUS[3] | extra]
+    return lambda times: _state_words(times, session, words, 3, 0x0400 if toggles else 0, flips)
 
 
 def _control(random, session):
-    steps = [0x0000, 0x0006, 0x0007, 0x000F]
     halt = random.random() < 0.3
     flips = np.sort(random.uniform(0, 60, random.integers(2, 12)))
+    return lambda times: _state_words(times, session, CONTROL, 3.3, 0x0100 if halt else 0, flips)
 
-    def at(times):
-        out = []
-        for time in times:
-            step = (
-                int(np.clip((time - session.enabled) / 0.15 + 3.3, 0, 3))
-                if session.enabled is not None
-                else 3
-            )
-            word = steps[step]
-            if step == 3 and halt and np.searchsorted(flips, time) % 2:
-                word |= 0x0100
-            out.append(word)
-        return out
 
-    return at
+def _state_words(times, session, words, enabled_step, toggled, flips):
+    """Return words of CiA 402, 0.15 s for each state, of which the last has bits toggled at the flips."""
+    since = np.inf if session.enabled is None else (np.asarray(times) - session.enabled) / 0.15
+    step = np.broadcast_to(np.clip(since + enabled_step, 0, 3).astype(int), len(times))
+    flipped = (step == 3) & (np.searchsorted(flips, times) % 2 == 1)
+    return (np.array(words)[step] ^ np.where(flipped, toggled, 0)).tolist()
 
 
 def _mode(random, session, bits):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from omnimate.cli.tables import new_table
 from omnimate.figures.floor_plan import Track, plot_floor_plan
 from omnimate.mismatch import Diagnosis, diagnose
 from omnimate.mismatch.description.first_look import first_look
@@ -115,9 +116,8 @@ def real_part(folder: Path, figures: Path | None) -> Iterator[Table | str]:
 def _robot(folder: Path, figures: Path | None) -> Iterator[Table | str]:
     is_husky = folder.name == "drive_ugv"
     row = robot_row(folder, HUSKY_EVERY if is_husky else 1)
-    table = Table(title=f"{row.name}: as described, and as the first look corrects it")
-    for heading in ("robot", "held-out residual", "findings"):
-        table.add_column(heading)
+    heads = ("robot", "held-out residual", "findings")
+    table = new_table(f"{row.name}: as described, and as the first look corrects it", heads)
     table.add_row("as described", residual(row.first), findings(row.first, 5))
     table.add_row("corrected", residual(row.second), findings(row.second, 5))
     yield table

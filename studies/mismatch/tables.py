@@ -9,6 +9,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
+from omnimate.cli.tables import new_table
 from studies.mismatch.run import Answers
 from studies.mismatch.scoring.audit import Audit
 from studies.mismatch.scoring.leave_one_out import OUTCOMES, left_out_rows
@@ -19,11 +20,9 @@ ERRORS = ("nominal", "least squares", "found")  # the ways to predict what was n
 
 def worlds(scores: Sequence[Score]) -> Table:
     """Return the one table: a line for each figure, a column for each world, empty lines left out."""
-    table = Table(title="The mismatch tool in every world", caption="bold: the target is not reached")
-    table.add_column("what")
-    table.add_column("wanted", justify="right")
-    for score in scores:
-        table.add_column(f"{score.title}\n{score.cases} cases", justify="right")
+    heads = [f"{score.title}\n{score.cases} cases" for score in scores]
+    table = new_table("The mismatch tool in every world", ("what",), ("wanted", *heads))
+    table.caption = "bold: the target is not reached"
     for lines in zip(*(score.lines for score in scores), strict=True):
         if any(line.text != "-" for line in lines):
             table.add_row(lines[0].name, _target(lines[0]), *map(_cell, lines))
@@ -36,10 +35,8 @@ def _cell(line: Line) -> Text:
 
 def open_loop(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
     """Return a table of position errors on recordings that were not seen, a row for each case."""
-    table = Table(title=f"{title}: position error on the other half after 10 s of open loop, rms [mm]")
-    table.add_column("case")
-    for heading in ERRORS:
-        table.add_column(heading, justify="right")
+    what = f"{title}: position error on the other half after 10 s of open loop, rms [mm]"
+    table = new_table(what, ("case",), ERRORS)
     table.add_column("first findings")
     for case in labels:
         errors = answers[case].get("open_loop")
@@ -54,9 +51,8 @@ def open_loop(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
 
 def instead(title: str, reported: Counter[tuple[str, str]]) -> Table:
     """Return a table of the names that counted as right in the truth's place, for who judges otherwise."""
-    table = Table(title=f"{title}: counted as right, as the drive cannot tell them apart")
-    for heading in ("truth", "reported first", "cases"):
-        table.add_column(heading, justify="right" if heading == "cases" else "left")
+    what = f"{title}: counted as right, as the drive cannot tell them apart"
+    table = new_table(what, ("truth", "reported first"), ("cases",))
     for (truth, name), cases in reported.most_common():
         table.add_row(truth, name, str(cases))
     return table
@@ -64,13 +60,12 @@ def instead(title: str, reported: Counter[tuple[str, str]]) -> Table:
 
 def redriven(title: str, audits: Sequence[Audit]) -> Table:
     """Return a table of what was reported in the truth's place, and how far off the engine drives it."""
-    table = Table(
-        title=f"{title}: reported in the truth's place, driven by the engine itself",
-        caption="in units of what healthy drives differ by from day to day: "
-        "how far the truth is from a healthy robot, and from what was reported",
+    what = f"{title}: reported in the truth's place, driven by the engine itself"
+    table = new_table(what, ("case", "truth", "reported", "counts as"), ("from healthy", "from reported"))
+    table.caption = (
+        "in units of what healthy drives differ by from day to day: "
+        "how far the truth is from a healthy robot, and from what was reported"
     )
-    for heading in ("case", "truth", "reported", "counts as", "from healthy", "from reported"):
-        table.add_column(heading, justify="right" if heading.startswith("from") else "left")
     for audit in audits:
         right = "right" if audit.right else "wrong"
         distances = f"{audit.truth_alone:.2f}", f"{audit.left:.2f}"
@@ -84,9 +79,7 @@ def _target(line: Line) -> str:
 
 def missed(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
     """Return a table of what is answered where the effect that is concealed has no name, a row for each."""
-    table = Table(title=title)
-    for heading in ("effect", "cases", *OUTCOMES):
-        table.add_column(heading, justify="left" if heading == "effect" else "right")
+    table = new_table(title, ("effect",), ("cases", *OUTCOMES))
     for row in left_out_rows(labels, answers):
         table.add_row(row.effect, str(row.cases), *(str(row.outcomes.get(each, 0)) for each in OUTCOMES))
     return table

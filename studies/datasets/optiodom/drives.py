@@ -28,6 +28,7 @@ class DriveSet:
         name: Name of the set, robot/path/date, as in the data.
         robot: Kind of robot: diff or tricyc.
         path: Kind of path: circular, free, ivanjko or square.
+        ticks_per_turn: Ticks of the encoders per turn of a wheel.
         kinematics: Model of the nominal robot.
         drives: A drive for each run.
     """
@@ -35,6 +36,7 @@ class DriveSet:
     name: str
     robot: str
     path: str
+    ticks_per_turn: float
     kinematics: Kinematics
     drives: tuple[Drive, ...]
 
@@ -47,15 +49,14 @@ def read_set(folder: Path | str) -> DriveSet:
     """
     folder = Path(folder).resolve()
     metadata = read_metadata(folder)
-    ticks_per_turn = (
-        read_numbers(folder, metadata, "ngear", 1)[0] * read_numbers(folder, metadata, "encRes", 1)[0]
-    )
+    ticks = math.prod(read_numbers(folder, metadata, key, 1)[0] for key in ("ngear", "encRes"))
     kinematics = _kinematics(folder, metadata)
     files = sorted(folder.glob("*_run-[0-9][0-9].csv*"))
     if not files:
         raise OptiOdomError(folder, "no *_run-NN.csv in it")
-    drives = tuple(_drive(file, ticks_per_turn, kinematics) for file in files)
-    return DriveSet("/".join(folder.parts[-3:]), metadata["type"][0], folder.parts[-2], kinematics, drives)
+    drives = tuple(_drive(file, ticks, kinematics) for file in files)
+    name, path = "/".join(folder.parts[-3:]), folder.parts[-2]
+    return DriveSet(name, metadata["type"][0], path, ticks, kinematics, drives)
 
 
 def _kinematics(folder: Path, metadata: dict[str, list[str]]) -> Kinematics:

@@ -65,11 +65,12 @@ def differential_sets(folder: Path | str) -> tuple[list[Path], list[Path]]:
 
 
 def _runs(folder: Path) -> Iterator[tuple[str, Recording]]:
-    data, metadata = read_set(folder), read_metadata(folder)
+    data = read_set(folder)
     assert isinstance(data.kinematics, Differential)  # differential_sets chose them
-    resolution = math.prod(read_numbers(folder, metadata, key, 1)[0] for key in ("ngear", "encRes"))
+    resolution = data.ticks_per_turn
     robot = single_truck("optiodom-diff", data.kinematics.truck, resolution, _PERIOD)
-    side = read_numbers(folder, metadata, "L", 1)[0] if data.path == "square" else None
+    is_square = data.path == "square"
+    side = read_numbers(folder, read_metadata(folder), "L", 1)[0] if is_square else None
     for drive in data.drives:
         number = Path(drive.source).name.split("_run-")[1].split(".")[0]
         yield f"{data.name}/run-{number}", _recording(robot, drive, resolution, side)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from omnimate.calib.paths.drives import Drive
+from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.umbmark.experiment import Experiment, experiment_of_runs
 from omnimate.calib.umbmark.runs import SquareDirection, SquareRun
 from omnimate.files.importers.errors import OptiOdomError
-from omnimate.vehicle.parameters import ParameterError, Truck
+from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import between
-from studies.datasets.optiodom.files import read_metadata, read_numbers, read_rows
+from studies.datasets.optiodom.drives import read_set
+from studies.datasets.optiodom.files import read_metadata, read_numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,26 +58,17 @@ def read_squares(folder: Path | str) -> SquareSet:
     if kind != "diff":
         raise OptiOdomError(folder, f"robot type {kind!r}; UMBmark needs the differential robot, diff")
     side = read_numbers(folder, metadata, "L", 1)[0]
-    ticks_per_turn = (
-        read_numbers(folder, metadata, "ngear", 1)[0] * read_numbers(folder, metadata, "encRes", 1)[0]
-    )
-    right, left = read_numbers(folder, metadata, "Di", 2)
-    try:
-        truck = Truck(read_numbers(folder, metadata, "Li", 1)[0], left, right)
-    except ParameterError as error:
-        raise OptiOdomError(folder, str(error)) from error
-    count = int(read_numbers(folder, metadata, "N", 1)[0])
-    files = sorted(folder.glob("*_run-[0-9][0-9].csv*"))
-    if len(files) != count:
-        raise OptiOdomError(folder, f"{len(files)} runs; expected N = {count} as the metadata says")
-    return SquareSet(truck, side, tuple(_run(path, ticks_per_turn) for path in files))
+    count, data = int(read_numbers(folder, metadata, "N", 1)[0]), read_set(folder)
+    if len(data.drives) != count:
+        raise OptiOdomError(folder, f"{len(data.drives)} runs; expected N = {count} as the metadata says")
+    assert isinstance(data.kinematics, Differential)  # by its type
+    return SquareSet(data.kinematics.truck, side, tuple(map(_run, data.drives)))
 
 
-def _run(path: Path, ticks_per_turn: float) -> SquareRun:
-    rows = read_rows(path)
-    poses = rows[:, 1:4].copy()
+def _run(drive: Drive) -> SquareRun:
+    poses = drive.pose.copy()
     poses[:, 2] = np.unwrap(poses[:, 2])
-    wheel_angles = rows[:, [5, 4]] * (2.0 * math.pi / ticks_per_turn)
-    turned = float(np.sum(wheel_angles[:, 1] - wheel_angles[:, 0]))
-    direction: SquareDirection = "cw" if turned < 0.0 else "ccw"
-    return SquareRun(direction, between(poses[0], poses[-1]), wheel_angles, str(path))
+    wheel_angles = np.diff(drive.readings, axis=0, prepend=0.0)
+    left, right = drive.readings[-1]
+    direction: SquareDirection = "cw" if right < left else "ccw"
+    return SquareRun(direction, between(poses[0], poses[-1]), wheel_angles, drive.source)

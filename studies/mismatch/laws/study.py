@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from omnimate.cli.tables import new_table
 from studies.figures import plot_recovery
 from studies.mismatch import run
 from studies.mismatch.laws.baselines import has_sindy
@@ -70,16 +71,12 @@ def shares(found: Sequence[Recovery]) -> dict[str, list[float]]:
 
 def table(found: Sequence[Recovery]) -> Table:
     """Return a table of the shares that are recovered, a row for each effect."""
-    shown = Table(
-        title="Laws learned in the place of effects: share of the effect's own gain on an unseen drive",
-        caption=f"{ENOUGH:g}: cases in which {ENOUGH:g} or more of it is recovered; < 0: worse than nothing",
+    heads = [head for method in shares(found) for head in (f"{method}\nmedian", f"{ENOUGH:g}", "< 0")]
+    what = "Laws learned in the place of effects: share of the effect's own gain on an unseen drive"
+    shown = new_table(what, ("effect",), ("cases", *heads))
+    shown.caption = (
+        f"{ENOUGH:g}: cases in which {ENOUGH:g} or more of it is recovered; < 0: worse than nothing"
     )
-    shown.add_column("effect")
-    shown.add_column("cases", justify="right")
-    methods = list(shares(found))
-    for method in methods:
-        for heading in (f"{method}\nmedian", f"{ENOUGH:g}", "< 0"):
-            shown.add_column(heading, justify="right")
     rows = [(name, _of(found, name)) for name in _effects(found)]
     for name, own in [*rows, ("all", found)]:
         cells = []

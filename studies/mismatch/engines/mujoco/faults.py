@@ -178,20 +178,20 @@ def _places(at: Setting, wheel: str, count: int) -> list[tuple[float, float, flo
 
 def two_sizes(at: Setting) -> FaultyRobot:
     """Return a robot with a wheel of another diameter and another track on a truck."""
-    first = wheel_diameter(at)
-    second = wheelbase(replace(at, robot=first.robot))
-    return FaultyRobot(
-        second.robot, lambda run: [*first.labels_of(run), *second.labels_of(run)], kind="multi"
-    )
+    return _both(at, wheel_diameter, wheelbase)
 
 
 def round_and_cables(at: Setting) -> FaultyRobot:
     """Return a robot with an eccentric wheel and cables under a wheel."""
-    first = wheel_eccentricity(at)
-    second = bump(replace(at, robot=first.robot))
-    return FaultyRobot(
-        second.robot, lambda run: [*first.labels_of(run), *second.labels_of(run)], kind="multi"
-    )
+    return _both(at, wheel_eccentricity, bump)
+
+
+def _both(
+    at: Setting, first: Callable[[Setting], FaultyRobot], second: Callable[[Setting], FaultyRobot]
+) -> FaultyRobot:
+    one = first(at)
+    two = second(replace(at, robot=one.robot))
+    return FaultyRobot(two.robot, lambda run: [*one.labels_of(run), *two.labels_of(run)], kind="multi")
 
 
 def joint_bias(at: Setting) -> FaultyRobot:
